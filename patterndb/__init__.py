@@ -1,0 +1,1 @@
+"""patterndb: a database of the patterns in hand-made quad meshes."""
