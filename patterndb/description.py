@@ -1,0 +1,174 @@
+"""Everything about a pattern that follows from its code, for many patterns at once.
+
+The kernel runs without the interpreter lock, so descriptions of a mesh's new patterns
+are made beside the learning of the next mesh.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from patterndb.code import Code, border_count, clockwise_start, rooted_code
+from patterndb.halfedge import Int32Array, fans, next_border_edge
+from patterndb.label import canonical_word, label_word
+from patterndb.polychord import trace
+
+# Columns of the table of counts that the kernel fills.
+N_CORNERS = 0
+N_REFLEX = 1
+N_IRREGULAR = 2
+N_CHORDS = 3
+N_LOOPS = 4
+SELF_CROSSING = 5
+ROTATIONS = 6
+CHIRAL = 7
+PERIMETER = 8
+SIG_ROTATION = 9
+SIG_REFLECTED = 10
+SIG_SYMMETRIES = 11
+COLUMNS = 12
+
+
+@dataclass(frozen=True, slots=True)
+class Descriptions:
+    """One row a pattern, in the order of the codes given.
+
+    counts:   (n, COLUMNS) int32, see the column names of this module.
+    corners:  list of n uint16 arrays, number of quads at each corner.
+    valences: list of n uint16 arrays, valences of the irregular vertices, ascending.
+    label, signature: list of n uint16 arrays, words of :mod:`patterndb.label`.
+    """
+
+    counts: NDArray[np.int32]
+    corners: list[NDArray[np.uint16]]
+    valences: list[NDArray[np.uint16]]
+    label: list[NDArray[np.uint16]]
+    signature: list[NDArray[np.uint16]]
+
+
+def describe(codes: list[Code]) -> Descriptions:
+    """Describe canonical codes of disks; see :class:`Descriptions`."""
+    sizes = np.array([len(c) for c in codes], np.int64)
+    offsets = np.r_[0, np.cumsum(sizes)].astype(np.int64)
+    flat = np.concatenate(codes) if codes else np.zeros(0, np.uint16)
+    counts, lists, ends = _describe(flat, offsets)
+    cut = np.split(lists, ends.ravel()[:-1]) if len(ends) else []
+    return Descriptions(counts, cut[0::4], cut[1::4], cut[2::4], cut[3::4])
+
+
+@njit(cache=True, nogil=True)
+def _describe(
+    flat: Code, offsets: NDArray[np.int64]
+) -> tuple[NDArray[np.int32], NDArray[np.uint16], NDArray[np.int64]]:
+    n = len(offsets) - 1
+    counts = np.zeros((n, COLUMNS), np.int32)
+    ends = np.zeros((n, 4), np.int64)
+    # A pattern of q quads has at most 2q + 2 vertices and 2q + 2 boundary edges; the four
+    # lists hold corners, interior vertices, and twice sides + edges.
+    lists = np.zeros(6 * (2 * len(flat) // 4 + 4 * n), np.uint16)
+    at = 0
+    for i in range(n):
+        size = offsets[i + 1] - offsets[i]
+        q = size // 4
+        twin = np.empty(size, np.int32)
+        for h in range(size):
+            twin[h] = np.int32(flat[offsets[i] + h]) - 1
+        vertex, n_vertices = fans(twin)
+        valence = np.zeros(n_vertices, np.int32)
+        inner = np.ones(n_vertices, np.bool_)
+        for h in range(size):
+            valence[vertex[h]] += 1
+            if twin[h] < 0:
+                inner[vertex[h]] = False
+
+        # Boundary from half-edge 0, where the code begins.
+        perimeter = 0
+        h = 0
+        loop = np.empty(size, np.int32)
+        while True:
+            loop[perimeter] = h
+            perimeter += 1
+            h = next_border_edge(twin, h)
+            if h == 0:
+                break
+        starts = np.empty(perimeter, np.int32)
+        side_start = np.empty(perimeter, np.int32)
+        n_corners = 0
+        for j in range(perimeter):
+            k = border_count(twin, loop[j])
+            if k != 2:
+                starts[n_corners] = loop[j]
+                side_start[n_corners] = j
+                n_corners += 1
+                counts[i, N_REFLEX] += k > 2
+                lists[at] = k
+                at += 1
+        counts[i, N_CORNERS] = n_corners
+        counts[i, PERIMETER] = perimeter
+        ends[i, 0] = at
+
+        first_valence = at
+        for v in range(n_vertices):
+            if inner[v] and valence[v] != 4:
+                lists[at] = valence[v]
+                at += 1
+        lists[first_valence:at] = np.sort(lists[first_valence:at])
+        counts[i, N_IRREGULAR] = at - first_valence
+        ends[i, 1] = at
+
+        # Symmetry: rotations that give the same code, and whether the mirror image does.
+        n_starts = n_corners
+        if n_corners == 0:
+            n_starts = perimeter
+            starts[:] = loop[:perimeter]
+        number = np.empty(q, np.int32)
+        entry = np.empty(q, np.int32)
+        order = np.empty(q, np.int32)
+        code = np.empty(size, np.uint16)
+        counts[i, CHIRAL] = 1
+        for s in range(n_starts):
+            code[:] = flat[offsets[i] : offsets[i + 1]]
+            if rooted_code(twin, q, starts[s], False, code, number, entry, order, True) == 0:
+                counts[i, ROTATIONS] += 1
+            code[:] = flat[offsets[i] : offsets[i + 1]]
+            h = clockwise_start(twin, starts[s])
+            if rooted_code(twin, q, h, True, code, number, entry, order, True) == 0:
+                counts[i, CHIRAL] = 0
+
+        of_edge, n_open, n_total = trace(twin)
+        counts[i, N_CHORDS] = n_open
+        counts[i, N_LOOPS] = n_total - n_open
+        for f in range(q):
+            if of_edge[4 * f] == of_edge[4 * f + 1]:
+                counts[i, SELF_CROSSING] = 1
+
+        chord = np.empty(perimeter, np.int32)
+        for j in range(perimeter):
+            chord[j] = of_edge[loop[j]]
+        n_sides = n_corners
+        if n_corners == 0:
+            n_sides = 1
+            side_start[0] = 0
+        word = np.empty(n_sides + perimeter, np.int32)
+        best = np.empty(n_sides + perimeter, np.int32)
+        names = np.empty(n_total, np.int32)
+        length = label_word(chord, side_start, n_sides, perimeter, 0, False, word, names)
+        for j in range(length):
+            lists[at] = word[j]
+            at += 1
+        ends[i, 2] = at
+        length, rotation, reflected, symmetries = canonical_word(
+            chord, side_start, n_sides, n_corners, perimeter, best, word, names
+        )
+        for j in range(length):
+            lists[at] = best[j]
+            at += 1
+        ends[i, 3] = at
+        counts[i, SIG_ROTATION] = rotation
+        counts[i, SIG_REFLECTED] = reflected
+        counts[i, SIG_SYMMETRIES] = symmetries
+    return counts, lists[:at].copy(), ends

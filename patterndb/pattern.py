@@ -1,0 +1,151 @@
+"""A pattern: a reduced disk of quads under its canonical code."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb import description as d
+from patterndb.code import Code, canonical_code, decode, pattern_id
+from patterndb.disk import Disk
+from patterndb.errors import InvalidCodeError
+from patterndb.halfedge import Int32Array, next_border_edge
+from patterndb.label import split_word
+from patterndb.polychord import Polychords, polychords
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """A pattern and what follows from its code.
+
+    id:          63-bit number from the code's hash, the same in every database.
+    code:        (4q,) uint16, see :mod:`patterndb.code`.
+    n_sides:     N, the number of corners; 0 where the boundary is one closed side.
+    corners:     (N,) number of quads at each corner: 1 convex, 3 and more reflex.
+    valences:    valences of the irregular interior vertices, ascending.
+    n_chords, n_loops: open and closed polychords.
+    self_crossing: does a polychord cross itself?
+    rotations:   how many rotations map the pattern onto itself.
+    chiral:      is the mirror image another pattern?
+    label:       per side, the number of the polychord that crosses each edge.
+    frequency:   distinct patches that reduce to it in the database it came from.
+    origin:      "learned" from meshes, or how else the pattern came about.
+    """
+
+    id: int
+    code: Code
+    n_sides: int
+    corners: tuple[int, ...]
+    valences: tuple[int, ...]
+    n_chords: int
+    n_loops: int
+    self_crossing: bool
+    rotations: int
+    chiral: bool
+    label: tuple[tuple[int, ...], ...]
+    frequency: int = 0
+    origin: str = "learned"
+
+    @classmethod
+    def from_code(cls, code: Code, *, frequency: int = 0, origin: str = "learned") -> Pattern:
+        """The pattern of a canonical code.
+
+        Raises InvalidCodeError if the list is no code, not a disk's, or not canonical.
+        """
+        twin = decode(code)
+        Disk.from_twin(twin)
+        if not np.array_equal(canonical_code(twin)[0], code):
+            raise InvalidCodeError("the code is not canonical; canonical_code(decode(code)) is")
+        return cls.from_trusted_code(code, frequency=frequency, origin=origin)
+
+    @classmethod
+    def from_disk(cls, twin: Int32Array) -> Pattern:
+        """The pattern under which a disk that is already reduced is known."""
+        return cls.from_trusted_code(canonical_code(twin)[0])
+
+    @classmethod
+    def from_trusted_code(
+        cls, code: Code, *, frequency: int = 0, origin: str = "learned"
+    ) -> Pattern:
+        """As :meth:`from_code`, for a code known to be canonical: nothing is checked."""
+        row = d.describe([code])
+        counts = row.counts[0].tolist()
+        n_sides = counts[d.N_CORNERS]
+        return cls(
+            id=pattern_id(code),
+            code=code,
+            n_sides=n_sides,
+            corners=tuple(row.corners[0].tolist()),
+            valences=tuple(row.valences[0].tolist()),
+            n_chords=counts[d.N_CHORDS],
+            n_loops=counts[d.N_LOOPS],
+            self_crossing=bool(counts[d.SELF_CROSSING]),
+            rotations=counts[d.ROTATIONS],
+            chiral=bool(counts[d.CHIRAL]),
+            label=tuple(tuple(s) for s in split_word(row.label[0], n_sides)),
+            frequency=frequency,
+            origin=origin,
+        )
+
+    @property
+    def name(self) -> str:
+        """The id as 16 hexadecimal digits: how people and JSON name the pattern."""
+        return format_id(self.id)
+
+    @property
+    def n_quads(self) -> int:
+        return len(self.code) // 4
+
+    @property
+    def n_irregular(self) -> int:
+        return len(self.valences)
+
+    @property
+    def convex(self) -> bool:
+        """Has it no reflex corner?"""
+        return all(k == 1 for k in self.corners)
+
+    def valence_counts(self) -> dict[int, int]:
+        """How many irregular vertices of each valence."""
+        return dict(sorted(Counter(self.valences).items()))
+
+    def twin(self) -> Int32Array:
+        """(4q,) int32 half-edges; half-edge 0 leaves corner 0 along side 0."""
+        return decode(self.code)
+
+    def polychords(self) -> Polychords:
+        """The polychords, the open ones numbered as in ``label``, loops after them."""
+        twin = self.twin()
+        traced = polychords(twin)
+        name = np.full(traced.n, -1, np.int32)
+        fresh = 0
+        h = 0
+        while True:
+            c = traced.of_edge[h]
+            if name[c] < 0:
+                name[c] = fresh
+                fresh += 1
+            h = int(next_border_edge(twin, h))
+            if h == 0:
+                break
+        name[traced.n_open :] = np.arange(traced.n_open, traced.n)
+        crosses = np.empty_like(traced.crosses_itself)
+        crosses[name] = traced.crosses_itself
+        return Polychords(name[traced.of_edge], traced.n_open, traced.n_loops, crosses)
+
+    def disk(self) -> Disk:
+        """The quads, with side 0 from boundary vertex 0."""
+        return Disk.from_twin(self.twin(), 0)
+
+
+def format_id(number: int) -> str:
+    """A pattern's id as people write it: 16 hexadecimal digits."""
+    return f"{number:016x}"
+
+
+def base_lengths(label: tuple[tuple[int, ...], ...]) -> NDArray[np.int32]:
+    """(N,) int32 length of every side when all widths are 1."""
+    return np.array([len(side) for side in label], np.int32)

@@ -1,0 +1,99 @@
+"""All patterns of one number of sides, as the arrays that a query runs over."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb import description as d
+from patterndb.code import Code, pack, unpack
+from patterndb.label import joins, split_word
+from patterndb.pattern import Pattern
+
+
+@dataclass(frozen=True, slots=True)
+class PatternClass:
+    """One class, in default order: fewest irregular vertices, most frequent, smallest id.
+
+    n_sides:     N >= 0. Where N = 0 the arrays below have one column: the closed side.
+    ids:         (p,) int64.
+    frequency:   (p,) int64 distinct patches.
+    n_irregular, n_quads: (p,) int32.
+    min_valence, max_valence: (p,) int32 over the irregular vertices; 4 where there is none.
+    n_reflex:    (p,) int32 number of reflex corners.
+    corners:     (p, N) uint8 number of quads at each corner.
+    n_loops:     (p,) int32 loop polychords.
+    chiral:      (p,) bool.
+    signature:   (p,) int32 row of ``lengths`` and ``joins``.
+    rotation, reflected: (p,) int32 and bool; side i of the signature is the pattern's side
+                 rotation + i, or rotation - i read backwards where reflected. Where N = 0
+                 rotation counts boundary edges.
+    codes:       p packed codes.
+    lengths:     (s, max(N, 1)) int32 base length of every side of a signature.
+    joins:       (s, max(N, 1), max(N, 1)) int32 n_ij of a signature, symmetric; a polychord
+                 with both ends on side i counts once in n_ii.
+    """
+
+    n_sides: int
+    ids: NDArray[np.int64]
+    frequency: NDArray[np.int64]
+    n_irregular: NDArray[np.int32]
+    n_quads: NDArray[np.int32]
+    min_valence: NDArray[np.int32]
+    max_valence: NDArray[np.int32]
+    n_reflex: NDArray[np.int32]
+    corners: NDArray[np.uint8]
+    n_loops: NDArray[np.int32]
+    chiral: NDArray[np.bool_]
+    signature: NDArray[np.int32]
+    rotation: NDArray[np.int32]
+    reflected: NDArray[np.bool_]
+    codes: list[bytes]
+    lengths: NDArray[np.int32]
+    joins: NDArray[np.int32]
+
+    def __len__(self) -> int:
+        return len(self.ids)
+
+    def code(self, row: int) -> Code:
+        """(4q,) uint16 code of the pattern in this row."""
+        return unpack(self.codes[row], int(self.n_quads[row]))
+
+    def pattern(self, row: int) -> Pattern:
+        """The pattern in this row."""
+        return Pattern.from_trusted_code(self.code(row), frequency=int(self.frequency[row]))
+
+    @classmethod
+    def from_patterns(cls, n_sides: int, patterns: Sequence[Pattern]) -> PatternClass:
+        """The class of these patterns, all of ``n_sides`` sides, without a database."""
+        patterns = sorted(patterns, key=lambda p: (p.n_irregular, -p.frequency, p.id))
+        if any(p.n_sides != n_sides for p in patterns):
+            raise ValueError(f"every pattern of the class must have {n_sides} sides")
+        rows = d.describe([p.code for p in patterns])
+        words: dict[bytes, int] = {}
+        number = [words.setdefault(w.tobytes(), len(words)) for w in rows.signature]
+        width = max(n_sides, 1)
+        split = [split_word(np.frombuffer(w, np.uint16), n_sides) for w in words]
+
+        return cls(
+            n_sides=n_sides,
+            ids=np.array([p.id for p in patterns], np.int64),
+            frequency=np.array([p.frequency for p in patterns], np.int64),
+            n_irregular=np.array([p.n_irregular for p in patterns], np.int32),
+            n_quads=np.array([p.n_quads for p in patterns], np.int32),
+            min_valence=np.array([min(p.valences, default=4) for p in patterns], np.int32),
+            max_valence=np.array([max(p.valences, default=4) for p in patterns], np.int32),
+            n_reflex=np.array([sum(k > 2 for k in p.corners) for p in patterns], np.int32),
+            corners=np.array([p.corners for p in patterns], np.uint8).reshape(-1, n_sides),
+            n_loops=np.array([p.n_loops for p in patterns], np.int32),
+            chiral=np.array([p.chiral for p in patterns], np.bool_),
+            signature=np.array(number, np.int32),
+            rotation=rows.counts[:, d.SIG_ROTATION].copy(),
+            reflected=rows.counts[:, d.SIG_REFLECTED].astype(np.bool_),
+            codes=[pack(p.code) for p in patterns],
+            lengths=np.array([[len(s) for s in w] for w in split], np.int32).reshape(-1, width),
+            joins=np.array([joins(w) for w in split], np.int32).reshape(-1, width, width),
+        )
