@@ -1,0 +1,293 @@
+"""The census: which pattern a patch reduces to, and how often each pattern was met.
+
+A patch is reduced, read as a code from one of its corners, and looked up; only a reading
+never met before is turned into the canonical code. So the common case costs one
+reduction, one breadth-first reading and one look-up.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ingest.hashing import LOAD, UInt64Array, doubled_map, find, hash_symbols
+from patterndb.code import Code, clockwise_start, rooted_code, smallest_code
+from patterndb.halfedge import Int32Array, border_vertices
+from patterndb.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
+
+
+class Mesh(NamedTuple):
+    """What the kernels read of a quad mesh.
+
+    twin, vertex: (4q,) int32. valence: (v,) int32. full: (v,) int32 number of quads that
+    makes the vertex interior, NEVER_FULL on the border. star_start, star: the quads at
+    each vertex, star[star_start[v]:star_start[v + 1]]. zobrist: (q, 2) uint64.
+    """
+
+    twin: Int32Array
+    vertex: Int32Array
+    valence: Int32Array
+    full: Int32Array
+    star_start: Int32Array
+    star: Int32Array
+    zobrist: UInt64Array
+
+
+class Census(NamedTuple):
+    """Patterns met so far, as growing arrays; row r is one pattern.
+
+    used:     (3,) int64: rows, symbols in ``codes``, keys in ``reading_keys``.
+    reading_keys, reading_rows: map from the hash of a reading to 2 * row + handedness;
+              handedness 1 means that the patch is the mirror image of the stored code.
+    code_keys, code_rows: map from the hash of a canonical code to its row.
+    codes, ends: the canonical codes, row r in codes[ends[r]:ends[r + 1]].
+    count:    (rows, 2) int64 patches of the task at hand, by handedness.
+    example_size, example_hash, example: the task's example of each row: the patch with the
+              fewest quads, then the smallest hash, so that it does not depend on the order
+              in which patches come. example is (rows, widest patch) int32 quads.
+    """
+
+    used: NDArray[np.int64]
+    reading_keys: UInt64Array
+    reading_rows: Int32Array
+    code_keys: UInt64Array
+    code_rows: Int32Array
+    codes: Code
+    ends: NDArray[np.int64]
+    count: NDArray[np.int64]
+    example_size: Int32Array
+    example_hash: UInt64Array
+    example: Int32Array
+
+
+class Bench(NamedTuple):
+    """Scratch for recognising one patch at a time, for one mesh.
+
+    member: (q,) int32, place of each quad in the patch at hand, -1 outside.
+    count: (v,) int32, the patch's quads at each vertex. quads: (limit,) int32, the patch.
+    twin, vertex: (4 * limit,) int32, the patch on its own. code: (4 * limit,) uint16.
+    """
+
+    member: Int32Array
+    count: Int32Array
+    quads: Int32Array
+    twin: Int32Array
+    vertex: Int32Array
+    code: Code
+    number: Int32Array
+    entry: Int32Array
+    order: Int32Array
+    reduction: ReductionWork
+
+
+def new_census(widest: int, rows: int = 1024) -> Census:
+    """An empty census for patches of at most ``widest`` quads."""
+    return Census(
+        np.zeros(3, np.int64),
+        np.zeros((8 * rows, 2), np.uint64),
+        np.zeros(8 * rows, np.int32),
+        np.zeros((4 * rows, 2), np.uint64),
+        np.zeros(4 * rows, np.int32),
+        np.empty(64 * rows, np.uint16),
+        np.zeros(rows + 1, np.int64),
+        np.zeros((rows, 2), np.int64),
+        np.zeros(rows, np.int32),
+        np.zeros((rows, 2), np.uint64),
+        np.zeros((rows, widest), np.int32),
+    )
+
+
+@njit(cache=True, nogil=True)
+def new_bench(n_quads: int, n_vertices: int, limit: int) -> Bench:
+    """Scratch for patches of at most ``limit`` quads."""
+    return Bench(
+        np.full(n_quads, -1, np.int32),
+        np.zeros(n_vertices, np.int32),
+        np.empty(limit, np.int32),
+        np.empty(4 * limit, np.int32),
+        np.empty(4 * limit, np.int32),
+        np.empty(4 * limit, np.uint16),
+        np.empty(limit, np.int32),
+        np.empty(limit, np.int32),
+        np.empty(limit, np.int32),
+        reduction_work(n_vertices, limit),
+    )
+
+
+@njit(cache=True, nogil=True)
+def kernel_mesh(
+    twin: Int32Array, vertex: Int32Array, n_vertices: int, zobrist: UInt64Array
+) -> Mesh:
+    """The kernels' view of a mesh."""
+    valence = np.zeros(n_vertices, np.int32)
+    for h in range(len(vertex)):
+        valence[vertex[h]] += 1
+    border = border_vertices(twin, vertex, n_vertices)
+    full = valence.copy()
+    star_start = np.zeros(n_vertices + 1, np.int32)
+    for v in range(n_vertices):
+        if border[v]:
+            full[v] = NEVER_FULL
+        star_start[v + 1] = star_start[v] + valence[v]
+    at = star_start[:-1].copy()
+    star = np.empty(len(vertex), np.int32)
+    for h in range(len(vertex)):
+        star[at[vertex[h]]] = h >> 2
+        at[vertex[h]] += 1
+    return Mesh(twin, vertex, valence, full, star_start, star, zobrist)
+
+
+@njit(cache=True, nogil=True)
+def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[int, Census]:
+    """2 * row + handedness of the pattern of the patch ``bench.quads[:n]``.
+
+    The patch must be a disk, with ``bench.member`` and ``bench.count`` up to date.
+    """
+    twin, vertex = bench.twin, bench.vertex
+    for i in range(n):
+        base = 4 * bench.quads[i]
+        for e in range(4):
+            t = mesh.twin[base + e]
+            if t >= 0:
+                j = bench.member[t >> 2]
+                t = 4 * j + (t & 3) if j >= 0 else -1
+            twin[4 * i + e] = t
+            vertex[4 * i + e] = mesh.vertex[base + e]
+    work = bench.reduction
+    m, n_starts = dissolve(n, twin, vertex, bench.count, mesh.full, work)
+    code, number, entry, order = bench.code, bench.number, bench.entry, bench.order
+    rooted_code(work.reduced, m, work.starts[0], False, code, number, entry, order, False)
+    a, b = hash_symbols(code, 4 * m)
+    slot = find(census.reading_keys, a, b)
+    if slot >= 0:
+        return census.reading_rows[slot], census
+
+    census = _with_room(census, 4 * m)
+    smallest_code(work.reduced, m, work.starts, n_starts, False, code, number, entry, order)
+    handedness = 0
+    for s in range(n_starts):
+        h = clockwise_start(work.reduced, work.starts[s])
+        if rooted_code(work.reduced, m, h, True, code, number, entry, order, True) < 0:
+            handedness = 1
+    value = 2 * _row_of(code, 4 * m, census) + handedness
+    slot = -1 - find(census.reading_keys, a, b)
+    census.reading_keys[slot, 0] = a
+    census.reading_keys[slot, 1] = b
+    census.reading_rows[slot] = value
+    census.used[2] += 1
+    return value, census
+
+
+@njit(cache=True, nogil=True)
+def _row_of(code: Code, n: int, census: Census) -> int:
+    """The row of the canonical code ``code[:n]``, a new one if there is none."""
+    a, b = hash_symbols(code, n)
+    slot = find(census.code_keys, a, b)
+    if slot >= 0:
+        return census.code_rows[slot]
+    slot = -1 - slot
+    row = census.used[0]
+    start = census.ends[row]
+    census.codes[start : start + n] = code[:n]
+    census.ends[row + 1] = start + n
+    census.code_keys[slot, 0] = a
+    census.code_keys[slot, 1] = b
+    census.code_rows[slot] = row
+    census.used[0] = row + 1
+    census.used[1] = start + n
+    return row
+
+
+@njit(cache=True, nogil=True)
+def _with_room(census: Census, n: int) -> Census:
+    """The census with room for one more reading and one more row of n symbols."""
+    reading_keys, reading_rows = census.reading_keys, census.reading_rows
+    if census.used[2] + 1 > LOAD * reading_keys.shape[0]:
+        reading_keys, reading_rows = doubled_map(reading_keys, reading_rows)
+    code_keys, code_rows = census.code_keys, census.code_rows
+    if census.used[0] + 1 > LOAD * code_keys.shape[0]:
+        code_keys, code_rows = doubled_map(code_keys, code_rows)
+    codes = census.codes
+    if census.used[1] + n > len(codes):
+        codes = np.empty(2 * len(codes) + n, np.uint16)
+        codes[: census.used[1]] = census.codes[: census.used[1]]
+    ends, count = census.ends, census.count
+    example_size, example_hash = census.example_size, census.example_hash
+    example = census.example
+    rows = census.count.shape[0]
+    if census.used[0] == rows:
+        ends = np.zeros(2 * rows + 1, np.int64)
+        ends[: rows + 1] = census.ends
+        count = np.zeros((2 * rows, 2), np.int64)
+        count[:rows] = census.count
+        example_size = np.zeros(2 * rows, np.int32)
+        example_size[:rows] = census.example_size
+        example_hash = np.zeros((2 * rows, 2), np.uint64)
+        example_hash[:rows] = census.example_hash
+        example = np.zeros((2 * rows, census.example.shape[1]), np.int32)
+        example[:rows] = census.example
+    return Census(
+        census.used,
+        reading_keys,
+        reading_rows,
+        code_keys,
+        code_rows,
+        codes,
+        ends,
+        count,
+        example_size,
+        example_hash,
+        example,
+    )
+
+
+@njit(cache=True, nogil=True)
+def propose_example(
+    row: int, n: int, a: np.uint64, b: np.uint64, quads: Int32Array, census: Census
+) -> None:
+    """Let the patch ``quads[:n]`` with hash (a, b) be the row's example if it is the first
+    of its size or smaller than the one there."""
+    size = census.example_size[row]
+    if size != 0 and size < n:
+        return
+    if size == n:
+        x, y = census.example_hash[row, 0], census.example_hash[row, 1]
+        if x < a or (x == a and y <= b):
+            return
+    census.example_size[row] = n
+    census.example_hash[row, 0] = a
+    census.example_hash[row, 1] = b
+    census.example[row, :n] = quads[:n]
+
+
+@njit(cache=True, nogil=True)
+def add_quad(q: int, place: int, mesh: Mesh, bench: Bench) -> int:
+    """Put quad q into the patch at hand at ``place``; return the change of V - E + F.
+
+    A non-empty patch that stays edge-connected is a disk exactly if its V - E + F is 1:
+    a vertex that its boundary visits twice, a hole or a handle would make it smaller, and
+    only a closed surface has more.
+    """
+    change = -3
+    for e in range(4):
+        v = mesh.vertex[4 * q + e]
+        if bench.count[v] == 0:
+            change += 1
+        bench.count[v] += 1
+        t = mesh.twin[4 * q + e]
+        if t >= 0 and bench.member[t >> 2] >= 0:
+            change += 1
+    bench.member[q] = place
+    bench.quads[place] = q
+    return change
+
+
+@njit(cache=True, nogil=True)
+def remove_quad(q: int, mesh: Mesh, bench: Bench) -> None:
+    """Take quad q, the last one added, out of the patch at hand."""
+    bench.member[q] = -1
+    for e in range(4):
+        bench.count[mesh.vertex[4 * q + e]] -= 1

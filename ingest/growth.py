@@ -1,0 +1,268 @@
+"""Growth by whole sides: the *side* and *convex* modes of enumeration.
+
+From every quad, all quads beyond one whole side of the patch are added at once, again and
+again; in the convex mode the quads around reflex corners follow until none is left. Patches
+are reached along many ways, so those met are remembered by a hash of their quads, and the
+search goes depth-first: a patch is grown on from the state it was reached in.
+
+Source: Marcias et al. 2015, section 3.2 ("Patch enumeration", "Managing duplicates").
+Differs from the paper: it hashes the boundary vertices, which on a closed mesh cannot tell a
+patch from its complement; here the quads are hashed.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from ingest.census import (
+    Bench,
+    Census,
+    Mesh,
+    add_quad,
+    propose_example,
+    recognise,
+    remove_quad,
+)
+from ingest.hashing import LOAD, UInt64Array, doubled_set, find
+from patterndb.halfedge import Int32Array, next_edge
+
+
+@njit(cache=True, nogil=True)
+def grow(
+    roots: Int32Array,
+    limit: int,
+    convex: bool,
+    smaller: int,
+    others: UInt64Array,
+    shard: Int32Array,
+    mesh: Mesh,
+    bench: Bench,
+    census: Census,
+) -> tuple[int, UInt64Array, UInt64Array, Int32Array, Census]:
+    """Count all patches of at most ``limit`` quads that grow from the roots.
+
+    smaller: patches of at most so many quads were counted by another mode already; they
+    are grown on, and counted in the total, but not in the census. others: set of hashes of
+    patches counted by another mode. shard: (q,) int32; the roots are all quads of one
+    shard. A patch that reaches into another shard may be found from there too, so it is
+    not counted but returned.
+
+    Returns (patches counted, the set of all hashes met, and of the patches that reach
+    into other shards: (r, 2) hashes and (r, 2) int32 number of quads and 2 * row +
+    handedness, -1 where the census should not count it; the census).
+    """
+    max_perimeter = 2 * limit + 2
+    met = np.zeros((1 << 12, 2), np.uint64)
+    n_met = 0
+    far_hash = np.empty((64, 2), np.uint64)
+    far_what = np.empty((64, 2), np.int32)
+    n_far = 0
+    total = 0
+
+    # One frame a patch on the way: its quads are bench.quads[:size], its boundary and the
+    # place of its corners on it lie in pools. A patch of n quads has at most 2n + 2 edges.
+    pool = (limit + 1) * max_perimeter
+    border = np.empty(pool, np.int32)
+    corners = np.empty(pool, np.int32)
+    border_end = np.zeros(limit + 2, np.int32)
+    corner_end = np.zeros(limit + 2, np.int32)
+    side = np.zeros(limit + 1, np.int32)
+    size = np.zeros(limit + 2, np.int32)
+    euler = np.zeros(limit + 2, np.int32)
+    foreign = np.zeros(limit + 2, np.int32)
+    hashes = np.zeros((limit + 2, 2), np.uint64)
+    mark = np.zeros(len(mesh.twin) // 4, np.int64)
+    stamp = 0
+
+    for root in roots:
+        home = shard[root]
+        d = 0
+        n = 1
+        euler[1] = add_quad(root, 0, mesh, bench)
+        hashes[1, 0] = mesh.zobrist[root, 0]
+        hashes[1, 1] = mesh.zobrist[root, 1]
+        foreign[1] = 0
+        candidate = True
+        while True:
+            # A candidate is bench.quads[:n] above frame d: keep it or take it back.
+            if candidate:
+                keep = euler[d + 1] == 1
+                if keep:
+                    a, b = hashes[d + 1, 0], hashes[d + 1, 1]
+                    slot = find(met, a, b)
+                    keep = slot < 0
+                if keep:
+                    if n_met + 1 > LOAD * met.shape[0]:
+                        met = doubled_set(met)
+                        slot = find(met, a, b)
+                    met[-1 - slot, 0] = a
+                    met[-1 - slot, 1] = b
+                    n_met += 1
+                    d += 1
+                    size[d] = n
+                    side[d] = 0
+                    value = -1
+                    alone = foreign[d] == 0
+                    if n > smaller and not (alone and find(others, a, b) >= 0):
+                        value, census = recognise(n, mesh, bench, census)
+                        row = value >> 1
+                        propose_example(row, n, a, b, bench.quads, census)
+                        if alone:
+                            census.count[row, value & 1] += 1
+                    if alone:
+                        total += 1
+                    else:
+                        if n_far == len(far_hash):
+                            far_hash, far_what = _longer(far_hash, far_what)
+                        far_hash[n_far, 0] = a
+                        far_hash[n_far, 1] = b
+                        far_what[n_far, 0] = n
+                        far_what[n_far, 1] = value
+                        n_far += 1
+                    _walk(n, d, mesh, bench, border, border_end, corners, corner_end)
+                else:
+                    for i in range(n - 1, size[d] - 1, -1):
+                        remove_quad(bench.quads[i], mesh, bench)
+                    if d == 0:
+                        break
+            # Grow the patch of frame d beyond its next side.
+            n_corners = corner_end[d] - corner_end[d - 1]
+            if side[d] < max(n_corners, 1):
+                s = side[d]
+                side[d] += 1
+                n = size[d]
+                first = border_end[d - 1]
+                perimeter = border_end[d] - first
+                if n_corners == 0:
+                    begin, length = 0, perimeter
+                else:
+                    begin = corners[corner_end[d - 1] + s]
+                    following = corners[corner_end[d - 1] + (s + 1) % n_corners]
+                    length = (following - begin - 1) % perimeter + 1
+                # Look before adding anything: is there a quad beyond every edge, and are
+                # they few enough?
+                stamp += 1
+                room = limit - n
+                candidate = True
+                for i in range(length):
+                    t = mesh.twin[border[first + (begin + i) % perimeter]]
+                    if t < 0:
+                        candidate = False
+                        break
+                    q = t >> 2
+                    if mark[q] != stamp:
+                        mark[q] = stamp
+                        room -= 1
+                        if room < 0:
+                            candidate = False
+                            break
+                if not candidate:
+                    continue
+                chi = euler[d]
+                a, b = hashes[d, 0], hashes[d, 1]
+                outside = foreign[d]
+                for i in range(length):
+                    q = mesh.twin[border[first + (begin + i) % perimeter]] >> 2
+                    if bench.member[q] < 0:
+                        chi += add_quad(q, n, mesh, bench)
+                        a ^= mesh.zobrist[q, 0]
+                        b ^= mesh.zobrist[q, 1]
+                        outside += shard[q] != home
+                        n += 1
+                if convex:
+                    # Only the new quads' vertices can have become reflex corners.
+                    i = size[d]
+                    while i < n and candidate:
+                        for e in range(4):
+                            v = mesh.vertex[4 * bench.quads[i] + e]
+                            k = bench.count[v]
+                            if k < 3 or k == mesh.full[v]:
+                                continue
+                            missing = mesh.valence[v] - k
+                            if mesh.full[v] != mesh.valence[v] or n + missing > limit:
+                                candidate = False
+                                break
+                            for j in range(mesh.star_start[v], mesh.star_start[v + 1]):
+                                q = mesh.star[j]
+                                if bench.member[q] < 0:
+                                    chi += add_quad(q, n, mesh, bench)
+                                    a ^= mesh.zobrist[q, 0]
+                                    b ^= mesh.zobrist[q, 1]
+                                    outside += shard[q] != home
+                                    n += 1
+                        i += 1
+                    if not candidate:
+                        for j in range(n - 1, size[d] - 1, -1):
+                            remove_quad(bench.quads[j], mesh, bench)
+                        continue
+                euler[d + 1] = chi
+                hashes[d + 1, 0] = a
+                hashes[d + 1, 1] = b
+                foreign[d + 1] = outside
+            else:
+                # Done with frame d: take its quads back and go on with the one below.
+                for i in range(size[d] - 1, size[d - 1] - 1, -1):
+                    remove_quad(bench.quads[i], mesh, bench)
+                d -= 1
+                candidate = False
+                if d == 0:
+                    break
+    return total, met, far_hash[:n_far].copy(), far_what[:n_far].copy(), census
+
+
+@njit(cache=True, nogil=True)
+def _walk(
+    n: int,
+    d: int,
+    mesh: Mesh,
+    bench: Bench,
+    border: Int32Array,
+    border_end: Int32Array,
+    corners: Int32Array,
+    corner_end: Int32Array,
+) -> None:
+    """Write the boundary of the patch ``bench.quads[:n]``, and where its corners lie on it,
+    behind those of frame d - 1."""
+    h0 = -1
+    for i in range(n):
+        base = 4 * bench.quads[n - 1 - i]
+        for e in range(4):
+            t = mesh.twin[base + e]
+            if t < 0 or bench.member[t >> 2] < 0:
+                h0 = base + e
+                break
+        if h0 >= 0:
+            break
+    at = border_end[d - 1]
+    corner = corner_end[d - 1]
+    h = h0
+    while True:
+        if bench.count[mesh.vertex[h]] != 2:
+            corners[corner] = at - border_end[d - 1]
+            corner += 1
+        border[at] = h
+        at += 1
+        h = next_edge(h)
+        while True:
+            t = mesh.twin[h]
+            if t < 0 or bench.member[t >> 2] < 0:
+                break
+            h = next_edge(t)
+        if h == h0:
+            break
+    border_end[d] = at
+    corner_end[d] = corner
+
+
+@njit(cache=True, nogil=True)
+def _longer(
+    hashes: UInt64Array, what: NDArray[np.int32]
+) -> tuple[UInt64Array, NDArray[np.int32]]:
+    n = len(hashes)
+    more_hashes = np.empty((2 * n, 2), np.uint64)
+    more_hashes[:n] = hashes
+    more_what = np.empty((2 * n, 2), np.int32)
+    more_what[:n] = what
+    return more_hashes, more_what
