@@ -25,12 +25,14 @@ class QuadMesh:
     n_vertices: number of vertices.
     source:     (n_vertices,) int32, the index that each vertex had in the quads the
                 mesh was built from, so that geometry can be looked up.
+    source_quad: (q,) int32, the row that each quad had in them.
     """
 
     twin: Int32Array
     vertex: Int32Array
     n_vertices: int
     source: Int32Array
+    source_quad: Int32Array
 
     @classmethod
     def from_quads(cls, quads: ArrayLike) -> QuadMesh:
@@ -62,14 +64,22 @@ class QuadMesh:
         return cls.from_twin(_join(array, pairs), array)
 
     @classmethod
-    def from_twin(cls, twin: Int32Array, quads: Int32Array | None = None) -> QuadMesh:
-        """Build from half-edges; ``quads`` (q, 4) names the vertices, if there are names."""
+    def from_twin(
+        cls,
+        twin: Int32Array,
+        quads: Int32Array | None = None,
+        source_quad: Int32Array | None = None,
+    ) -> QuadMesh:
+        """Build from half-edges; ``quads`` (q, 4) and ``source_quad`` (q,) are the vertices'
+        and quads' names, if they have names other than their numbers."""
         twin = np.ascontiguousarray(twin, dtype=np.int32)
         vertex, n_vertices = fans(twin)
         source = np.arange(n_vertices, dtype=np.int32)
         if quads is not None:
             source[vertex] = quads.ravel()
-        return cls(twin, vertex, n_vertices, source)
+        if source_quad is None:
+            source_quad = np.arange(len(twin) // 4, dtype=np.int32)
+        return cls(twin, vertex, n_vertices, source, source_quad)
 
     @property
     def n_quads(self) -> int:
