@@ -73,6 +73,7 @@ def grow(
     euler = np.zeros(limit + 2, np.int32)
     foreign = np.zeros(limit + 2, np.int32)
     hashes = np.zeros((limit + 2, 2), np.uint64)
+    pattern = np.full(limit + 2, -1, np.int32)
     mark = np.zeros(len(mesh.twin) // 4, np.int64)
     stamp = 0
 
@@ -84,6 +85,7 @@ def grow(
         hashes[1, 0] = mesh.zobrist[root, 0]
         hashes[1, 1] = mesh.zobrist[root, 1]
         foreign[1] = 0
+        pattern[1] = -1
         candidate = True
         while True:
             # A candidate is bench.quads[:n] above frame d: keep it or take it back.
@@ -106,7 +108,9 @@ def grow(
                     value = -1
                     alone = foreign[d] == 0
                     if n > smaller and not (alone and find(others, a, b) >= 0):
-                        value, census = recognise(n, mesh, bench, census)
+                        if pattern[d] < 0:
+                            pattern[d], census = recognise(n, mesh, bench, census)
+                        value = pattern[d]
                         row = value >> 1
                         propose_example(row, n, a, b, bench.quads, census)
                         if alone:
@@ -121,7 +125,12 @@ def grow(
                         far_what[n_far, 0] = n
                         far_what[n_far, 1] = value
                         n_far += 1
-                    _walk(n, d, mesh, bench, border, border_end, corners, corner_end)
+                    if n < limit:
+                        _walk(n, d, mesh, bench, border, border_end, corners, corner_end)
+                    else:
+                        border_end[d] = border_end[d - 1]
+                        corner_end[d] = corner_end[d - 1]
+                        side[d] = 1
                 else:
                     for i in range(n - 1, size[d] - 1, -1):
                         remove_quad(bench.quads[i], mesh, bench)
@@ -141,10 +150,12 @@ def grow(
                     begin = corners[corner_end[d - 1] + s]
                     following = corners[corner_end[d - 1] + (s + 1) % n_corners]
                     length = (following - begin - 1) % perimeter + 1
-                # Look before adding anything: is there a quad beyond every edge, and are
-                # they few enough?
+                # Look before adding anything: is there a quad beyond every edge, are they
+                # few enough, and do they make a patch that was met before? (No patch is
+                # met before it is convex, so none around reflex corners is missed.)
                 stamp += 1
                 room = limit - n
+                a, b = hashes[d, 0], hashes[d, 1]
                 candidate = True
                 for i in range(length):
                     t = mesh.twin[border[first + (begin + i) % perimeter]]
@@ -154,23 +165,24 @@ def grow(
                     q = t >> 2
                     if mark[q] != stamp:
                         mark[q] = stamp
+                        a ^= mesh.zobrist[q, 0]
+                        b ^= mesh.zobrist[q, 1]
                         room -= 1
                         if room < 0:
                             candidate = False
                             break
-                if not candidate:
+                if not candidate or find(met, a, b) >= 0:
+                    candidate = False
                     continue
                 chi = euler[d]
-                a, b = hashes[d, 0], hashes[d, 1]
                 outside = foreign[d]
                 for i in range(length):
                     q = mesh.twin[border[first + (begin + i) % perimeter]] >> 2
                     if bench.member[q] < 0:
                         chi += add_quad(q, n, mesh, bench)
-                        a ^= mesh.zobrist[q, 0]
-                        b ^= mesh.zobrist[q, 1]
                         outside += shard[q] != home
                         n += 1
+                added = n - size[d]
                 if convex:
                     # Only the new quads' vertices can have become reflex corners.
                     i = size[d]
@@ -201,6 +213,20 @@ def grow(
                 hashes[d + 1, 0] = a
                 hashes[d + 1, 1] = b
                 foreign[d + 1] = outside
+                pattern[d + 1] = -1
+                if added == length and n == size[d] + added and n_corners != 1:
+                    for i in range(length):
+                        v = mesh.vertex[border[first + (begin + i) % perimeter]]
+                        if i == 0 and n_corners:
+                            w = mesh.vertex[border[first + (begin + length) % perimeter]]
+                            straight = bench.count[v] == 2 and mesh.full[v] != 2
+                            straight &= bench.count[w] == 2 and mesh.full[w] != 2
+                        else:
+                            straight = bench.count[v] == 4 and mesh.full[v] == 4
+                        if not straight:
+                            break
+                    if straight:
+                        pattern[d + 1] = pattern[d]
             else:
                 # Done with frame d: take its quads back and go on with the one below.
                 for i in range(size[d] - 1, size[d - 1] - 1, -1):
