@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from ingest.census import (
     Bench,
@@ -28,11 +29,12 @@ from ingest.hashing import LOAD, doubled_map, find, mix
 
 @njit(cache=True, nogil=True)
 def count_basic(
-    first: int, last: int, limit: int, mesh: Mesh, bench: Bench, census: Census
+    first: int, last: int, limit: int, mesh: Mesh, bench: Bench, census: Census, pulse: NDArray[np.int64]
 ) -> tuple[int, Census]:
     """Count the patches of at most ``limit`` quads whose smallest quad is in first..last - 1.
 
-    Returns their number and the census with their patterns counted.
+    pulse: (2,) int64; the work is broken off once pulse[0] is not 0, and pulse[1] is raised
+    by the patches met. Returns their number and the census with their patterns counted.
     """
     n_quads = len(mesh.twin) // 4
     reached = np.zeros(n_quads, np.bool_)
@@ -52,6 +54,9 @@ def count_basic(
 
     total = 0
     for root in range(first, last):
+        if pulse[0] != 0:
+            break
+        before = total
         stack[0] = root
         entry[0] = 0
         reached[root] = True
@@ -122,4 +127,5 @@ def count_basic(
                 remove_quad(stack[at[d]], mesh, bench)
                 at[d] += 1
         reached[root] = False
+        pulse[1] += total - before
     return total, census

@@ -44,6 +44,7 @@ class Census(NamedTuple):
               handedness 1 means that the patch is the mirror image of the stored code.
     code_keys, code_rows: map from the hash of a canonical code to its row.
     codes, ends: the canonical codes, row r in codes[ends[r]:ends[r + 1]].
+    sides:    (rows,) int32 number of sides.
     count:    (rows, 2) int64 patches of the task at hand, by handedness.
     example_size, example_hash, example: the task's example of each row: the patch with the
               fewest quads, then the smallest hash, so that it does not depend on the order
@@ -57,6 +58,7 @@ class Census(NamedTuple):
     code_rows: Int32Array
     codes: Code
     ends: NDArray[np.int64]
+    sides: Int32Array
     count: NDArray[np.int64]
     example_size: Int32Array
     example_hash: UInt64Array
@@ -93,6 +95,7 @@ def new_census(widest: int, rows: int = 1024) -> Census:
         np.zeros(4 * rows, np.int32),
         np.empty(64 * rows, np.uint16),
         np.zeros(rows + 1, np.int64),
+        np.zeros(rows, np.int32),
         np.zeros((rows, 2), np.int64),
         np.zeros(rows, np.int32),
         np.zeros((rows, 2), np.uint64),
@@ -172,7 +175,9 @@ def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[int, Ce
         h = clockwise_start(work.reduced, work.starts[s])
         if rooted_code(work.reduced, m, h, True, code, number, entry, order, True) < 0:
             handedness = 1
-    value = 2 * _row_of(code, 4 * m, census) + handedness
+    first = bench.vertex[work.head[work.starts[0]]]
+    sides = n_starts if bench.count[first] != 2 else 0
+    value = 2 * _row_of(code, 4 * m, sides, census) + handedness
     slot = -1 - find(census.reading_keys, a, b)
     census.reading_keys[slot, 0] = a
     census.reading_keys[slot, 1] = b
@@ -182,7 +187,7 @@ def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[int, Ce
 
 
 @njit(cache=True, nogil=True)
-def _row_of(code: Code, n: int, census: Census) -> int:
+def _row_of(code: Code, n: int, sides: int, census: Census) -> int:
     """The row of the canonical code ``code[:n]``, a new one if there is none."""
     a, b = hash_symbols(code, n)
     slot = find(census.code_keys, a, b)
@@ -193,6 +198,7 @@ def _row_of(code: Code, n: int, census: Census) -> int:
     start = census.ends[row]
     census.codes[start : start + n] = code[:n]
     census.ends[row + 1] = start + n
+    census.sides[row] = sides
     census.code_keys[slot, 0] = a
     census.code_keys[slot, 1] = b
     census.code_rows[slot] = row
@@ -214,13 +220,15 @@ def _with_room(census: Census, n: int) -> Census:
     if census.used[1] + n > len(codes):
         codes = np.empty(2 * len(codes) + n, np.uint16)
         codes[: census.used[1]] = census.codes[: census.used[1]]
-    ends, count = census.ends, census.count
+    ends, sides, count = census.ends, census.sides, census.count
     example_size, example_hash = census.example_size, census.example_hash
     example = census.example
     rows = census.count.shape[0]
     if census.used[0] == rows:
         ends = np.zeros(2 * rows + 1, np.int64)
         ends[: rows + 1] = census.ends
+        sides = np.zeros(2 * rows, np.int32)
+        sides[:rows] = census.sides
         count = np.zeros((2 * rows, 2), np.int64)
         count[:rows] = census.count
         example_size = np.zeros(2 * rows, np.int32)
@@ -237,6 +245,7 @@ def _with_room(census: Census, n: int) -> Census:
         code_rows,
         codes,
         ends,
+        sides,
         count,
         example_size,
         example_hash,
@@ -291,3 +300,10 @@ def remove_quad(q: int, mesh: Mesh, bench: Bench) -> None:
     bench.member[q] = -1
     for e in range(4):
         bench.count[mesh.vertex[4 * q + e]] -= 1
+
+
+def reset_counts(census: Census) -> None:
+    """Forget the counts and examples of the task at hand, and keep the codes."""
+    used = int(census.used[0])
+    census.count[:used] = 0
+    census.example_size[:used] = 0

@@ -40,6 +40,7 @@ def grow(
     mesh: Mesh,
     bench: Bench,
     census: Census,
+    pulse: NDArray[np.int64],
 ) -> tuple[int, UInt64Array, UInt64Array, Int32Array, Census]:
     """Count all patches of at most ``limit`` quads that grow from the roots.
 
@@ -50,14 +51,14 @@ def grow(
     not counted but returned.
 
     Returns (patches counted, the set of all hashes met, and of the patches that reach
-    into other shards: (r, 2) hashes and (r, 2) int32 number of quads and 2 * row +
-    handedness, -1 where the census should not count it; the census).
+    into other shards: (r, 2) hashes and (r,) int32 2 * row + handedness, -1 where another
+    mode counts it; the census). pulse: as in :func:`ingest.basic.count_basic`.
     """
     max_perimeter = 2 * limit + 2
     met = np.zeros((1 << 12, 2), np.uint64)
     n_met = 0
     far_hash = np.empty((64, 2), np.uint64)
-    far_what = np.empty((64, 2), np.int32)
+    far_value = np.empty(64, np.int32)
     n_far = 0
     total = 0
 
@@ -87,7 +88,7 @@ def grow(
         foreign[1] = 0
         pattern[1] = -1
         candidate = True
-        while True:
+        while pulse[0] == 0:
             # A candidate is bench.quads[:n] above frame d: keep it or take it back.
             if candidate:
                 keep = euler[d + 1] == 1
@@ -102,6 +103,7 @@ def grow(
                     met[-1 - slot, 0] = a
                     met[-1 - slot, 1] = b
                     n_met += 1
+                    pulse[1] += 1
                     d += 1
                     size[d] = n
                     side[d] = 0
@@ -119,11 +121,10 @@ def grow(
                         total += 1
                     else:
                         if n_far == len(far_hash):
-                            far_hash, far_what = _longer(far_hash, far_what)
+                            far_hash, far_value = _longer(far_hash, far_value)
                         far_hash[n_far, 0] = a
                         far_hash[n_far, 1] = b
-                        far_what[n_far, 0] = n
-                        far_what[n_far, 1] = value
+                        far_value[n_far] = value
                         n_far += 1
                     if n < limit:
                         _walk(n, d, mesh, bench, border, border_end, corners, corner_end)
@@ -235,7 +236,7 @@ def grow(
                 candidate = False
                 if d == 0:
                     break
-    return total, met, far_hash[:n_far].copy(), far_what[:n_far].copy(), census
+    return total, met, far_hash[:n_far].copy(), far_value[:n_far].copy(), census
 
 
 @njit(cache=True, nogil=True)
@@ -283,12 +284,10 @@ def _walk(
 
 
 @njit(cache=True, nogil=True)
-def _longer(
-    hashes: UInt64Array, what: NDArray[np.int32]
-) -> tuple[UInt64Array, NDArray[np.int32]]:
+def _longer(hashes: UInt64Array, values: Int32Array) -> tuple[UInt64Array, Int32Array]:
     n = len(hashes)
     more_hashes = np.empty((2 * n, 2), np.uint64)
     more_hashes[:n] = hashes
-    more_what = np.empty((2 * n, 2), np.int32)
-    more_what[:n] = what
-    return more_hashes, more_what
+    more_values = np.empty(2 * n, np.int32)
+    more_values[:n] = values
+    return more_hashes, more_values

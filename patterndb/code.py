@@ -22,11 +22,15 @@ from numpy.typing import NDArray
 
 from patterndb.errors import InvalidCodeError
 from patterndb.halfedge import Int32Array, next_border_edge, prev_edge
+from patterndb.packing import pack
 
 Code = NDArray[np.uint16]
 
 #: Quads that a 16-bit symbol can name: 1 + 4 * j + 3 <= 65535.
 MAX_QUADS = 16383
+
+#: Largest number of sides that an id tells; patterns with more share this class of ids.
+MAX_CLASS = 127
 
 
 @njit(cache=True, nogil=True)
@@ -231,24 +235,13 @@ def decode(code: Code) -> Int32Array:
     return twin
 
 
-def pattern_id(code: Code) -> int:
-    """The pattern's id, the same in every database: 63 bits of the code's BLAKE2b hash."""
-    digest = hashlib.blake2b(np.asarray(code, dtype="<u2").tobytes(), digest_size=8).digest()
-    return int.from_bytes(digest, "big") >> 1
+def pattern_id(code: Code | bytes, n_sides: int) -> int:
+    """The pattern's id, the same in every database, of its code or its packed code."""
+    return class_id(code if isinstance(code, bytes) else pack(code), n_sides)
 
 
-def pack(code: Code) -> bytes:
-    """Bytes for storage: one a symbol where all fit, else two (little-endian)."""
-    array = np.asarray(code, dtype=np.uint16)
-    return array.astype("<u1" if array.max(initial=0) < 256 else "<u2").tobytes()
-
-
-def unpack(data: bytes, n_quads: int) -> Code:
-    """The code packed in ``data``; the number of quads tells the width of a symbol."""
-    if len(data) == 4 * n_quads:
-        return np.frombuffer(data, "<u1").astype(np.uint16)
-    if len(data) == 8 * n_quads:
-        return np.frombuffer(data, "<u2").astype(np.uint16)
-    raise InvalidCodeError(f"{len(data)} bytes are not the code of {n_quads} quads")
-
-
+def class_id(data: bytes, n_sides: int) -> int:
+    """The number of sides (127 standing for more) in the top byte, then 56 bits of the
+    data's BLAKE2b hash: what belongs to one class lies together in a table ordered by it."""
+    digest = hashlib.blake2b(data, digest_size=7).digest()
+    return min(n_sides, MAX_CLASS) << 56 | int.from_bytes(digest, "big")

@@ -30,7 +30,8 @@ PERIMETER = 8
 SIG_ROTATION = 9
 SIG_REFLECTED = 10
 SIG_SYMMETRIES = 11
-COLUMNS = 12
+N_QUADS = 12
+COLUMNS = 13
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,6 +75,7 @@ def _describe(
     for i in range(n):
         size = offsets[i + 1] - offsets[i]
         q = size // 4
+        counts[i, N_QUADS] = q
         twin = np.empty(size, np.int32)
         for h in range(size):
             twin[h] = np.int32(flat[offsets[i] + h]) - 1

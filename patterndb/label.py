@@ -14,6 +14,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from patterndb.code import class_id
 from patterndb.halfedge import Int32Array
 
 Word = NDArray[np.uint16]
@@ -116,18 +117,32 @@ def split_word(word: NDArray[np.integer], n_sides: int) -> list[list[int]]:
     return sides
 
 
-def joins(sides: list[list[int]]) -> NDArray[np.int32]:
-    """(n, n) int32 n_ij: how many polychords join sides i and j of a label.
-
-    A polychord with both ends on side i counts once in n_ii (and twice in the length).
-    """
+def joined_sides(sides: list[list[int]]) -> list[tuple[int, int]]:
+    """For every polychord of a label, in the label's numbers, the two sides it joins."""
     ends: dict[int, list[int]] = {}
     for s, labels in enumerate(sides):
         for c in labels:
             ends.setdefault(c, []).append(s)
-    n = np.zeros((len(sides), len(sides)), np.int32)
-    for i, j in ends.values():
-        n[i, j] += 1
-        if i != j:
-            n[j, i] += 1
-    return n
+    return [(ends[c][0], ends[c][1]) for c in sorted(ends)]
+
+
+def join_matrices(
+    n_sides: int, pairs: NDArray[np.integer], owner: NDArray[np.integer], n: int
+) -> NDArray[np.int32]:
+    """(n, N, N) int32 n_ij of n labels: how many polychords join sides i and j.
+
+    pairs: (c, 2) sides joined by each polychord; owner: (c,) whose label it belongs to.
+    A polychord with both ends on side i counts once in n_ii (and twice in the length).
+    """
+    width = max(n_sides, 1)
+    matrix = np.zeros((n, width, width), np.int32)
+    i, j = pairs[:, 0], pairs[:, 1]
+    np.add.at(matrix, (owner, i, j), 1)
+    across = i != j
+    np.add.at(matrix, (owner[across], j[across], i[across]), 1)
+    return matrix
+
+
+def signature_id(word: bytes, n_sides: int) -> int:
+    """The id of a signature, of its packed word."""
+    return class_id(word, n_sides)

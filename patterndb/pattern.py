@@ -21,7 +21,7 @@ from patterndb.polychord import Polychords, polychords
 class Pattern:
     """A pattern and what follows from its code.
 
-    id:          63-bit number from the code's hash, the same in every database.
+    id:          63-bit number from the code, the same in every database.
     code:        (4q,) uint16, see :mod:`patterndb.code`.
     n_sides:     N, the number of corners; 0 where the boundary is one closed side.
     corners:     (N,) number of quads at each corner: 1 convex, 3 and more reflex.
@@ -75,7 +75,7 @@ class Pattern:
         counts = row.counts[0].tolist()
         n_sides = counts[d.N_CORNERS]
         return cls(
-            id=pattern_id(code),
+            id=pattern_id(code, n_sides),
             code=code,
             n_sides=n_sides,
             corners=tuple(row.corners[0].tolist()),

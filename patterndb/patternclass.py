@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb import description as d
-from patterndb.code import Code, pack, unpack
-from patterndb.label import joins, split_word
+from patterndb.code import Code
+from patterndb.label import join_matrices, joined_sides, split_word
+from patterndb.packing import pack, unpack
 from patterndb.pattern import Pattern
 
 
@@ -60,7 +61,7 @@ class PatternClass:
 
     def code(self, row: int) -> Code:
         """(4q,) uint16 code of the pattern in this row."""
-        return unpack(self.codes[row], int(self.n_quads[row]))
+        return unpack(self.codes[row]).astype(np.uint16)
 
     def pattern(self, row: int) -> Pattern:
         """The pattern in this row."""
@@ -77,7 +78,9 @@ class PatternClass:
         number = [words.setdefault(w.tobytes(), len(words)) for w in rows.signature]
         width = max(n_sides, 1)
         split = [split_word(np.frombuffer(w, np.uint16), n_sides) for w in words]
-
+        joined = [joined_sides(w) for w in split]
+        pairs = np.array([p for w in joined for p in w], np.int64).reshape(-1, 2)
+        owner = np.repeat(np.arange(len(joined)), [len(w) for w in joined])
         return cls(
             n_sides=n_sides,
             ids=np.array([p.id for p in patterns], np.int64),
@@ -95,5 +98,5 @@ class PatternClass:
             reflected=rows.counts[:, d.SIG_REFLECTED].astype(np.bool_),
             codes=[pack(p.code) for p in patterns],
             lengths=np.array([[len(s) for s in w] for w in split], np.int32).reshape(-1, width),
-            joins=np.array([joins(w) for w in split], np.int32).reshape(-1, width, width),
+            joins=join_matrices(n_sides, pairs, owner, len(split)),
         )

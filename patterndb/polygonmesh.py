@@ -46,9 +46,13 @@ class PolygonMesh:
         """(f,) number of corners of every face."""
         return np.diff(self.offsets)
 
-    def quads(self) -> NDArray[np.int32]:
-        """(q, 4) int32: the four-sided faces with four distinct vertices, in file order."""
-        starts = self.offsets[:-1][self.arities() == 4]
-        quads = self.corners[starts[:, None] + np.arange(4)]
+    def quads(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+        """The four-sided faces with four distinct vertices, in file order.
+
+        Returns ((q, 4) int32 vertices, (q,) int64 the faces' places in the file).
+        """
+        faces = np.flatnonzero(self.arities() == 4)
+        quads = self.corners[self.offsets[faces][:, None] + np.arange(4)]
         ordered = np.sort(quads, axis=1)
-        return np.ascontiguousarray(quads[(ordered[:, 1:] != ordered[:, :-1]).all(axis=1)])
+        good = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
+        return np.ascontiguousarray(quads[good]), faces[good]

@@ -1,0 +1,56 @@
+"""Models the example meshes and writes them as OBJ files.
+
+    python examples/make_examples.py [--out DIR]
+
+The files are the same, byte for byte, on every run.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from dog import dog
+from hand import hand
+from head import head
+from jug import jug
+from modelling import Mesh, write_obj
+
+HERE = Path(__file__).resolve().parent
+
+EXAMPLES: dict[str, tuple[str, Callable[[], Mesh]]] = {
+    "head": (
+        "a human head with loops around eyes and mouth, ears, and an opening at the neck",
+        head,
+    ),
+    "hand": ("a left hand with four fingers and a thumb, and an opening at the wrist", hand),
+    "jug": ("a jug with spout and handle, a closed surface of genus 1", jug),
+    "dog": ("a dog with ears and tail, a closed surface", dog),
+}
+"""Per file: what it is, and the function that models it."""
+
+COMMENT = """{what}
+A coarse quad mesh, coordinates in centimetres, made by examples/make_examples.py.
+Licence: CC0-1.0 (https://creativecommons.org/publicdomain/zero/1.0/)"""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Writes every example into the directory given by ``--out``, by default beside this file."""
+    parser = argparse.ArgumentParser(
+        description="Model the example meshes and write them as OBJ files."
+    )
+    parser.add_argument(
+        "--out", type=Path, default=HERE, metavar="DIR", help="where to write (default: examples)"
+    )
+    out: Path = parser.parse_args(arguments).out
+    out.mkdir(parents=True, exist_ok=True)
+    for name, (what, model) in EXAMPLES.items():
+        mesh = model()
+        path = out / f"{name}.obj"
+        write_obj(path, mesh, COMMENT.format(what=what[0].upper() + what[1:]))
+        print(f"{path}\t{len(mesh.quads)} quads")
+
+
+if __name__ == "__main__":
+    main()

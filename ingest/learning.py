@@ -1,0 +1,284 @@
+"""Learning from one mesh: tasks that may run in parallel, and putting their results together.
+
+A task counts the patterns of one range of smallest quads (basic mode) or of one shard's
+roots (side and convex mode). Patches that reach into several shards are found from each of
+them, so tasks report them one by one and they are counted when all is in. What is learned does
+not depend on how the mesh is cut, nor on which task ends first.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ingest.basic import count_basic
+from ingest.census import Census, kernel_mesh, new_bench, new_census, reset_counts
+from ingest.growth import grow
+from ingest.hashing import UInt64Array, random_pairs
+from ingest.prepare import prepare
+from ingest.shards import cut_into_shards
+from patterndb.halfedge import Int32Array
+from patterndb.packing import pack
+from patterndb.quadmesh import QuadMesh
+from patterndb.store.records import Learned, LearningOptions
+
+#: Quads of one task of the basic mode.
+BASIC_RANGE = 2048
+
+
+@dataclass(frozen=True, slots=True)
+class Tally:
+    """The result of one task.
+
+    totals: patches by mode that were counted here. codes, sides, patches, example_size,
+    example_hash, example: the patterns met, as in :class:`ingest.census.Census`.
+    far_*: patches that reach into other shards: mode, hash, row of this tally and
+    handedness, row -1 where the basic mode counts them.
+    """
+
+    totals: tuple[int, int, int]
+    codes: list[bytes]
+    sides: Int32Array
+    patches: NDArray[np.int64]
+    example_size: Int32Array
+    example_hash: UInt64Array
+    example: Int32Array
+    far_mode: NDArray[np.int8]
+    far_hash: UInt64Array
+    far_row: Int32Array
+    far_mirrored: NDArray[np.int8]
+
+
+Task = Callable[[], Tally]
+
+
+class MeshLearning:
+    """Everything to be done for one mesh: ``tasks``, then ``finish(their results)``."""
+
+    def __init__(
+        self,
+        quads: Int32Array,
+        faces: NDArray[np.int64],
+        options: LearningOptions,
+        *,
+        shard_quads: int,
+        pulse: NDArray[np.int64],
+    ) -> None:
+        """quads: (q, 4) vertex indices; faces: (q,) their places in the file.
+
+        shard_quads: the most quads of a growth task. pulse: (2,) int64 shared with the
+        kernels: a number other than 0 in place 0 stops them, place 1 counts patches met.
+        """
+        mesh = QuadMesh.from_quads(quads)
+        self.quads_read = mesh.n_quads
+        self.options = options
+        self._pulse = pulse
+        self._mesh = prepare(mesh) if options.prepare else mesh
+        self._faces = faces
+        self._widest = max(options.basic, options.side, options.convex)
+        m = self._mesh
+        self._kernel = kernel_mesh(m.twin, m.vertex, m.n_vertices, random_pairs(m.n_quads))
+        self._shard = cut_into_shards(m.twin, m.components(), shard_quads)
+        self.tasks: list[Task] = []
+        if m.n_quads and options.basic:
+            for first in range(0, m.n_quads, BASIC_RANGE):
+                self.tasks.append(self._basic_task(first, min(first + BASIC_RANGE, m.n_quads)))
+        if m.n_quads and (options.side or options.convex):
+            order = np.argsort(self._shard, kind="stable").astype(np.int32)
+            ends = np.cumsum(np.bincount(self._shard))
+            for roots in np.split(order, ends[:-1]):
+                self.tasks.append(self._growth_task(roots))
+
+    @property
+    def n_quads(self) -> int:
+        return self._mesh.n_quads
+
+    def _basic_task(self, first: int, last: int) -> Task:
+        def task() -> Tally:
+            census = _census(self._widest)
+            bench = new_bench(self._mesh.n_quads, self._mesh.n_vertices, self._widest)
+            total, census = count_basic(
+                first, last, self.options.basic, self._kernel, bench, census, self._pulse
+            )
+            return self._tally((total, 0, 0), census, [])
+
+        return task
+
+    def _growth_task(self, roots: Int32Array) -> Task:
+        def task() -> Tally:
+            census = _census(self._widest)
+            bench = new_bench(self._mesh.n_quads, self._mesh.n_vertices, self._widest)
+            totals = [0, 0, 0]
+            far: list[tuple[int, UInt64Array, Int32Array]] = []
+            others = np.zeros((4, 2), np.uint64)
+            for mode, limit, convex in (
+                (1, self.options.side, False),
+                (2, self.options.convex, True),
+            ):
+                if not limit:
+                    continue
+                totals[mode], others, hashes, values, census = grow(
+                    roots,
+                    limit,
+                    convex,
+                    self.options.basic,
+                    others,
+                    self._shard,
+                    self._kernel,
+                    bench,
+                    census,
+                    self._pulse,
+                )
+                far.append((mode, hashes, values))
+            return self._tally((totals[0], totals[1], totals[2]), census, far)
+
+        return task
+
+    def _tally(
+        self,
+        totals: tuple[int, int, int],
+        census: Census,
+        far: list[tuple[int, UInt64Array, Int32Array]],
+    ) -> Tally:
+        """Copy the task's rows out of the thread's census, and clear them there."""
+        _keep_census(self._widest, census)
+        used = int(census.used[0])
+        rows = np.flatnonzero(census.example_size[:used])
+        place = np.full(used + 1, -1, np.int32)
+        place[rows] = np.arange(len(rows), dtype=np.int32)
+        values = np.concatenate([v for _, _, v in far]) if far else np.zeros(0, np.int32)
+        result = Tally(
+            totals=totals,
+            codes=[
+                pack(census.codes[a:b])
+                for a, b in zip(
+                    census.ends[rows].tolist(), census.ends[rows + 1].tolist(), strict=True
+                )
+            ],
+            sides=census.sides[rows],
+            patches=census.count[rows],
+            example_size=census.example_size[rows],
+            example_hash=census.example_hash[rows],
+            example=census.example[rows],
+            far_mode=np.repeat(
+                np.array([m for m, _, _ in far], np.int8), [len(v) for _, _, v in far]
+            ),
+            far_hash=(
+                np.concatenate([h for _, h, _ in far]) if far else np.zeros((0, 2), np.uint64)
+            ),
+            far_row=np.where(values >= 0, place[values >> 1], -1).astype(np.int32),
+            far_mirrored=(values & 1).astype(np.int8),
+        )
+        reset_counts(census)
+        return result
+
+    def finish(self, tallies: list[Tally]) -> Learned:
+        """Put the tasks' results together."""
+        rows: dict[bytes, int] = {}
+        where = [
+            np.array([rows.setdefault(code, len(rows)) for code in t.codes], np.int64)
+            for t in tallies
+        ]
+        n = len(rows)
+        patches = np.zeros((n, 2), np.int64)
+        sides = np.zeros(n, np.int32)
+        best: list[tuple[int, int, int, int, int] | None] = [None] * n
+        for number, (t, w) in enumerate(zip(tallies, where, strict=True)):
+            patches[w] += t.patches
+            sides[w] = t.sides
+            hashes = t.example_hash.tolist()
+            for i, (row, size) in enumerate(zip(w.tolist(), t.example_size.tolist(), strict=True)):
+                candidate = (size, hashes[i][0], hashes[i][1], number, i)
+                held = best[row]
+                if held is None or candidate < held:
+                    best[row] = candidate
+        totals = np.sum([t.totals for t in tallies], axis=0) if tallies else np.zeros(3, np.int64)
+        side, convex = self._count_far(tallies, where, patches)
+        examples: list[bytes] = []
+        for held in best:
+            assert held is not None, "every pattern met has an example"
+            size, _, _, number, i = held
+            quads = self._mesh.source_quad[tallies[number].example[i, :size]]
+            faces = np.sort(self._faces[quads])
+            examples.append(pack(np.diff(faces, prepend=0)))
+        met = np.flatnonzero(patches.sum(axis=1))
+        codes = list(rows)
+        assert len(met) == n, "a pattern was met but in no patch that counts"
+        return Learned(
+            quads_read=self.quads_read,
+            quads_used=self._mesh.n_quads,
+            basic=int(totals[0]),
+            side=int(totals[1]) + side,
+            convex=int(totals[2]) + convex,
+            distinct=int(patches.sum()),
+            codes=codes,
+            sides=sides,
+            patches=patches,
+            examples=examples,
+        )
+
+    def _count_far(
+        self, tallies: list[Tally], where: list[NDArray[np.int64]], patches: NDArray[np.int64]
+    ) -> tuple[int, int]:
+        """Count the patches that reach into several shards, each once; return the totals of
+        the side and of the convex mode."""
+        far = [t for t in tallies if len(t.far_mode)]
+        if not far:
+            return 0, 0
+        hashes = np.concatenate([t.far_hash for t in far])
+        mode = np.concatenate([t.far_mode for t in far])
+        mirrored = np.concatenate([t.far_mirrored for t in far])
+        row = np.concatenate(
+            [
+                np.where(t.far_row >= 0, w[t.far_row] if len(w) else -1, -1)
+                for t, w in zip(tallies, where, strict=True)
+                if len(t.far_mode)
+            ]
+        )
+        # By hash, and patches that the census knows before those that it does not count.
+        order = np.lexsort((-row, hashes[:, 1], hashes[:, 0]))
+        hashes, mode, row, mirrored = hashes[order], mode[order], row[order], mirrored[order]
+        new = np.r_[True, (hashes[1:] != hashes[:-1]).any(axis=1)]
+        group = np.cumsum(new) - 1
+        counted = new & (row >= 0)
+        np.add.at(patches, (row[counted], mirrored[counted].astype(np.int64)), 1)
+        side, convex = (len(np.unique(group[mode == m])) for m in (1, 2))
+        return side, convex
+
+
+_local = threading.local()
+
+
+def _census(widest: int) -> Census:
+    """This thread's census: codes once read need not be worked out again for the next mesh."""
+    held: tuple[int, Census] | None = getattr(_local, "census", None)
+    if held is None or held[0] != widest:
+        held = (widest, new_census(widest))
+    return held[1]
+
+
+def _keep_census(widest: int, census: Census) -> None:
+    _local.census = (widest, census)
+
+
+def learn(
+    quads: Int32Array,
+    options: LearningOptions | None = None,
+    *,
+    faces: NDArray[np.int64] | None = None,
+    shard_quads: int = 1 << 30,
+) -> Learned:
+    """What one mesh, given by its (q, 4) quads, teaches; on one core."""
+    learning = MeshLearning(
+        quads,
+        np.arange(len(quads)) if faces is None else faces,
+        options or LearningOptions(),
+        shard_quads=shard_quads,
+        pulse=np.zeros(2, np.int64),
+    )
+    return learning.finish([task() for task in learning.tasks])
+

@@ -1,0 +1,45 @@
+"""Small integers as bytes: seven bits a byte, the high bit saying that more follow.
+
+Nearly every number in a code or a label is below 128, so most take one byte.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+#: Numbers must stay below this: three bytes of seven bits.
+LIMIT = 1 << 21
+
+
+def pack(values: NDArray[np.integer] | Sequence[int]) -> bytes:
+    """The numbers, each in 0..LIMIT - 1, as bytes."""
+    array = np.asarray(values, dtype=np.int64)
+    if not len(array):
+        return b""
+    if array.max() < 128 and array.min() >= 0:
+        return array.astype(np.uint8).tobytes()
+    if array.min() < 0 or array.max() >= LIMIT:
+        raise ValueError(f"numbers must lie in 0..{LIMIT - 1}")
+    out = bytearray()
+    for value in array.tolist():
+        while value >= 128:
+            out.append(value & 127 | 128)
+            value >>= 7
+        out.append(value)
+    return bytes(out)
+
+
+def unpack(data: bytes) -> NDArray[np.int32]:
+    """The numbers packed in ``data``, (n,) int32. Raises ValueError if it ends in the middle."""
+    raw = np.frombuffer(data, np.uint8)
+    last = raw < 128
+    if last.all():
+        return raw.astype(np.int32)
+    if not last[-1]:
+        raise ValueError("packed numbers end in the middle of one")
+    start = np.r_[0, np.flatnonzero(last)[:-1] + 1]
+    place = np.arange(len(raw)) - np.repeat(start, np.diff(np.r_[start, len(raw)]))
+    return np.add.reduceat((raw & 127).astype(np.int64) << (7 * place), start).astype(np.int32)

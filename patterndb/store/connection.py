@@ -1,0 +1,136 @@
+"""The one way to a database file: connect(), and atomic() to change it."""
+
+from __future__ import annotations
+
+import contextlib
+import sqlite3
+from collections.abc import Generator
+from pathlib import Path
+from typing import Literal
+from urllib.parse import quote
+
+from patterndb.errors import DatabaseError
+from patterndb.store.migrations import APPLICATION_ID, SCHEMA_VERSION, create, migrate
+
+Mode = Literal["read", "write", "create"]
+
+#: Seconds to wait for another process's write to end before giving up.
+BUSY_SECONDS = 10.0
+#: Page cache, KiB: a class of 60,000 patterns fits.
+CACHE_KIB = 65536
+
+
+def connect(path: Path | str, mode: Mode = "read", *, immutable: bool = False) -> sqlite3.Connection:
+    """Open the database at ``path`` with every pragma set.
+
+    read: it must exist. write: it must exist, and is brought to the present schema.
+    create: as write, and made if there is no file (or an empty one). immutable: nobody
+    writes to the file while it is open (a database shipped with a program).
+
+    Raises DatabaseError if the file is not a pattern database, was made by a newer
+    version, is damaged, or cannot be opened so.
+    """
+    path = Path(path)
+    if path.is_dir():
+        raise DatabaseError(f"{path} is a directory; name a database file in it")
+    if mode != "create" and not path.exists():
+        raise DatabaseError(
+            f"there is no database at {path}; 'patterndb ingest MESH... --db {path}' makes one"
+        )
+    if mode == "create" and not path.parent.exists():
+        raise DatabaseError(f"there is no folder {path.parent} to make {path.name} in")
+    uri = f"file:{quote(str(path.absolute()))}?mode=" + {"read": "ro", "write": "rw", "create": "rwc"}[mode]
+    if immutable:
+        uri += "&immutable=1"
+    with _explained(path):
+        connection = sqlite3.connect(
+            uri,
+            uri=True,
+            timeout=BUSY_SECONDS,
+            isolation_level=None,  # transactions are atomic()'s, none begins by itself
+            check_same_thread=False,
+        )
+    try:
+        with _explained(path):
+            connection.execute("PRAGMA foreign_keys = ON")
+            connection.execute("PRAGMA trusted_schema = OFF")
+            connection.execute("PRAGMA temp_store = MEMORY")
+            connection.execute(f"PRAGMA cache_size = {-CACHE_KIB:d}")
+            _check(connection, path, mode)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _check(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
+    application = connection.execute("PRAGMA application_id").fetchone()[0]
+    version = connection.execute("PRAGMA user_version").fetchone()[0]
+    tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
+    if mode == "create" and application == 0 and version == 0 and tables == 0:
+        create(connection)
+        return
+    if application != APPLICATION_ID:
+        raise DatabaseError(f"{path} is an SQLite file of another kind, not a pattern database")
+    if version > SCHEMA_VERSION:
+        raise DatabaseError(
+            f"{path} was made by a newer patterndb (schema {version}, this one knows "
+            f"{SCHEMA_VERSION}); upgrade patterndb"
+        )
+    if version < SCHEMA_VERSION:
+        if mode == "read":
+            raise DatabaseError(
+                f"{path} has schema {version}; open it once for writing ('patterndb verify "
+                f"--migrate --db {path}') to bring it to {SCHEMA_VERSION}"
+            )
+        migrate(connection)
+
+
+@contextlib.contextmanager
+def atomic(connection: sqlite3.Connection) -> Generator[sqlite3.Connection]:
+    """The only way to change a database: all of the block, or nothing of it.
+
+    Takes the write lock at once, so that a second writer waits here and not half-way.
+    """
+    path = _path(connection)
+    with _explained(path):
+        connection.execute("BEGIN IMMEDIATE")
+    try:
+        with _explained(path):
+            yield connection
+    except BaseException:
+        if connection.in_transaction:
+            connection.execute("ROLLBACK")
+        raise
+    with _explained(path):
+        connection.execute("COMMIT")
+
+
+@contextlib.contextmanager
+def _explained(path: Path) -> Generator[None]:
+    """Turn SQLite's errors into ours, with what would mend them."""
+    try:
+        yield
+    except sqlite3.IntegrityError:
+        raise
+    except sqlite3.DatabaseError as error:
+        text = str(error)
+        if "not a database" in text:
+            why = f"{path} is not an SQLite file"
+        elif "locked" in text or "busy" in text:
+            why = f"{path} is being written by another process; try again when it has finished"
+        elif "readonly" in text:
+            why = f"{path} cannot be written: it, or its folder, is read-only"
+        elif "unable to open" in text:
+            why = f"{path} cannot be opened; check that it may be read"
+        elif "full" in text:
+            why = f"no space left to write {path}; what was committed before is kept"
+        elif "malformed" in text or "corrupt" in text:
+            why = f"{path} is damaged ({text}); restore it from a copy, or ingest its meshes anew"
+        else:
+            why = f"{path}: {text}"
+        raise DatabaseError(why) from error
+
+
+def _path(connection: sqlite3.Connection) -> Path:
+    return Path(connection.execute("PRAGMA database_list").fetchone()[2] or ":memory:")

@@ -1,0 +1,145 @@
+"""The content of a database as one hash, and the check that it is what it claims to be."""
+
+from __future__ import annotations
+
+import hashlib
+import sqlite3
+
+import numpy as np
+
+from patterndb import description as d
+from patterndb.code import canonical_code, decode, pattern_id
+from patterndb.disk import Disk
+from patterndb.errors import PatternDBError
+from patterndb.label import joined_sides, signature_id, split_word
+from patterndb.packing import pack, unpack
+from patterndb.pattern import format_id
+
+#: Findings after which verify() stops listing; a damaged database has as many as rows.
+MAX_FINDINGS = 100
+
+
+def content_hash(connection: sqlite3.Connection) -> str:
+    """SHA-256 over meshes, patterns and occurrences, whatever order they came in.
+
+    Equal hashes mean that the databases answer alike. Row ids, which depend on the order
+    of ingestion, and everything that follows from a pattern's code are left out.
+    """
+    total = hashlib.sha256()
+    rank: dict[int, int] = {}
+    for number, (mesh_id, *row) in enumerate(
+        connection.execute(
+            "SELECT id, sha256, name, author, source, licence, basic_limit, side_limit, "
+            "convex_limit, prepared, quads_read, quads_used, basic_patches, side_patches, "
+            "convex_patches, distinct_patches FROM mesh ORDER BY sha256"
+        )
+    ):
+        rank[mesh_id] = number
+        total.update(repr(row).encode())
+    for row in connection.execute("SELECT id, code, origin FROM pattern ORDER BY id"):
+        total.update(repr(row).encode())
+    # Row order within a pattern follows mesh ids, so it is sorted anew by the meshes' rank.
+    group: list[tuple[int, ...]] = []
+    current = None
+    for pattern, mesh_id, patches, mirrored, example in connection.execute(
+        "SELECT pattern_id, mesh_id, patches, mirrored_patches, example FROM occurrence "
+        "ORDER BY pattern_id"
+    ):
+        if pattern != current:
+            total.update(repr(sorted(group)).encode())
+            group.clear()
+            current = pattern
+        group.append((pattern, rank[mesh_id], patches, mirrored, example))
+    total.update(repr(sorted(group)).encode())
+    return total.hexdigest()
+
+
+def verify(connection: sqlite3.Connection) -> list[str]:
+    """Everything that is wrong with the database, in words; empty where it is sound.
+
+    Checks the file (SQLite's own integrity and foreign keys), every pattern (its code is a
+    canonical disk's, its id and columns follow from it), every signature, and that
+    frequencies are the sums of the occurrences.
+    """
+    found = [f"SQLite: {row[0]}" for row in connection.execute("PRAGMA integrity_check(20)")]
+    found = [] if found == ["SQLite: ok"] else found
+    found += [
+        f"row {row[1]} of {row[0]} refers to a row of {row[2]} that is missing"
+        for row in connection.execute("PRAGMA foreign_key_check")
+    ]
+    for number, frequency, patches in connection.execute(
+        "SELECT pattern.id, frequency, coalesce(sum(patches), 0) AS total FROM pattern "
+        "LEFT JOIN occurrence ON pattern_id = pattern.id GROUP BY pattern.id "
+        "HAVING frequency <> total OR (total = 0 AND origin = 'learned')"
+    ):
+        found.append(
+            f"pattern {format_id(number)} has frequency {frequency}, but {patches} patches"
+        )
+    for name, patches, mirrored in connection.execute(
+        "SELECT mesh.name, sum(patches), distinct_patches FROM mesh "
+        "LEFT JOIN occurrence ON mesh_id = mesh.id GROUP BY mesh.id "
+        "HAVING coalesce(sum(patches), 0) <> distinct_patches"
+    ):
+        found.append(f"mesh {name} has {patches} patches in its patterns, but counted {mirrored}")
+    found += _check_patterns(connection)
+    return found[:MAX_FINDINGS]
+
+
+def _check_patterns(connection: sqlite3.Connection) -> list[str]:
+    found: list[str] = []
+    signatures = {
+        row[0]: row[1:]
+        for row in connection.execute("SELECT id, n_sides, word, lengths, joins FROM signature")
+    }
+    for number, (n_sides, word, lengths, joins) in signatures.items():
+        sides = split_word(unpack(word), n_sides)
+        pairs = joined_sides(sides)
+        if (
+            number != signature_id(word, n_sides)
+            or lengths != pack([len(s) for s in sides])
+            or joins != pack([s for p in pairs for s in p])
+        ):
+            found.append(f"signature {format_id(number)} does not follow from its word")
+    for row in connection.execute(
+        "SELECT id, code, n_sides, corners, n_reflex, n_quads, n_irregular, valences, n_chords, "
+        "n_loops, self_crossing, rotations, chiral, label, signature_id, sig_rotation, "
+        "sig_reflected FROM pattern"
+    ):
+        if len(found) >= MAX_FINDINGS:
+            break
+        number, packed, *stored = row
+        try:
+            code = unpack(packed).astype(np.uint16)
+            twin = decode(code)
+            Disk.from_twin(twin)
+            if not np.array_equal(canonical_code(twin)[0], code):
+                found.append(f"pattern {format_id(number)} has a code that is not canonical")
+                continue
+        except (PatternDBError, ValueError) as error:
+            found.append(f"pattern {format_id(number)}: {error}")
+            continue
+        rows = d.describe([code])
+        counts: list[int] = rows.counts[0].tolist()
+        n_sides = counts[d.N_CORNERS]
+        expected = [
+            n_sides,
+            pack(rows.corners[0]),
+            counts[d.N_REFLEX],
+            counts[d.N_QUADS],
+            counts[d.N_IRREGULAR],
+            pack(rows.valences[0]),
+            counts[d.N_CHORDS],
+            counts[d.N_LOOPS],
+            counts[d.SELF_CROSSING],
+            counts[d.ROTATIONS],
+            counts[d.CHIRAL],
+            pack(rows.label[0]),
+            signature_id(pack(rows.signature[0]), n_sides),
+            counts[d.SIG_ROTATION],
+            counts[d.SIG_REFLECTED],
+        ]
+        if stored != expected or number != pattern_id(packed, n_sides):
+            found.append(f"pattern {format_id(number)} has columns that do not follow from its code")
+        elif stored[12] not in signatures:
+            found.append(f"pattern {format_id(number)} has no signature")
+    return found

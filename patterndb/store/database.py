@@ -1,0 +1,176 @@
+"""A pattern database: the functions of this folder, as methods of one object."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+from types import TracebackType
+
+from patterndb.errors import DatabaseError, NotFoundError
+from patterndb.pattern import Pattern
+from patterndb.patternclass import PatternClass
+from patterndb.store import contents, reading, writing
+from patterndb.store.connection import Mode, atomic, connect
+from patterndb.store.records import (
+    Learned,
+    LearningOptions,
+    Mesh,
+    Occurrence,
+    Provenance,
+    Statistics,
+)
+
+
+class Database:
+    """An open pattern database; a context manager that closes it.
+
+    Classes are kept in memory once loaded, until something is written through this
+    object. One thread at a time may use it.
+    """
+
+    def __init__(self, path: Path | str, mode: Mode = "read", *, immutable: bool = False) -> None:
+        """Open ``path``; see :func:`patterndb.store.connection.connect` for mode and errors."""
+        self.path = Path(path)
+        self.mode: Mode = mode
+        self._connection = connect(self.path, mode, immutable=immutable)
+        self._classes: dict[int, PatternClass] = {}
+
+    def __enter__(self) -> Database:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Close the file; the object is of no use afterwards."""
+        self._connection.close()
+
+    # Asking
+
+    def statistics(self) -> Statistics:
+        """Counts over the whole database, with its content hash."""
+        one = self._connection.execute
+        patterns, chiral = one("SELECT count(*), coalesce(sum(chiral), 0) FROM pattern").fetchone()
+        met = one(
+            "SELECT coalesce(sum((own > 0) + (mirrored > 0)), 0) FROM "
+            "(SELECT sum(patches - mirrored_patches) AS own, sum(mirrored_patches) AS mirrored "
+            "FROM occurrence GROUP BY pattern_id)"
+        ).fetchone()[0]
+        meshes, patches = one(
+            "SELECT count(*), coalesce(sum(distinct_patches), 0) FROM mesh"
+        ).fetchone()
+        return Statistics(
+            patterns=patterns,
+            patterns_oriented=patterns + chiral,
+            patterns_met=met,
+            by_sides=self.sides_histogram(),
+            by_irregular=reading.histogram(self._connection, "n_irregular"),
+            signatures=one("SELECT count(*) FROM signature").fetchone()[0],
+            meshes=meshes,
+            patches=patches,
+            content_hash=self.content_hash(),
+        )
+
+    def sides_histogram(self) -> dict[int, int]:
+        """Number of patterns by number of sides."""
+        return reading.histogram(self._connection, "n_sides")
+
+    def content_hash(self) -> str:
+        """Hash of everything learned; equal for databases with the same content."""
+        return contents.content_hash(self._connection)
+
+    def meshes(self) -> list[Mesh]:
+        """All meshes, by name."""
+        return reading.meshes(self._connection)
+
+    def find_mesh(self, sha256: str) -> Mesh | None:
+        """The mesh of a file with this SHA-256 (hexadecimal), or None."""
+        return reading.find_mesh(self._connection, bytes.fromhex(sha256))
+
+    def pattern(self, name: str) -> Pattern:
+        """The pattern whose name begins with ``name``; NotFoundError if not exactly one."""
+        return reading.pattern(self._connection, name)
+
+    def occurrences(self, pattern: Pattern) -> list[Occurrence]:
+        """The meshes that hold the pattern."""
+        return reading.occurrences(self._connection, pattern.id)
+
+    def pattern_class(self, n_sides: int) -> PatternClass:
+        """All patterns of ``n_sides`` sides, in default order."""
+        if n_sides not in self._classes:
+            self._classes[n_sides] = reading.pattern_class(self._connection, n_sides)
+        return self._classes[n_sides]
+
+    def verify(self) -> list[str]:
+        """Everything that is wrong with the database, in words."""
+        return contents.verify(self._connection)
+
+    # Changing
+
+    def add_mesh(
+        self,
+        name: str,
+        sha256: str,
+        provenance: Provenance,
+        options: LearningOptions,
+        learned: Learned,
+    ) -> int:
+        """Write what a mesh taught, in one step; return how many patterns are new.
+
+        A mesh with the same bytes that was learned with other options is replaced.
+        """
+        digest = bytes.fromhex(sha256)
+        with self._change() as connection:
+            old = connection.execute("SELECT id FROM mesh WHERE sha256 = ?", (digest,)).fetchall()
+            if old:
+                writing.remove_meshes(connection, [row[0] for row in old])
+            return writing.add_mesh(connection, name, digest, provenance, options, learned)
+
+    def set_provenance(self, sha256: str, name: str, provenance: Provenance) -> None:
+        """Change the name of a mesh and what is said of where it comes from."""
+        with self._change() as connection:
+            writing.set_provenance(connection, bytes.fromhex(sha256), name, provenance)
+
+    def remove(self, names: Sequence[str]) -> tuple[int, int]:
+        """Take meshes out, by name or by the first digits of their SHA-256.
+
+        Returns how many meshes and how many patterns went. Raises NotFoundError, and
+        changes nothing, if one of the names is unknown or stands for several meshes.
+        """
+        with self._change() as connection:
+            ids: list[int] = []
+            for name in names:
+                found = reading.mesh_ids(connection, name)
+                if not found:
+                    raise NotFoundError(f"no mesh {name!r}; 'patterndb meshes' lists them")
+                if len(found) > 1:
+                    raise NotFoundError(
+                        f"{len(found)} meshes are called {name!r}; name one by its SHA-256 "
+                        "('patterndb meshes --json' tells)"
+                    )
+                ids += found
+            ids = sorted(set(ids))
+            return len(ids), writing.remove_meshes(connection, ids)
+
+    def merge(self, other: Database) -> tuple[int, int, int]:
+        """Add all meshes of another database; return (added, replaced, already there)."""
+        if other.path.resolve() == self.path.resolve():
+            raise DatabaseError(f"{self.path} cannot be merged into itself")
+        with self._change() as connection:
+            return writing.merge(connection, other._connection)
+
+    def _change(self) -> AbstractContextManager[sqlite3.Connection]:
+        if self.mode == "read":
+            raise DatabaseError(
+                f"{self.path} is open for reading only; open it with mode='write', or give "
+                "--db FILE for a database of your own"
+            )
+        self._classes.clear()
+        return atomic(self._connection)

@@ -1,0 +1,116 @@
+"""What goes into the store and what comes out of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+#: No mode takes larger patches: time and the 16 bits of a code's symbols end long before.
+LARGEST_PATCH = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class LearningOptions:
+    """How patches are taken from a mesh.
+
+    basic, side, convex: the largest patch of each mode in quads; 0 switches a mode off.
+    prepare: collapse the polychords that only refine the mesh first.
+    """
+
+    basic: int = 7
+    side: int = 12
+    convex: int = 40
+    prepare: bool = True
+
+    def __post_init__(self) -> None:
+        for name in ("basic", "side", "convex"):
+            limit = getattr(self, name)
+            if not 0 <= limit <= LARGEST_PATCH:
+                raise ValueError(
+                    f"the limit of the {name} mode must lie in 0..{LARGEST_PATCH}, not {limit}; "
+                    "0 switches the mode off"
+                )
+        if not (self.basic or self.side or self.convex):
+            raise ValueError("all modes are switched off; give at least one a limit above 0")
+
+
+@dataclass(frozen=True, slots=True)
+class Provenance:
+    """Where a mesh comes from; None where that is not known."""
+
+    author: str | None = None
+    source: str | None = None
+    licence: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """What one mesh taught: counts, and one row a pattern met in it.
+
+    quads_read, quads_used: quads in the file, and after preparation.
+    basic, side, convex, distinct: patches of each mode, and over all of them.
+    codes: packed canonical codes. sides: (k,) int32 number of sides of each.
+    patches: (k, 2) int64, patches as the code is and as its mirror image.
+    examples: per pattern the quads of one patch, packed (see schema.sql).
+    """
+
+    quads_read: int
+    quads_used: int
+    basic: int
+    side: int
+    convex: int
+    distinct: int
+    codes: list[bytes]
+    sides: NDArray[np.int32]
+    patches: NDArray[np.int64]
+    examples: list[bytes]
+
+
+@dataclass(frozen=True, slots=True)
+class Mesh:
+    """A mesh in the database; field by field as in schema.sql."""
+
+    name: str
+    sha256: str
+    provenance: Provenance
+    options: LearningOptions
+    quads_read: int
+    quads_used: int
+    basic: int
+    side: int
+    convex: int
+    distinct: int
+    patterns: int
+
+
+@dataclass(frozen=True, slots=True)
+class Occurrence:
+    """A pattern in a mesh: how many patches, and the quads of one of them (file faces)."""
+
+    mesh: str
+    patches: int
+    mirrored_patches: int
+    example: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Statistics:
+    """Counts over the whole database.
+
+    patterns: mirror images merged. patterns_oriented: a chiral one counts twice.
+    patterns_met: handednesses that patches were really met in.
+    by_sides, by_irregular: patterns by number of sides and of irregular vertices.
+    """
+
+    patterns: int
+    patterns_oriented: int
+    patterns_met: int
+    by_sides: dict[int, int]
+    by_irregular: dict[int, int]
+    signatures: int
+    meshes: int
+    patches: int
+    content_hash: str = field(default="")

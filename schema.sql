@@ -1,0 +1,102 @@
+-- The pattern database, whole. Version 1.
+--
+-- One file holds the meshes that were learned from, the patterns found in them, and how
+-- often each pattern occurs in each mesh. Words are those of docs/definitions.md.
+--
+-- Blobs of numbers ("packed") hold seven bits a byte, lowest first, the high bit saying
+-- that more follow; nearly every number takes one byte.
+
+PRAGMA application_id = 0x50617444;  -- 'PatD'
+PRAGMA user_version = 1;
+
+-- A mesh is known by the bytes of its file: the same bytes under another name are the
+-- same mesh, and are counted once.
+CREATE TABLE mesh (
+    id               INTEGER PRIMARY KEY,
+    sha256           BLOB    NOT NULL UNIQUE CHECK (length(sha256) = 32),
+    name             TEXT    NOT NULL CHECK (name <> ''),
+    author           TEXT,
+    source           TEXT,
+    licence          TEXT,
+    -- What was asked for: the largest patch of each mode (0: the mode is off), and
+    -- whether refining polychords were collapsed first.
+    basic_limit      INTEGER NOT NULL CHECK (basic_limit >= 0),
+    side_limit       INTEGER NOT NULL CHECK (side_limit >= 0),
+    convex_limit     INTEGER NOT NULL CHECK (convex_limit >= 0),
+    prepared         INTEGER NOT NULL CHECK (prepared IN (0, 1)),
+    -- What was found: quads in the file and after preparation, patches of each mode, and
+    -- distinct patches over all modes.
+    quads_read       INTEGER NOT NULL CHECK (quads_read >= 0),
+    quads_used       INTEGER NOT NULL CHECK (quads_used BETWEEN 0 AND quads_read),
+    basic_patches    INTEGER NOT NULL CHECK (basic_patches >= 0),
+    side_patches     INTEGER NOT NULL CHECK (side_patches >= 0),
+    convex_patches   INTEGER NOT NULL CHECK (convex_patches >= 0),
+    distinct_patches INTEGER NOT NULL CHECK (distinct_patches >= 0)
+) STRICT;
+
+-- What decides which boundaries a pattern can meet: the cyclic word of its boundary label,
+-- in the smallest of its rotations and reflections. Many patterns share one.
+CREATE TABLE signature (
+    id       INTEGER PRIMARY KEY,  -- number of sides in the top byte, then a hash of word
+    n_sides  INTEGER NOT NULL CHECK (n_sides >= 0),
+    word     BLOB    NOT NULL,     -- packed: for every side its length, then its labels
+    lengths  BLOB    NOT NULL,     -- packed: edges of every side when all widths are 1
+    joins    BLOB    NOT NULL      -- packed: for every open polychord the two sides it joins
+) STRICT;
+
+CREATE TABLE pattern (
+    -- Number of sides in the top byte (127: 127 or more), then a hash of code: the same in
+    -- every database, and the patterns of a class lie together.
+    id            INTEGER PRIMARY KEY,
+    code          BLOB    NOT NULL,  -- packed: the canonical code, four symbols a quad
+    n_sides       INTEGER NOT NULL CHECK (n_sides >= 0),
+    corners       BLOB    NOT NULL,  -- packed: quads at each corner, 1 convex, 3 and more reflex
+    n_reflex      INTEGER NOT NULL CHECK (n_reflex BETWEEN 0 AND n_sides),
+    n_quads       INTEGER NOT NULL CHECK (n_quads >= 1),
+    n_irregular   INTEGER NOT NULL CHECK (n_irregular >= 0),
+    valences      BLOB    NOT NULL,  -- packed: of the irregular vertices, ascending
+    n_chords      INTEGER NOT NULL CHECK (n_chords >= 0),  -- open polychords
+    n_loops       INTEGER NOT NULL CHECK (n_loops >= 0),   -- closed ones
+    self_crossing INTEGER NOT NULL CHECK (self_crossing IN (0, 1)),
+    rotations     INTEGER NOT NULL CHECK (rotations >= 1), -- that map it onto itself
+    chiral        INTEGER NOT NULL CHECK (chiral IN (0, 1)),
+    label         BLOB    NOT NULL,  -- packed: as signature.word, read from corner 0
+    signature_id  INTEGER NOT NULL REFERENCES signature (id),
+    -- The label reads as the signature from side sig_rotation on (from that boundary edge
+    -- where there is no corner), backwards where sig_reflected.
+    sig_rotation  INTEGER NOT NULL CHECK (sig_rotation >= 0),
+    sig_reflected INTEGER NOT NULL CHECK (sig_reflected IN (0, 1)),
+    frequency     INTEGER NOT NULL DEFAULT 0 CHECK (frequency >= 0),
+    origin        TEXT    NOT NULL DEFAULT 'learned' CHECK (origin IN ('learned', 'family'))
+) STRICT;
+
+CREATE INDEX pattern_signature ON pattern (signature_id);
+
+-- How many distinct patches of a mesh reduce to a pattern; of these, mirrored_patches are
+-- mirror images of the stored code (0 where the pattern is its own mirror image).
+CREATE TABLE occurrence (
+    pattern_id       INTEGER NOT NULL REFERENCES pattern (id),
+    mesh_id          INTEGER NOT NULL REFERENCES mesh (id),
+    patches          INTEGER NOT NULL CHECK (patches >= 1),
+    mirrored_patches INTEGER NOT NULL CHECK (mirrored_patches BETWEEN 0 AND patches),
+    -- One such patch, the smallest: packed, its quads as the file numbers its faces, from 0,
+    -- ascending, each but the first as the difference to the one before.
+    example          BLOB    NOT NULL,
+    PRIMARY KEY (pattern_id, mesh_id)
+) STRICT, WITHOUT ROWID;
+
+CREATE INDEX occurrence_mesh ON occurrence (mesh_id);
+
+-- A pattern's frequency is the sum of its occurrences, kept by the database itself.
+CREATE TRIGGER occurrence_added AFTER INSERT ON occurrence BEGIN
+    UPDATE pattern SET frequency = frequency + NEW.patches WHERE id = NEW.pattern_id;
+END;
+
+CREATE TRIGGER occurrence_removed AFTER DELETE ON occurrence BEGIN
+    UPDATE pattern SET frequency = frequency - OLD.patches WHERE id = OLD.pattern_id;
+END;
+
+CREATE TRIGGER occurrence_changed AFTER UPDATE ON occurrence BEGIN
+    UPDATE pattern SET frequency = frequency - OLD.patches WHERE id = OLD.pattern_id;
+    UPDATE pattern SET frequency = frequency + NEW.patches WHERE id = NEW.pattern_id;
+END;
