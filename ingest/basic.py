@@ -29,7 +29,13 @@ from ingest.hashing import LOAD, doubled_map, find, mix
 
 @njit(cache=True, nogil=True)
 def count_basic(
-    first: int, last: int, limit: int, mesh: Mesh, bench: Bench, census: Census, pulse: NDArray[np.int64]
+    first: int,
+    last: int,
+    limit: int,
+    mesh: Mesh,
+    bench: Bench,
+    census: Census,
+    pulse: NDArray[np.int64],
 ) -> tuple[int, Census]:
     """Count the patches of at most ``limit`` quads whose smallest quad is in first..last - 1.
 

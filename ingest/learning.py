@@ -281,4 +281,3 @@ def learn(
         pulse=np.zeros(2, np.int64),
     )
     return learning.finish([task() for task in learning.tasks])
-

@@ -56,9 +56,7 @@ def _halves(twin: Int32Array, quads: Int32Array, largest: int) -> list[Int32Arra
 
 
 @njit(cache=True, nogil=True)
-def _breadth_first(
-    twin: Int32Array, root: int, inside: np.ndarray, part: Int32Array
-) -> Int32Array:
+def _breadth_first(twin: Int32Array, root: int, inside: np.ndarray, part: Int32Array) -> Int32Array:
     """The quads of the part by distance from the root; unconnected ones follow theirs."""
     order = np.empty(len(part), np.int32)
     reached = np.zeros(len(inside), np.bool_)

@@ -1,1 +1,37 @@
-"""patterndb: a database of the patterns in hand-made quad meshes."""
+"""patterndb: a database of the patterns in hand-made quad meshes.
+
+import patterndb, ingest, query
+
+with patterndb.open("my.db", "create") as db:
+    ingest.ingest(db, ["head.obj", "hand.obj"])
+    for fill in query.fills(db, query.Boundary((3, 5, 4, 6))):
+        ...
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from patterndb.errors import PatternDBError
+from patterndb.starter import starter_path
+from patterndb.store import Database, LearningOptions, Provenance
+from patterndb.store.connection import Mode
+
+__version__ = "0.1.0"
+
+__all__ = ["Database", "LearningOptions", "PatternDBError", "Provenance", "open"]
+
+
+def open(path: Path | str | None = None, mode: Mode = "read") -> Database:  # noqa: A001
+    """Open a pattern database; without a path, the starter database that comes along.
+
+    mode: "read", "write" (it must exist) or "create" (made if it does not). The starter
+    database can only be read. Raises DatabaseError, saying what would mend it.
+
+    Example: ``patterndb.open().statistics().patterns``
+    """
+    if path is not None:
+        return Database(path, mode)
+    if mode != "read":
+        raise ValueError("the starter database is never written to; give a path of your own")
+    return Database(starter_path(), immutable=True)

@@ -30,9 +30,7 @@ class PolygonMesh:
             raise InvalidMeshError("offsets must be (f + 1,) and start at 0")
         if self.offsets[-1] != len(self.corners) or (np.diff(self.offsets) < 0).any():
             raise InvalidMeshError("offsets must ascend and end at the number of corners")
-        if len(self.corners) and (
-            self.corners.min() < 0 or self.corners.max() >= len(self.points)
-        ):
+        if len(self.corners) and (self.corners.min() < 0 or self.corners.max() >= len(self.points)):
             raise InvalidMeshError(
                 f"a face names a vertex outside 0..{len(self.points) - 1}: "
                 f"indices run from {self.corners.min()} to {self.corners.max()}"

@@ -20,7 +20,9 @@ BUSY_SECONDS = 10.0
 CACHE_KIB = 65536
 
 
-def connect(path: Path | str, mode: Mode = "read", *, immutable: bool = False) -> sqlite3.Connection:
+def connect(
+    path: Path | str, mode: Mode = "read", *, immutable: bool = False
+) -> sqlite3.Connection:
     """Open the database at ``path`` with every pragma set.
 
     read: it must exist. write: it must exist, and is brought to the present schema.
@@ -39,7 +41,10 @@ def connect(path: Path | str, mode: Mode = "read", *, immutable: bool = False) -
         )
     if mode == "create" and not path.parent.exists():
         raise DatabaseError(f"there is no folder {path.parent} to make {path.name} in")
-    uri = f"file:{quote(str(path.absolute()))}?mode=" + {"read": "ro", "write": "rw", "create": "rwc"}[mode]
+    uri = (
+        f"file:{quote(str(path.absolute()))}?mode="
+        + {"read": "ro", "write": "rw", "create": "rwc"}[mode]
+    )
     if immutable:
         uri += "&immutable=1"
     with _explained(path):

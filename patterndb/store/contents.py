@@ -139,7 +139,9 @@ def _check_patterns(connection: sqlite3.Connection) -> list[str]:
             counts[d.SIG_REFLECTED],
         ]
         if stored != expected or number != pattern_id(packed, n_sides):
-            found.append(f"pattern {format_id(number)} has columns that do not follow from its code")
+            found.append(
+                f"pattern {format_id(number)} has columns that do not follow from its code"
+            )
         elif stored[12] not in signatures:
             found.append(f"pattern {format_id(number)} has no signature")
     return found

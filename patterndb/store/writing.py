@@ -195,8 +195,7 @@ def merge(connection: sqlite3.Connection, other: sqlite3.Connection) -> tuple[in
     for row in other.execute(f"SELECT id, {columns} FROM mesh ORDER BY sha256"):  # noqa: S608
         other_id, *values = row
         here = connection.execute(
-            "SELECT id, basic_limit, side_limit, convex_limit, prepared FROM mesh "
-            "WHERE sha256 = ?",
+            "SELECT id, basic_limit, side_limit, convex_limit, prepared FROM mesh WHERE sha256 = ?",
             (values[0],),
         ).fetchone()
         if here is not None:

@@ -1,0 +1,337 @@
+"""From mesh files to the store: read, learn on all cores, write one mesh at a time.
+
+Threads are enough, for the kernels run without the interpreter lock. Meshes are taken
+largest first, so that the cores run dry together; each is written in one step as soon as
+its last task has ended, so that a crash loses at most the meshes in work.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import time
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from ingest.learning import MeshLearning, Tally
+from ingest.read import ReadLimits, load_file, parse
+from patterndb.errors import InvalidMeshError, MeshFileError
+from patterndb.store import Database, Learned, LearningOptions, Provenance
+
+#: Most quads of a growth task, which remembers the patches it met: up to 100 kB a quad on
+#: very irregular meshes.
+SHARD_QUADS = 4096
+#: Where one mesh must keep all cores busy it is cut finer, but not below this: patches that
+#: reach into two shards are found twice.
+SMALLEST_SHARD = 1024
+
+Outcome = Literal["learned", "replaced", "unchanged", "updated"]
+
+
+@dataclass(frozen=True, slots=True)
+class MeshReport:
+    """What became of one mesh file.
+
+    outcome: "learned"; "replaced" (it had been learned with other options); "unchanged";
+    or "updated" (only its name or provenance changed).
+    seconds: from reading to the end of writing; other meshes may have run beside it.
+    """
+
+    path: Path
+    name: str
+    sha256: str
+    outcome: Outcome
+    quads_read: int
+    quads_used: int
+    basic: int
+    side: int
+    convex: int
+    distinct: int
+    patterns: int
+    new_patterns: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class IngestReport:
+    """What an ingest did: one report a file, in the order given."""
+
+    meshes: list[MeshReport]
+    seconds: float
+    interrupted: bool
+
+
+@dataclass(slots=True)
+class Progress:
+    """How far an ingest is; passed to the callback about ten times a second.
+
+    bytes_done of bytes_total: share of the files, by size, that is learned, counting the
+    tasks of meshes in work. patches: met so far, over all modes. working: names in work.
+    """
+
+    bytes_total: int
+    bytes_done: float = 0.0
+    patches: int = 0
+    working: list[str] = field(default_factory=list[str])
+
+
+@dataclass(slots=True)
+class _Work:
+    """One mesh on its way through the pipeline."""
+
+    index: int
+    path: Path
+    size: int = 0
+    sha256: str = ""
+    outcome: Outcome = "learned"
+    started: float = 0.0
+    learning: MeshLearning | None = None
+    running: set[Future[Tally]] = field(default_factory=set[Future[Tally]])
+    tallies: list[Tally] = field(default_factory=list[Tally])
+    learned: Learned | None = None
+
+
+def ingest(
+    database: Database,
+    paths: Sequence[Path | str],
+    options: LearningOptions | None = None,
+    *,
+    jobs: int | None = None,
+    provenance: Provenance | Callable[[Path], Provenance] | None = None,
+    limits: ReadLimits | None = None,
+    progress: Callable[[Progress], None] | None = None,
+    report: Callable[[MeshReport], None] | None = None,
+) -> IngestReport:
+    """Learn the patterns of mesh files into a database open for writing.
+
+    A file whose bytes the database has learned with the same options changes nothing but,
+    where ``provenance`` says something else than before, that. jobs: threads, default one a
+    core. provenance: of all files, or asked for each. report is called for every file as it
+    is done.
+
+    All files are read and checked before anything is learned: if one cannot be read,
+    MeshFileError is raised (InvalidMeshError, naming all, where there are several) and the
+    database is as before. On KeyboardInterrupt the tasks
+    in work are broken off, what was written stays, and the report says "interrupted".
+    """
+    started = time.perf_counter()
+    options = options or LearningOptions()
+    limits = limits or ReadLimits()
+    jobs = jobs or os.cpu_count() or 1
+    run = _Run(database, options, jobs, limits, provenance, progress, report)
+    work = [_Work(i, Path(p)) for i, p in enumerate(paths)]
+    interrupted = False
+    with ThreadPoolExecutor(jobs, thread_name_prefix="learn") as pool:
+        try:
+            run.run(work, pool)
+        except KeyboardInterrupt:
+            interrupted = True
+        finally:
+            run.stop()
+            pool.shutdown(cancel_futures=True)
+    return IngestReport(
+        [run.reports[i] for i in sorted(run.reports)], time.perf_counter() - started, interrupted
+    )
+
+
+class _Run:
+    """One call of :func:`ingest`."""
+
+    def __init__(
+        self,
+        database: Database,
+        options: LearningOptions,
+        jobs: int,
+        limits: ReadLimits,
+        provenance: Provenance | Callable[[Path], Provenance] | None,
+        progress: Callable[[Progress], None] | None,
+        report: Callable[[MeshReport], None] | None,
+    ) -> None:
+        self.database = database
+        self.options = options
+        self.jobs = jobs
+        self.limits = limits
+        self.provenance = provenance
+        self.progress = progress
+        self.report = report
+        self.reports: dict[int, MeshReport] = {}
+        self.pulse = np.zeros(2, np.int64)
+        self.done_bytes = 0
+
+    def stop(self) -> None:
+        """Let the kernels break off."""
+        self.pulse[0] = 1
+
+    def run(self, work: list[_Work], pool: ThreadPoolExecutor) -> None:
+        waiting, twins = self._check(work)
+        self.state = Progress(sum(w.size for w in work))
+        waiting.sort(key=lambda w: (-w.size, w.index))
+        open_meshes: list[_Work] = []
+        while waiting or open_meshes:
+            # One mesh more than there are threads keeps every thread busy.
+            while waiting and sum(len(w.running) for w in open_meshes) <= self.jobs:
+                fresh = waiting.pop(0)
+                self._begin(fresh, pool, alone=len(waiting) < self.jobs)
+                open_meshes.append(fresh)
+            running = [f for w in open_meshes for f in w.running]
+            if running:
+                wait(running, timeout=0.1, return_when=FIRST_COMPLETED)
+            for w in list(open_meshes):
+                for future in [f for f in w.running if f.done()]:
+                    w.running.remove(future)
+                    w.tallies.append(future.result())
+                if not w.running:
+                    self._finish(w)
+                    open_meshes.remove(w)
+            self._show(open_meshes)
+        for w in twins:
+            self._report_known(w)
+
+    def _check(self, work: list[_Work]) -> tuple[list[_Work], list[_Work]]:
+        """Read every file once to find the bad ones before the long part begins.
+
+        Reports those that need no learning. Returns those to be learned, and those that
+        hold the same bytes as one of them.
+        """
+        waiting: list[_Work] = []
+        known: list[_Work] = []
+        twins: list[_Work] = []
+        bad: list[MeshFileError] = []
+        seen: set[str] = set()
+        for w in work:
+            w.started = time.perf_counter()
+            try:
+                data = load_file(w.path, self.limits)
+                w.size = len(data)
+                w.sha256 = hashlib.sha256(data).hexdigest()
+                here = self.database.find_mesh(w.sha256)
+                if here is not None and here.options == self.options:
+                    known.append(w)
+                    continue
+                parse(data, w.path, self.limits)
+            except MeshFileError as error:
+                bad.append(error)
+                continue
+            if w.sha256 in seen:
+                twins.append(w)
+                continue
+            seen.add(w.sha256)
+            w.outcome = "learned" if here is None else "replaced"
+            waiting.append(w)
+        if len(bad) == 1:
+            raise bad[0]
+        if bad:
+            raise InvalidMeshError(
+                f"{len(bad)} of {len(work)} files cannot be read; nothing was ingested\n"
+                + "\n".join(str(error) for error in bad)
+            )
+        for w in known:
+            self._report_known(w)
+        return waiting, twins
+
+    def _begin(self, w: _Work, pool: ThreadPoolExecutor, *, alone: bool) -> None:
+        """Read and prepare the mesh and start its tasks. alone: no other meshes are left to
+        keep the other cores busy."""
+        w.started = time.perf_counter()
+        data = load_file(w.path, self.limits)
+        if hashlib.sha256(data).hexdigest() != w.sha256:
+            raise InvalidMeshError(f"{w.path} changed while it was being ingested; run again")
+        quads, faces = parse(data, w.path, self.limits).quads()
+        shard = SHARD_QUADS
+        if alone and self.jobs > 1:
+            shard = max(SMALLEST_SHARD, min(shard, len(quads) // (2 * self.jobs)))
+        w.learning = MeshLearning(quads, faces, self.options, shard_quads=shard, pulse=self.pulse)
+        w.running = {pool.submit(task) for task in w.learning.tasks}
+
+    def _finish(self, w: _Work) -> None:
+        assert w.learning is not None
+        learned = w.learning.finish(w.tallies)
+        w.tallies.clear()
+        w.learning = None
+        new = self.database.add_mesh(
+            w.path.name, w.sha256, self._provenance_of(w.path), self.options, learned
+        )
+        self.done_bytes += w.size
+        self._report(
+            w,
+            learned.quads_read,
+            learned.quads_used,
+            (learned.basic, learned.side, learned.convex, learned.distinct),
+            len(learned.codes),
+            new,
+        )
+
+    def _report_known(self, w: _Work) -> None:
+        """A mesh that is there: change its provenance if something else is said of it."""
+        here = self.database.find_mesh(w.sha256)
+        assert here is not None
+        wanted = here.provenance
+        if self.provenance is not None:
+            said = self._provenance_of(w.path)
+            wanted = Provenance(
+                said.author or wanted.author,
+                said.source or wanted.source,
+                said.licence or wanted.licence,
+            )
+        w.outcome = "unchanged"
+        if wanted != here.provenance:
+            self.database.set_provenance(w.sha256, here.name, wanted)
+            w.outcome = "updated"
+        self.done_bytes += w.size
+        self._report(
+            w,
+            here.quads_read,
+            here.quads_used,
+            (here.basic, here.side, here.convex, here.distinct),
+            here.patterns,
+            0,
+            here.name,
+        )
+
+    def _provenance_of(self, path: Path) -> Provenance:
+        if self.provenance is None:
+            return Provenance()
+        return self.provenance if isinstance(self.provenance, Provenance) else self.provenance(path)
+
+    def _report(
+        self,
+        w: _Work,
+        quads_read: int,
+        quads_used: int,
+        patches: tuple[int, int, int, int],
+        patterns: int,
+        new_patterns: int,
+        name: str | None = None,
+    ) -> None:
+        entry = MeshReport(
+            w.path,
+            name or w.path.name,
+            w.sha256,
+            w.outcome,
+            quads_read,
+            quads_used,
+            *patches,
+            patterns,
+            new_patterns,
+            time.perf_counter() - w.started,
+        )
+        self.reports[w.index] = entry
+        if self.report is not None:
+            self.report(entry)
+
+    def _show(self, open_meshes: Iterable[_Work]) -> None:
+        if self.progress is None:
+            return
+        done = float(self.done_bytes)
+        for w in open_meshes:
+            total = len(w.tallies) + len(w.running)
+            done += w.size * len(w.tallies) / total if total else 0
+        self.state.bytes_done = done
+        self.state.patches = int(self.pulse[1])
+        self.state.working = [w.path.name for w in open_meshes]
+        self.progress(self.state)

@@ -1,0 +1,5 @@
+"""``python -m patterndb``: the command line."""
+
+from patterndb.cli import main
+
+main()

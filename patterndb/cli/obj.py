@@ -1,0 +1,28 @@
+"""Fills as OBJ files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from patterndb.files import replace_file
+
+if TYPE_CHECKING:
+    from query import Boundary, Fill
+
+
+def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
+    """Write the fill in the plane z = 0, as pictures show it: boundary vertices first, from
+    corner 0 on, then the interior ones; quads counter-clockwise."""
+    # Imported here because only pictures and files need places for vertices.
+    from viewer import embed  # noqa: PLC0415
+
+    points = embed(fill.disk())
+    lengths = " ".join(str(n) for n in boundary.lengths)
+    lines = [
+        f"# fill of a boundary with sides {lengths}",
+        f"# pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
+        *(f"v {x:.6f} {y:.6f} 0" for x, y in points.tolist()),
+        *(f"f {a} {b} {c} {d}" for a, b, c, d in (fill.quads + 1).tolist()),
+    ]
+    replace_file(path, "\n".join(lines) + "\n")
