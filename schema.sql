@@ -34,16 +34,6 @@ CREATE TABLE mesh (
     distinct_patches INTEGER NOT NULL CHECK (distinct_patches >= 0)
 ) STRICT;
 
--- What decides which boundaries a pattern can meet: the cyclic word of its boundary label,
--- in the smallest of its rotations and reflections. Many patterns share one.
-CREATE TABLE signature (
-    id       INTEGER PRIMARY KEY,  -- number of sides in the top byte, then a hash of word
-    n_sides  INTEGER NOT NULL CHECK (n_sides >= 0),
-    word     BLOB    NOT NULL,     -- packed: for every side its length, then its labels
-    lengths  BLOB    NOT NULL,     -- packed: edges of every side when all widths are 1
-    joins    BLOB    NOT NULL      -- packed: for every open polychord the two sides it joins
-) STRICT;
-
 CREATE TABLE pattern (
     -- Number of sides in the top byte (127: 127 or more), then a hash of code: the same in
     -- every database, and the patterns of a class lie together.
@@ -60,17 +50,21 @@ CREATE TABLE pattern (
     self_crossing INTEGER NOT NULL CHECK (self_crossing IN (0, 1)),
     rotations     INTEGER NOT NULL CHECK (rotations >= 1), -- that map it onto itself
     chiral        INTEGER NOT NULL CHECK (chiral IN (0, 1)),
-    label         BLOB    NOT NULL,  -- packed: as signature.word, read from corner 0
-    signature_id  INTEGER NOT NULL REFERENCES signature (id),
+    -- The boundary label, read from corner 0, and its smallest rotation or reflection: packed,
+    -- for every side its length, then the number of the polychord that crosses each edge.
+    label         BLOB    NOT NULL,
+    signature     BLOB    NOT NULL,
     -- The label reads as the signature from side sig_rotation on (from that boundary edge
     -- where there is no corner), backwards where sig_reflected.
     sig_rotation  INTEGER NOT NULL CHECK (sig_rotation >= 0),
     sig_reflected INTEGER NOT NULL CHECK (sig_reflected IN (0, 1)),
+    -- What a query solves, in the signature's order of sides: packed, the edges of every side
+    -- when all widths are 1, and for every open polychord the two sides that it joins.
+    lengths       BLOB    NOT NULL,
+    joins         BLOB    NOT NULL,
     frequency     INTEGER NOT NULL DEFAULT 0 CHECK (frequency >= 0),
     origin        TEXT    NOT NULL DEFAULT 'learned' CHECK (origin IN ('learned', 'family'))
 ) STRICT;
-
-CREATE INDEX pattern_signature ON pattern (signature_id);
 
 -- How many distinct patches of a mesh reduce to a pattern; of these, mirrored_patches are
 -- mirror images of the stored code (0 where the pattern is its own mirror image).

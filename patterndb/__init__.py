@@ -22,7 +22,7 @@ __version__ = "0.1.0"
 __all__ = ["Database", "LearningOptions", "PatternDBError", "Provenance", "open"]
 
 
-def open(path: Path | str | None = None, mode: Mode = "read") -> Database:  # noqa: A001
+def open(path: Path | str | None = None, mode: Mode = "read") -> Database:
     """Open a pattern database; without a path, the starter database that comes along.
 
     mode: "read", "write" (it must exist) or "create" (made if it does not). The starter

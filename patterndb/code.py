@@ -236,12 +236,11 @@ def decode(code: Code) -> Int32Array:
 
 
 def pattern_id(code: Code | bytes, n_sides: int) -> int:
-    """The pattern's id, the same in every database, of its code or its packed code."""
-    return class_id(code if isinstance(code, bytes) else pack(code), n_sides)
+    """The pattern's id, the same in every database, of its code or its packed code.
 
-
-def class_id(data: bytes, n_sides: int) -> int:
-    """The number of sides (127 standing for more) in the top byte, then 56 bits of the
-    data's BLAKE2b hash: what belongs to one class lies together in a table ordered by it."""
+    The number of sides (127 standing for more) in the top byte, then 56 bits of the code's
+    BLAKE2b hash. So the patterns of one class lie together in a table ordered by id.
+    """
+    data = code if isinstance(code, bytes) else pack(code)
     digest = hashlib.blake2b(data, digest_size=7).digest()
     return min(n_sides, MAX_CLASS) << 56 | int.from_bytes(digest, "big")

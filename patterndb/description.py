@@ -6,15 +6,18 @@ are made beside the learning of the next mesh.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 from patterndb.code import Code, border_count, clockwise_start, rooted_code
-from patterndb.halfedge import Int32Array, fans, next_border_edge
+from patterndb.halfedge import fans, next_border_edge
 from patterndb.label import canonical_word, label_word
+from patterndb.packing import pack_many, unpack_many
 from patterndb.polychord import trace
 
 # Columns of the table of counts that the kernel fills.
@@ -34,31 +37,49 @@ N_QUADS = 12
 COLUMNS = 13
 
 
+# Lists of numbers that it fills for every pattern.
+CORNERS = 0  # quads at each corner
+VALENCES = 1  # of the irregular vertices, ascending
+LABEL = 2  # word of patterndb.label
+SIGNATURE = 3  # word of patterndb.label
+LENGTHS = 4  # of the signature's sides
+JOINS = 5  # for every polychord of the signature the two sides it joins
+LISTS = 6
+
+
 @dataclass(frozen=True, slots=True)
 class Descriptions:
     """One row a pattern, in the order of the codes given.
 
-    counts:   (n, COLUMNS) int32, see the column names of this module.
-    corners:  list of n uint16 arrays, number of quads at each corner.
-    valences: list of n uint16 arrays, valences of the irregular vertices, ascending.
-    label, signature: list of n uint16 arrays, words of :mod:`patterndb.label`.
+    counts: (n, COLUMNS) int32, see the column names of this module.
+    flat, ends: the lists, see their names: list k of row i is
+        ``flat[ends[LISTS * i + k]:ends[LISTS * i + k + 1]]``.
     """
 
     counts: NDArray[np.int32]
-    corners: list[NDArray[np.uint16]]
-    valences: list[NDArray[np.uint16]]
-    label: list[NDArray[np.uint16]]
-    signature: list[NDArray[np.uint16]]
+    flat: NDArray[np.uint16]
+    ends: NDArray[np.int64]
+
+    def numbers(self, row: int, which: int) -> NDArray[np.uint16]:
+        """One list of one row."""
+        at = LISTS * row + which
+        return self.flat[self.ends[at] : self.ends[at + 1]]
+
+    def packed(self) -> list[bytes]:
+        """All lists packed; list k of row i is number ``LISTS * i + k``."""
+        return pack_many(self.flat, self.ends)
 
 
-def describe(codes: list[Code]) -> Descriptions:
-    """Describe canonical codes of disks; see :class:`Descriptions`."""
-    sizes = np.array([len(c) for c in codes], np.int64)
-    offsets = np.r_[0, np.cumsum(sizes)].astype(np.int64)
-    flat = np.concatenate(codes) if codes else np.zeros(0, np.uint16)
-    counts, lists, ends = _describe(flat, offsets)
-    cut = np.split(lists, ends.ravel()[:-1]) if len(ends) else []
-    return Descriptions(counts, cut[0::4], cut[1::4], cut[2::4], cut[3::4])
+def describe(codes: Sequence[Code] | Sequence[bytes]) -> Descriptions:
+    """Describe canonical codes of disks, as numbers or packed."""
+    if codes and isinstance(codes[0], bytes):
+        symbols, offsets = unpack_many(cast("Sequence[bytes]", codes))
+        flat = symbols.astype(np.uint16)
+    else:
+        arrays = cast("Sequence[Code]", codes)
+        offsets = np.r_[0, np.cumsum([len(c) for c in arrays])].astype(np.int64)
+        flat = np.concatenate(arrays) if arrays else np.zeros(0, np.uint16)
+    return Descriptions(*_describe(flat, offsets))
 
 
 @njit(cache=True, nogil=True)
@@ -67,10 +88,10 @@ def _describe(
 ) -> tuple[NDArray[np.int32], NDArray[np.uint16], NDArray[np.int64]]:
     n = len(offsets) - 1
     counts = np.zeros((n, COLUMNS), np.int32)
-    ends = np.zeros((n, 4), np.int64)
-    # A pattern of q quads has at most 2q + 2 vertices and 2q + 2 boundary edges; the four
-    # lists hold corners, interior vertices, and twice sides + edges.
-    lists = np.zeros(6 * (2 * len(flat) // 4 + 4 * n), np.uint16)
+    ends = np.zeros(LISTS * n + 1, np.int64)
+    # A pattern of q quads has at most 2q + 2 vertices, and as many boundary edges and
+    # sides; the lists hold vertices, twice sides and edges, sides, and the chords' ends.
+    lists = np.zeros(7 * (2 * (len(flat) // 4) + 3 * n), np.uint16)
     at = 0
     for i in range(n):
         size = offsets[i + 1] - offsets[i]
@@ -111,7 +132,7 @@ def _describe(
                 at += 1
         counts[i, N_CORNERS] = n_corners
         counts[i, PERIMETER] = perimeter
-        ends[i, 0] = at
+        ends[LISTS * i + 1] = at
 
         first_valence = at
         for v in range(n_vertices):
@@ -120,7 +141,7 @@ def _describe(
                 at += 1
         lists[first_valence:at] = np.sort(lists[first_valence:at])
         counts[i, N_IRREGULAR] = at - first_valence
-        ends[i, 1] = at
+        ends[LISTS * i + 2] = at
 
         # Symmetry: rotations that give the same code, and whether the mirror image does.
         n_starts = n_corners
@@ -162,14 +183,33 @@ def _describe(
         for j in range(length):
             lists[at] = word[j]
             at += 1
-        ends[i, 2] = at
+        ends[LISTS * i + 3] = at
         length, rotation, reflected, symmetries = canonical_word(
             chord, side_start, n_sides, n_corners, perimeter, best, word, names
         )
         for j in range(length):
             lists[at] = best[j]
             at += 1
-        ends[i, 3] = at
+        ends[LISTS * i + 4] = at
+        first_end = np.full(n_open, -1, np.int32)
+        last_end = np.empty(n_open, np.int32)
+        j = 0
+        for side in range(n_sides):
+            lists[at] = best[j]
+            at += 1
+            for k in range(j + 1, j + 1 + best[j]):
+                c = best[k]
+                if first_end[c] < 0:
+                    first_end[c] = side
+                else:
+                    last_end[c] = side
+            j += 1 + best[j]
+        ends[LISTS * i + 5] = at
+        for c in range(n_open):
+            lists[at] = first_end[c]
+            lists[at + 1] = last_end[c]
+            at += 2
+        ends[LISTS * i + 6] = at
         counts[i, SIG_ROTATION] = rotation
         counts[i, SIG_REFLECTED] = reflected
         counts[i, SIG_SYMMETRIES] = symmetries

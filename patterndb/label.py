@@ -14,7 +14,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.code import class_id
 from patterndb.halfedge import Int32Array
 
 Word = NDArray[np.uint16]
@@ -117,15 +116,6 @@ def split_word(word: NDArray[np.integer], n_sides: int) -> list[list[int]]:
     return sides
 
 
-def joined_sides(sides: list[list[int]]) -> list[tuple[int, int]]:
-    """For every polychord of a label, in the label's numbers, the two sides it joins."""
-    ends: dict[int, list[int]] = {}
-    for s, labels in enumerate(sides):
-        for c in labels:
-            ends.setdefault(c, []).append(s)
-    return [(ends[c][0], ends[c][1]) for c in sorted(ends)]
-
-
 def join_matrices(
     n_sides: int, pairs: NDArray[np.integer], owner: NDArray[np.integer], n: int
 ) -> NDArray[np.int32]:
@@ -141,8 +131,3 @@ def join_matrices(
     across = i != j
     np.add.at(matrix, (owner[across], j[across], i[across]), 1)
     return matrix
-
-
-def signature_id(word: bytes, n_sides: int) -> int:
-    """The id of a signature, of its packed word."""
-    return class_id(word, n_sides)

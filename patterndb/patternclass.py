@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from patterndb import description as d
 from patterndb.code import Code
-from patterndb.label import join_matrices, joined_sides, split_word
+from patterndb.label import join_matrices
 from patterndb.packing import pack, unpack
 from patterndb.pattern import Pattern
 
@@ -75,12 +75,15 @@ class PatternClass:
             raise ValueError(f"every pattern of the class must have {n_sides} sides")
         rows = d.describe([p.code for p in patterns])
         words: dict[bytes, int] = {}
-        number = [words.setdefault(w.tobytes(), len(words)) for w in rows.signature]
-        width = max(n_sides, 1)
-        split = [split_word(np.frombuffer(w, np.uint16), n_sides) for w in words]
-        joined = [joined_sides(w) for w in split]
-        pairs = np.array([p for w in joined for p in w], np.int64).reshape(-1, 2)
-        owner = np.repeat(np.arange(len(joined)), [len(w) for w in joined])
+        number = [
+            words.setdefault(rows.numbers(i, d.SIGNATURE).tobytes(), len(words))
+            for i in range(len(patterns))
+        ]
+        _, first = np.unique(np.array(number, np.int64), return_index=True)
+        lengths = [rows.numbers(i, d.LENGTHS).tolist() for i in first.tolist()]
+        joins = [rows.numbers(i, d.JOINS) for i in first.tolist()]
+        pairs = np.concatenate([np.zeros(0, np.int64), *joins]).reshape(-1, 2)
+        owner = np.repeat(np.arange(len(joins)), [len(j) // 2 for j in joins])
         return cls(
             n_sides=n_sides,
             ids=np.array([p.id for p in patterns], np.int64),
@@ -97,6 +100,6 @@ class PatternClass:
             rotation=rows.counts[:, d.SIG_ROTATION].copy(),
             reflected=rows.counts[:, d.SIG_REFLECTED].astype(np.bool_),
             codes=[pack(p.code) for p in patterns],
-            lengths=np.array([[len(s) for s in w] for w in split], np.int32).reshape(-1, width),
-            joins=join_matrices(n_sides, pairs, owner, len(split)),
+            lengths=np.array(lengths, np.int32).reshape(-1, max(n_sides, 1)),
+            joins=join_matrices(n_sides, pairs, owner, len(joins)),
         )

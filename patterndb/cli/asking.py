@@ -156,7 +156,7 @@ def query(
     patterndb query --sides 4,3,5 --valence 3..5 --image fills.png --obj fills/
     """
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from query import Boundary, fills  # noqa: PLC0415
+    from query import Boundary, fills
 
     started = time.perf_counter()
     boundary = Boundary(sides, corners=()) if closed else Boundary(sides)
@@ -188,7 +188,7 @@ def query(
     if obj is not None and found.fills:
         _write_objs(obj, found.fills, boundary)
     if image is not None and found.fills:
-        from patterndb.cli.pictures import fill_sheet  # noqa: PLC0415
+        from patterndb.cli.pictures import fill_sheet
 
         for path in fill_sheet(image, found.fills, boundary):
             click.echo(f"drawn: {path}", err=True)
@@ -212,7 +212,7 @@ def _table(fills: list[Fill]) -> None:
 
 
 def _write_objs(folder: Path, fills: list[Fill], boundary: Boundary) -> None:
-    from patterndb.cli.obj import write_flat_fill  # noqa: PLC0415
+    from patterndb.cli.obj import write_flat_fill
 
     folder.mkdir(parents=True, exist_ok=True)
     digits = max(3, len(str(len(fills))))

@@ -72,8 +72,8 @@ def ingest(
     patterndb ingest head.obj --db my.db --convex 60 --json
     """
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from ingest import ingest as ingest_files  # noqa: PLC0415
-    from ingest.read import ReadLimits  # noqa: PLC0415
+    from ingest import ingest as ingest_files
+    from ingest.read import ReadLimits
 
     options = LearningOptions(basic, side, convex, prepare)
     files = [file for mesh in meshes for file in _files(mesh)]
@@ -135,7 +135,7 @@ def ingest(
 
 def _files(path: Path) -> list[Path]:
     """The mesh file, or the mesh files of the folder and those below it."""
-    from ingest.read import SUPPORTED_SUFFIXES  # noqa: PLC0415
+    from ingest.read import SUPPORTED_SUFFIXES
 
     if not path.is_dir():
         return [path]

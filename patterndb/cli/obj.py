@@ -15,7 +15,7 @@ def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
     """Write the fill in the plane z = 0, as pictures show it: boundary vertices first, from
     corner 0 on, then the interior ones; quads counter-clockwise."""
     # Imported here because only pictures and files need places for vertices.
-    from viewer import embed  # noqa: PLC0415
+    from viewer import embed
 
     points = embed(fill.disk())
     lengths = " ".join(str(n) for n in boundary.lengths)

@@ -65,8 +65,8 @@ def show(
     if widths is not None and pattern is None:
         raise click.UsageError("--widths goes with a pattern's name; a fill has its own")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from query import Boundary, fills  # noqa: PLC0415
-    from viewer import Card, save_picture  # noqa: PLC0415
+    from query import Boundary, fills
+    from viewer import Card, save_picture
 
     with open_database(db) as database:
         if pattern is not None:
@@ -93,7 +93,7 @@ def show(
 
 
 def _widened(pattern: Pattern, widths: Sequence[int]) -> Disk:
-    from query.expand import expand_pattern  # noqa: PLC0415
+    from query.expand import expand_pattern
 
     return expand_pattern(pattern, widths)
 
@@ -155,8 +155,8 @@ def gallery(
     if convex and n_sides is None:
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from query import Boundary, fills  # noqa: PLC0415
-    from viewer import Card, save_gallery  # noqa: PLC0415
+    from query import Boundary, fills
+    from viewer import Card, save_gallery
 
     with open_database(db) as database:
         if sides is not None:
@@ -206,8 +206,8 @@ def fill_sheet(
     tinted: bool = True,
 ) -> list[Path]:
     """A contact sheet of a boundary's fills; the paths written."""
-    from viewer import Card, save_gallery  # noqa: PLC0415
-    from viewer.card import plural, valence_text  # noqa: PLC0415
+    from viewer import Card, save_gallery
+    from viewer.card import plural, valence_text
 
     cards = [
         Card.of_disk(
@@ -250,7 +250,7 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
     patterndb browse --class 6 --keys "n Right ] Up" -o page.png
     """
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from viewer import browse as open_browser  # noqa: PLC0415
+    from viewer import browse as open_browser
 
     with contextlib.ExitStack() as stack:
         database = stack.enter_context(open_database(db))

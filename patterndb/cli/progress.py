@@ -68,14 +68,14 @@ def learning_progress(*, talk: bool) -> Generator[LearningProgress]:
         yield LearningProgress(None, talk)
         return
     # Imported here because rich takes a moment that piped runs need not wait for.
-    from rich.console import Console  # noqa: PLC0415
-    from rich.progress import (  # noqa: PLC0415
+    from rich.console import Console
+    from rich.progress import (
         BarColumn,
         TaskProgressColumn,
         TextColumn,
         TimeRemainingColumn,
     )
-    from rich.progress import Progress as RichProgress  # noqa: PLC0415
+    from rich.progress import Progress as RichProgress
 
     bar = RichProgress(
         TextColumn("{task.description}"),

@@ -11,9 +11,9 @@ from patterndb import description as d
 from patterndb.code import canonical_code, decode, pattern_id
 from patterndb.disk import Disk
 from patterndb.errors import PatternDBError
-from patterndb.label import joined_sides, signature_id, split_word
-from patterndb.packing import pack, unpack
+from patterndb.packing import unpack
 from patterndb.pattern import format_id
+from patterndb.reduction import reduce_disk
 
 #: Findings after which verify() stops listing; a damaged database has as many as rows.
 MAX_FINDINGS = 100
@@ -58,8 +58,7 @@ def verify(connection: sqlite3.Connection) -> list[str]:
     """Everything that is wrong with the database, in words; empty where it is sound.
 
     Checks the file (SQLite's own integrity and foreign keys), every pattern (its code is a
-    canonical disk's, its id and columns follow from it), every signature, and that
-    frequencies are the sums of the occurrences.
+    canonical disk's, reduced, its id and columns follow from it), and that frequencies are the sums of the occurrences.
     """
     found = [f"SQLite: {row[0]}" for row in connection.execute("PRAGMA integrity_check(20)")]
     found = [] if found == ["SQLite: ok"] else found
@@ -87,27 +86,13 @@ def verify(connection: sqlite3.Connection) -> list[str]:
 
 def _check_patterns(connection: sqlite3.Connection) -> list[str]:
     found: list[str] = []
-    signatures = {
-        row[0]: row[1:]
-        for row in connection.execute("SELECT id, n_sides, word, lengths, joins FROM signature")
-    }
-    for number, (n_sides, word, lengths, joins) in signatures.items():
-        sides = split_word(unpack(word), n_sides)
-        pairs = joined_sides(sides)
-        if (
-            number != signature_id(word, n_sides)
-            or lengths != pack([len(s) for s in sides])
-            or joins != pack([s for p in pairs for s in p])
-        ):
-            found.append(f"signature {format_id(number)} does not follow from its word")
-    for row in connection.execute(
+    for number, packed, *stored in connection.execute(
         "SELECT id, code, n_sides, corners, n_reflex, n_quads, n_irregular, valences, n_chords, "
-        "n_loops, self_crossing, rotations, chiral, label, signature_id, sig_rotation, "
-        "sig_reflected FROM pattern"
+        "n_loops, self_crossing, rotations, chiral, label, signature, sig_rotation, "
+        "sig_reflected, lengths, joins FROM pattern"
     ):
         if len(found) >= MAX_FINDINGS:
             break
-        number, packed, *stored = row
         try:
             code = unpack(packed).astype(np.uint16)
             twin = decode(code)
@@ -115,33 +100,37 @@ def _check_patterns(connection: sqlite3.Connection) -> list[str]:
             if not np.array_equal(canonical_code(twin)[0], code):
                 found.append(f"pattern {format_id(number)} has a code that is not canonical")
                 continue
+            if len(reduce_disk(twin)) != len(twin):
+                found.append(f"pattern {format_id(number)} can be reduced further")
+                continue
         except (PatternDBError, ValueError) as error:
             found.append(f"pattern {format_id(number)}: {error}")
             continue
         rows = d.describe([code])
+        corners, valences, label, signature, lengths, joins = rows.packed()
         counts: list[int] = rows.counts[0].tolist()
         n_sides = counts[d.N_CORNERS]
         expected = [
             n_sides,
-            pack(rows.corners[0]),
+            corners,
             counts[d.N_REFLEX],
             counts[d.N_QUADS],
             counts[d.N_IRREGULAR],
-            pack(rows.valences[0]),
+            valences,
             counts[d.N_CHORDS],
             counts[d.N_LOOPS],
             counts[d.SELF_CROSSING],
             counts[d.ROTATIONS],
             counts[d.CHIRAL],
-            pack(rows.label[0]),
-            signature_id(pack(rows.signature[0]), n_sides),
+            label,
+            signature,
             counts[d.SIG_ROTATION],
             counts[d.SIG_REFLECTED],
+            lengths,
+            joins,
         ]
         if stored != expected or number != pattern_id(packed, n_sides):
             found.append(
                 f"pattern {format_id(number)} has columns that do not follow from its code"
             )
-        elif stored[12] not in signatures:
-            found.append(f"pattern {format_id(number)} has no signature")
     return found

@@ -72,7 +72,7 @@ class Database:
             patterns_met=met,
             by_sides=self.sides_histogram(),
             by_irregular=reading.histogram(self._connection, "n_irregular"),
-            signatures=one("SELECT count(*) FROM signature").fetchone()[0],
+            signatures=one("SELECT count(DISTINCT signature) FROM pattern").fetchone()[0],
             meshes=meshes,
             patches=patches,
             content_hash=self.content_hash(),

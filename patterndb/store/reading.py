@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from patterndb.code import MAX_CLASS
 from patterndb.errors import NotFoundError
 from patterndb.label import join_matrices
-from patterndb.packing import unpack
+from patterndb.packing import unpack, unpack_many
 from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance
@@ -27,46 +28,52 @@ def pattern_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
     low, high = id_range(n_sides)
     rows = connection.execute(
         "SELECT id, frequency, n_irregular, n_quads, valences, n_reflex, corners, n_loops, "
-        "chiral, signature_id, sig_rotation, sig_reflected, code FROM pattern "
+        "chiral, sig_rotation, sig_reflected, code, signature, lengths, joins FROM pattern "
         "WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY n_irregular, frequency DESC, id",
         (low, high, n_sides),
     ).fetchall()
-    columns = list(zip(*rows, strict=True)) if rows else [()] * 13
-    signatures = connection.execute(
-        "SELECT id, lengths, joins FROM signature WHERE id BETWEEN ? AND ? AND n_sides = ? "
-        "ORDER BY id",
-        (low, high, n_sides),
-    ).fetchall()
-    signature_ids = np.array([s[0] for s in signatures], np.int64)
-    valences = [unpack(v) if v else None for v in columns[4]]
-    width = max(n_sides, 1)
-    lengths = _flat([s[1] for s in signatures])
-    joins = _flat([s[2] for s in signatures])
-    lengths = lengths.reshape(-1, width)
-    n_joins = lengths.sum(axis=1) // 2
-    owner = np.repeat(np.arange(len(signatures)), n_joins)
+    columns = list(zip(*rows, strict=True)) if rows else [()] * 15
+    valences, valence_ends = unpack_many(columns[4])
+    irregular = valence_ends[:-1] < valence_ends[1:]
+    # Patterns that share a signature share one row of lengths and joins.
+    row_of: dict[bytes, int] = {}
+    signature = [row_of.setdefault(word, len(row_of)) for word in columns[12]]
+    lengths = dict(zip(columns[12], columns[13], strict=True))
+    joins = dict(zip(columns[12], columns[14], strict=True))
+    pairs, ends = unpack_many([joins[word] for word in row_of])
+    owner = np.repeat(np.arange(len(row_of)), np.diff(ends) // 2)
     return PatternClass(
         n_sides=n_sides,
         ids=np.array(columns[0], np.int64),
         frequency=np.array(columns[1], np.int64),
         n_irregular=np.array(columns[2], np.int32),
         n_quads=np.array(columns[3], np.int32),
-        min_valence=np.array([4 if v is None else v[0] for v in valences], np.int32),
-        max_valence=np.array([4 if v is None else v[-1] for v in valences], np.int32),
+        # Valences ascend, so the first is the smallest.
+        min_valence=_or_regular(irregular, valences, valence_ends[:-1]),
+        max_valence=_or_regular(irregular, valences, valence_ends[1:] - 1),
         n_reflex=np.array(columns[5], np.int32),
         corners=_flat(columns[6]).astype(np.uint8).reshape(len(rows), n_sides),
         n_loops=np.array(columns[7], np.int32),
         chiral=np.array(columns[8], np.bool_),
-        signature=np.searchsorted(signature_ids, np.array(columns[9], np.int64)).astype(np.int32),
-        rotation=np.array(columns[10], np.int32),
-        reflected=np.array(columns[11], np.bool_),
-        codes=list(columns[12]),
-        lengths=lengths,
-        joins=join_matrices(n_sides, joins.reshape(-1, 2), owner, len(signatures)),
+        signature=np.array(signature, np.int32),
+        rotation=np.array(columns[9], np.int32),
+        reflected=np.array(columns[10], np.bool_),
+        codes=list(columns[11]),
+        lengths=_flat([lengths[word] for word in row_of]).reshape(-1, max(n_sides, 1)),
+        joins=join_matrices(n_sides, pairs.reshape(-1, 2), owner, len(row_of)),
     )
 
 
-def _flat(blobs: list[bytes] | tuple[bytes, ...]) -> NDArray[np.int32]:
+def _or_regular(
+    irregular: NDArray[np.bool_], valences: NDArray[np.int32], at: NDArray[np.int64]
+) -> NDArray[np.int32]:
+    """valences[at] where there are irregular vertices, else 4."""
+    result = np.full(len(irregular), 4, np.int32)
+    result[irregular] = valences[at[irregular]]
+    return result
+
+
+def _flat(blobs: Sequence[bytes]) -> NDArray[np.int32]:
     """The numbers of many packed blobs, one after the other."""
     return unpack(b"".join(blobs))
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-
 #: No mode takes larger patches: time and the 16 bits of a code's symbols end long before.
 LARGEST_PATCH = 4096
 

@@ -5,21 +5,16 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterable, Sequence
 
-import numpy as np
-from numpy.typing import NDArray
-
 from patterndb import description as d
 from patterndb.code import pattern_id
 from patterndb.errors import DatabaseError
-from patterndb.label import joined_sides, signature_id, split_word
-from patterndb.packing import pack, unpack
 from patterndb.store.records import Learned, LearningOptions, Provenance
 
 _INSERT_PATTERN = """
 INSERT INTO pattern (id, code, n_sides, corners, n_reflex, n_quads, n_irregular, valences,
-    n_chords, n_loops, self_crossing, rotations, chiral, label, signature_id, sig_rotation,
-    sig_reflected, origin)
-VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
+    n_chords, n_loops, self_crossing, rotations, chiral, label, signature, sig_rotation,
+    sig_reflected, lengths, joins, origin)
+VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
 """
 
 _INSERT_MESH = """
@@ -106,53 +101,37 @@ def add_patterns(
         ).fetchall()
     finally:
         connection.execute("DROP TABLE incoming")
-    rows = d.describe([unpack(code).astype(np.uint16) for _, code in missing])
-    signatures: dict[int, tuple[int, bytes, bytes, bytes]] = {}
+    rows = d.describe([code for _, code in missing])
+    lists = rows.packed()
     patterns: list[tuple[object, ...]] = []
-    for i, (number, code) in enumerate(missing):
-        counts: list[int] = rows.counts[i].tolist()
-        n_sides = counts[d.N_CORNERS]
-        word = pack(rows.signature[i])
-        signature = signature_id(word, n_sides)
-        if signature not in signatures:
-            signatures[signature] = _signature_row(rows.signature[i], n_sides, word)
+    for i, ((number, code), counts) in enumerate(zip(missing, rows.counts.tolist(), strict=True)):
+        corners, valences, label, signature, lengths, joins = lists[d.LISTS * i : d.LISTS * (i + 1)]
         patterns.append(
             (
                 number,
                 code,
-                n_sides,
-                pack(rows.corners[i]),
+                counts[d.N_CORNERS],
+                corners,
                 counts[d.N_REFLEX],
                 counts[d.N_QUADS],
                 counts[d.N_IRREGULAR],
-                pack(rows.valences[i]),
+                valences,
                 counts[d.N_CHORDS],
                 counts[d.N_LOOPS],
                 counts[d.SELF_CROSSING],
                 counts[d.ROTATIONS],
                 counts[d.CHIRAL],
-                pack(rows.label[i]),
+                label,
                 signature,
                 counts[d.SIG_ROTATION],
                 counts[d.SIG_REFLECTED],
+                lengths,
+                joins,
                 origin,
             )
         )
-    connection.executemany(
-        "INSERT INTO signature (id, n_sides, word, lengths, joins) VALUES (?, ?, ?, ?, ?) "
-        "ON CONFLICT (id) DO NOTHING",
-        ((i, *row) for i, row in sorted(signatures.items())),
-    )
     connection.executemany(_INSERT_PATTERN, patterns)
     return len(patterns)
-
-
-def _signature_row(
-    word: NDArray[np.uint16], n_sides: int, packed: bytes
-) -> tuple[int, bytes, bytes, bytes]:
-    sides = split_word(word, n_sides)
-    pairs = joined_sides(sides)
-    return n_sides, packed, pack([len(s) for s in sides]), pack([s for p in pairs for s in p])
 
 
 def set_provenance(
@@ -173,10 +152,6 @@ def remove_meshes(connection: sqlite3.Connection, mesh_ids: Iterable[int]) -> in
     gone = connection.execute(
         "DELETE FROM pattern WHERE frequency = 0 AND origin = 'learned'"
     ).rowcount
-    connection.execute(
-        "DELETE FROM signature WHERE NOT EXISTS "
-        "(SELECT 1 FROM pattern WHERE pattern.signature_id = signature.id)"
-    )
     return gone
 
 

@@ -1,0 +1,95 @@
+"""A fill: quads within a boundary, and the pattern they expand."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypedDict
+
+import numpy as np
+
+from patterndb.disk import Disk
+from patterndb.halfedge import Int32Array
+from patterndb.pattern import Pattern
+
+
+class FillJson(TypedDict):
+    """A fill as JSON; see :class:`Fill` for what the entries mean."""
+
+    pattern: str
+    origin: str
+    frequency: int
+    widths: list[int]
+    rotation: int
+    mirrored: bool
+    n_irregular: int
+    n_vertices: int
+    quads: list[list[int]]
+    sides: list[list[int]]
+
+
+@dataclass(frozen=True, slots=True)
+class Fill:
+    """Quads that fill a boundary, and how they came from their pattern.
+
+    quads:      (q, 4) int32, counter-clockwise. Boundary vertices are 0..P-1 in the order
+                of the boundary asked for, 0 where its side 0 begins; interior ones follow.
+    n_vertices: number of vertices.
+    lengths:    edges of every side of the boundary asked for.
+    pattern:    the pattern that is expanded.
+    widths:     width of each of its polychords, open ones in label order, then loops.
+    rotation, mirrored: side i of the boundary is the pattern's side rotation + i, or,
+                mirrored, its side rotation - i read backwards. One closed side (N = 0) has
+                no such sides: there edge i of the boundary is edge rotation + i, or
+                rotation - i, of the expanded pattern.
+    n_irregular: vertices whose number of quads is not what their place asks for.
+    origin:     "learned", or how else the pattern came about.
+    """
+
+    quads: Int32Array
+    n_vertices: int
+    lengths: tuple[int, ...]
+    pattern: Pattern
+    widths: tuple[int, ...]
+    rotation: int
+    mirrored: bool
+    n_irregular: int
+    origin: str
+
+    @property
+    def n_quads(self) -> int:
+        return len(self.quads)
+
+    @property
+    def perimeter(self) -> int:
+        """P, the number of boundary vertices and of boundary edges."""
+        return sum(self.lengths)
+
+    def disk(self) -> Disk:
+        """The fill as a disk; its corners are those of the quads."""
+        valence = np.bincount(self.quads.ravel(), minlength=self.n_vertices)
+        corners = np.flatnonzero(valence[: self.perimeter] != 2).astype(np.int32)
+        return Disk(self.quads, self.n_vertices, self.perimeter, corners)
+
+    def sides(self) -> list[Int32Array]:
+        """(L_i + 1,) int32 vertices along every side of the boundary, corner to corner."""
+        start = np.r_[0, np.cumsum(self.lengths)]
+        return [
+            (np.arange(first, last + 1) % self.perimeter).astype(np.int32)
+            for first, last in pairwise(start.tolist())
+        ]
+
+    def to_json(self) -> FillJson:
+        """The fill as JSON takes it; the pattern goes by its name."""
+        return {
+            "pattern": self.pattern.name,
+            "origin": self.origin,
+            "frequency": self.pattern.frequency,
+            "widths": list(self.widths),
+            "rotation": self.rotation,
+            "mirrored": self.mirrored,
+            "n_irregular": self.n_irregular,
+            "n_vertices": self.n_vertices,
+            "quads": self.quads.tolist(),
+            "sides": [side.tolist() for side in self.sides()],
+        }

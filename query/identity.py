@@ -1,0 +1,43 @@
+"""When two fills are the same: one code from vertex 0 tells.
+
+Reducing a fill gives back its pattern and widths, so different fits are different fills,
+with one exception: where a polychord that crosses itself is wider than 1, its copies
+never collapse, and two patterns, or one in two ways, may expand to the same fill.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from patterndb.code import rooted_code
+from patterndb.quadmesh import QuadMesh
+from query.fill import Fill
+
+
+def fill_key(fill: Fill) -> bytes:
+    """Equal exactly for equal fills of one boundary.
+
+    The code of the quads as read from boundary vertex 0. One closed side has no first
+    vertex: there it is the smallest code from any.
+    """
+    mesh = QuadMesh.from_quads(fill.quads)
+    tails = fill.quads.ravel()
+    border = np.flatnonzero(mesh.twin < 0)
+    starts = border if fill.pattern.n_sides == 0 else border[tails[border] == 0]
+    q = fill.n_quads
+    # Wider than the codes of patterns, which name at most 16,383 quads.
+    code = np.zeros(4 * q, np.int32)
+    number, entry, order = (np.empty(q, np.int32) for _ in range(3))
+    for s, start in enumerate(starts.tolist()):
+        rooted_code(
+            mesh.twin,
+            q,
+            start,
+            False,
+            code,  # pyright: ignore[reportArgumentType]
+            number,
+            entry,
+            order,
+            s > 0,
+        )
+    return code.tobytes()

@@ -1,0 +1,109 @@
+"""Widths that make a pattern meet given side lengths: the kernel's answer.
+
+:mod:`query.cpsat` answers the same calls with a general solver, as a second opinion.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.halfedge import Int32Array
+from query.chords import Chords
+from query.errors import InvalidQueryError
+from query.evenness import most_even, spread
+from query.matching import search
+
+
+@dataclass(frozen=True, slots=True)
+class Solutions:
+    """The best solutions of one system.
+
+    widths:    (k, n) int32 widths >= 1 of the open polychords in label order, best first:
+               smallest sum of squares (see :mod:`query.evenness`), then lexicographically.
+    truncated: are there more than these?
+    """
+
+    widths: Int32Array
+    truncated: bool
+
+
+class Solver(Protocol):
+    """What a solver answers: :func:`solutions`, and its namesake in :mod:`query.cpsat`."""
+
+    def __call__(self, chords: Chords, lengths: ArrayLike, limit: int | None) -> Solutions: ...
+
+
+def solutions(chords: Chords, lengths: ArrayLike, limit: int | None = None) -> Solutions:
+    """The ``limit`` best solutions (None: all) of one pattern in one orientation.
+
+    lengths: (n_sides,) edges asked for, in the pattern's order of sides. Where there is no
+    solution the list is empty. Long sides with limit=None mean a list as long as there are
+    solutions, often millions. Raises InvalidQueryError for a limit below 1.
+    """
+    if limit is not None and limit < 1:
+        raise InvalidQueryError(f"limit is {limit}; ask for at least 1, or None for all")
+    slack = np.asarray(lengths, np.int32) - chords.base_lengths()
+    if (slack < 0).any():
+        return Solutions(np.zeros((0, chords.n), np.int32), False)
+    rows, total = class_slacks(chords, slack, limit)
+    if limit is not None and total > limit:
+        best = most_even(
+            slack, chords.class_i, chords.class_j, chords.class_n, chords.class_of, limit
+        )
+        return Solutions(best, True)
+    return Solutions(_in_order(_split_all(chords, rows, total)), False)
+
+
+def feasible(chords: Chords, lengths: ArrayLike) -> bool:
+    """Is there any solution? Arguments as in :func:`solutions`."""
+    slack = np.asarray(lengths, np.int32) - chords.base_lengths()
+    return not (slack < 0).any() and class_slacks(chords, slack, 0)[1] > 0
+
+
+def class_slacks(chords: Chords, slack: Int32Array, limit: int | None) -> tuple[Int32Array, int]:
+    """Slack of every class, for every solution, and how many widths these stand for.
+
+    Returns ((r, m) int32, number of solutions); the rows are whole only while the number
+    is at most ``limit`` (None: always).
+    """
+    m = len(chords.class_n)
+    room = 1024 if limit is None else limit
+    while True:
+        rows = np.empty((room + 1, m), np.int32)
+        found, total = search(
+            slack.copy(),
+            chords.class_i,
+            chords.class_j,
+            chords.class_n,
+            m,
+            room,
+            rows,
+            np.zeros(m, np.bool_),
+            np.empty((4, chords.n_sides), np.int32),
+            np.empty((3, m), np.int32),
+        )
+        if limit is not None or total <= room:
+            return rows[:found], total
+        room *= 4
+
+
+def _split_all(chords: Chords, rows: Int32Array, total: int) -> Int32Array:
+    """(total, n) int32 widths of all the solutions that the rows stand for."""
+    widths = np.empty((total, chords.n), np.int32)
+    # A key has no more than the square of the widths' sum.
+    unbounded = int(chords.n + rows.sum(axis=1).max(initial=0)) ** 2
+    at = 0
+    for row in rows:
+        room = widths[at:]
+        at += spread(row, chords.class_n, chords.class_of, unbounded, False, room, len(room))[0]
+    return widths
+
+
+def _in_order(widths: Int32Array) -> Int32Array:
+    """The rows, best first."""
+    key = (widths.astype(np.int64) ** 2).sum(axis=1)
+    return widths[np.lexsort((*widths.T[::-1], key))]

@@ -1,0 +1,46 @@
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from patterndb.packing import LIMIT, pack, unpack
+
+numbers = st.one_of(st.integers(0, 200), st.integers(0, LIMIT - 1))
+
+
+def packed(values: list[int]) -> bytes:
+    """Seven bits a byte, lowest first, the high bit saying that more follow."""
+    out: list[int] = []
+    for value in values:
+        while value > 127:
+            out.append(value % 128 + 128)
+            value //= 128
+        out.append(value)
+    return bytes(out)
+
+
+@given(st.lists(numbers))
+def test_packing_is_as_described_and_comes_back(values: list[int]) -> None:
+    assert pack(values) == packed(values) == pack(np.array(values, np.int64))
+    assert unpack(pack(values)).tolist() == values
+    assert unpack(pack(values)).dtype == np.int32
+
+
+@given(st.lists(st.lists(numbers)))
+def test_packed_lists_one_after_the_other_are_one_list(lists: list[list[int]]) -> None:
+    assert unpack(b"".join(map(pack, lists))).tolist() == [v for values in lists for v in values]
+
+
+@given(st.lists(numbers), st.one_of(st.integers(max_value=-1), st.integers(LIMIT, 2**62)))
+def test_what_does_not_fit_is_refused(values: list[int], wrong: int) -> None:
+    if wrong >= -(2**62):
+        with pytest.raises(ValueError, match="must lie in"):
+            pack([*values, wrong])
+
+
+@given(st.lists(numbers), st.integers(128, 255))
+def test_a_number_cut_short_is_refused(values: list[int], last: int) -> None:
+    with pytest.raises(ValueError, match="end in the middle"):
+        unpack(pack(values) + bytes([last]))

@@ -1,0 +1,289 @@
+"""The browser: its state under keys, its scene, and a picture of it where one can be drawn."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from viewer_disks import ALL, expand, pattern
+
+from patterndb.disk import Disk
+from patterndb.errors import InvalidBoundaryError, NotFoundError
+from patterndb.pattern import Pattern
+from patterndb.patternclass import PatternClass
+from viewer import BrowserState, DisplayError, PictureFormatError, browse, opengl
+from viewer.browser_state import COLUMNS, MAX_WIDTH, PER_PAGE
+from viewer.keys import ACTIONS, Effect, press
+from viewer.scene import cell_at, compose
+
+
+class Source:
+    """Patterns in memory; copies of a square fill several pages."""
+
+    def __init__(self) -> None:
+        self.classes: dict[int, list[Pattern]] = {}
+        for i, quads in enumerate(q for name, q in ALL.items() if name != "ring"):
+            p = pattern(quads, frequency=200 - i)
+            self.classes.setdefault(p.n_sides, []).append(p)
+        self.classes[4] += [pattern(ALL["one quad"], frequency=50 - i) for i in range(45)]
+
+    def sides_histogram(self) -> dict[int, int]:
+        return {n: len(p) for n, p in self.classes.items()} | {99: 0}
+
+    def pattern_class(self, n_sides: int) -> PatternClass:
+        return PatternClass.from_patterns(n_sides, self.classes[n_sides])
+
+
+SOURCE = Source()
+
+
+@pytest.fixture
+def state() -> BrowserState:
+    return BrowserState(SOURCE, n_sides=4, expand=expand)
+
+
+def keys(state: BrowserState, text: str) -> None:
+    for key in text.split():
+        assert press(state, key) is Effect.REDRAW
+
+
+def test_it_begins_with_the_smallest_class() -> None:
+    state = BrowserState(SOURCE)
+    assert state.patterns.n_sides == min(state.classes) and state.position == state.page == 0
+    assert 99 not in state.classes
+
+
+def test_nothing_to_browse() -> None:
+    class Empty(Source):
+        def sides_histogram(self) -> dict[int, int]:
+            return {}
+
+    with pytest.raises(NotFoundError, match="no pattern to browse"):
+        BrowserState(Empty())
+    with pytest.raises(NotFoundError, match="no pattern of 99 sides"):
+        BrowserState(SOURCE, n_sides=99)
+
+
+def test_steps_and_pages(state: BrowserState) -> None:
+    last = len(state.rows) - 1
+    assert last > 2 * PER_PAGE
+    keys(state, "Left")
+    assert state.position == 0
+    keys(state, "Right Right n")
+    assert (state.position, state.page) == (2 + PER_PAGE, 1)
+    keys(state, "n n n")
+    assert state.page == state.n_pages - 1
+    assert state.position == min(2 + (state.n_pages - 1) * PER_PAGE, last)
+    keys(state, "Right End Right")
+    assert state.position == last
+    keys(state, "p p p p")
+    assert state.page == 0
+    keys(state, "End Home")
+    assert state.position == 0
+
+
+def test_classes(state: BrowserState) -> None:
+    keys(state, "comma")
+    assert state.patterns.n_sides == 3
+    keys(state, ". .")
+    assert state.patterns.n_sides == 5
+    keys(state, "< " * 20)
+    assert state.patterns.n_sides == min(state.classes)
+
+
+def test_filters_keep_the_selection_if_it_passes(state: BrowserState) -> None:
+    keys(state, "+")
+    assert state.n_irregular == 0 and state.filters() == "0 irregular"
+    assert (state.patterns.n_irregular[state.rows] == 0).all()
+    keys(state, "Right plus plus")
+    assert state.n_irregular == 2 and state.position == 0
+    selected = state.selected
+    assert selected is not None and selected.valences == (2, 2)
+    keys(state, "c")
+    assert state.selected is None and state.filters() == "2 irregular, convex"
+    keys(state, "- c +")
+    again = state.selected
+    assert again is not None and again.id == selected.id
+    keys(state, "- - -")
+    assert state.n_irregular is None and state.position == 0
+    keys(state, "v")
+    assert state.valences == (3, 5) and (state.patterns.min_valence[state.rows] >= 3).all()
+    keys(state, "v v v v c")
+    assert state.valences is None
+    assert (state.patterns.n_reflex[state.rows] == 0).all()
+
+
+def test_filters_that_leave_nothing(state: BrowserState) -> None:
+    keys(state, "+ +")
+    assert len(state.rows) == 0 and state.n_pages == 1
+    assert state.selected is None and state.selected_disk() is None and state.widths == ()
+    keys(state, "Right n End ] Up Down r l")
+    assert "no pattern passes" in " ".join(t.text for t in compose(state, 1.6).texts)
+    keys(state, "-")
+    assert state.selected is not None
+
+
+def test_widths(state: BrowserState) -> None:
+    pattern = state.selected
+    assert pattern is not None and pattern.n_quads == 1
+    keys(state, "]")
+    assert state.chord == 0 and state.widths == (1, 1)
+    keys(state, "Up Up bracketright Up")
+    assert state.widths == (3, 2) and state.chord == 1
+    disk = state.selected_disk()
+    assert disk is not None and disk.n_quads == 6
+    keys(state, "Down Down Down")
+    assert state.widths == (3, 1)
+    keys(state, "]")
+    assert state.chord is None
+    keys(state, "[")
+    assert state.chord == 1
+    keys(state, "Up " * (MAX_WIDTH + 5))
+    assert state.widths == (3, MAX_WIDTH)
+    keys(state, "r")
+    assert state.widths == (1, 1) and state.chord is None
+    keys(state, "Up Right")
+    assert set(state.widths) == {1}
+
+
+def test_an_expansion_that_fails_says_so_and_changes_nothing() -> None:
+    def refuse(pattern: Pattern, widths: object) -> Disk:
+        raise InvalidBoundaryError("too wide")
+
+    state = BrowserState(SOURCE, n_sides=4, expand=refuse)
+    keys(state, "Up")
+    assert state.widths == (1, 1) and state.message == "too wide"
+    keys(state, "m")
+    assert state.message == "" and state.mirrored
+    state = BrowserState(SOURCE, n_sides=4)
+    keys(state, "Up")
+    assert "no expansion" in state.message
+
+
+def test_the_window_s_own_keys(state: BrowserState) -> None:
+    assert press(state, "s") is press(state, "S") is Effect.SCREENSHOT
+    assert press(state, "q") is press(state, "Escape") is Effect.QUIT
+    assert press(state, "F13") is Effect.NOTHING
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.sampled_from([*sorted(ACTIONS), "Up", "Right", "n"]), max_size=25))
+def test_any_keys_leave_a_state_that_can_be_shown(pressed: list[str]) -> None:
+    state = BrowserState(SOURCE, n_sides=4, expand=expand)
+    for key in pressed:
+        press(state, key)
+        assert 0 <= state.position < max(len(state.rows), 1)
+        assert 0 <= state.page < state.n_pages
+        selected = state.selected
+        n = 0 if selected is None else selected.n_chords + selected.n_loops
+        assert len(state.widths) == n
+        assert state.chord is None or 0 <= state.chord < n
+    scene = compose(state, 1.5)
+    for patch in scene.patches:
+        assert np.isfinite(patch.corners).all() and len(patch.corners) == len(patch.colours)
+
+
+def test_a_click_finds_its_thumbnail(state: BrowserState) -> None:
+    keys(state, "n")
+    scene = compose(state, 1.6)
+    ranks = [str(i) for i in range(21, 41)]
+    captions = [t for t in scene.texts if t.align == "center" and t.text.split(" ")[0] in ranks]
+    assert len(captions) == PER_PAGE
+    for i, t in enumerate(captions):
+        assert cell_at(scene, state, t.x, t.y + 20.0) == PER_PAGE + i
+    assert cell_at(scene, state, scene.width - 5.0, 300.0) is None
+    assert cell_at(scene, state, 2.0, 300.0) is None
+    keys(state, "End")
+    left = len(state.page_rows())
+    assert left % COLUMNS
+    assert cell_at(compose(state, 1.6), state, 40.0, 60.0) is None
+
+
+def test_the_panel_says_what_is_known(state: BrowserState) -> None:
+    keys(state, "l ]")
+    scene = compose(state, 1.6, lambda p: ["cow.obj"])
+    texts = [t.text for t in scene.texts]
+    assert state.selected is not None
+    assert {state.selected.name, "cow.obj", "side 3", "4 sides"} <= set(texts)
+    assert any(t.startswith("polychord 0, width 1") for t in texts)
+    keys(state, "i h")
+    texts = [t.text for t in compose(state, 1.6).texts]
+    assert state.selected.name not in texts and "save a screenshot" in texts
+
+
+def test_an_off_screen_picture_or_a_clear_error(tmp_path: Path) -> None:
+    path = tmp_path / "browser.png"
+    try:
+        state = browse(
+            SOURCE,
+            n_sides=4,
+            expand=expand,
+            off_screen=path,
+            keys="Right ] Up l s",
+            screenshots=tmp_path,
+            window_size=(900, 600),
+        )
+    except DisplayError as error:
+        assert "libegl1" in str(error)
+        assert list(tmp_path.iterdir()) == []
+        return
+    assert state.widths == (2, 1, 1)
+    from matplotlib.image import imread
+
+    image = np.asarray(imread(path))
+    assert image.shape[:2] == (600, 900)
+    assert len(np.unique((image.reshape(-1, image.shape[2]) * 255).astype(int), axis=0)) > 100
+    assert (image[:4] == 1.0).all(), "the margin is blank"
+    assert len(list(tmp_path.glob("pattern-*.png"))) == 1
+
+
+def test_wrong_wishes_are_refused_before_anything_is_drawn(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="no key 'zz'"):
+        browse(SOURCE, off_screen=tmp_path / "a.png", keys="n zz")
+    with pytest.raises(PictureFormatError):
+        browse(SOURCE, off_screen=tmp_path / "a.jpg")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.fixture
+def linux(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("viewer.opengl.sys.platform", "linux")
+    monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.setenv(opengl.VARIABLE, "")
+    opengl._choose.cache_clear()
+
+
+@pytest.mark.usefixtures("linux")
+def test_a_crash_of_the_trial_is_an_error_that_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    tried: list[str] = []
+
+    def crash(command: object, *, env: dict[str, str], **_: object) -> object:
+        tried.append(env[opengl.VARIABLE])
+        return subprocess.CompletedProcess([], -11, b"", b"")
+
+    monkeypatch.setattr("viewer.opengl.subprocess.run", crash)
+    with pytest.raises(DisplayError, match="libegl1"):
+        opengl.prepare_opengl(off_screen=True)
+    assert tried == list(opengl.HEADLESS)
+    opengl._choose.cache_clear()
+
+
+@pytest.mark.usefixtures("linux")
+def test_a_window_needs_a_display() -> None:
+    with pytest.raises(DisplayError, match="xvfb-run"):
+        opengl.prepare_opengl(off_screen=False)
+
+
+@pytest.mark.usefixtures("linux")
+def test_what_works_is_kept_for_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = "vtkOSOpenGLRenderWindow"
+    monkeypatch.setattr("viewer.opengl.trial_window", lambda kind: made if kind else None)
+    opengl.prepare_opengl(off_screen=True)
+    assert opengl.os.environ[opengl.VARIABLE] == made
+    opengl._choose.cache_clear()

@@ -1,0 +1,220 @@
+"""The pattern browser's window: a thin shell on its state and its scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from viewer import style
+from viewer.browser_state import BrowserState, Expand, PatternSource
+from viewer.keys import ACTIONS, ALIASES, Effect, press
+from viewer.opengl import prepare_opengl
+from viewer.paper import PictureFormatError
+from viewer.scene import Meshes, Scene, cell_at, compose
+
+#: Pixels of a new window.
+WINDOW = (1400, 860)
+
+#: Distance between layers and from the camera to the first; any will do.
+LAYER = 1e-3
+CAMERA = 10.0
+
+#: VTK's number (VTK_FONT_FILE) for a typeface that is read from a file.
+FONT_FROM_FILE = 4
+
+
+def browse(
+    source: PatternSource,
+    *,
+    n_sides: int | None = None,
+    expand: Expand | None = None,
+    meshes: Meshes | None = None,
+    off_screen: Path | str | None = None,
+    keys: str = "",
+    screenshots: Path | str = ".",
+    window_size: tuple[int, int] = WINDOW,
+) -> BrowserState:
+    """Page through a database's patterns in a window, until it is closed.
+
+    source: where patterns come from. n_sides: the class to begin with, otherwise the
+    smallest. expand: the disk of a pattern at given polychord widths, for the keys that
+    widen. meshes: names of the meshes a pattern occurs in. off_screen: write one picture to
+    this PNG instead of opening a window. keys: pressed first, with spaces between
+    ("n n ] Up"). screenshots: folder for those that the key s saves. window_size: pixels.
+
+    Returns the state at the end. Raises NotFoundError if there is no pattern to show,
+    ValueError for a key there is not, PictureFormatError if off_screen is not a PNG, and
+    DisplayError if nothing can be drawn here.
+    """
+    strokes = keys.split()
+    for key in strokes:
+        name = ALIASES.get(key, key)
+        if name not in ACTIONS and name not in ("s", "q"):
+            raise ValueError(f"there is no key {key!r}; the key h lists them")
+    if off_screen is not None and Path(off_screen).suffix.lower() != ".png":
+        raise PictureFormatError(f"{off_screen}: an off-screen picture's name ends in .png")
+    state = BrowserState(source, n_sides=n_sides, expand=expand)
+    prepare_opengl(off_screen=off_screen is not None)
+    window = Window(state, meshes, Path(screenshots), window_size, off_screen is not None)
+    try:
+        if window.play(strokes) is not Effect.QUIT and off_screen is None:
+            window.run()
+        elif off_screen is not None:
+            window.save(Path(off_screen))
+    finally:
+        window.close()
+    return state
+
+
+class Window:
+    """A pyvista plotter that shows a browser's state."""
+
+    def __init__(
+        self,
+        state: BrowserState,
+        meshes: Meshes | None,
+        screenshots: Path,
+        size: tuple[int, int],
+        off_screen: bool,
+    ) -> None:
+        # pyvista takes half a second to import; most verbs draw nothing.
+        import pyvista as pv
+
+        self.state = state
+        self._meshes = meshes
+        self._screenshots = screenshots
+        self._plotter: Any = pv.Plotter(
+            off_screen=off_screen, window_size=list(size), title="Patterns"
+        )
+        self._plotter.set_background(style.PAPER)
+        self._plotter.enable_anti_aliasing("ssaa")
+        self._plotter.enable_parallel_projection()
+        self._size = size
+        self.redraw()
+
+    def play(self, keys: Sequence[str]) -> Effect:
+        """Press keys one after another; QUIT if one of them quits."""
+        for key in keys:
+            if self._obey(press(self.state, key)) is Effect.QUIT:
+                return Effect.QUIT
+        return Effect.NOTHING
+
+    def run(self) -> None:
+        """Open the window and wait until it is closed."""
+        from vtkmodules.vtkInteractionStyle import vtkInteractorStyleUser
+
+        plotter = self._plotter
+        # pyvista's own keys and mouse would turn the page in space, or end the program.
+        plotter.iren.interactor.SetInteractorStyle(vtkInteractorStyleUser())
+        for event in ("CharEvent", "KeyPressEvent"):
+            plotter.iren.interactor.RemoveObservers(event)
+        plotter.iren.add_observer("KeyPressEvent", self._on_key)
+        plotter.iren.add_observer("LeftButtonPressEvent", self._on_click)
+        plotter.iren.add_observer("ConfigureEvent", self._on_resize)
+        plotter.show(auto_close=False)
+
+    def save(self, path: Path) -> None:
+        """Write what is shown to a PNG."""
+        self._plotter.screenshot(str(path))
+
+    def close(self) -> None:
+        """Give the window back."""
+        self._plotter.close()
+
+    def redraw(self) -> None:
+        """Show the state as it is now."""
+        width, height = self._plotter.window_size
+        self._size = (width, height)
+        scene = self._scene = compose(self.state, width / height, self._meshes)
+        plotter = self._plotter
+        plotter.clear_actors()
+        plotter.add_mesh(
+            _mesh(scene), scalars="colour", rgb=True, lighting=False, reset_camera=False
+        )
+        _write(plotter, scene, height / scene.height)
+        x, y = scene.width / 2.0, scene.height / 2.0
+        plotter.camera.position = (x, y, CAMERA)
+        plotter.camera.focal_point = (x, y, 0.0)
+        plotter.camera.up = (0.0, 1.0, 0.0)
+        plotter.camera.parallel_scale = y
+        plotter.camera.clipping_range = (0.5, CAMERA + 1.0)
+        plotter.render()
+
+    def _obey(self, effect: Effect) -> Effect:
+        if effect is Effect.SCREENSHOT:
+            pattern = self.state.selected
+            name = "patterns" if pattern is None else f"pattern-{pattern.name}"
+            path = self._screenshots / f"{name}.png"
+            try:
+                self.save(path)
+                self.state.message = f"saved {path}"
+            except OSError as error:
+                self.state.message = f"not saved: {error}"
+            self.redraw()
+        elif effect is Effect.REDRAW:
+            self.redraw()
+        return effect
+
+    def _on_key(self, interactor: Any, _event: str) -> None:
+        character = interactor.GetKeyCode()
+        # "<" and the like have names of their own on every keyboard layout.
+        key = character if character in ALIASES or character in ACTIONS else None
+        if self._obey(press(self.state, key or interactor.GetKeySym())) is Effect.QUIT:
+            interactor.TerminateApp()
+
+    def _on_click(self, interactor: Any, _event: str) -> None:
+        x, y = interactor.GetEventPosition()
+        unit = self._scene.height / self._size[1]
+        place = cell_at(self._scene, self.state, x * unit, y * unit)
+        if place is not None:
+            self.state.message = ""
+            self.state.select(place)
+            self.redraw()
+
+    def _on_resize(self, _interactor: Any, _event: str) -> None:
+        if tuple(self._plotter.window_size) != self._size:
+            self.redraw()
+
+
+def _mesh(scene: Scene) -> Any:
+    """All polygons of a scene as one surface, later ones nearer to the camera."""
+    import pyvista as pv
+
+    points, faces, colours = [], [], []
+    count = 0
+    for layer, patch in enumerate(scene.patches):
+        n, c = patch.corners.shape[:2]
+        z = np.full((n * c, 1), layer * LAYER)
+        points.append(np.hstack([patch.corners.reshape(-1, 2), z]))
+        corner = count + np.arange(n * c).reshape(n, c)
+        faces.append(np.hstack([np.full((n, 1), c), corner]).ravel())
+        colours.append(patch.colours)
+        count += n * c
+    mesh = pv.PolyData(np.vstack(points), np.concatenate(faces))
+    mesh.cell_data["colour"] = np.round(np.vstack(colours) * 255.0).astype(np.uint8)
+    # OpenGL fills a concave polygon wrongly; the triangulation fills it as it is.
+    return mesh.triangulate()
+
+
+def _write(plotter: Any, scene: Scene, unit: float) -> None:
+    """Write a scene's texts; unit: pixels per point."""
+    import pyvista as pv
+    from matplotlib import get_data_path
+
+    # VTK's own typefaces have no arrows; matplotlib brings one that has.
+    fonts = Path(get_data_path()) / "fonts" / "ttf"
+    for t in scene.texts:
+        text = pv.Text(t.text)
+        text.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
+        text.SetPosition(t.x / scene.width, t.y / scene.height)
+        family = "DejaVuSansMono" if t.mono else "DejaVuSans"
+        prop: Any = text.prop
+        prop.SetFontFamily(FONT_FROM_FILE)
+        prop.SetFontFile(str(fonts / f"{family}{'-Bold' if t.bold else ''}.ttf"))
+        prop.font_size = max(1, round(t.size * unit))
+        prop.color = t.colour
+        prop.justification_horizontal = t.align
+        plotter.add_actor(text, reset_camera=False, name=f"text-{id(t)}", render=False)

@@ -1,0 +1,134 @@
+"""Paints a drawing on anything that can fill polygons and write text: a page or a window."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from viewer import style
+from viewer.drawing import Drawing
+
+Points = NDArray[np.float64]
+
+#: Radius of an irregular vertex's marker: part of an edge, and least and most in points.
+#: In a dense mesh it covers the quads around it; it is what one looks for.
+MARKER = (0.17, 2.0, 4.6)
+
+#: Width of a quad's outline, likewise; the boundary's is so many times as wide.
+LINE = (0.045, 0.3, 0.9)
+BOUNDARY_LINES = 2.4
+
+#: What markers and the boundary's width need beside the drawing itself, in points.
+BLEED = 3.0
+
+
+class Canvas(Protocol):
+    """A surface measured in points, y upward."""
+
+    def polygons(
+        self,
+        corners: Points,
+        *,
+        face: str = "none",
+        faces: Points | None = None,
+        line: str = "none",
+        width: float = 0.0,
+        gid: str | None = None,
+    ) -> None:
+        """Paint (n, c, 2) polygons over what is there, in one colour or (n, 3) colours.
+
+        line, width: colour and width of the outline; gid: the group's name, where the
+        surface has such a thing.
+        """
+        ...
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        size: float,
+        *,
+        colour: str = style.TEXT,
+        bold: bool = False,
+        mono: bool = False,
+        align: str = "center",
+    ) -> None:
+        """Write a line whose baseline is at y; align: "left", "center" or "right"."""
+        ...
+
+
+def paint_disk(
+    canvas: Canvas, drawing: Drawing, x: float, y: float, size: float, gid: str | None = None
+) -> None:
+    """Paint a drawing, centred at (x, y), in a square of this size.
+
+    gid names its group of quads: in an SVG, one path per quad.
+    """
+    scale = scale_of(size)
+    points = drawing.points * scale + (x, y)
+    edge = drawing.edge * scale
+    canvas.polygons(points[drawing.quads], face=style.QUAD)
+    if len(drawing.bands):
+        canvas.polygons(drawing.bands * scale + (x, y), faces=drawing.tints)
+    if len(drawing.chosen):
+        canvas.polygons(drawing.chosen * scale + (x, y), face=style.SELECTED)
+    thin = float(np.clip(edge * LINE[0], *LINE[1:]))
+    canvas.polygons(points[drawing.quads], line=style.EDGE, width=thin, gid=gid)
+    loop = points[: drawing.perimeter]
+    canvas.polygons(loop[None], line=style.BOUNDARY, width=BOUNDARY_LINES * thin)
+    radius = float(np.clip(edge * MARKER[0], *MARKER[1:]))
+    corner = min(0.75 * radius, 2.6)
+    if len(drawing.convex):
+        dots = points[drawing.convex][:, None] + style.circle() * corner
+        canvas.polygons(dots, face=style.BOUNDARY)
+    if len(drawing.reflex):
+        diamonds = points[drawing.reflex][:, None] + style.diamond() * 1.5 * corner
+        canvas.polygons(diamonds, face=style.PAPER, line=style.BOUNDARY, width=1.3 * thin)
+    kinds = np.clip(drawing.valences, 2, 7)
+    for kind in np.unique(kinds).tolist():
+        at = points[drawing.irregular[kinds == kind]]
+        canvas.polygons(
+            at[:, None] + style.valence_shape(kind) * radius,
+            face=style.VALENCE_COLOURS[kind],
+            line=style.PAPER,
+            width=max(0.4, 0.16 * radius),
+        )
+
+
+def scale_of(size: float) -> float:
+    """Points per unit of a drawing that is painted in a square of this size."""
+    return size / 2.0 - BLEED
+
+
+def paint_legend(
+    canvas: Canvas, drawings: Iterable[Drawing], x: float, y: float, size: float
+) -> None:
+    """Explain the markers that occur in the drawings, in one line centred at x.
+
+    y: baseline; size: of the type, in points.
+    """
+    drawings = list(drawings)
+    kinds = {int(k) for d in drawings for k in np.clip(d.valences, 2, 7)}
+    entries: list[tuple[str, Points, str, str]] = []
+    for kind in style.VALENCES:
+        if kind in kinds:
+            colour = style.VALENCE_COLOURS[kind]
+            text = f"valence {style.valence_label(kind)}"
+            entries.append((text, style.valence_shape(kind), colour, colour))
+    if any(len(d.convex) for d in drawings):
+        entries.append(("convex corner", style.circle() * 0.9, style.BOUNDARY, style.BOUNDARY))
+    if any(len(d.reflex) for d in drawings):
+        entries.append(("reflex corner", style.diamond() * 1.3, style.PAPER, style.BOUNDARY))
+    # The exact width of a text needs a renderer; DejaVu Sans is about 0.6 as wide as high.
+    widths = [size * (2.4 + 0.6 * len(text)) for text, *_ in entries]
+    at = x - (sum(widths) - size) / 2.0
+    radius = 0.36 * size
+    for (text, shape, face, line), width in zip(entries, widths, strict=True):
+        marker = shape * radius + (at + radius, y + radius)
+        canvas.polygons(marker[None], face=face, line=line, width=0.7)
+        canvas.text(at + 3.3 * radius, y, text, size, colour=style.FAINT_TEXT, align="left")
+        at += width

@@ -1,0 +1,86 @@
+"""Colours and shapes that mean the same in every picture, sheet and window.
+
+Valence colours are from Okabe and Ito's palette, which colour-blind readers can tell
+apart; the shape says it a second time (a triangle for 3, a pentagon for 5).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Points = NDArray[np.float64]
+
+PAPER = "#ffffff"
+QUAD = "#fdfcf9"
+EDGE = "#5b6472"
+BOUNDARY = "#1f2733"
+TEXT = "#1f2733"
+FAINT_TEXT = "#6d7683"
+SELECTED = "#e4487f"
+MESSAGE = "#b3124c"
+
+#: Soft tints for polychords, told apart in this order.
+TINTS = (
+    "#9cc3e6",
+    "#f6c08a",
+    "#a6d3a2",
+    "#cbb2e0",
+    "#f2e08e",
+    "#90d3ce",
+    "#f2b2c1",
+    "#cfc0aa",
+)
+
+#: Valences with a colour of their own; the last stands for all larger ones.
+VALENCES = (2, 3, 5, 6, 7)
+
+VALENCE_COLOURS = {
+    2: "#56b4e9",
+    3: "#0072b2",
+    5: "#d55e00",
+    6: "#cc79a7",
+    7: "#111111",
+}
+
+
+def valence_label(valence: int) -> str:
+    """What the legend says: "5", or "7+" for the last class."""
+    return "7+" if valence == 7 else str(valence)
+
+
+def valence_shape(valence: int) -> Points:
+    """(n, 2) float64 outline of a valence's marker, about the unit circle's size."""
+    if valence == 2:
+        return circle()
+    if valence >= 7:
+        return _star(7)
+    # A triangle of the same radius looks smaller than the rounder shapes.
+    return _regular(valence) * (1.22 if valence == 3 else 1.06)
+
+
+def circle() -> Points:
+    """(24, 2) float64 the marker of a convex corner, and of valence 2."""
+    return _regular(24)
+
+
+def diamond() -> Points:
+    """(4, 2) float64 the marker of a reflex corner."""
+    return _regular(4)
+
+
+def rgb(colour: str) -> NDArray[np.float64]:
+    """(3,) float64 red, green and blue of "#rrggbb", each 0 to 1."""
+    return np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
+
+
+def _regular(n: int) -> Points:
+    angle = 2.0 * math.pi * np.arange(n) / n + math.pi / 2.0
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+
+
+def _star(n: int) -> Points:
+    radius = np.where(np.arange(2 * n) % 2, 0.62, 1.25)
+    return _regular(2 * n) * radius[:, None]
