@@ -10,6 +10,7 @@ with patterndb.open("my.db", "create") as db:
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from patterndb.errors import PatternDBError
@@ -22,11 +23,17 @@ __version__ = "0.1.0"
 __all__ = ["Database", "LearningOptions", "PatternDBError", "Provenance", "open"]
 
 
-def open(path: Path | str | None = None, mode: Mode = "read") -> Database:
+def open(
+    path: Path | str | None = None,
+    mode: Mode = "read",
+    *,
+    say: Callable[[str], None] | None = None,
+) -> Database:
     """Open a pattern database; without a path, the starter database that comes along.
 
     mode: "read", "write" (it must exist) or "create" (made if it does not). The starter
-    database can only be read. Raises DatabaseError, saying what would mend it.
+    database can only be read, and is unpacked by its first use, which takes some seconds;
+    ``say`` is told so. Raises DatabaseError, saying what would mend it.
 
     Example: ``patterndb.open().statistics().patterns``
     """
@@ -34,4 +41,4 @@ def open(path: Path | str | None = None, mode: Mode = "read") -> Database:
         return Database(path, mode)
     if mode != "read":
         raise ValueError("the starter database is never written to; give a path of your own")
-    return Database(starter_path(), immutable=True)
+    return Database(starter_path(say), immutable=True)

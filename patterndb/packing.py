@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-#: Numbers must stay below this: three bytes of seven bits.
-LIMIT = 1 << 21
+#: Numbers must stay below this, so that they unpack into 32 bits.
+LIMIT = 1 << 31
 
 
 def pack(values: NDArray[np.integer] | Sequence[int]) -> bytes:

@@ -1,29 +1,31 @@
-"""The starter database: learned from CC0 and public-domain meshes, shipped compressed.
+"""The starter database: learned from CC0 and public-domain meshes, shipped in compact form.
 
-It comes as one xz file, which the first use unpacks into the user's cache folder; that copy
-is opened as immutable, and its name tells the content, so a newer package brings a new one.
+The first use unpacks it into the user's cache folder; that copy is opened as immutable, and
+its name tells the content, so a newer package brings a new one.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
-import lzma
 import os
 import sys
 import tempfile
+from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
 from patterndb.errors import DatabaseError
-from patterndb.files import replace_file
+from patterndb.store import compact
 
-PACKED_NAME = "starter.db.xz"
+PACKED_NAME = "starter.xz"
 
 
-def starter_path() -> Path:
-    """The unpacked starter database.
+def starter_path(say: Callable[[str], None] | None = None) -> Path:
+    """The unpacked starter database; ``say`` is told before a first use takes its seconds.
 
-    Raises DatabaseError if the package was built without one, or it is damaged.
+    Raises DatabaseError if the package was built without one, if it is damaged, or if there
+    is no folder to unpack it into.
     """
     packed = files("patterndb") / "data" / PACKED_NAME
     if not packed.is_file():
@@ -32,29 +34,32 @@ def starter_path() -> Path:
         )
     data = packed.read_bytes()
     name = f"starter-{hashlib.sha256(data).hexdigest()[:16]}.db"
-    for folder in _cache_folders():
-        path = folder / name
-        if path.is_file():
-            return path
+    folders = _cache_folders()
+    for folder in folders:
+        if (folder / name).is_file():
+            return folder / name
+    for folder in folders:
         try:
             folder.mkdir(parents=True, exist_ok=True)
-            replace_file(path, _unpacked(data))
+            work = Path(tempfile.mkdtemp(dir=folder, prefix=".unpacking-"))
         except OSError:
             continue
-        return path
+        if say is not None:
+            say(f"unpacking the starter database into {folder} (once)")
+        try:
+            compact.load(data, work / name)
+            # Another process may have been first; theirs is the same.
+            (work / name).replace(folder / name)
+        finally:
+            for left in work.iterdir():
+                left.unlink()
+            with contextlib.suppress(OSError):
+                work.rmdir()
+        return folder / name
     raise DatabaseError(
         "no folder to unpack the starter database into; set PATTERNDB_CACHE to one that "
         "can be written"
     )
-
-
-def _unpacked(data: bytes) -> bytes:
-    try:
-        return lzma.decompress(data)
-    except lzma.LZMAError as error:
-        raise DatabaseError(
-            f"the starter database is damaged ({error}); reinstall patterndb"
-        ) from error
 
 
 def _cache_folders() -> list[Path]:

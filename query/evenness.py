@@ -20,7 +20,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from patterndb.halfedge import Int32Array
-from query.matching import DONE, PATIENCE, balanced, choose
+from query.matching import DONE, PATIENCE, balanced, choose, two_colour
 from query.transport import tighten
 
 Int64Array = NDArray[np.int64]
@@ -258,6 +258,8 @@ def most_even(
     spent = np.zeros(m + 1, np.int64)
     degree = np.empty(w, np.int32)
     reach = np.empty(w, np.int32)
+    component = np.empty(w, np.int32)
+    colour = np.empty(w, np.int32)
     flow = np.empty((2, m), np.int32)
     flow_scratch = np.empty((5, w), np.int32)
     dead_ends = 0
@@ -266,6 +268,7 @@ def most_even(
     while True:
         if down:
             down = False
+            ready = False
             k, least, most = choose(residual, class_i, class_j, m, closed, degree, reach)
             if dead_ends > PATIENCE and k >= 0 and least < most:
                 least, most = tighten(
@@ -285,13 +288,12 @@ def most_even(
                         count = insert(key, buffer[r], keys, best, order, count)
                     got += found
                     key = above
-            elif (
-                k >= 0
-                and least <= most
-                and (
-                    least == most or balanced(residual, class_i, class_j, m, closed, degree, reach)
-                )
-            ):
+            elif k >= 0 and least <= most:
+                ready = True
+                if least < most:
+                    two_colour(class_i, class_j, m, closed, component, colour, reach)
+                    ready = balanced(residual, component, colour, reach)
+            if ready:
                 chosen[depth] = k
                 low[depth] = least
                 high[depth] = most
@@ -299,7 +301,7 @@ def most_even(
                 right[depth] = left[depth] + 1
                 closed[k] = True
                 depth += 1
-            else:
+            elif k != DONE:
                 dead_ends += 1
         elif depth == 0:
             break

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from patterndb.halfedge import Int32Array
 from patterndb.patternclass import PatternClass
 from query.boundary import Boundary
-from query.matching import balanced, search
+from query.matching import balanced, search, two_colour
 from query.orientation import orientations
 
 #: Signatures that are worth a thread of their own: some ten milliseconds of work.
@@ -121,7 +121,9 @@ def _mark_feasible(
     class_n = np.ones(most, np.int32)
     closed = np.zeros(most, np.bool_)
     rows = np.empty((1, most), np.int32)
-    side_scratch = np.empty((4, w), np.int32)
+    component = np.empty(w, np.int32)
+    colour = np.empty(w, np.int32)
+    side_scratch = np.empty((5, w), np.int32)
     class_scratch = np.empty((3, most), np.int32)
     slack = np.empty(w, np.int32)
     perimeter = lengths[0].sum()
@@ -136,6 +138,9 @@ def _mark_feasible(
                     class_i[m] = i
                     class_j[m] = j
                     m += 1
+        for k in range(m):
+            closed[k] = False
+        two_colour(class_i, class_j, m, closed, component, colour, side_scratch[0])
         for o in range(n_orientations):
             if not allowed[u, o]:
                 continue
@@ -145,11 +150,7 @@ def _mark_feasible(
                 if slack[s] < 0:
                     enough = False
                     break
-            if not enough:
-                continue
-            for k in range(m):
-                closed[k] = False
-            if not balanced(slack, class_i, class_j, m, closed, side_scratch[2], side_scratch[3]):
+            if not enough or not balanced(slack, component, colour, side_scratch[0]):
                 continue
             found, _ = search(
                 slack, class_i, class_j, class_n, m, 0, rows, closed, side_scratch, class_scratch

@@ -93,38 +93,36 @@ def choose(
 
 
 @njit(cache=True, nogil=True)
-def balanced(
-    residual: Int32Array,
+def two_colour(
     class_i: Int32Array,
     class_j: Int32Array,
     n_classes: int,
     closed: NDArray[np.bool_],
+    component: Int32Array,
     colour: Int32Array,
     stack: Int32Array,
-) -> bool:
-    """May the open classes absorb the residual, component by component, by parity?
+) -> None:
+    """Write each side's component under the open classes, and its colour there.
 
-    A class takes as much from one end as from the other. So in a component whose sides
-    can be two-coloured both colours must add up to the same; in any other the sum must
-    be even. colour, stack: (w,) scratch.
+    component: (w,) number of the component's first side; colour: (w,) 1 or -1 such that
+    classes join unlike colours, 0 where the component has no such colouring. stack: (w,)
+    scratch.
     """
-    n_sides = len(residual)
+    n_sides = len(component)
     for s in range(n_sides):
-        colour[s] = 0
+        component[s] = -1
     for root in range(n_sides):
-        if colour[root] != 0:
+        if component[root] >= 0:
             continue
+        component[root] = root
         colour[root] = 1
         stack[0] = root
-        top = 1
+        head = 0
+        tail = 1
         bipartite = True
-        total = 0
-        difference = 0
-        while top > 0:
-            top -= 1
-            s = stack[top]
-            total += residual[s]
-            difference += colour[s] * residual[s]
+        while head < tail:
+            s = stack[head]
+            head += 1
             for k in range(n_classes):
                 if closed[k]:
                     continue
@@ -134,13 +132,35 @@ def balanced(
                     other = class_i[k]
                 else:
                     continue
-                if colour[other] == 0:
+                if component[other] < 0:
+                    component[other] = root
                     colour[other] = -colour[s]
-                    stack[top] = other
-                    top += 1
+                    stack[tail] = other
+                    tail += 1
                 elif colour[other] == colour[s]:
                     bipartite = False
-        if total % 2 != 0 or (bipartite and difference != 0):
+        if not bipartite:
+            for at in range(tail):
+                colour[stack[at]] = 0
+
+
+@njit(cache=True, nogil=True)
+def balanced(
+    residual: Int32Array, component: Int32Array, colour: Int32Array, sums: Int32Array
+) -> bool:
+    """May the classes absorb the residual, component by component, by parity?
+
+    A class takes as much from one end as from the other. So in a component whose sides
+    are two-coloured both colours must add up to the same; in any other the sum must be
+    even. component, colour: of :func:`two_colour`; sums: (w,) scratch.
+    """
+    n_sides = len(residual)
+    for s in range(n_sides):
+        sums[s] = 0
+    for s in range(n_sides):
+        sums[component[s]] += residual[s] if colour[s] == 0 else colour[s] * residual[s]
+    for s in range(n_sides):
+        if component[s] == s and (sums[s] % 2 != 0 if colour[s] == 0 else sums[s] != 0):
             return False
     return True
 
@@ -174,14 +194,15 @@ def search(
 
     residual: (w,) int32 slack, spoilt; class_n: (m,) polychords of each class, so that
     a row stands for the product of their :func:`splits`. rows: (>= limit + 1, m) int32;
-    closed: (m,) bool; side_scratch: (4, w) int32; class_scratch: (3, m) int32.
+    closed: (m,) bool; side_scratch: (5, w) int32; class_scratch: (3, m) int32.
     Returns (rows written, widths they stand for): the list is whole exactly if the
     second is at most ``limit``.
     """
     degree = side_scratch[0]
     reach = side_scratch[1]
-    colour = side_scratch[2]
-    stack = side_scratch[3]
+    component = side_scratch[2]
+    colour = side_scratch[3]
+    stack = side_scratch[4]
     chosen = class_scratch[0]
     value = class_scratch[1]
     least = class_scratch[2]
@@ -221,15 +242,13 @@ def search(
                 widths = min(widths + ways, MANY)
                 if widths > limit:
                     return found, widths
-            elif (
-                k >= 0
-                and low <= high
+            elif k >= 0 and low <= high:
+                down = True
                 # Parity is dear to test: only where there is a choice to be spared.
-                and (
-                    low == high
-                    or balanced(residual, class_i, class_j, n_classes, closed, colour, stack)
-                )
-            ):
+                if low < high:
+                    two_colour(class_i, class_j, n_classes, closed, component, colour, stack)
+                    down = balanced(residual, component, colour, stack)
+            if down:
                 chosen[depth] = k
                 value[depth] = high
                 least[depth] = low
@@ -237,8 +256,7 @@ def search(
                 residual[class_i[k]] -= high
                 residual[class_j[k]] -= high
                 depth += 1
-                down = True
-            if not down and k != DONE:
+            elif k != DONE:
                 dead_ends += 1
                 if dead_ends == PATIENCE + 1:
                     # Begin anew, this time with flows.

@@ -83,7 +83,7 @@ def class_slacks(chords: Chords, slack: Int32Array, limit: int | None) -> tuple[
             room,
             rows,
             np.zeros(m, np.bool_),
-            np.empty((4, chords.n_sides), np.int32),
+            np.empty((5, chords.n_sides), np.int32),
             np.empty((3, m), np.int32),
         )
         if limit is not None or total <= room:

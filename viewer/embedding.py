@@ -33,10 +33,15 @@ GIVE_UPS = 4
 
 #: Angles that a reflex corner may open to, in radians, tried in this order. A corner of four
 #: quads would shut the slit it ends, and long arms would curl over one another.
-OPENINGS = tuple(math.radians(a) for a in (305.0, 250.0, 200.0, 150.0))
+OPENINGS = tuple(math.radians(a) for a in (305.0, 250.0, 220.0, 180.0))
 
 #: A bent outline stays this far from itself, in typical edges.
-CLEARANCE = 0.15
+CLEARANCE = 0.06
+
+#: L-BFGS steps of the tries: as many as it takes; and for outlines that always end up across
+#: themselves, at the last opening, so few that they stop on the way there.
+LONG = 240
+SHORT = (40, 24, 14, 8, 4)
 
 #: Wanted angles are kept to this range, in radians: beyond it a triangle has no size.
 ANGLES = (math.radians(25.0), math.radians(150.0))
@@ -154,7 +159,8 @@ def _bent(disk: Disk, outline: Outline, points: Complex, size: float) -> Complex
     p = disk.perimeter
     start = np.concatenate([outline.handles, points[p:]])
     fixed = (outline.ends, outline.weights, disk.quads)
-    for opening in OPENINGS:
+    tries = [(opening, LONG) for opening in OPENINGS] + [(OPENINGS[-1], n) for n in SHORT]
+    for opening, steps in tries:
         whole = np.full(disk.n_vertices, 2.0 * math.pi)
         whole[:p] = np.minimum(valence[:p] * 0.5 * math.pi, opening)
         share = np.clip(whole / valence, *ANGLES)
@@ -167,7 +173,7 @@ def _bent(disk: Disk, outline: Outline, points: Complex, size: float) -> Complex
         angle = share[disk.quads]
         taken = (lost[disk.quads].sum(axis=1, keepdims=True) - lost[disk.quads]) / 3.0
         angle = np.where(angle > 0.0, np.clip(angle + taken, *ANGLES), 0.0)
-        relax(y, len(outline.handles), True, *fixed, angle, size, ROUNDS, 4 * STEPS, moved)
+        relax(y, len(outline.handles), True, *fixed, angle, size, 1, steps, moved)
         sound = not flipped(disk.quads, _pairs(moved)).any()
         if sound and _clearance(moved[:p]) > CLEARANCE * size:
             return moved * _upright(y[: disk.n_sides])

@@ -38,7 +38,7 @@ as_json: Callable[[F], F] = click.option(
 
 def open_database(path: Path | None, mode: Mode = "read") -> Database:
     """The database named by --db, or the starter."""
-    return patterndb.open(path, mode)
+    return patterndb.open(path, mode, say=lambda text: click.echo(text, err=True))
 
 
 def write_json(document: object) -> None:

@@ -58,7 +58,8 @@ def verify(connection: sqlite3.Connection) -> list[str]:
     """Everything that is wrong with the database, in words; empty where it is sound.
 
     Checks the file (SQLite's own integrity and foreign keys), every pattern (its code is a
-    canonical disk's, reduced, its id and columns follow from it), and that frequencies are the sums of the occurrences.
+    canonical disk's, reduced, its id and columns follow from it), and that frequencies are
+    the sums of the occurrences.
     """
     found = [f"SQLite: {row[0]}" for row in connection.execute("PRAGMA integrity_check(20)")]
     found = [] if found == ["SQLite: ok"] else found

@@ -11,7 +11,7 @@ from types import TracebackType
 from patterndb.errors import DatabaseError, NotFoundError
 from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
-from patterndb.store import contents, reading, writing
+from patterndb.store import compact, contents, reading, writing
 from patterndb.store.connection import Mode, atomic, connect
 from patterndb.store.records import (
     Learned,
@@ -111,6 +111,10 @@ class Database:
     def verify(self) -> list[str]:
         """Everything that is wrong with the database, in words."""
         return contents.verify(self._connection)
+
+    def compact(self) -> bytes:
+        """What was learned, as a small file (:mod:`patterndb.store.compact`)."""
+        return compact.dump(self._connection)
 
     # Changing
 

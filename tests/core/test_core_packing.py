@@ -1,11 +1,13 @@
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb.packing import LIMIT, pack, unpack
+from patterndb.packing import LIMIT, pack, pack_many, unpack, unpack_many
 
 numbers = st.one_of(st.integers(0, 200), st.integers(0, LIMIT - 1))
 
@@ -44,3 +46,12 @@ def test_what_does_not_fit_is_refused(values: list[int], wrong: int) -> None:
 def test_a_number_cut_short_is_refused(values: list[int], last: int) -> None:
     with pytest.raises(ValueError, match="end in the middle"):
         unpack(pack(values) + bytes([last]))
+
+
+@given(st.lists(st.lists(numbers)))
+def test_many_lists_at_once(lists: list[list[int]]) -> None:
+    blobs = [pack(values) for values in lists]
+    flat, offsets = unpack_many(blobs)
+    assert [flat[a:b].tolist() for a, b in itertools.pairwise(offsets)] == lists
+    assert offsets[0] == 0
+    assert pack_many(flat, offsets) == blobs
