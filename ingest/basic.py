@@ -107,7 +107,7 @@ def count_basic(
                         rows[slot] = value
                         n_keys += 1
                     row = value >> 1
-                    census.count[row, value & 1] += 1
+                    census.patches[row, value & 1] += 1
                     propose_example(row, n, hashes[n, 0], hashes[n, 1], bench.quads, census)
                 if n < limit:
                     e = end[d]

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ingest.hashing import LOAD, UInt64Array, doubled_map, find, hash_symbols
 from patterndb.code import Code, clockwise_start, rooted_code, smallest_code
-from patterndb.halfedge import Int32Array, border_vertices
+from patterndb.halfedge import Index, Int32Array, border_vertices
 from patterndb.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
 
 
@@ -45,7 +45,7 @@ class Census(NamedTuple):
     code_keys, code_rows: map from the hash of a canonical code to its row.
     codes, ends: the canonical codes, row r in codes[ends[r]:ends[r + 1]].
     sides:    (rows,) int32 number of sides.
-    count:    (rows, 2) int64 patches of the task at hand, by handedness.
+    patches:  (rows, 2) int64 patches of the task at hand, by handedness.
     example_size, example_hash, example: the task's example of each row: the patch with the
               fewest quads, then the smallest hash, so that it does not depend on the order
               in which patches come. example is (rows, widest patch) int32 quads.
@@ -59,7 +59,7 @@ class Census(NamedTuple):
     codes: Code
     ends: NDArray[np.int64]
     sides: Int32Array
-    count: NDArray[np.int64]
+    patches: NDArray[np.int64]
     example_size: Int32Array
     example_hash: UInt64Array
     example: Int32Array
@@ -69,12 +69,12 @@ class Bench(NamedTuple):
     """Scratch for recognising one patch at a time, for one mesh.
 
     member: (q,) int32, place of each quad in the patch at hand, -1 outside.
-    count: (v,) int32, the patch's quads at each vertex. quads: (limit,) int32, the patch.
+    held: (v,) int32, the patch's quads at each vertex. quads: (limit,) int32, the patch.
     twin, vertex: (4 * limit,) int32, the patch on its own. code: (4 * limit,) uint16.
     """
 
     member: Int32Array
-    count: Int32Array
+    held: Int32Array
     quads: Int32Array
     twin: Int32Array
     vertex: Int32Array
@@ -144,10 +144,10 @@ def kernel_mesh(
 
 
 @njit(cache=True, nogil=True)
-def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[int, Census]:
+def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[Index, Census]:
     """2 * row + handedness of the pattern of the patch ``bench.quads[:n]``.
 
-    The patch must be a disk, with ``bench.member`` and ``bench.count`` up to date.
+    The patch must be a disk, with ``bench.member`` and ``bench.held`` up to date.
     """
     twin, vertex = bench.twin, bench.vertex
     for i in range(n):
@@ -160,7 +160,7 @@ def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[int, Ce
             twin[4 * i + e] = t
             vertex[4 * i + e] = mesh.vertex[base + e]
     work = bench.reduction
-    m, n_starts = dissolve(n, twin, vertex, bench.count, mesh.full, work)
+    m, n_starts = dissolve(n, twin, vertex, bench.held, mesh.full, work)
     code, number, entry, order = bench.code, bench.number, bench.entry, bench.order
     rooted_code(work.reduced, m, work.starts[0], False, code, number, entry, order, False)
     a, b = hash_symbols(code, 4 * m)
@@ -176,7 +176,7 @@ def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[int, Ce
         if rooted_code(work.reduced, m, h, True, code, number, entry, order, True) < 0:
             handedness = 1
     first = bench.vertex[work.head[work.starts[0]]]
-    sides = n_starts if bench.count[first] != 2 else 0
+    sides = n_starts if bench.held[first] != 2 else 0
     value = 2 * _row_of(code, 4 * m, sides, census) + handedness
     slot = -1 - find(census.reading_keys, a, b)
     census.reading_keys[slot, 0] = a
@@ -187,7 +187,7 @@ def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[int, Ce
 
 
 @njit(cache=True, nogil=True)
-def _row_of(code: Code, n: int, sides: int, census: Census) -> int:
+def _row_of(code: Code, n: int, sides: int, census: Census) -> Index:
     """The row of the canonical code ``code[:n]``, a new one if there is none."""
     a, b = hash_symbols(code, n)
     slot = find(census.code_keys, a, b)
@@ -220,17 +220,17 @@ def _with_room(census: Census, n: int) -> Census:
     if census.used[1] + n > len(codes):
         codes = np.empty(2 * len(codes) + n, np.uint16)
         codes[: census.used[1]] = census.codes[: census.used[1]]
-    ends, sides, count = census.ends, census.sides, census.count
+    ends, sides, patches = census.ends, census.sides, census.patches
     example_size, example_hash = census.example_size, census.example_hash
     example = census.example
-    rows = census.count.shape[0]
+    rows = census.patches.shape[0]
     if census.used[0] == rows:
         ends = np.zeros(2 * rows + 1, np.int64)
         ends[: rows + 1] = census.ends
         sides = np.zeros(2 * rows, np.int32)
         sides[:rows] = census.sides
-        count = np.zeros((2 * rows, 2), np.int64)
-        count[:rows] = census.count
+        patches = np.zeros((2 * rows, 2), np.int64)
+        patches[:rows] = census.patches
         example_size = np.zeros(2 * rows, np.int32)
         example_size[:rows] = census.example_size
         example_hash = np.zeros((2 * rows, 2), np.uint64)
@@ -246,7 +246,7 @@ def _with_room(census: Census, n: int) -> Census:
         codes,
         ends,
         sides,
-        count,
+        patches,
         example_size,
         example_hash,
         example,
@@ -255,7 +255,7 @@ def _with_room(census: Census, n: int) -> Census:
 
 @njit(cache=True, nogil=True)
 def propose_example(
-    row: int, n: int, a: np.uint64, b: np.uint64, quads: Int32Array, census: Census
+    row: Index, n: int, a: np.uint64, b: np.uint64, quads: Int32Array, census: Census
 ) -> None:
     """Let the patch ``quads[:n]`` with hash (a, b) be the row's example if it is the first
     of its size or smaller than the one there."""
@@ -273,7 +273,7 @@ def propose_example(
 
 
 @njit(cache=True, nogil=True)
-def add_quad(q: int, place: int, mesh: Mesh, bench: Bench) -> int:
+def add_quad(q: Index, place: int, mesh: Mesh, bench: Bench) -> int:
     """Put quad q into the patch at hand at ``place``; return the change of V - E + F.
 
     A non-empty patch that stays edge-connected is a disk exactly if its V - E + F is 1:
@@ -283,9 +283,9 @@ def add_quad(q: int, place: int, mesh: Mesh, bench: Bench) -> int:
     change = -3
     for e in range(4):
         v = mesh.vertex[4 * q + e]
-        if bench.count[v] == 0:
+        if bench.held[v] == 0:
             change += 1
-        bench.count[v] += 1
+        bench.held[v] += 1
         t = mesh.twin[4 * q + e]
         if t >= 0 and bench.member[t >> 2] >= 0:
             change += 1
@@ -295,15 +295,15 @@ def add_quad(q: int, place: int, mesh: Mesh, bench: Bench) -> int:
 
 
 @njit(cache=True, nogil=True)
-def remove_quad(q: int, mesh: Mesh, bench: Bench) -> None:
+def remove_quad(q: Index, mesh: Mesh, bench: Bench) -> None:
     """Take quad q, the last one added, out of the patch at hand."""
     bench.member[q] = -1
     for e in range(4):
-        bench.count[mesh.vertex[4 * q + e]] -= 1
+        bench.held[mesh.vertex[4 * q + e]] -= 1
 
 
 def reset_counts(census: Census) -> None:
     """Forget the counts and examples of the task at hand, and keep the codes."""
     used = int(census.used[0])
-    census.count[:used] = 0
+    census.patches[:used] = 0
     census.example_size[:used] = 0

@@ -82,12 +82,15 @@ def grow(
         home = shard[root]
         d = 0
         n = 1
+        slot = 0
+        straight = False
         euler[1] = add_quad(root, 0, mesh, bench)
         hashes[1, 0] = mesh.zobrist[root, 0]
         hashes[1, 1] = mesh.zobrist[root, 1]
         foreign[1] = 0
         pattern[1] = -1
         candidate = True
+        a, b = hashes[1, 0], hashes[1, 1]
         while pulse[0] == 0:
             # A candidate is bench.quads[:n] above frame d: keep it or take it back.
             if candidate:
@@ -116,7 +119,7 @@ def grow(
                         row = value >> 1
                         propose_example(row, n, a, b, bench.quads, census)
                         if alone:
-                            census.count[row, value & 1] += 1
+                            census.patches[row, value & 1] += 1
                     if alone:
                         total += 1
                     else:
@@ -190,7 +193,7 @@ def grow(
                     while i < n and candidate:
                         for e in range(4):
                             v = mesh.vertex[4 * bench.quads[i] + e]
-                            k = bench.count[v]
+                            k = bench.held[v]
                             if k < 3 or k == mesh.full[v]:
                                 continue
                             missing = mesh.valence[v] - k
@@ -220,10 +223,10 @@ def grow(
                         v = mesh.vertex[border[first + (begin + i) % perimeter]]
                         if i == 0 and n_corners:
                             w = mesh.vertex[border[first + (begin + length) % perimeter]]
-                            straight = bench.count[v] == 2 and mesh.full[v] != 2
-                            straight &= bench.count[w] == 2 and mesh.full[w] != 2
+                            straight = bench.held[v] == 2 and mesh.full[v] != 2
+                            straight &= bench.held[w] == 2 and mesh.full[w] != 2
                         else:
-                            straight = bench.count[v] == 4 and mesh.full[v] == 4
+                            straight = bench.held[v] == 4 and mesh.full[v] == 4
                         if not straight:
                             break
                     if straight:
@@ -266,7 +269,7 @@ def _walk(
     corner = corner_end[d - 1]
     h = h0
     while True:
-        if bench.count[mesh.vertex[h]] != 2:
+        if bench.held[mesh.vertex[h]] != 2:
             corners[corner] = at - border_end[d - 1]
             corner += 1
         border[at] = h

@@ -11,6 +11,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from patterndb.halfedge import Index
+
 UInt64Array = NDArray[np.uint64]
 
 #: Share of slots in use at which a set doubles: linear probing stays short below it.
@@ -51,7 +53,7 @@ def hash_symbols(code: NDArray[np.uint16], n: int) -> tuple[np.uint64, np.uint64
 
 
 @njit(cache=True, nogil=True)
-def find(keys: UInt64Array, a: np.uint64, b: np.uint64) -> int:
+def find(keys: UInt64Array, a: Index, b: Index) -> Index:
     """Slot of key (a, b) in an open-addressing table, or ``-1 - slot`` of where it belongs.
 
     keys: (2^k, 2) uint64; an empty slot is (0, 0).

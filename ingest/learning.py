@@ -160,7 +160,7 @@ class MeshLearning:
                 )
             ],
             sides=census.sides[rows],
-            patches=census.count[rows],
+            patches=census.patches[rows],
             example_size=census.example_size[rows],
             example_hash=census.example_hash[rows],
             example=census.example[rows],

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array, border_vertices, next_edge, prev_edge
+from patterndb.halfedge import Index, Int32Array, border_vertices, next_edge, prev_edge
 from patterndb.quadmesh import QuadMesh
 
 
@@ -163,7 +163,7 @@ def _settle(h: int, s: _State) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _rung(strip: Int32Array, length: int, i: int, s: _State) -> tuple[int, int]:
+def _rung(strip: Int32Array, length: int, i: int, s: _State) -> tuple[Index, Index]:
     """Left and right vertex of rung i; rung ``length`` is the far end of an open strip."""
     if i < length:
         h = strip[i]
@@ -226,7 +226,7 @@ def _may_collapse(strip: Int32Array, length: int, loop: bool, s: _State) -> bool
 
 
 @njit(cache=True, nogil=True)
-def _makes_triple_edge(left: int, right: int, mark: int, s: _State) -> bool:
+def _makes_triple_edge(left: Index, right: Index, mark: int, s: _State) -> bool:
     """Would an edge at the merged vertex have three quads or more, and had not before?"""
     s.stamp[0] += 1
     tally = s.stamp[0]
@@ -251,7 +251,7 @@ def _makes_triple_edge(left: int, right: int, mark: int, s: _State) -> bool:
 
 
 @njit(cache=True, nogil=True)
-def _was_triple(v: int, h: int, s: _State) -> bool:
+def _was_triple(v: Index, h: Index, s: _State) -> bool:
     """Has an edge at corner h of vertex v three quads or more as it is?"""
     for w in (s.vertex[next_edge(h)], s.vertex[prev_edge(h)]):
         count = 0
@@ -326,7 +326,7 @@ def _collapse(strip: Int32Array, length: int, loop: bool, s: _State) -> int:
 
 
 @njit(cache=True, nogil=True)
-def _close_slits(v: int, s: _State) -> None:
+def _close_slits(v: Index, s: _State) -> None:
     """Join two border edges at v that have come to lie on each other: a hole of two edges
     between the same two vertices is no hole any more."""
     c = s.corner[v]
@@ -361,7 +361,7 @@ def _close_slits(v: int, s: _State) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _update_border(v: int, s: _State) -> None:
+def _update_border(v: Index, s: _State) -> None:
     c = s.corner[v]
     s.border[v] = False
     if c < 0:
@@ -377,7 +377,7 @@ def _update_border(v: int, s: _State) -> None:
 
 
 @njit(cache=True, nogil=True)
-def _make_dirty(merged: Int32Array, s: _State) -> int:
+def _make_dirty(merged: Int32Array, s: _State) -> Index:
     """Mark the strands of all quads within two rings of the merged vertices."""
     smallest = 2 * len(s.alive)
     for v in merged:

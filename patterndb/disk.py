@@ -88,12 +88,14 @@ class Disk:
         """
         if len(self.corners) == 0:
             return np.array([self.perimeter], np.int32)
-        return np.diff(np.r_[self.corners, self.perimeter + self.corners[0]]).astype(np.int32)
+        ends = np.roll(self.corners, -1)
+        ends[-1] += self.perimeter
+        return ends - self.corners
 
     def sides(self) -> list[Int32Array]:
         """Vertices along every side, both its corners included."""
         start = self.corners if len(self.corners) else np.zeros(1, np.int32)
         return [
-            ((s + np.arange(n + 1)) % self.perimeter).astype(np.int32)
+            (np.arange(s, s + n + 1, dtype=np.int32) % self.perimeter)
             for s, n in zip(start.tolist(), self.side_lengths().tolist(), strict=True)
         ]

@@ -7,21 +7,26 @@ border. Corner ``h`` is the tail of half-edge ``h``.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
 Int32Array = NDArray[np.int32]
 
+#: What kernels take where they count or index: inside them an array's element is as good.
+Index = Any
+
 
 @njit(cache=True, nogil=True, inline="always")
-def next_edge(h: int) -> int:
+def next_edge(h: Index) -> Index:
     """The half-edge after h in its quad, counter-clockwise."""
     return (h & ~3) | ((h + 1) & 3)
 
 
 @njit(cache=True, nogil=True, inline="always")
-def prev_edge(h: int) -> int:
+def prev_edge(h: Index) -> Index:
     """The half-edge before h in its quad."""
     return (h & ~3) | ((h + 3) & 3)
 
@@ -70,7 +75,7 @@ def border_vertices(twin: Int32Array, vertex: Int32Array, n_vertices: int) -> ND
 
 
 @njit(cache=True, nogil=True)
-def next_border_edge(twin: Int32Array, h: int) -> int:
+def next_border_edge(twin: Int32Array, h: Index) -> Index:
     """The border half-edge that follows border half-edge h along the border."""
     h = next_edge(h)
     while twin[h] >= 0:

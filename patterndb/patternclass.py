@@ -84,6 +84,7 @@ class PatternClass:
         joins = [rows.numbers(i, d.JOINS) for i in first.tolist()]
         pairs = np.concatenate([np.zeros(0, np.int64), *joins]).reshape(-1, 2)
         owner = np.repeat(np.arange(len(joins)), [len(j) // 2 for j in joins])
+        corners = np.array([p.corners for p in patterns], np.uint8)
         return cls(
             n_sides=n_sides,
             ids=np.array([p.id for p in patterns], np.int64),
@@ -93,7 +94,7 @@ class PatternClass:
             min_valence=np.array([min(p.valences, default=4) for p in patterns], np.int32),
             max_valence=np.array([max(p.valences, default=4) for p in patterns], np.int32),
             n_reflex=np.array([sum(k > 2 for k in p.corners) for p in patterns], np.int32),
-            corners=np.array([p.corners for p in patterns], np.uint8).reshape(-1, n_sides),
+            corners=corners.reshape(len(patterns), n_sides),
             n_loops=np.array([p.n_loops for p in patterns], np.int32),
             chiral=np.array([p.chiral for p in patterns], np.bool_),
             signature=np.array(number, np.int32),

@@ -145,7 +145,7 @@ def spread(
             e = left[k]
         chosen = -1
         while e <= left[k]:
-            cost = before + (1 + e) * (1 + e) + even_cost(int(parts[k]) - 1, int(left[k]) - e)
+            cost = before + (1 + e) * (1 + e) + even_cost(int(parts[k]) - 1, int(left[k] - e))
             if cost <= budget:
                 chosen = e
                 bounds[c + 1] = cost

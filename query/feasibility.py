@@ -19,6 +19,7 @@ from patterndb.patternclass import PatternClass
 from query.boundary import Boundary
 from query.matching import balanced, search, two_colour
 from query.orientation import orientations
+from query.transport import integral, transport
 
 #: Signatures that are worth a thread of their own: some ten milliseconds of work.
 ROWS_PER_THREAD = 2048
@@ -125,6 +126,7 @@ def _mark_feasible(
     colour = np.empty(w, np.int32)
     side_scratch = np.empty((5, w), np.int32)
     class_scratch = np.empty((3, most), np.int32)
+    flow = np.empty((2, most), np.int32)
     slack = np.empty(w, np.int32)
     perimeter = lengths[0].sum()
     for u in range(first, last):
@@ -152,9 +154,24 @@ def _mark_feasible(
                     break
             if not enough or not balanced(slack, component, colour, side_scratch[0]):
                 continue
-            found, _ = search(
-                slack, class_i, class_j, class_n, m, 0, rows, closed, side_scratch, class_scratch
-            )
+            if not transport(slack, class_i, class_j, m, closed, flow, side_scratch):
+                continue
+            # Seldom is the flow not a matching yet, and seldom then is there none.
+            if integral(flow, m):
+                found = 1
+            else:
+                found, _ = search(
+                    slack,
+                    class_i,
+                    class_j,
+                    class_n,
+                    m,
+                    0,
+                    rows,
+                    closed,
+                    side_scratch,
+                    class_scratch,
+                )
             if found > 0:
                 fits[u] = True
                 break

@@ -38,6 +38,17 @@ def transport(
     side_by = scratch[2]
     copy_by = scratch[3]
     queue = scratch[4]
+    # Most calls end here: a side asks for more than all its neighbours can give.
+    reach = queue
+    for s in range(w):
+        reach[s] = 0
+    for k in range(n_classes):
+        if not closed[k]:
+            reach[class_i[k]] += slack[class_j[k]]
+            reach[class_j[k]] += slack[class_i[k]]
+    for s in range(w):
+        if slack[s] > reach[s]:
+            return False
     for s in range(w):
         supply[s] = slack[s]
         demand[s] = slack[s]
@@ -122,6 +133,15 @@ def transport(
             supply[source] -= amount
             demand[sink] -= amount
     return True
+
+
+@njit(cache=True, nogil=True)
+def integral(flow: Int32Array, n_classes: int) -> bool:
+    """Is half the flow a matching, no class taking half a unit?"""
+    odd = 0
+    for k in range(n_classes):
+        odd += (flow[0, k] + flow[1, k]) % 2
+    return odd == 0
 
 
 @njit(cache=True, nogil=True)

@@ -55,8 +55,9 @@ def embed(disk: Disk, *, bend: bool = True) -> Points:
     counter-clockwise, bounding box centred at the origin, its longer side 2. The same disk
     gives the same coordinates.
 
-    No quad is flipped or crosses itself, except where no drawing with straight edges can
-    avoid it (two vertices joined by two edges).
+    Quads are neither flipped nor do they cross themselves, which ``flipped`` can confirm: it
+    is minimised, not proven. Two vertices joined by two edges have no drawing with straight
+    edges; what is returned then is the nearest found.
     """
     outline = convex_outline(disk)
     boundary = outline.points()

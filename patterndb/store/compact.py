@@ -55,17 +55,15 @@ def dump(connection: sqlite3.Connection) -> bytes:
     for mesh_id, sha256, *fields in connection.execute(
         f"SELECT id, {_MESH_FIELDS} FROM mesh ORDER BY sha256"  # noqa: S608 (a constant)
     ):
-        rows = sorted(
-            (place[row[0]], *row[1:])
-            for row in connection.execute(
-                "SELECT pattern_id, patches - mirrored_patches, mirrored_patches, example "
-                "FROM occurrence WHERE mesh_id = ?",
-                (mesh_id,),
-            )
-        )
+        rows = connection.execute(
+            "SELECT pattern_id, patches - mirrored_patches, mirrored_patches, example "
+            "FROM occurrence WHERE mesh_id = ?",
+            (mesh_id,),
+        ).fetchall()
+        rows.sort(key=lambda row: place[row[0]])
         examples, ends = unpack_many([row[3] for row in rows])
         columns += [
-            pack(np.diff([row[0] for row in rows], prepend=0)),
+            pack(np.diff([place[row[0]] for row in rows], prepend=0)),
             pack([row[1] for row in rows]),
             pack([row[2] for row in rows]),
             pack(np.diff(ends)),

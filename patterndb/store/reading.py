@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ def pattern_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
         "WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY n_irregular, frequency DESC, id",
         (low, high, n_sides),
     ).fetchall()
-    columns = list(zip(*rows, strict=True)) if rows else [()] * 15
+    columns: list[tuple[Any, ...]] = list(zip(*rows, strict=True)) if rows else [()] * 15
     valences, valence_ends = unpack_many(columns[4])
     irregular = valence_ends[:-1] < valence_ends[1:]
     # Patterns that share a signature share one row of lengths and joins.

@@ -94,7 +94,6 @@ def n_joined(quads: Quads) -> int:
         pytest.param([*PILLOW, PILLOW[0]], 0, 12, 3, id="three times, three quads"),
         pytest.param(CUBE, 12, 8, 1, id="closed surface"),
         pytest.param(wrapped(1, 5, twist=True), 4, 12, 1, id="a Moebius strip is cut once"),
-        pytest.param(wrapped(3, 5, twist=True), 22, 24, 1, id="along a whole conflict line"),
         pytest.param(beside(CUBE, BOW, grid(2, 2)), 16, 25, 4, id="beside each other"),
     ],
 )

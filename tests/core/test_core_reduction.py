@@ -14,10 +14,18 @@ from meshes import CUBE, SHAPES, disks, examples, grid, mesh_of_file, random_pat
 from numpy.typing import NDArray
 from reference import reduction as reference
 from reference.code import isomorphic, own_code
-from reference.halfedge import as_complex, border_loop, border_vertices, fans, is_disk
+from reference.halfedge import (
+    as_complex,
+    border_loop,
+    border_vertices,
+    fans,
+    is_disk,
+    next_edge,
+)
 from shared import MESHES
 
 from patterndb.errors import InvalidMeshError
+from patterndb.polychord import polychords
 from patterndb.quadmesh import QuadMesh
 from patterndb.reduction import reduce_disk
 
@@ -38,13 +46,13 @@ def outline(twin: list[int]) -> tuple[list[int], list[int]]:
     return min(rotations, default=[]), sorted(count[v] for v in inner if count[v] != 4)
 
 
-def assert_reduces(twin: list[int], seed: int) -> None:
+def assert_reduces(twin: list[int], seed: int, strict: bool) -> None:
     reduced = reduce_disk(np.array(twin, np.int32))
     result = reduced.tolist()
     code = own_code(result)
-    for order in range(ORDERS):
-        collapsed = reference.reduce_disk(twin, random.Random(seed + order))
-        assert own_code(collapsed) == code, f"order {seed + order} leaves another pattern"
+    for order in range(seed, seed + ORDERS):
+        collapsed = reference.reduce_disk(twin, random.Random(order), strict)
+        assert own_code(collapsed) == code, f"order {order} leaves another pattern"
     assert is_disk(as_complex(result))
     assert outline(result) == outline(twin), "a corner or an irregular vertex is another"
     assert reduce_disk(reduced).tolist() == result, "a pattern is no fixed point"
@@ -52,41 +60,48 @@ def assert_reduces(twin: list[int], seed: int) -> None:
 
 @given(disks(), st.integers(0, 2**32))
 def test_grown_disks(twin: list[int], seed: int) -> None:
-    assert_reduces(twin, seed)
+    assert_reduces(twin, seed, strict=False)
+
+
+def refine(twin: list[int]) -> list[int]:
+    """Each quad cut into four. Quad q's child e holds its corner e: its edges run along edge e,
+    twice inside, and along edge e - 1."""
+    fine = [-1] * (4 * len(twin))
+    for h, t in enumerate(twin):
+        child, after = 4 * h, 4 * next_edge(h)
+        fine[child + 1], fine[after + 2] = after + 2, child + 1
+        if t >= 0:
+            # The first half of an edge meets the second half of its twin.
+            far = 4 * next_edge(t) + 3
+            fine[child], fine[far] = far, child
+    return fine
 
 
 @given(disks(most=6), st.integers(0, 2**32))
 def test_refining_a_disk_does_not_change_its_pattern(twin: list[int], seed: int) -> None:
-    """Each quad cut into four: all that is new may collapse."""
-    n = len(twin) // 4
-    # Quad q's child e holds its corner e: edges along edge e, two inside, along edge e - 1.
-    fine = [-1] * (16 * n)
-    for h, t in enumerate(twin):
-        q, e = divmod(h, 4)
-        child, after = 4 * h, 4 * (4 * q + (e + 1) % 4)
-        fine[child + 1], fine[after + 2] = after + 2, child + 1
-        if t >= 0:
-            # The first half of an edge meets the second half of its twin.
-            far = 4 * (4 * (t // 4) + (t + 1) % 4) + 3
-            fine[child], fine[far] = far, child
-    assert_reduces(fine, seed)
-    assert own_code(reduce_disk(np.array(fine, np.int32)).tolist()) == own_code(
-        reduce_disk(np.array(twin, np.int32)).tolist()
-    )
+    """All that is new may collapse, except where a polychord crosses itself: so do its copies."""
+    fine = refine(twin)
+    assert_reduces(fine, seed, strict=False)
+    pattern = reduce_disk(np.array(twin, np.int32))
+    if not polychords(pattern).crosses_itself.any():
+        again = reduce_disk(np.array(fine, np.int32))
+        assert own_code(again.tolist()) == own_code(pattern.tolist())
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda p: p.stem)
 def test_patches_of_artists_meshes(path: Path) -> None:
     mesh = mesh_of_file(path)
     for i, twin in enumerate(random_patches(mesh, PATCHES_A_FILE, most=28, seed=len(path.stem))):
-        assert_reduces(twin.tolist(), i)
+        assert_reduces(twin.tolist(), i, strict=True)
 
 
 @pytest.mark.parametrize(
     ("twin", "quads"),
     [
         pytest.param(QuadMesh.from_quads(grid(5, 7)).twin, 1, id="a grid is one quad"),
-        pytest.param(QuadMesh.from_quads(star(5, 4)).twin, 5, id="rings about a star vanish"),
+        pytest.param(
+            QuadMesh.from_quads(refined(refined(star(5)))).twin, 5, id="a star, refined twice"
+        ),
         pytest.param(QuadMesh.from_quads(SHAPES["refined cup"]).twin, 5, id="a cup, refined"),
         pytest.param(QuadMesh.from_quads(refined(star(3))).twin, 3, id="a triangle, refined"),
     ],

@@ -26,8 +26,13 @@ def strip_through(twin: dict[int, int], h: int) -> tuple[list[int], bool]:
     return strip, t == first
 
 
-def may_collapse(twin: dict[int, int], strip: list[int], loop: bool) -> bool:
-    """Does it not cross itself, are its chains simple and disjoint, and is one regular?"""
+def may_collapse(twin: dict[int, int], strip: list[int], loop: bool, strict: bool) -> bool:
+    """Does it not cross itself, are its chains simple and disjoint, and is one regular?
+
+    strict: as the definition of collapse has it, neither chain repeats a vertex. Otherwise only
+    a regular one must not; that is what the definition of dissolving comes to. The two part
+    where a strip folds back on itself, about two vertices of valence 2 for instance.
+    """
     if len({h // 4 for h in strip}) < len(strip):
         return False
     vertex = fans(twin)
@@ -36,7 +41,8 @@ def may_collapse(twin: dict[int, int], strip: list[int], loop: bool) -> bool:
     if not loop:
         left.append(vertex[prev_edge(strip[-1])])
         right.append(vertex[opposite(strip[-1])])
-    if len(set(left + right)) < 2 * len(left):
+    repeats = len(set(left)) < len(left) or len(set(right)) < len(right)
+    if set(left) & set(right) or (strict and repeats):
         return False
     valence = Counter(vertex.values())
     border = border_vertices(twin, vertex)
@@ -44,8 +50,10 @@ def may_collapse(twin: dict[int, int], strip: list[int], loop: bool) -> bool:
     def regular(chain: list[int]) -> bool:
         inner = chain if loop else chain[1:-1]
         ends = [] if loop else [chain[0], chain[-1]]
-        return all(v not in border and valence[v] == 4 for v in inner) and all(
-            v in border and valence[v] == 2 for v in ends
+        return (
+            len(set(chain)) == len(chain)
+            and all(v not in border and valence[v] == 4 for v in inner)
+            and all(v in border and valence[v] == 2 for v in ends)
         )
 
     return regular(left) or regular(right)
@@ -64,7 +72,7 @@ def collapse(twin: dict[int, int], strip: list[int]) -> None:
             del twin[4 * (h // 4) + e]
 
 
-def reduce_disk(half_edges: Sequence[int], order: random.Random) -> Twin:
+def reduce_disk(half_edges: Sequence[int], order: random.Random, strict: bool = True) -> Twin:
     """Collapse polychords, drawn by ``order``, until none may; quads are numbered anew."""
     twin = as_complex(half_edges)
     while True:
@@ -72,7 +80,7 @@ def reduce_disk(half_edges: Sequence[int], order: random.Random) -> Twin:
         order.shuffle(edges)
         for h in edges:
             strip, loop = strip_through(twin, h)
-            if may_collapse(twin, strip, loop):
+            if may_collapse(twin, strip, loop, strict):
                 collapse(twin, strip)
                 break
         else:

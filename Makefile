@@ -1,0 +1,96 @@
+# Everything from a fresh clone: `make` lists what there is to make.
+# The programs are installed into .venv, once, and again when pyproject.toml changes.
+
+PYTHON ?= python3
+VENV   := .venv
+BIN    := $(VENV)/bin
+RUN    := $(VENV)/.installed
+DEV    := $(VENV)/.installed-dev
+
+# Processes that run tests: one a core.
+WORKERS ?= auto
+
+# The folder of meshes, with INDEX.csv, that the starter database is learned from.
+MESHES ?= ../shared/data/meshes
+
+.PHONY: help demo test lint types docs docs-check pictures starter dist clean
+.DEFAULT_GOAL := help
+
+help:
+	@echo "make demo        learn the example meshes, fill some boundaries, draw the fills"
+	@echo "make test        run all tests"
+	@echo "make lint        ruff: rules and format"
+	@echo "make types       pyright: strict for patterndb/, basic for the rest"
+	@echo "make docs        write docs/cli.md and docs/api.md anew"
+	@echo "make docs-check  are they up to date?"
+	@echo "make pictures    draw the pictures of the documentation anew"
+	@echo "make starter     learn the starter database anew from MESHES=$(MESHES)"
+	@echo "make dist        build the sdist and the wheel into dist/"
+	@echo "make clean       remove what these have made, .venv included"
+
+# A venv that another Python made is used as it is; a failed one is made again.
+$(BIN)/python:
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || { \
+	  echo "patterndb needs Python 3.11 or later; '$(PYTHON)' is" \
+	    "$$($(PYTHON) --version 2>&1 || echo missing). Name another: make PYTHON=python3.12" >&2; \
+	  exit 1; }
+	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+	  echo "the venv could not be made (Debian and Ubuntu: apt-get install python3-venv)" >&2; \
+	  exit 1; }
+
+$(RUN): $(BIN)/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@touch $@
+
+$(DEV): $(BIN)/python pyproject.toml
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+	@touch $(RUN) $@
+
+demo: $(RUN)
+	@rm -rf demo && mkdir demo
+	$(BIN)/patterndb ingest examples/ --db demo/demo.db --licence CC0-1.0
+	$(BIN)/patterndb stats --db demo/demo.db
+	$(BIN)/patterndb query --sides 3,5,4,6 --db demo/demo.db --limit 8 --per-pattern 1 \
+	  --image demo/fills.png --obj demo/fills
+	$(BIN)/patterndb query --sides 6,4,5,4,5 --db demo/demo.db --limit 8 --per-pattern 1 \
+	  --image demo/five.png
+	$(BIN)/patterndb gallery --class 5 --convex --limit 40 --db demo/demo.db -o demo/patterns.png
+	@echo
+	@echo "Look at demo/fills.png and demo/five.png (fills of the two boundaries) and at"
+	@echo "demo/patterns.png (what was learned); demo/fills/ has the first fills as OBJ files."
+	@echo "Next: $(BIN)/patterndb query --sides 8,8,8,8,8,8 --db demo/demo.db --image demo/six.png"
+	@echo "      $(BIN)/patterndb browse --class 6 --db demo/demo.db      (needs a display)"
+	@echo "      docs/tutorial.md"
+
+# The first import compiles kernels and keeps them on disk. Once, before the workers start:
+# else each of them compiles them all.
+test: $(DEV)
+	$(BIN)/python -c 'import tests_warm' 2>/dev/null || true
+	$(BIN)/python -m pytest -n $(WORKERS)
+
+lint: $(DEV)
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+
+types: $(DEV)
+	$(BIN)/pyright --pythonpath $(BIN)/python
+
+docs: $(DEV)
+	$(BIN)/python scripts/build_docs.py
+
+docs-check: $(DEV)
+	$(BIN)/python scripts/build_docs.py --check
+
+pictures: $(DEV)
+	$(BIN)/python scripts/build_docs.py --pictures
+
+starter: $(RUN)
+	$(BIN)/python scripts/build_starter.py $(MESHES)
+
+dist: $(DEV)
+	rm -rf dist
+	$(BIN)/python -m build --outdir dist .
+
+clean:
+	rm -rf $(VENV) demo dist build .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
