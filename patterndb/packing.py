@@ -16,21 +16,35 @@ LIMIT = 1 << 31
 
 
 def pack(values: NDArray[np.integer] | Sequence[int]) -> bytes:
-    """The numbers, each in 0..LIMIT - 1, as bytes."""
+    """The numbers, each in 0..LIMIT - 1, as bytes. Raises ValueError for others."""
     array = np.asarray(values, dtype=np.int64)
-    if not len(array):
-        return b""
-    if array.max() < 128 and array.min() >= 0:
-        return array.astype(np.uint8).tobytes()
-    if array.min() < 0 or array.max() >= LIMIT:
+    return pack_many(array, [0, len(array)])[0]
+
+
+def pack_many(
+    flat: NDArray[np.integer], offsets: NDArray[np.integer] | Sequence[int]
+) -> list[bytes]:
+    """``flat[offsets[i]:offsets[i + 1]]`` packed, for every i."""
+    cuts = np.asarray(offsets)
+    low, high = (int(flat.min()), int(flat.max())) if len(flat) else (0, 0)
+    if low < 0 or high >= LIMIT:
         raise ValueError(f"numbers must lie in 0..{LIMIT - 1}")
-    out = bytearray()
-    for value in array.tolist():
-        while value >= 128:
-            out.append(value & 127 | 128)
-            value >>= 7
-        out.append(value)
-    return bytes(out)
+    if high < 128:
+        raw = flat.astype(np.uint8)
+    else:
+        values = flat.astype(np.int64)
+        n_bytes = np.ones(len(values), np.int64)
+        for bits in (7, 14, 21, 28):
+            n_bytes += values >> bits != 0
+        start = np.append(0, np.cumsum(n_bytes))
+        raw = np.empty(start[-1], np.uint8)
+        for k in range(int(n_bytes.max())):
+            here = np.flatnonzero(n_bytes > k)
+            more = np.where(n_bytes[here] > k + 1, 128, 0)
+            raw[start[here] + k] = values[here] >> 7 * k & 127 | more
+        cuts = start[cuts]
+    data = raw.tobytes()
+    return [data[a:b] for a, b in itertools.pairwise(cuts.tolist())]
 
 
 def unpack(data: bytes) -> NDArray[np.int32]:
@@ -44,17 +58,6 @@ def unpack(data: bytes) -> NDArray[np.int32]:
     start = np.r_[0, np.flatnonzero(last)[:-1] + 1]
     place = np.arange(len(raw)) - np.repeat(start, np.diff(np.r_[start, len(raw)]))
     return np.add.reduceat((raw & 127).astype(np.int64) << (7 * place), start).astype(np.int32)
-
-
-def pack_many(
-    flat: NDArray[np.integer], offsets: NDArray[np.integer] | Sequence[int]
-) -> list[bytes]:
-    """``flat[offsets[i]:offsets[i + 1]]`` packed, for every i."""
-    cuts = np.asarray(offsets).tolist()
-    if len(flat) and not 0 <= flat.min() <= flat.max() < 128:
-        return [pack(flat[a:b]) for a, b in itertools.pairwise(cuts)]
-    raw = flat.astype(np.uint8).tobytes()
-    return [raw[a:b] for a, b in itertools.pairwise(cuts)]
 
 
 def unpack_many(blobs: Sequence[bytes]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
