@@ -2,10 +2,11 @@
 # The programs are installed into .venv, once, and again when pyproject.toml changes.
 
 PYTHON ?= python3
-VENV   := .venv
-BIN    := $(VENV)/bin
-RUN    := $(VENV)/.installed
-DEV    := $(VENV)/.installed-dev
+VENV    := .venv
+BIN     := $(VENV)/bin
+RUN     := $(VENV)/.installed
+DEV     := $(VENV)/.installed-dev
+KERNELS := $(VENV)/.compiled
 
 # Processes that run tests: one a core.
 WORKERS ?= auto
@@ -46,7 +47,12 @@ $(DEV): $(BIN)/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
 	@touch $(RUN) $@
 
-demo: $(RUN)
+# Once, before anything runs in parallel: else every process compiles them all.
+$(KERNELS): | $(RUN)
+	$(BIN)/python scripts/compile_kernels.py
+	@touch $@
+
+demo: $(RUN) $(KERNELS)
 	@rm -rf demo && mkdir demo
 	$(BIN)/patterndb ingest examples/ --db demo/demo.db --licence CC0-1.0
 	$(BIN)/patterndb stats --db demo/demo.db
@@ -62,10 +68,7 @@ demo: $(RUN)
 	@echo "      $(BIN)/patterndb browse --class 6 --db demo/demo.db      (needs a display)"
 	@echo "      docs/tutorial.md"
 
-# The first import compiles kernels and keeps them on disk. Once, before the workers start:
-# else each of them compiles them all.
-test: $(DEV)
-	$(BIN)/python -c 'import tests_warm' 2>/dev/null || true
+test: $(DEV) $(KERNELS)
 	$(BIN)/python -m pytest -n $(WORKERS)
 
 lint: $(DEV)

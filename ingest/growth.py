@@ -152,8 +152,10 @@ def grow(
                     begin, length = 0, perimeter
                 else:
                     begin = corners[corner_end[d - 1] + s]
-                    following = corners[corner_end[d - 1] + (s + 1) % n_corners]
-                    length = (following - begin - 1) % perimeter + 1
+                    if s + 1 < n_corners:
+                        length = corners[corner_end[d - 1] + s + 1] - begin
+                    else:
+                        length = corners[corner_end[d - 1]] + perimeter - begin
                 # Look before adding anything: is there a quad beyond every edge, are they
                 # few enough, and do they make a patch that was met before? (No patch is
                 # met before it is convex, so none around reflex corners is missed.)
@@ -161,8 +163,10 @@ def grow(
                 room = limit - n
                 a, b = hashes[d, 0], hashes[d, 1]
                 candidate = True
+                # Where the side runs past the boundary's first edge: wrapped (no division).
+                wrap = perimeter - begin
                 for i in range(length):
-                    t = mesh.twin[border[first + (begin + i) % perimeter]]
+                    t = mesh.twin[border[first + (begin + i if i < wrap else i - wrap)]]
                     if t < 0:
                         candidate = False
                         break
@@ -181,7 +185,7 @@ def grow(
                 chi = euler[d]
                 outside = foreign[d]
                 for i in range(length):
-                    q = mesh.twin[border[first + (begin + i) % perimeter]] >> 2
+                    q = mesh.twin[border[first + (begin + i if i < wrap else i - wrap)]] >> 2
                     if bench.member[q] < 0:
                         chi += add_quad(q, n, mesh, bench)
                         outside += shard[q] != home
@@ -220,13 +224,18 @@ def grow(
                 pattern[d + 1] = -1
                 if added == length and n == size[d] + added and n_corners != 1:
                     for i in range(length):
-                        v = mesh.vertex[border[first + (begin + i) % perimeter]]
+                        h = border[first + (begin + i if i < wrap else i - wrap)]
+                        v = mesh.vertex[h]
                         if i == 0 and n_corners:
                             w = mesh.vertex[border[first + (begin + length) % perimeter]]
                             straight = bench.held[v] == 2 and mesh.full[v] != 2
                             straight &= bench.held[w] == 2 and mesh.full[w] != 2
                         else:
                             straight = bench.held[v] == 4 and mesh.full[v] == 4
+                        # Where the strip's far sides lie on each other, collapsing it
+                        # folds the old side just so, and the pattern is another.
+                        beyond = mesh.twin[mesh.twin[h] ^ 2]
+                        straight &= beyond < 0 or bench.member[beyond >> 2] < 0
                         if not straight:
                             break
                     if straight:

@@ -145,7 +145,6 @@ class MeshLearning:
         far: list[tuple[int, UInt64Array, Int32Array]],
     ) -> Tally:
         """Copy the task's rows out of the thread's census, and clear them there."""
-        _keep_census(self._widest, census)
         used = int(census.used[0])
         rows = np.flatnonzero(census.example_size[:used])
         place = np.full(used + 1, -1, np.int32)
@@ -174,6 +173,7 @@ class MeshLearning:
             far_mirrored=(values & 1).astype(np.int8),
         )
         reset_counts(census)
+        _keep_census(self._widest, census)
         return result
 
     def finish(self, tallies: list[Tally]) -> Learned:
@@ -254,8 +254,12 @@ _local = threading.local()
 
 
 def _census(widest: int) -> Census:
-    """This thread's census: codes once read need not be worked out again for the next mesh."""
+    """This thread's census: codes once read need not be worked out again for the next mesh.
+
+    It is handed out, and put back by _keep_census: a task that is broken off takes it along.
+    """
     held: tuple[int, Census] | None = getattr(_local, "census", None)
+    _local.census = None
     if held is None or held[0] != widest:
         held = (widest, new_census(widest))
     return held[1]

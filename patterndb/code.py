@@ -214,6 +214,8 @@ def decode(code: Code) -> Int32Array:
     twin = np.full(n, -1, np.int32)
     inner = np.flatnonzero(symbols)
     targets = symbols[inner] - 1
+    if len(targets) and targets.min() < 0:
+        raise InvalidCodeError(f"symbol {inner[targets.argmin()]} is negative")
     if len(targets) and targets.max() >= n:
         at = inner[targets.argmax()]
         raise InvalidCodeError(
@@ -223,6 +225,8 @@ def decode(code: Code) -> Int32Array:
     if not (twin[twin[inner]] == inner).all():
         at = inner[np.flatnonzero(twin[twin[inner]] != inner)[0]]
         raise InvalidCodeError(f"symbol {at} names an edge that does not name it back")
+    if (twin == np.arange(n)).any():
+        raise InvalidCodeError(f"symbol {np.flatnonzero(twin == np.arange(n))[0]} names itself")
     seen = 1
     for at in range(n):
         if at == 4 * seen:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from patterndb.code import code_starts
 from patterndb.errors import InvalidMeshError
 from patterndb.halfedge import Int32Array, fans, next_border_edge
+from patterndb.quadmesh import QuadMesh
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,7 +43,8 @@ class Disk:
         n_edges = (len(twin) + n_border) // 2
         starts = np.empty(max(len(twin), 1), np.int32)
         n_starts = code_starts(twin, starts)
-        if n_starts == 0 or n_vertices - n_edges + q != 1:
+        connected = not QuadMesh.from_twin(twin).components().any()
+        if n_starts == 0 or not connected or n_vertices - n_edges + q != 1:
             raise InvalidMeshError("the quads are not a disk")
         first = int(starts[0]) if start is None else start
         loop = [first]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from patterndb import description as d
 from patterndb.code import Code, canonical_code, decode, pattern_id
 from patterndb.disk import Disk
-from patterndb.errors import InvalidCodeError
+from patterndb.errors import InvalidCodeError, InvalidMeshError
 from patterndb.halfedge import Int32Array, next_border_edge
 from patterndb.label import split_word
 from patterndb.polychord import Polychords, polychords
@@ -56,7 +56,10 @@ class Pattern:
         Raises InvalidCodeError if the list is no code, not a disk's, or not canonical.
         """
         twin = decode(code)
-        Disk.from_twin(twin)
+        try:
+            Disk.from_twin(twin)
+        except InvalidMeshError as error:
+            raise InvalidCodeError(f"the code is not a disk's: {error}") from error
         if not np.array_equal(canonical_code(twin)[0], code):
             raise InvalidCodeError("the code is not canonical; canonical_code(decode(code)) is")
         return cls.from_trusted_code(code, frequency=frequency, origin=origin)

@@ -13,18 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.errors import MissingExtraError, PatternDBError
+from patterndb.errors import MissingExtraError
 from patterndb.halfedge import Int32Array
 from patterndb.patternclass import PatternClass
 from query.boundary import Boundary
 from query.chords import Chords
-from query.errors import InvalidQueryError
+from query.errors import InvalidQueryError, SolverError
 from query.feasibility import targets, units
 from query.solve import Solutions
-
-
-class SolverError(PatternDBError, RuntimeError):
-    """CP-SAT gave a model up; its status is in the message."""
 
 
 def _cp_model() -> Any:
@@ -44,10 +40,8 @@ class _Model:
     def __init__(self, chords: Chords, lengths: NDArray[np.int64]) -> None:
         self.cp = _cp_model()
         self.model = self.cp.CpModel()
-        self.x = [
-            self.model.new_int_var(1, int(max(lengths[i], 1)), f"x{c}")
-            for c, (i, _) in enumerate(chords.sides)
-        ]
+        self.most = [max(1, int(lengths[i])) for i, _ in chords.sides]
+        self.x = [self.model.new_int_var(1, top, f"x{c}") for c, top in enumerate(self.most)]
         ends: list[list[Any]] = [[] for _ in range(chords.n_sides)]
         for x, (i, j) in zip(self.x, chords.sides, strict=True):
             ends[i].append(x)
@@ -58,14 +52,11 @@ class _Model:
     def add_key(self) -> Any:
         """A variable for the sum of the squared widths."""
         squares: list[Any] = []
-        most = 0
-        for c, x in enumerate(self.x):
-            top = x.proto.domain[-1] ** 2
-            square = self.model.new_int_var(1, top, f"s{c}")
+        for c, (x, top) in enumerate(zip(self.x, self.most, strict=True)):
+            square = self.model.new_int_var(1, top**2, f"s{c}")
             self.model.add_multiplication_equality(square, [x, x])
             squares.append(square)
-            most += top
-        key = self.model.new_int_var(0, most, "key")
+        key = self.model.new_int_var(0, sum(top**2 for top in self.most), "key")
         self.model.add(key == sum(squares))
         return key
 

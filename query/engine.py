@@ -1,7 +1,7 @@
 """Ask for the fills of a boundary.
 
 Patterns come in the class's order, fewest irregular vertices first, then most frequent,
-then smallest id (Marcias et al. 2015, section 6, "Sorting criteria"); the fills of one
+then smallest id (Marcias et al. 2015, section 5, "Sorting criteria"); the fills of one
 pattern in the order of :mod:`query.fit`. Only the fills that are listed are expanded.
 """
 
@@ -23,7 +23,7 @@ from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.filters import Filters
 from query.fit import Fit, fits
-from query.identity import fill_key
+from query.identity import fill_key, is_mesh
 from query.reason import why_empty
 from query.solve import Solver
 
@@ -42,7 +42,7 @@ class FillList(Sequence[Fill]):
 
     fills:     the fills, as many as were asked for.
     boundary:  the boundary they fill.
-    feasible_patterns: how many patterns pass the filters and have a fill.
+    feasible_patterns: how many patterns pass the filters and can meet the lengths.
     truncated: are there more fills than are listed, by either limit?
     seconds:   how long the query took.
     reason:    why there is none, where there is none.
@@ -178,7 +178,7 @@ def _take(
         room = None if limit is None else limit - len(listed)
         if room == 0:
             # A fill beyond the last one listed, if it is no copy of one, is one too many.
-            if any(_new_fills(pattern, boundary, 1, widths, seen)[0]):
+            if _new_fills(pattern, boundary, 1, widths, seen)[0]:
                 return listed, True
             continue
         most = min((n for n in (room, per_pattern) if n is not None), default=None)
@@ -192,7 +192,7 @@ def _new_fills(
     pattern: Pattern, boundary: Boundary, most: int | None, widths: Solver, seen: set[bytes]
 ) -> tuple[list[Fill], bool]:
     """At most that many fills of a pattern that are not listed yet, and whether it has more."""
-    if not pattern.self_crossing:
+    if not pattern.self_crossing and is_mesh(pattern.disk().quads):
         found, more = fits(pattern, boundary, most, widths)
         return [fit.fill(pattern) for fit in found], more
     ask = None if most is None else most + 1
@@ -208,10 +208,12 @@ def _new_fills(
 
 
 def _unseen(pattern: Pattern, found: list[Fit], seen: set[bytes]) -> Iterator[tuple[bytes, Fill]]:
-    """The fits whose fills are new, under their keys, once each."""
+    """The fits whose fills are meshes and new, under their keys, once each."""
     mine: set[bytes] = set()
     for fit in found:
         fill = fit.fill(pattern)
+        if not is_mesh(fill.quads):
+            continue
         key = fill_key(fill)
         if key not in seen and key not in mine:
             mine.add(key)

@@ -1,4 +1,4 @@
-"""The error of a query that cannot be asked, whatever its boundary."""
+"""Errors of queries beside that of an invalid boundary."""
 
 from __future__ import annotations
 
@@ -7,3 +7,7 @@ from patterndb.errors import PatternDBError
 
 class InvalidQueryError(PatternDBError, ValueError):
     """An option of a query, or the widths of an expansion, are not what they must be."""
+
+
+class SolverError(PatternDBError, RuntimeError):
+    """CP-SAT gave a model up; its status is in the message."""

@@ -1,4 +1,4 @@
-"""When two fills are the same: one code from vertex 0 tells.
+"""When two fills are the same, and when vertex numbers alone tell a fill's quads apart.
 
 Reducing a fill gives back its pattern and widths, so different fits are different fills,
 with one exception: where a polychord that crosses itself is wider than 1, its copies
@@ -10,8 +10,22 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.code import rooted_code
+from patterndb.halfedge import Int32Array
 from patterndb.quadmesh import QuadMesh
 from query.fill import Fill
+
+
+def is_mesh(quads: Int32Array) -> bool:
+    """Has every quad of (q, 4) four vertices, and do no two edges join the same two?
+
+    Collapsing may draw two edges of a pattern together until they share both ends; only
+    where a polychord across them is wider than 1 does such a pattern expand to a mesh.
+    """
+    corners = np.sort(quads, axis=1)
+    # Two edges between the same vertices have two half-edges that run the same way.
+    heads = np.roll(quads, -1, axis=1)
+    edges = np.sort((quads.astype(np.int64) << 32 | heads).ravel())
+    return bool((corners[:, 1:] != corners[:, :-1]).all() and (edges[1:] != edges[:-1]).all())
 
 
 def fill_key(fill: Fill) -> bytes:

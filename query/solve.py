@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike
 from patterndb.halfedge import Int32Array
 from query.chords import Chords
 from query.errors import InvalidQueryError
-from query.evenness import most_even, spread
+from query.evenness import most_even
 from query.matching import search
+from query.spread import spread
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,31 +6,60 @@ input or database, 130 interrupted.
 
 from __future__ import annotations
 
-import os
 import sys
+from typing import Any
 
 import click
 
 import patterndb
 from patterndb.cli import asking, learning, pictures
-from patterndb.errors import NotFoundError, PatternDBError
+from patterndb.cli.failure import (
+    EXIT_BAD_INPUT,
+    EXIT_INTERRUPTED,
+    EXIT_NOTHING,
+    EXIT_USAGE,
+    explain,
+)
+from patterndb.cli.text import WIDTH
 
-EXIT_NOTHING = 1
-EXIT_BAD_INPUT = 3
-EXIT_INTERRUPTED = 130
+__all__ = ["EXIT_BAD_INPUT", "EXIT_INTERRUPTED", "EXIT_NOTHING", "EXIT_USAGE", "cli", "main"]
 
 
-@click.group(context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+class Program(click.Group):
+    """A group of verbs that ends every error with a message and an exit code."""
+
+    def main(self, *args: Any, standalone_mode: bool = True, **extra: Any) -> Any:
+        """As click's; out of standalone mode errors are raised."""
+        if not standalone_mode:
+            return super().main(*args, standalone_mode=False, **extra)
+        try:
+            result = super().main(*args, standalone_mode=False, **extra)
+        except Exception as error:
+            code = explain(error)
+        except KeyboardInterrupt as error:
+            code = explain(error)
+        else:
+            code = result if isinstance(result, int) else 0
+        sys.exit(code)
+
+
+@click.group(
+    cls=Program,
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": WIDTH},
+)
 @click.version_option(patterndb.__version__, prog_name="patterndb")
 def cli() -> None:
     """Learn patterns from hand-made quad meshes, and fill boundaries with them.
 
     \b
-    patterndb ingest meshes/ --db my.db        learn every mesh of a folder
-    patterndb query --sides 3,5,4,6            fills for a boundary, as text
-    patterndb gallery --class 5 -o five.png  a sheet of all five-sided patterns
+    patterndb ingest meshes/ --db my.db       # learn every mesh of a folder
+    patterndb query --sides 3,5,4,6           # fills of a boundary, as text
+    patterndb gallery --class 5 -o five.png   # a sheet of five-sided patterns
 
     Verbs that only ask use the starter database unless --db names another.
+
+    Exit codes: 0 done, 1 nothing found, 2 wrong usage, 3 bad input or database,
+    130 interrupted. Results go to stdout, all else to stderr.
     """
 
 
@@ -39,27 +68,5 @@ for command in (*learning.COMMANDS, *asking.COMMANDS, *pictures.COMMANDS):
 
 
 def main() -> None:
-    """Run the command line, turning errors into messages and exit codes."""
-    try:
-        result = cli.main(standalone_mode=False)
-        sys.exit(result if isinstance(result, int) else 0)
-    except click.exceptions.Abort:
-        click.echo("interrupted", err=True)
-        sys.exit(EXIT_INTERRUPTED)
-    except KeyboardInterrupt:
-        click.echo("interrupted", err=True)
-        sys.exit(EXIT_INTERRUPTED)
-    except click.ClickException as error:
-        error.show()
-        sys.exit(error.exit_code)
-    except NotFoundError as error:
-        click.echo(f"patterndb: {error}", err=True)
-        sys.exit(EXIT_NOTHING)
-    except (PatternDBError, OSError) as error:
-        if isinstance(error, BrokenPipeError):
-            # The reader of our output has gone (head, say): that is no error of ours, and
-            # Python must not complain about it once more while it shuts down.
-            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-            sys.exit(0)
-        click.echo(f"patterndb: {error}", err=True)
-        sys.exit(EXIT_BAD_INPUT)
+    """Run the command line."""
+    cli()

@@ -9,22 +9,35 @@ from typing import TYPE_CHECKING
 
 import click
 
+from patterndb.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb.cli.options import (
+    FileName,
     Numbers,
     Range,
     as_json,
+    boundary_of,
     db_to_read,
     open_database,
     picture_path,
-    write_json,
 )
-from patterndb.store.connection import Mode
+from patterndb.cli.text import (
+    plural,
+    printable,
+    say,
+    shortened,
+    table,
+    write,
+    write_json,
+    write_json_with,
+)
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from query import Boundary, Fill
 
-#: Names in the first lines of a table of fills.
-SHOWN_WIDTHS = 24
+#: Characters of a mesh's name in a table; the rest of the line is its licence and author.
+SHOWN_NAME = 40
 
 
 @click.command()
@@ -44,15 +57,12 @@ def stats(db: Path | None, as_json: bool) -> int:
         document["by_irregular"] = {str(k): v for k, v in s.by_irregular.items()}
         write_json(document)
         return 0
-    click.echo(f"{s.patterns:,} patterns ({s.patterns_oriented:,} with mirror images)")
-    click.echo(f"{s.meshes:,} meshes, {s.patches:,} patches")
-    click.echo(f"content {s.content_hash}")
-    click.echo("\nsides       patterns")
-    for n, count in s.by_sides.items():
-        click.echo(f"{n:>5}  {count:>13,}")
-    click.echo("\nirregular   patterns")
-    for n, count in s.by_irregular.items():
-        click.echo(f"{n:>5}  {count:>13,}")
+    write(f"{plural(s.patterns, 'pattern')}, {s.patterns_oriented:,} with mirror images")
+    write(f"{plural(s.meshes, 'mesh', 'meshes')}, {plural(s.patches, 'patch', 'patches')}")
+    write(f"content {s.content_hash}")
+    for head, counts in (("sides", s.by_sides), ("irregular", s.by_irregular)):
+        if counts:
+            write("\n" + table((head, "patterns"), list(counts.items())))
     return 0
 
 
@@ -70,14 +80,19 @@ def meshes(db: Path | None, as_json: bool) -> int:
     if as_json:
         write_json({"meshes": [dataclasses.asdict(row) for row in rows]})
         return 0
-    width = max((len(row.name) for row in rows), default=4)
-    click.echo(f"{'mesh':<{width}}   quads     patches  patterns  licence, author")
+    lines: list[tuple[object, ...]] = []
     for row in rows:
-        said = ", ".join(t for t in (row.provenance.licence, row.provenance.author) if t)
-        click.echo(
-            f"{row.name:<{width}} {row.quads_read:>7,} {row.distinct:>11,} "
-            f"{row.patterns:>9,}  {said or '-'}"
+        said = (row.provenance.licence, row.provenance.author, row.provenance.source)
+        lines.append(
+            (
+                shortened(printable(row.name), SHOWN_NAME),
+                row.quads_read,
+                row.distinct,
+                row.patterns,
+                ", ".join(text for text in said if text) or "-",
+            )
         )
+    write(table(("mesh", "quads", "patches", "patterns", "licence, author, source"), lines))
     return 0
 
 
@@ -123,7 +138,7 @@ def meshes(db: Path | None, as_json: bool) -> int:
 @as_json
 @click.option(
     "--obj",
-    type=click.Path(path_type=Path, file_okay=False),
+    type=FileName(),
     metavar="DIR",
     help="Write every fill as DIR/fill-001.obj, flat.",
 )
@@ -155,11 +170,13 @@ def query(
     patterndb query --sides 8,8,8,8,8,8 --limit 100 --json
     patterndb query --sides 4,3,5 --valence 3..5 --image fills.png --obj fills/
     """
+    if obj is not None and obj.exists() and not obj.is_dir():
+        raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from query import Boundary, fills
+    from query import fills
 
     started = time.perf_counter()
-    boundary = Boundary(sides, corners=()) if closed else Boundary(sides)
+    boundary = boundary_of(sides, closed)
     with open_database(db) as database:
         found = fills(
             database,
@@ -172,53 +189,59 @@ def query(
         )
     seconds = time.perf_counter() - started
     if as_json:
-        write_json(
-            {
-                "sides": list(boundary.lengths),
-                "feasible_patterns": found.feasible_patterns,
-                "truncated": found.truncated,
-                "seconds": round(seconds, 4),
-                "fills": [fill.to_json() for fill in found],
-            }
-        )
+        document = {
+            "sides": list(boundary.lengths),
+            "feasible_patterns": found.feasible_patterns,
+            "truncated": found.truncated,
+            "reason": found.reason,
+            "seconds": round(seconds, 4),
+        }
+        write_json_with(document, "fills", (fill.to_json() for fill in found))
     elif found.fills:
-        _table(found.fills)
-        more = "; there are more fills than these" if found.truncated else ""
-        click.echo(f"{found.feasible_patterns:,} patterns fit ({seconds:.3f} s){more}", err=True)
+        write(_fill_table(found.fills))
+        fit = "pattern fits" if found.feasible_patterns == 1 else "patterns fit"
+        more = "; there are more fills than these (--limit, --per-pattern)"
+        say(f"{found.feasible_patterns:,} {fit} ({seconds:.2f} s){more if found.truncated else ''}")
     if obj is not None and found.fills:
         _write_objs(obj, found.fills, boundary)
     if image is not None and found.fills:
         from patterndb.cli.pictures import fill_sheet
 
         for path in fill_sheet(image, found.fills, boundary):
-            click.echo(f"drawn: {path}", err=True)
+            say(f"drawn: {path}")
     if not found.fills:
-        click.echo(f"no fill: {found.reason}", err=True)
-        return 1
+        say(f"no fill: {found.reason}")
+        return EXIT_NOTHING
     return 0
 
 
-def _table(fills: list[Fill]) -> None:
-    click.echo("rank  pattern           irregular  quads    seen  rot      widths")
-    for rank, fill in enumerate(fills, 1):
-        widths = " ".join(str(w) for w in fill.widths[:SHOWN_WIDTHS])
-        if len(fill.widths) > SHOWN_WIDTHS:
-            widths += " …"
-        turned = f"{fill.rotation}{' mirror' if fill.mirrored else ''}"
-        click.echo(
-            f"{rank:>4}  {fill.pattern.name}  {fill.n_irregular:>9}  {len(fill.quads):>5}"
-            f"  {fill.pattern.frequency:>6}  {turned:<8} {widths}"
-        )
+def _fill_table(fills: Sequence[Fill]) -> str:
+    heads = ("rank", "pattern", "irregular", "quads", "seen", "turned", "widths")
+    return table(
+        heads,
+        [
+            (
+                rank,
+                fill.pattern.name,
+                fill.n_irregular,
+                len(fill.quads),
+                fill.pattern.frequency,
+                f"{fill.rotation} mirrored" if fill.mirrored else str(fill.rotation),
+                " ".join(map(str, fill.widths)),
+            )
+            for rank, fill in enumerate(fills, 1)
+        ],
+    )
 
 
-def _write_objs(folder: Path, fills: list[Fill], boundary: Boundary) -> None:
+def _write_objs(folder: Path, fills: Sequence[Fill], boundary: Boundary) -> None:
     from patterndb.cli.obj import write_flat_fill
 
     folder.mkdir(parents=True, exist_ok=True)
     digits = max(3, len(str(len(fills))))
     for rank, fill in enumerate(fills, 1):
         write_flat_fill(folder / f"fill-{rank:0{digits}}.obj", fill, boundary)
-    click.echo(f"written: {len(fills)} files in {folder}", err=True)
+    say(f"written: {plural(len(fills), 'file')} in {folder}")
 
 
 @click.command()
@@ -233,19 +256,18 @@ def verify(db: Path | None, migrate: bool, as_json: bool) -> int:
     \b
     patterndb verify --db my.db
     """
-    mode: Mode = "write" if migrate else "read"
     if migrate and db is None:
         raise click.UsageError("--migrate needs --db: the starter database is always up to date")
-    with open_database(db, mode) as database:
+    with open_database(db, "write" if migrate else "read") as database:
         findings = database.verify()
         name = database.path
     if as_json:
         write_json({"ok": not findings, "findings": findings})
     else:
         for finding in findings:
-            click.echo(finding)
-        click.echo(f"{name}: {'sound' if not findings else f'{len(findings)} findings'}", err=True)
-    return 3 if findings else 0
+            write(finding)
+        say(f"{name}: {plural(len(findings), 'finding') if findings else 'sound'}")
+    return EXIT_BAD_INPUT if findings else 0
 
 
 COMMANDS = (stats, meshes, query, verify)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from patterndb.cli.options import as_json, db_to_write, open_database, write_json
+from patterndb.cli.failure import Interrupted, resumable
+from patterndb.cli.options import FileName, as_json, db_to_write, is_text, open_database
 from patterndb.cli.progress import learning_progress
+from patterndb.cli.text import plural, say, write, write_json
 from patterndb.errors import MeshFileError
-from patterndb.store.records import LARGEST_PATCH, LearningOptions, Provenance
+
+if TYPE_CHECKING:
+    from ingest import MeshReport
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -19,7 +24,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 def _limit(name: str, default: int, what: str) -> Callable[[F], F]:
     return click.option(
         f"--{name}",
-        type=click.IntRange(0, LARGEST_PATCH),
+        type=click.IntRange(0),
         default=default,
         show_default=True,
         metavar="N",
@@ -28,15 +33,20 @@ def _limit(name: str, default: int, what: str) -> Callable[[F], F]:
 
 
 @click.command()
-@click.argument(
-    "meshes", nargs=-1, required=True, metavar="MESH...", type=click.Path(path_type=Path)
-)
+@click.argument("meshes", nargs=-1, required=True, metavar="MESH...", type=FileName())
 @db_to_write
 @_limit("basic", 7, "Learn all patches")
 @_limit("side", 12, "Learn patches grown by whole sides,")
 @_limit("convex", 40, "Learn convex patches grown by whole sides,")
-@click.option("--prepare/--no-prepare", default=True, help="Collapse refining polychords first.")
-@click.option("--jobs", type=click.IntRange(1, 1024), metavar="N", help="Threads; one a core.")
+@click.option(
+    "--prepare/--no-prepare",
+    default=True,
+    show_default=True,
+    help="Collapse refining polychords first.",
+)
+@click.option(
+    "--jobs", type=click.IntRange(1, 1024), metavar="N", help="Threads; one a core if not given."
+)
 @click.option("--author", metavar="TEXT", help="Who made the meshes; kept with them.")
 @click.option("--source", metavar="TEXT", help="Where they come from; kept with them.")
 @click.option("--licence", "--license", metavar="TEXT", help="Their licence; kept with them.")
@@ -74,44 +84,34 @@ def ingest(
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from ingest import ingest as ingest_files
     from ingest.read import ReadLimits
+    from patterndb.store import LearningOptions, Provenance
 
-    options = LearningOptions(basic, side, convex, prepare)
+    try:
+        options = LearningOptions(basic, side, convex, prepare)
+    except ValueError as error:
+        raise click.UsageError(str(error)) from error
     files = [file for mesh in meshes for file in _files(mesh)]
     limits = ReadLimits() if max_bytes is None else ReadLimits(max_bytes=max_bytes)
-    with open_database(db, "create") as database, learning_progress(talk=not as_json) as progress:
-        report = ingest_files(
-            database,
-            files,
-            options,
-            jobs=jobs,
-            provenance=Provenance(author, source, licence),
-            limits=limits,
-            progress=progress.update,
-            report=progress.report,
-        )
+    with (
+        resumable(f"what was learned is in {db}; the same command goes on from here"),
+        open_database(db, "create") as database,
+    ):
+        with learning_progress(talk=not as_json) as progress:
+            report = ingest_files(
+                database,
+                files,
+                options,
+                jobs=jobs,
+                provenance=Provenance(author, source, licence),
+                limits=limits,
+                progress=progress.update,
+                report=progress.report,
+            )
         patterns = database.statistics().patterns
     if as_json:
         write_json(
             {
-                "meshes": [
-                    {
-                        "name": m.name,
-                        "sha256": m.sha256,
-                        "outcome": m.outcome,
-                        "quads_read": m.quads_read,
-                        "quads_used": m.quads_used,
-                        "patches": {
-                            "basic": m.basic,
-                            "side": m.side,
-                            "convex": m.convex,
-                            "distinct": m.distinct,
-                        },
-                        "patterns": m.patterns,
-                        "new_patterns": m.new_patterns,
-                        "seconds": round(m.seconds, 3),
-                    }
-                    for m in report.meshes
-                ],
+                "meshes": [_entry(mesh) for mesh in report.meshes],
                 "patterns": patterns,
                 "seconds": round(report.seconds, 3),
                 "interrupted": report.interrupted,
@@ -119,18 +119,36 @@ def ingest(
         )
     else:
         learned = sum(m.outcome in ("learned", "replaced") for m in report.meshes)
-        click.echo(
-            f"{learned} of {len(files)} meshes learned, {patterns:,} patterns in {db} "
-            f"({report.seconds:.1f} s)"
+        write(
+            f"{learned:,} of {plural(len(files), 'mesh', 'meshes')} learned, "
+            f"{plural(patterns, 'pattern')} in {db} ({report.seconds:.1f} s)"
         )
     if report.interrupted:
-        click.echo(
-            f"interrupted: {len(report.meshes)} of {len(files)} meshes are in {db}; "
-            "the same command goes on from here",
-            err=True,
+        raise Interrupted(
+            f"{len(report.meshes):,} of {plural(len(files), 'mesh', 'meshes')} done and in {db}; "
+            "the same command goes on from here"
         )
-        return 130
     return 0
+
+
+def _entry(mesh: MeshReport) -> dict[str, object]:
+    """A mesh as the JSON document tells of it."""
+    return {
+        "name": mesh.name,
+        "sha256": mesh.sha256,
+        "outcome": mesh.outcome,
+        "quads_read": mesh.quads_read,
+        "quads_used": mesh.quads_used,
+        "patches": {
+            "basic": mesh.basic,
+            "side": mesh.side,
+            "convex": mesh.convex,
+            "distinct": mesh.distinct,
+        },
+        "patterns": mesh.patterns,
+        "new_patterns": mesh.new_patterns,
+        "seconds": round(mesh.seconds, 3),
+    }
 
 
 def _files(path: Path) -> list[Path]:
@@ -139,23 +157,31 @@ def _files(path: Path) -> list[Path]:
 
     if not path.is_dir():
         return [path]
-    inside = sorted(p for p in path.rglob("*") if p.is_file() and not p.name.startswith("."))
+    inside = sorted(_below(path))
     files = [p for p in inside if p.suffix.lower() in SUPPORTED_SUFFIXES]
-    if len(files) < len(inside):
-        click.echo(
-            f"{path}: {len(inside) - len(files)} files that are no meshes of a kind that holds "
-            "quads are left out",
-            err=True,
-        )
     if not files:
-        raise MeshFileError(f"no mesh in this folder ({', '.join(SUPPORTED_SUFFIXES)})", path=path)
+        raise MeshFileError(
+            f"there is no mesh in this folder; meshes end in {' '.join(SUPPORTED_SUFFIXES)}",
+            path=path,
+        )
+    for file in files:
+        if not is_text(str(file)):
+            raise MeshFileError("the file's name is not UTF-8; rename it", path=file)
+    if len(files) < len(inside):
+        say(f"{path}: {plural(len(inside) - len(files), 'other file')} left out")
     return files
 
 
+def _below(folder: Path) -> Iterator[Path]:
+    """All files in and below the folder, but for hidden ones and those in hidden folders."""
+    for path in folder.rglob("*"):
+        hidden = any(part.startswith(".") for part in path.relative_to(folder).parts)
+        if not hidden and path.is_file():
+            yield path
+
+
 @click.command()
-@click.argument(
-    "others", nargs=-1, required=True, metavar="OTHER...", type=click.Path(path_type=Path)
-)
+@click.argument("others", nargs=-1, required=True, metavar="OTHER...", type=FileName())
 @db_to_write
 @as_json
 def merge(others: tuple[Path, ...], db: Path, as_json: bool) -> int:
@@ -168,22 +194,20 @@ def merge(others: tuple[Path, ...], db: Path, as_json: bool) -> int:
     patterndb merge mine.db yours.db --db ours.db
     """
     added = replaced = same = 0
-    with open_database(db, "create") as database:
-        for path in others:
-            with open_database(path) as other:
-                counts = database.merge(other)
-            added, replaced, same = (
-                added + counts[0],
-                replaced + counts[1],
-                same + counts[2],
-            )
+    with contextlib.ExitStack() as stack:
+        # All are opened before anything is written, so that a wrong name changes nothing.
+        sources = [stack.enter_context(open_database(path)) for path in others]
+        database = stack.enter_context(open_database(db, "create"))
+        for other in sources:
+            counts = database.merge(other)
+            added, replaced, same = added + counts[0], replaced + counts[1], same + counts[2]
         patterns = database.statistics().patterns
     if as_json:
         write_json({"added": added, "replaced": replaced, "unchanged": same, "patterns": patterns})
     else:
-        click.echo(
-            f"{added} meshes added, {replaced} replaced, {same} there before; "
-            f"{patterns:,} patterns in {db}"
+        write(
+            f"{plural(added, 'mesh', 'meshes')} added, {replaced:,} replaced, {same:,} there "
+            f"before; {plural(patterns, 'pattern')} in {db}"
         )
     return 0
 
@@ -207,8 +231,9 @@ def remove(meshes: tuple[str, ...], db: Path, as_json: bool) -> int:
     if as_json:
         write_json({"meshes": n_meshes, "patterns_removed": n_patterns, "patterns": patterns})
     else:
-        click.echo(
-            f"{n_meshes} meshes and {n_patterns:,} patterns removed; {patterns:,} patterns left"
+        write(
+            f"{plural(n_meshes, 'mesh', 'meshes')} and {plural(n_patterns, 'pattern')} removed; "
+            f"{plural(patterns, 'pattern')} left in {db}"
         )
     return 0
 

@@ -1,31 +1,53 @@
-"""What several verbs share: options, and how results are written."""
+"""What several verbs share: their options, and the way to a database and a boundary."""
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-import patterndb
-from patterndb.store import Database
-from patterndb.store.connection import Mode
+from patterndb.cli.text import say
+
+if TYPE_CHECKING:
+    from patterndb.store import Database
+    from patterndb.store.connection import Mode
+    from query import Boundary
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+
+class FileName(click.ParamType):
+    """The name of a file or folder, which need not be there."""
+
+    name = "file"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        if not str(value):
+            # Path("") would be the present folder: a slip, such as a shell variable unset.
+            self.fail("the name is empty", param, ctx)
+        if not is_text(str(value)):
+            self.fail(f"{str(value)!r} is not UTF-8; rename the file", param, ctx)
+        return Path(value)
+
+
+def is_text(name: str) -> bool:
+    """Can the name be kept in a database? Those that are no UTF-8 cannot."""
+    return not any("\ud800" <= c <= "\udfff" for c in name)
+
+
 db_to_read: Callable[[F], F] = click.option(
     "--db",
-    type=click.Path(path_type=Path),
+    type=FileName(),
     metavar="FILE",
     help="The database to ask; the starter database if not given.",
 )
 
 db_to_write: Callable[[F], F] = click.option(
     "--db",
-    type=click.Path(path_type=Path),
+    type=FileName(),
     metavar="FILE",
     required=True,
     help="The database to change.",
@@ -38,12 +60,19 @@ as_json: Callable[[F], F] = click.option(
 
 def open_database(path: Path | None, mode: Mode = "read") -> Database:
     """The database named by --db, or the starter."""
-    return patterndb.open(path, mode, say=lambda text: click.echo(text, err=True))
+    # Imported here because --help and wrong usage need not wait for compiled kernels.
+    import patterndb
+
+    return patterndb.open(path, mode, say=say)
 
 
-def write_json(document: object) -> None:
-    """One JSON document on one line of stdout."""
-    click.echo(json.dumps(document, separators=(",", ":"), ensure_ascii=False))
+def boundary_of(sides: tuple[int, ...], closed: bool) -> Boundary:
+    """The boundary that --sides and --closed ask for."""
+    if closed and len(sides) > 1:
+        raise click.UsageError("--closed goes with one length: --sides 12 --closed")
+    from query import Boundary
+
+    return Boundary(sides, corners=()) if closed else Boundary(sides)
 
 
 class Numbers(click.ParamType):
@@ -57,13 +86,13 @@ class Numbers(click.ParamType):
         if isinstance(value, tuple):
             return value  # pyright: ignore[reportUnknownVariableType]
         parts = [part.strip() for part in str(value).split(",")]
-        if not all(re.fullmatch(r"-?\d{1,9}", part) for part in parts):
+        if not all(re.fullmatch(r"[+-]?[0-9]{1,18}", part) for part in parts):
             self.fail(f"{value!r} is not a list of whole numbers like 3,5,4,6", param, ctx)
         return tuple(int(part) for part in parts)
 
 
 class Range(click.ParamType):
-    """Two whole numbers: 3..5; one number means from it to itself."""
+    """Two whole numbers from 1 on: 3..5; one number means from it to itself."""
 
     name = "a..b"
 
@@ -72,28 +101,30 @@ class Range(click.ParamType):
     ) -> tuple[int, int]:
         if isinstance(value, tuple):
             return value  # pyright: ignore[reportUnknownVariableType]
-        match = re.fullmatch(r"(\d{1,4})(?:\.\.(\d{1,4}))?", str(value).strip())
+        match = re.fullmatch(r"([0-9]{1,9})(?:\.\.([0-9]{1,9}))?", str(value).strip())
         if not match:
             self.fail(f"{value!r} is not a range like 3..5", param, ctx)
         low = int(match[1])
         high = int(match[2] or match[1])
         if low > high:
-            self.fail(f"the range {value} runs backwards", param, ctx)
+            self.fail(f"the range {value} runs backwards; write {high}..{low}", param, ctx)
+        if low < 1:
+            self.fail("every vertex has a quad: the least valence is 1", param, ctx)
         return low, high
 
 
 def picture_path(*suffixes: str) -> click.ParamType:
     """A file to draw into, with one of the suffixes."""
 
-    class Picture(click.ParamType):
-        name = "file"
-
+    class Picture(FileName):
         def convert(
             self, value: Any, param: click.Parameter | None, ctx: click.Context | None
         ) -> Path:
-            path = Path(value)
+            path = super().convert(value, param, ctx)
             if path.suffix.lower() not in suffixes:
                 self.fail(f"{value} must end in {' or '.join(suffixes)}", param, ctx)
+            if path.is_dir():
+                self.fail(f"{value} is a folder; name a picture in it", param, ctx)
             if not path.absolute().parent.is_dir():
                 self.fail(f"there is no folder {path.parent} to draw into", param, ctx)
             return path

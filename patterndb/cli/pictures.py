@@ -12,10 +12,12 @@ import click
 from patterndb.cli.options import (
     Numbers,
     Range,
+    boundary_of,
     db_to_read,
     open_database,
     picture_path,
 )
+from patterndb.cli.text import plural, say
 from patterndb.errors import NotFoundError
 
 if TYPE_CHECKING:
@@ -65,7 +67,7 @@ def show(
     if widths is not None and pattern is None:
         raise click.UsageError("--widths goes with a pattern's name; a fill has its own")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from query import Boundary, fills
+    from query import fills
     from viewer import Card, save_picture
 
     with open_database(db) as database:
@@ -77,18 +79,18 @@ def show(
                 card = Card.of_disk(_widened(found, widths), title)
         else:
             assert sides is not None
-            boundary = Boundary(sides, corners=()) if closed else Boundary(sides)
+            boundary = boundary_of(sides, closed)
             listed = fills(database, boundary, limit=rank)
             if len(listed.fills) < rank:
                 raise NotFoundError(
                     f"no fill: {listed.reason}"
                     if not listed.fills
-                    else f"there are only {len(listed.fills)} fills"
+                    else f"there is no fill {rank}, only {plural(len(listed.fills), 'fill')}"
                 )
             fill = listed.fills[rank - 1]
             card = Card.of_disk(fill.disk(), fill.pattern.name, rank)
     save_picture(output, card, tinted=not plain)
-    click.echo(f"drawn: {output}", err=True)
+    say(f"drawn: {output}")
     return 0
 
 
@@ -129,7 +131,14 @@ def _widened(pattern: Pattern, widths: Sequence[int]) -> Disk:
     help="Only patterns with at most K irregular vertices.",
 )
 @click.option("--valence", type=Range(), help="Only irregular vertices of these valences.")
-@click.option("--per-page", type=click.IntRange(1, 200), default=60, show_default=True)
+@click.option(
+    "--per-page",
+    type=click.IntRange(1, 200),
+    default=60,
+    show_default=True,
+    metavar="N",
+    help="Draw at most N on a page.",
+)
 @click.option("--plain", is_flag=True, help="Do not tint the polychords.")
 def gallery(
     n_sides: int | None,
@@ -155,12 +164,12 @@ def gallery(
     if convex and n_sides is None:
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from query import Boundary, fills
+    from query import fills
     from viewer import Card, save_gallery
 
     with open_database(db) as database:
         if sides is not None:
-            boundary = Boundary(sides, corners=()) if closed else Boundary(sides)
+            boundary = boundary_of(sides, closed)
             listed = fills(
                 database, boundary, limit=limit, max_irregular=max_irregular, valence=valence
             )
@@ -185,15 +194,17 @@ def gallery(
                 )
             ]
             if not rows:
-                raise NotFoundError(f"the database has no such pattern of {n_sides} sides")
+                raise NotFoundError(
+                    f"the database has no such pattern of {plural(n_sides, 'side')}"
+                )
             shown = rows[:limit]
-            title = f"{len(rows):,} patterns of {n_sides} sides"
+            title = f"{plural(len(rows), 'pattern')} of {plural(n_sides, 'side')}"
             if len(shown) < len(rows):
                 title = f"the first {len(shown):,} of {title}"
             cards = [Card.of_pattern(chosen.pattern(row), k) for k, row in enumerate(shown, 1)]
             paths = save_gallery(output, cards, title=title, per_page=per_page, tinted=not plain)
     for path in paths:
-        click.echo(f"drawn: {path}", err=True)
+        say(f"drawn: {path}")
     return 0
 
 
@@ -207,7 +218,7 @@ def fill_sheet(
 ) -> list[Path]:
     """A contact sheet of a boundary's fills; the paths written."""
     from viewer import Card, save_gallery
-    from viewer.card import plural, valence_text
+    from viewer.card import valence_text
 
     cards = [
         Card.of_disk(
@@ -263,7 +274,7 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
             keys=keys,
         )
     if output is not None:
-        click.echo(f"drawn: {output}", err=True)
+        say(f"drawn: {output}")
     return 0
 
 

@@ -73,7 +73,14 @@ def _check(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
     if mode == "create" and application == 0 and version == 0 and tables == 0:
-        create(connection)
+        try:
+            create(connection)
+        except sqlite3.OperationalError:
+            # Another process may have made it since we looked.
+            if connection.in_transaction:
+                connection.execute("ROLLBACK")
+            if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
+                raise
         return
     if application != APPLICATION_ID:
         raise DatabaseError(f"{path} is an SQLite file of another kind, not a pattern database")
@@ -103,12 +110,12 @@ def atomic(connection: sqlite3.Connection) -> Generator[sqlite3.Connection]:
     try:
         with _explained(path):
             yield connection
+            # A reader may hold this up for too long; then it is all taken back as well.
+            connection.execute("COMMIT")
     except BaseException:
         if connection.in_transaction:
             connection.execute("ROLLBACK")
         raise
-    with _explained(path):
-        connection.execute("COMMIT")
 
 
 @contextlib.contextmanager

@@ -61,6 +61,13 @@ def verify(connection: sqlite3.Connection) -> list[str]:
     canonical disk's, reduced, its id and columns follow from it), and that frequencies are
     the sums of the occurrences.
     """
+    try:
+        return _findings(connection)[:MAX_FINDINGS]
+    except sqlite3.DatabaseError as error:
+        return [f"SQLite: {error}"]
+
+
+def _findings(connection: sqlite3.Connection) -> list[str]:
     found = [f"SQLite: {row[0]}" for row in connection.execute("PRAGMA integrity_check(20)")]
     found = [] if found == ["SQLite: ok"] else found
     found += [
@@ -81,8 +88,7 @@ def verify(connection: sqlite3.Connection) -> list[str]:
         "HAVING coalesce(sum(patches), 0) <> distinct_patches"
     ):
         found.append(f"mesh {name} has {patches} patches in its patterns, but counted {mirrored}")
-    found += _check_patterns(connection)
-    return found[:MAX_FINDINGS]
+    return found + _check_patterns(connection)
 
 
 def _check_patterns(connection: sqlite3.Connection) -> list[str]:

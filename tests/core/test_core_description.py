@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -76,7 +77,9 @@ def test_packed_codes_have_the_same_description(twins: list[list[int]]) -> None:
     rows, again = d.describe(codes), d.describe([pack(code) for code in codes])
     np.testing.assert_array_equal(again.counts, rows.counts)
     lists = [rows.numbers(i, k).tolist() for i in range(len(codes)) for k in range(d.LISTS)]
-    assert [again.numbers(i, k).tolist() for i in range(len(codes)) for k in range(d.LISTS)] == lists
+    assert [
+        again.numbers(i, k).tolist() for i in range(len(codes)) for k in range(d.LISTS)
+    ] == lists
     assert rows.packed() == [pack(numbers) for numbers in lists]
 
 
@@ -116,7 +119,7 @@ def assert_disk(disk: Disk, twin: Sequence[int], start: int) -> None:
     complex_ = as_complex(twin)
     vertex = fans(complex_)
     loop = border_loop(complex_, start)
-    name = {v: n for v, n in zip(vertex.values(), disk.quads.ravel().tolist(), strict=True)}
+    name = dict(zip(vertex.values(), disk.quads.ravel().tolist(), strict=True))
     assert sorted(name.values()) == list(range(disk.n_vertices)), "one number a vertex"
     assert all(name[v] == n for v, n in zip(vertex.values(), disk.quads.flat, strict=True))
     assert [name[vertex[h]] for h in loop] == list(range(disk.perimeter))
@@ -132,7 +135,7 @@ def assert_disk(disk: Disk, twin: Sequence[int], start: int) -> None:
     sides = [s.tolist() for s in disk.sides()]
     assert [len(s) - 1 for s in sides] == disk.side_lengths().tolist()
     assert [s[0] for s in sides] == (corners or [0])
-    assert all(b == (a + 1) % disk.perimeter for s in sides for a, b in zip(s, s[1:], strict=False))
+    assert all(b == (a + 1) % disk.perimeter for s in sides for a, b in pairwise(s))
     assert [s[-1] for s in sides] == [s[0] for s in sides[1:] + sides[:1]]
 
 

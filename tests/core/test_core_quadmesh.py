@@ -73,9 +73,7 @@ def test_an_orientable_mesh_is_joined_however_its_quads_are_flipped(
     again = QuadMesh.from_quads(flipped)
     assert (again.twin < 0).sum() == (mesh.twin < 0).sum()
     np.testing.assert_array_equal(again.source[again.quads][0], mesh.source[mesh.quads][0])
-    directed = {
-        (int(q[e]), int(q[e - 3])) for q in again.source[again.quads] for e in range(4)
-    }
+    directed = {(int(q[e]), int(q[e - 3])) for q in again.source[again.quads] for e in range(4)}
     assert directed == {(q[e], q[e - 3]) for q in quads for e in range(4)}
 
 

@@ -65,10 +65,28 @@ def _around(code: tuple[int, ...]) -> list[int]:
     return [count[mesh.vertex[h]] for h in mesh.border(everything)]
 
 
-@settings(max_examples=60)
-@given(quad_soups(most=20), st.sampled_from(LIMITS), st.booleans())
+@settings(max_examples=50)
+@given(quad_soups(most=16), st.sampled_from(LIMITS), st.booleans())
 def test_random_meshes(quads: Quads, limits: tuple[int, int, int], prepared: bool) -> None:
     assert_as_reference(quads, LearningOptions(*limits, prepare=prepared))
+
+
+#: The far sides of the two quads beyond a side are one edge: the pattern is not the one before.
+FOLDED = [
+    [9, 0, 2, 5],
+    [6, 7, 4, 3],
+    [7, 8, 5, 4],
+    [8, 6, 9, 5],
+    [9, 10, 7, 6],
+    [10, 11, 8, 7],
+    [11, 3, 6, 8],
+    [0, 1, 10, 9],
+    [1, 0, 11, 10],
+]
+
+
+def test_a_strip_that_folds_on_itself() -> None:
+    assert_as_reference(FOLDED, LearningOptions(0, 9, 0, prepare=False))
 
 
 @pytest.mark.parametrize("prepared", [False, True], ids=["as it is", "prepared"])
@@ -109,9 +127,9 @@ def ball(mesh: QuadMesh, n: int, seed: int) -> NDArray[np.int32]:
     ids=lambda p: p.stem,
 )
 def test_pieces_of_artists_meshes(path: Path, prepared: bool) -> None:
-    for seed in range(3):
-        piece = ball(mesh_of_file(path), 40, seed)
-        assert_as_reference(piece, LearningOptions(4, 9, 16, prepared))
+    for seed in range(2):
+        piece = ball(mesh_of_file(path), 32, seed)
+        assert_as_reference(piece, LearningOptions(4, 8, 14, prepared))
 
 
 @pytest.mark.parametrize("name", ["refined cube", "torus", "star 5", "windowed", "book", "tube"])

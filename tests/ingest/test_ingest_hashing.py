@@ -36,7 +36,9 @@ def test_every_key_is_found_with_its_value(keys: list[tuple[int, int]]) -> None:
 
 
 @given(keys_, st.tuples(lanes, lanes))
-def test_a_doubled_table_holds_the_same(keys: list[tuple[int, int]], other: tuple[int, int]) -> None:
+def test_a_doubled_table_holds_the_same(
+    keys: list[tuple[int, int]], other: tuple[int, int]
+) -> None:
     table, values = filled(keys)
     bigger = doubled_set(table)
     map_keys, map_values = doubled_map(table, values)

@@ -157,9 +157,7 @@ def test_examples_are_quads_as_the_file_numbers_its_faces(db: Database, tmp_path
     assert (occurrence.patches, occurrence.mirrored_patches) == (1, 0)
 
 
-def test_a_database_open_for_reading_is_not_ingested_into(
-    db: Database, files: list[Path]
-) -> None:
+def test_a_database_open_for_reading_is_not_ingested_into(db: Database, files: list[Path]) -> None:
     with Database(db.path) as reader, pytest.raises(DatabaseError, match="reading only"):
         ingest(reader, files, SMALL)
 

@@ -160,7 +160,8 @@ def learn(twin: Sequence[int], basic_limit: int, side_limit: int, convex_limit: 
         local = mesh.half_edges(patch)
         reading = rooted_code(local, 0)
         if reading not in known:
-            known[reading] = canonical_code(reduce_disk(local, random.Random(len(known))))[:2]
+            pattern = reduce_disk(local, random.Random(len(known)), strict=False)
+            known[reading] = canonical_code(pattern)[:2]
         code, mirrored = known[reading]
         patterns.setdefault(code, [0, 0])[mirrored] += 1
         examples.setdefault(code, set()).add(patch)

@@ -1,0 +1,88 @@
+"""What the verbs write: data to stdout, talk to stderr.
+
+Whoever reads either may go away at any time (``| head -1``). That is no error, and no reason
+to break off an ingest half-way: what is written from then on is lost, and nothing else.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+
+import click
+
+#: Columns that tables and help texts are made for.
+WIDTH = 100
+
+
+def say(text: str) -> None:
+    """A line of talk."""
+    with contextlib.suppress(OSError):
+        click.echo(text, err=True)
+
+
+def write(text: str = "", *, end: str = "\n") -> None:
+    """A line of data; OSError as writing raises it, but for a reader that has gone."""
+    try:
+        click.echo(text + end, nl=False)
+    except BrokenPipeError:
+        # Python would complain when it flushes on its way out; it shall find a reader then.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def write_json(document: Mapping[str, object]) -> None:
+    """One JSON document on one line."""
+    write(_json(document))
+
+
+def write_json_with(document: Mapping[str, object], name: str, items: Iterable[object]) -> None:
+    """As write_json, with a last entry: the list of items, which are made one at a time,
+    for the fills of long sides are large."""
+    write(_json(document).removesuffix("}"), end=f',"{name}":[')
+    for number, item in enumerate(items):
+        write("," if number else "", end=_json(item))
+    write("]}")
+
+
+def _json(value: object) -> str:
+    # ASCII alone is valid whatever encoding stdout has.
+    return json.dumps(value, separators=(",", ":"))
+
+
+def plural(count: int, one: str, many: str | None = None) -> str:
+    """ "1 mesh", "2,000 meshes": many is one and an s where it is not given."""
+    return f"{count:,} {one if count == 1 else many or one + 's'}"
+
+
+def printable(text: str) -> str:
+    """The text on one line, without what would move a terminal's cursor."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def shortened(text: str, width: int) -> str:
+    """The text, cut to so many characters."""
+    return text if len(text) <= width else text[: max(width - 1, 0)] + "…"
+
+
+def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
+    """Lines of columns under their heads; numbers to the right, the last column cut where
+    the line would be longer than WIDTH."""
+    cells = [[_cell(value) for value in row] for row in rows]
+    widths = [max(map(len, column)) for column in zip(heads, *cells, strict=True)]
+    to_the_right = [all(isinstance(row[i], int) for row in rows) for i in range(len(heads))]
+    room = WIDTH - sum(widths[:-1]) - 2 * (len(widths) - 1)
+    lines: list[str] = []
+    for row in (heads, *cells):
+        *fixed, last = (
+            cell.rjust(width) if right else cell.ljust(width)
+            for cell, width, right in zip(row, widths, to_the_right, strict=True)
+        )
+        lines.append("  ".join((*fixed, shortened(last.rstrip(), max(room, len(heads[-1]))))))
+    return "\n".join(lines)
+
+
+def _cell(value: object) -> str:
+    return f"{value:,}" if isinstance(value, int) else printable(str(value))

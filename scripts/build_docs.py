@@ -1,0 +1,347 @@
+"""Write docs/cli.md and docs/api.md from the code, and the pictures from the program.
+
+    python scripts/build_docs.py              write both pages
+    python scripts/build_docs.py --check      exit code 1 and a diff if they are stale
+    python scripts/build_docs.py --pictures   draw docs/images/ anew (half a minute)
+
+The pages are put together here, not by click's or inspect's own formatting, so that they
+are the same under every version of Python and click.
+"""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import importlib
+import inspect
+import re
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import click
+
+ROOT = Path(__file__).parents[1]
+DOCS = ROOT / "docs"
+IMAGES = DOCS / "images"
+
+#: The modules of the API page, each with the names it documents; None: its ``__all__``.
+MODULES: dict[str, tuple[str, ...] | None] = {
+    "patterndb": None,
+    "patterndb.store": None,
+    "ingest": None,
+    "query": None,
+    "viewer": None,
+    "patterndb.pattern": ("Pattern",),
+    "patterndb.patternclass": ("PatternClass",),
+    "patterndb.disk": ("Disk",),
+    "patterndb.polygonmesh": ("PolygonMesh",),
+    "query.engine": ("FillList",),
+    "patterndb.errors": (
+        "InvalidMeshError",
+        "MeshFileError",
+        "UnsupportedFormatError",
+        "InvalidCodeError",
+        "InvalidBoundaryError",
+        "DatabaseError",
+        "NotFoundError",
+        "MissingExtraError",
+    ),
+    "query.errors": ("InvalidQueryError",),
+}
+
+#: A picture and the command that draws it; {db} is a database of examples/.
+PICTURES = {
+    "fills.png": "query --sides 5,4,6,3,4 --limit 8 --per-pattern 1 --image {out}",
+    "five.png": "gallery --class 5 --convex --limit 15 --db {db} -o {out}",
+    "fill.png": "show --sides 3,5,4,6 --rank 2 --db {db} -o {out}",
+    "head-fills.png": "query --sides 3,5,4,6 --limit 8 --per-pattern 1 --db {db} --image {out}",
+    "browser.png": 'browse --class 5 --db {db} --keys ", Right ] Up Up" -o {out}',
+}
+
+#: Bytes that a picture of the documentation may have.
+LARGEST_PICTURE = 300_000
+
+NOTICE = "<!-- Written by scripts/build_docs.py; change the code it describes instead. -->\n"
+
+
+# The command line
+
+
+def cli_page() -> str:
+    from patterndb.cli import cli
+
+    verbs = list(cli.commands.items())
+    lines = [NOTICE, "# Command line\n", *help_text(cli.help), "| verb | |", "|---|---|"]
+    lines += [f"| [{name}](#{name}) | {summary(command.help)} |" for name, command in verbs]
+    lines += [
+        "",
+        "Results go to stdout, talk and progress to stderr. Exit codes: 0 done, 1 nothing "
+        "found, 2 wrong usage, 3 bad input or database, 130 interrupted.\n",
+        "Every verb has `--help` (or `-h`). `python -m patterndb` is the same program.\n",
+    ]
+    for name, command in verbs:
+        lines += [f"## {name}\n", *fence("text", usage(name, command)), *help_text(command.help)]
+        options = [p for p in command.params if isinstance(p, click.Option)]
+        lines += ["| option | |", "|---|---|"]
+        lines += [f"| {option_name(o)} | {option_help(o)} |" for o in options]
+        lines.append("")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def usage(name: str, command: click.Command) -> str:
+    words = ["patterndb", name, "[OPTIONS]"]
+    for param in command.params:
+        if isinstance(param, click.Argument):
+            word = param.metavar or (param.name or "").upper()
+            words.append(word if param.required else f"[{word}]")
+    return " ".join(words)
+
+
+def option_name(option: click.Option) -> str:
+    names = ", ".join([*option.opts, *option.secondary_opts])
+    if option.is_flag:
+        return f"`{names}`"
+    kind = option.type
+    choices = [str(c) for c in kind.choices] if isinstance(kind, click.Choice) else []
+    value = option.metavar or "\\|".join(choices) or kind.name.upper()
+    return f"`{names} {value}`"
+
+
+def option_help(option: click.Option) -> str:
+    text = option.help or ""
+    if option.required:
+        text += " Required."
+    if option.secondary_opts:
+        text += f" Default: {option.opts[0] if option.default else option.secondary_opts[0]}."
+    elif option.show_default and option.default is not None and not option.is_flag:
+        text += f" Default: {option.default}."
+    return re.sub(r"\s+", " ", text).strip()
+
+
+def summary(text: str | None) -> str:
+    first = inspect.cleandoc(text or "").split("\n\n")[0]
+    return re.sub(r"\s+", " ", first).partition(". ")[0].removesuffix(".") + "."
+
+
+def help_text(text: str | None) -> list[str]:
+    """Paragraphs as they are, and click's unwrapped ones, which hold examples, fenced."""
+    lines: list[str] = []
+    for paragraph in inspect.cleandoc(text or "").split("\n\n"):
+        if paragraph.startswith("\b\n"):
+            lines += fence("sh", paragraph[2:])
+        else:
+            lines.append(paragraph + "\n")
+    return lines
+
+
+# The Python interface
+
+
+def api_page() -> str:
+    lines = [
+        NOTICE,
+        "# Python interface\n",
+        "What can be imported from where. Arrays are numpy's; a shape such as (q, 4) names its "
+        "sizes. The words are those of [definitions.md](definitions.md).\n",
+    ]
+    body: list[str] = []
+    home: dict[Any, str] = {}
+    for module_name, names in MODULES.items():
+        module = importlib.import_module(module_name)
+        listed: list[str] = []
+        for name in names or sorted(module.__all__):
+            thing = getattr(module, name)
+            title = f"{module_name}.{name}"
+            link = home.setdefault(thing, title)
+            listed.append(f"[`{name}`](#{anchor(link)})")
+            if link == title:
+                body += [f"### {title}\n", *describe(name, thing)]
+        lines.append(f"- `{module_name}`: {', '.join(listed)}")
+    return "\n".join([*lines, "", *tidy(body)]).rstrip() + "\n"
+
+
+def tidy(lines: list[str]) -> Iterator[str]:
+    """Without the empty lines that follow one another."""
+    for i, line in enumerate(lines):
+        if line or (i and lines[i - 1]):
+            yield line
+
+
+def anchor(title: str) -> str:
+    """The anchor that Markdown renderers give a heading."""
+    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+
+
+def describe(name: str, thing: Any) -> list[str]:
+    if not inspect.isclass(thing):
+        names = inspect.signature(thing).parameters
+        return [*fence("python", signature(name, thing)), *prose(thing.__doc__, names)]
+    bases = [b.__name__ for b in thing.__bases__ if b is not object]
+    head = f"class {name}" + (f"({', '.join(bases)})" if bases else "")
+    made_of: Iterable[str] = ()
+    if "__init__" in vars(thing) and not getattr(thing, "_is_protocol", False):
+        made_of = list(inspect.signature(thing.__init__).parameters)[1:]
+        if not issubclass(thing, Exception):
+            head = "class " + signature(name, thing.__init__, drop_first=True)
+    lines = [*fence("python", head), *prose(thing.__doc__, [*made_of, *vars(thing)])]
+    for member, value in vars(thing).items():
+        if member.startswith("_"):
+            continue
+        if isinstance(value, property):
+            returns = returned(value.fget)
+            lines += [f"**`{member}`**{f' → `{returns}`' if returns else ''}", ""]
+            lines += prose(value.fget.__doc__ if value.fget else None)
+        elif isinstance(value, classmethod | staticmethod):
+            text = signature(member, value.__func__, drop_first=isinstance(value, classmethod))
+            lines += [f"**`{name}.{one_line(text)}`**", "", *prose(value.__func__.__doc__)]
+        elif inspect.isfunction(value):
+            text = signature(member, value, drop_first=True)
+            lines += [f"**`.{one_line(text)}`**", "", *prose(value.__doc__)]
+    return lines
+
+
+def signature(name: str, function: Any, *, drop_first: bool = False) -> str:
+    """``name(parameters) -> result``, on one line or with a line for each parameter."""
+    described = inspect.signature(function)
+    parameters = list(described.parameters.values())[drop_first:]
+    words: list[str] = []
+    star = False
+    for p in parameters:
+        if p.kind is p.VAR_POSITIONAL:
+            star = True
+        if p.kind is p.KEYWORD_ONLY and not star:
+            words.append("*")
+            star = True
+        mark = {p.VAR_POSITIONAL: "*", p.VAR_KEYWORD: "**"}.get(p.kind, "")
+        word = mark + p.name
+        if p.annotation is not p.empty:
+            word += f": {spelled(p.annotation)}"
+        if p.default is not p.empty:
+            word += f" = {default(p.default)}" if ":" in word else f"={default(p.default)}"
+        words.append(word)
+    result = returned(function)
+    tail = f" -> {result}" if result and result != "None" else ""
+    line = f"{name}({', '.join(words)}){tail}"
+    if len(line) <= 88:
+        return line
+    return f"{name}(\n" + "".join(f"    {word},\n" for word in words) + f"){tail}"
+
+
+def one_line(text: str) -> str:
+    return re.sub(r",\)", ")", re.sub(r"\s+", " ", text).replace("( ", "(")).replace(", )", ")")
+
+
+def returned(function: Any) -> str:
+    annotation = getattr(function, "__annotations__", {}).get("return", "")
+    return spelled(annotation) if annotation else ""
+
+
+def spelled(annotation: Any) -> str:
+    return annotation if isinstance(annotation, str) else getattr(annotation, "__name__", "Any")
+
+
+def default(value: Any) -> str:
+    # A default_factory has an object of dataclasses' own, whose text holds an address.
+    text = repr(value)
+    return "..." if text.startswith("<") else text
+
+
+def prose(text: str | None, names: Iterable[str] = ()) -> list[str]:
+    """A docstring as Markdown.
+
+    names: parameters or fields; "name: what it is" becomes an item of a list.
+    """
+    words = "|".join(sorted(map(re.escape, names), key=len, reverse=True)) or "(?!)"
+    item = re.compile(rf"(?:^|(?<=[.;)] ))((?:{words})(?:, (?:{words}))*): +")
+    lines: list[str] = []
+    for paragraph in inspect.cleandoc(text or "").split("\n\n"):
+        if paragraph.startswith(">>>"):
+            lines += fence("python", paragraph)
+            continue
+        flat = inline(re.sub(r"\s*\n\s*", " ", paragraph))
+        before, *items = item.split(flat)
+        if before.strip():
+            lines += [before.strip(), ""]
+        after = ""
+        for found, said in zip(items[::2], items[1::2], strict=True):
+            # What follows the last item is no part of it.
+            said, mark, rest = said.partition(" Returns ") if " Returns " in said else (said, "", "")
+            if not mark:
+                said, mark, rest = said.partition(" Raises ")
+            after += mark + rest
+            head = ", ".join(f"`{name}`" for name in found.split(", "))
+            lines.append(f"- {head}: {said.strip()}")
+        lines += [""] * bool(items) + [after.strip(), ""] * bool(after)
+    return lines if text else []
+
+
+def inline(text: str) -> str:
+    text = re.sub(r":\w+:`~?([^`]+)`", r"`\1`", text)
+    return text.replace("``", "`")
+
+
+def fence(language: str, text: str) -> list[str]:
+    return [f"```{language}", text.strip("\n"), "```", ""]
+
+
+# Pictures
+
+
+def draw_pictures() -> None:
+    from PIL import Image
+
+    IMAGES.mkdir(exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        db = Path(folder) / "examples.db"
+        patterndb("ingest", str(ROOT / "examples"), "--db", str(db))
+        for name, command in PICTURES.items():
+            out = Path(folder) / name
+            words = re.findall(r'"[^"]*"|\S+', command)
+            patterndb(*(w.strip('"').format(db=db, out=out) for w in words))
+            # Few colours are used: a palette makes the file a third as large.
+            image = Image.open(out).convert("RGB").quantize(128)
+            image.save(IMAGES / name, optimize=True)
+            size = (IMAGES / name).stat().st_size
+            print(f"{name}: {size:,} bytes")
+            if size > LARGEST_PICTURE:
+                sys.exit(f"{name} has more than {LARGEST_PICTURE:,} bytes; draw less in it")
+
+
+def patterndb(*words: str) -> None:
+    subprocess.run([sys.executable, "-m", "patterndb", *words], check=True, stdout=sys.stderr)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--check", action="store_true", help="only say whether they are stale")
+    parser.add_argument("--pictures", action="store_true", help="draw docs/images/ anew")
+    arguments = parser.parse_args()
+    if arguments.pictures:
+        draw_pictures()
+        return
+    stale = False
+    for path, page in ((DOCS / "cli.md", cli_page()), (DOCS / "api.md", api_page())):
+        old = path.read_text(encoding="utf-8") if path.exists() else ""
+        if old == page:
+            continue
+        stale = True
+        name = path.relative_to(ROOT).as_posix()
+        if arguments.check:
+            sys.stdout.writelines(
+                difflib.unified_diff(
+                    old.splitlines(True), page.splitlines(True), name, f"{name} (from the code)"
+                )
+            )
+        else:
+            path.write_text(page, encoding="utf-8")
+            print(f"written: {name}")
+    if arguments.check and stale:
+        sys.exit("the documentation is stale; 'make docs' writes it anew")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,187 @@
+"""verify() finds nothing on sound databases, and each of many ways to spoil one."""
+
+# ruff: noqa: S608 - statements are put together from this file's own constants
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from learnt import change, content
+from meshes import SHAPES, grid
+
+from patterndb.code import canonical_code, pattern_id
+from patterndb.errors import DatabaseError
+from patterndb.packing import pack
+from patterndb.quadmesh import QuadMesh
+from patterndb.store import Database
+from patterndb.store.connection import atomic
+from patterndb.store.contents import MAX_FINDINGS
+from patterndb.store.writing import add_patterns
+
+ONE_PATTERN = "WHERE id = (SELECT min(id) FROM pattern WHERE n_irregular = 1)"
+
+
+def findings(path: Path) -> list[str]:
+    with Database(path) as db:
+        return db.verify()
+
+
+def code_of(name: str) -> bytes:
+    return pack(canonical_code(QuadMesh.from_quads(SHAPES[name]).twin)[0])
+
+
+def test_a_sound_database_has_no_findings(full: Path) -> None:
+    assert findings(full) == []
+
+
+#: A false but lawful value for every column of pattern that follows from its code.
+COLUMNS = {
+    "n_sides": "n_sides + 1",
+    "corners": "x'0103'",
+    "n_reflex": "1 - min(n_reflex, 1)",
+    "n_quads": "n_quads + 1",
+    "n_irregular": "n_irregular + 1",
+    "valences": "x'06'",
+    "n_chords": "n_chords + 1",
+    "n_loops": "n_loops + 1",
+    "self_crossing": "1 - self_crossing",
+    "rotations": "rotations + 1",
+    "chiral": "1 - chiral",
+    "label": "x'00'",
+    "signature": "x'00'",
+    "sig_rotation": "sig_rotation + 1",
+    "sig_reflected": "1 - sig_reflected",
+    "lengths": "x'01'",
+    "joins": "x'0000'",
+}
+
+
+def test_every_column_that_follows_from_the_code_is_spoiled_below(full: Path) -> None:
+    with Database(full) as db:
+        described = db._connection.execute("SELECT name FROM pragma_table_info('pattern')")
+        assert {row[0] for row in described} - set(COLUMNS) == {"id", "code", "frequency", "origin"}
+
+
+@pytest.mark.parametrize("column", COLUMNS)
+def test_a_changed_column_is_found(full: Path, column: str) -> None:
+    change(full, f"UPDATE pattern SET {column} = {COLUMNS[column]} {ONE_PATTERN}")
+    (finding,) = findings(full)
+    assert "columns that do not follow from its code" in finding
+
+
+#: A code in place of another, and what is said of it.
+CODES = {
+    "another pattern": (code_of("star 6"), "do not follow from its code"),
+    "nothing": (b"", "four symbols a quad"),
+    "half a number": (b"\x00\x00\x00\x85", "end in the middle"),
+    "no code": (bytes([9, 0, 0, 0]), "names quad"),
+    "an edge on itself": (bytes([1, 0, 0, 0]), "names itself"),
+    "no disk": (code_of("ring"), "not a disk"),
+    "not the smallest": (bytes([5, 0, 0, 0, 1, 0, 0, 0]), "not canonical"),
+    "not reduced": (
+        pack(canonical_code(QuadMesh.from_quads(grid(2, 2)).twin)[0]),
+        "can be reduced further",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", CODES)
+def test_a_changed_code_is_found(full: Path, name: str) -> None:
+    code, message = CODES[name]
+    change(full, f"UPDATE pattern SET code = x'{code.hex()}' {ONE_PATTERN}")
+    (finding,) = findings(full)
+    assert message in finding
+
+
+#: Statements, and words of the finding.
+ROWS = {
+    "frequency": (f"UPDATE pattern SET frequency = frequency + 1 {ONE_PATTERN}", "has frequency"),
+    "occurrence gone": (
+        "DELETE FROM occurrence WHERE pattern_id = (SELECT min(pattern_id) FROM occurrence)",
+        "but counted",
+    ),
+    "patches": (
+        "UPDATE occurrence SET patches = patches + 1 "
+        "WHERE pattern_id = (SELECT min(pattern_id) FROM occurrence)",
+        "but counted",
+    ),
+    "mesh total": (
+        "UPDATE mesh SET distinct_patches = distinct_patches + 1 WHERE name = 'cup.obj'",
+        "cup.obj",
+    ),
+    "mesh gone": ("DELETE FROM mesh WHERE name = 'cup.obj'", "missing"),
+    "pattern gone": (f"DELETE FROM pattern {ONE_PATTERN}", "missing"),
+    "id": (f"UPDATE pattern SET id = id + 1 {ONE_PATTERN}", "do not follow"),
+}
+
+
+@pytest.mark.parametrize("name", ROWS)
+def test_a_changed_row_is_found(full: Path, name: str) -> None:
+    statement, words = ROWS[name]
+    change(full, statement)
+    found = findings(full)
+    assert any(words in finding for finding in found), found
+
+
+def test_a_learned_pattern_in_no_mesh_is_found_and_a_family_s_is_not(full: Path) -> None:
+    code = code_of("star 6")
+    with Database(full, "write") as db, atomic(db._connection) as connection:
+        connection.execute("DELETE FROM pattern WHERE code = ?", (code,))
+        add_patterns(connection, [pattern_id(code, 6)], [code], "family")
+    assert findings(full) == []
+    change(full, f"UPDATE pattern SET origin = 'learned' WHERE code = x'{code.hex()}'")
+    (finding,) = findings(full)
+    assert "frequency 0" in finding
+
+
+def test_a_damaged_index_is_found(full: Path) -> None:
+    change(
+        full,
+        "PRAGMA writable_schema = ON",
+        "UPDATE sqlite_schema SET sql = 'CREATE INDEX occurrence_mesh ON occurrence (patches)' "
+        "WHERE name = 'occurrence_mesh'",
+    )
+    assert any(finding.startswith("SQLite:") for finding in findings(full))
+
+
+def test_a_damaged_page_is_found(full: Path) -> None:
+    """By verify(), or on opening where the schema lies on it."""
+    data = full.read_bytes()
+    size = int.from_bytes(data[16:18], "big")
+    for start in range(size, len(data), size):
+        full.write_bytes(data[:start] + b"\xff" * 64 + data[start + 64 :])
+        try:
+            assert findings(full) != [], f"page {start // size + 1} is damaged"
+        except DatabaseError as error:
+            assert "is damaged" in str(error)
+
+
+def test_findings_end_somewhere(full: Path) -> None:
+    with Database(full) as db:
+        assert db.statistics().patterns > 10
+    change(full, "UPDATE pattern SET rotations = rotations + 1")
+    found = findings(full)
+    with Database(full) as db:
+        assert len(found) == min(MAX_FINDINGS, db.statistics().patterns)
+
+
+def test_two_codes_of_one_id_are_refused(full: Path) -> None:
+    before = content(full)
+    with Database(full, "write") as db:
+        number = db._connection.execute("SELECT min(id) FROM pattern").fetchone()[0]
+        with (
+            pytest.raises(DatabaseError, match="collide"),
+            atomic(db._connection) as connection,
+        ):
+            add_patterns(connection, [number], [code_of("star 6")])
+    assert content(full) == before
+
+
+def test_no_pattern_that_is_its_own_mirror_image_has_mirrored_patches(full: Path) -> None:
+    with Database(full) as db:
+        symmetric = db._connection.execute(
+            "SELECT sum(mirrored_patches), count(*) FROM occurrence "
+            "JOIN pattern ON id = pattern_id WHERE chiral = 0"
+        ).fetchone()
+    assert symmetric[0] == 0 < symmetric[1]
