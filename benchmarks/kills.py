@@ -26,33 +26,32 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import closing
-from multiprocessing.sharedctypes import Synchronized
+from ctypes import c_int
 from pathlib import Path
 
 from ingest import ingest, learn, read_mesh
 from patterndb.store import Database, Learned, LearningOptions, Provenance
 
 EXAMPLES = sorted((Path(__file__).resolve().parent.parent / "examples").glob("*.obj"))
-# A run takes a second or two, of which writing is a good part.
-OPTIONS = LearningOptions(basic=6, side=11, convex=24)
+# A run takes about a second, of which writing is a good part.
+OPTIONS = LearningOptions(basic=5, side=10, convex=20)
 JOBS = 2
 
 OPENING, LEARNING, WRITING, DONE = range(4)
 PHASES = ("opening", "learning", "writing")
-Phase = Synchronized  # of int
 
 # Where kills are aimed, and how often: opening and writing are short, and would be hit seldom.
 AIMS = {"anywhere": 3, "opening": 1, "writing": 2}
 # Seconds after the start within which a database is opened or made.
-OPENING_SECONDS = 0.03
+OPENING_SECONDS = 0.008
 # Seconds after a write has begun: most take less.
-WRITING_SECONDS = 0.08
+WRITING_SECONDS = 0.05
 
 
 class WatchedDatabase(Database):
     """A database that says when it is being written."""
 
-    phase: Phase[int]
+    phase: c_int
 
     def add_mesh(
         self,
@@ -69,7 +68,7 @@ class WatchedDatabase(Database):
             self.phase.value = LEARNING
 
 
-def run(path: Path, phase: Phase[int]) -> None:
+def run(path: Path, phase: c_int) -> None:
     """One ingest, in a process of its own."""
     with WatchedDatabase(path, "create") as db:
         db.phase = phase
@@ -100,7 +99,7 @@ def wait_for(condition: Callable[[], bool], alive: Callable[[], bool]) -> None:
 def kill_at_random(path: Path, seconds: float, chance: random.Random) -> str | None:
     """Start a run and kill it; return the phase it was killed in, None if it got through."""
     context = multiprocessing.get_context("fork")
-    phase: Phase[int] = context.Value("i", OPENING)
+    phase: c_int = context.RawValue("i", OPENING)
     process = context.Process(target=run, args=(path, phase))
     process.start()
     (aim,) = chance.choices(list(AIMS), list(AIMS.values()))
@@ -139,7 +138,7 @@ def main() -> int:
         whole = Path(folder) / "whole.db"
         context = multiprocessing.get_context("fork")
         begin = time.perf_counter()
-        process = context.Process(target=run, args=(whole, context.Value("i", OPENING)))
+        process = context.Process(target=run, args=(whole, context.RawValue("i", OPENING)))
         process.start()
         process.join()
         seconds = time.perf_counter() - begin
@@ -163,7 +162,7 @@ def main() -> int:
             path = whole
         if path != whole:
             # The last one is brought to its end undisturbed.
-            run(path, context.Value("i", OPENING))
+            run(path, context.RawValue("i", OPENING))
             finished += 1
             hash_mismatches += content(path)[0] != expected[0]
     print(

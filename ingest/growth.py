@@ -26,7 +26,7 @@ from ingest.census import (
     remove_quad,
 )
 from ingest.hashing import LOAD, UInt64Array, doubled_set, find
-from patterndb.halfedge import Int32Array, next_edge
+from patterndb.halfedge import Index, Int32Array, next_edge
 
 
 @njit(cache=True, nogil=True)
@@ -83,7 +83,6 @@ def grow(
         d = 0
         n = 1
         slot = 0
-        straight = False
         euler[1] = add_quad(root, 0, mesh, bench)
         hashes[1, 0] = mesh.zobrist[root, 0]
         hashes[1, 1] = mesh.zobrist[root, 1]
@@ -192,27 +191,9 @@ def grow(
                         n += 1
                 added = n - size[d]
                 if convex:
-                    # Only the new quads' vertices can have become reflex corners.
-                    i = size[d]
-                    while i < n and candidate:
-                        for e in range(4):
-                            v = mesh.vertex[4 * bench.quads[i] + e]
-                            k = bench.held[v]
-                            if k < 3 or k == mesh.full[v]:
-                                continue
-                            missing = mesh.valence[v] - k
-                            if mesh.full[v] != mesh.valence[v] or n + missing > limit:
-                                candidate = False
-                                break
-                            for j in range(mesh.star_start[v], mesh.star_start[v + 1]):
-                                q = mesh.star[j]
-                                if bench.member[q] < 0:
-                                    chi += add_quad(q, n, mesh, bench)
-                                    a ^= mesh.zobrist[q, 0]
-                                    b ^= mesh.zobrist[q, 1]
-                                    outside += shard[q] != home
-                                    n += 1
-                        i += 1
+                    n, chi, a, b, outside, candidate = _mend_reflex(
+                        size[d], n, limit, chi, a, b, outside, home, shard, mesh, bench
+                    )
                     if not candidate:
                         for j in range(n - 1, size[d] - 1, -1):
                             remove_quad(bench.quads[j], mesh, bench)
@@ -223,22 +204,8 @@ def grow(
                 foreign[d + 1] = outside
                 pattern[d + 1] = -1
                 if added == length and n == size[d] + added and n_corners != 1:
-                    for i in range(length):
-                        h = border[first + (begin + i if i < wrap else i - wrap)]
-                        v = mesh.vertex[h]
-                        if i == 0 and n_corners:
-                            w = mesh.vertex[border[first + (begin + length) % perimeter]]
-                            straight = bench.held[v] == 2 and mesh.full[v] != 2
-                            straight &= bench.held[w] == 2 and mesh.full[w] != 2
-                        else:
-                            straight = bench.held[v] == 4 and mesh.full[v] == 4
-                        # Where the strip's far sides lie on each other, collapsing it
-                        # folds the old side just so, and the pattern is another.
-                        beyond = mesh.twin[mesh.twin[h] ^ 2]
-                        straight &= beyond < 0 or bench.member[beyond >> 2] < 0
-                        if not straight:
-                            break
-                    if straight:
+                    side_of = border[first : border_end[d]]
+                    if _runs_straight(side_of, begin, length, n_corners == 0, mesh, bench):
                         pattern[d + 1] = pattern[d]
             else:
                 # Done with frame d: take its quads back and go on with the one below.
@@ -252,8 +219,69 @@ def grow(
 
 
 @njit(cache=True, nogil=True)
+def _mend_reflex(
+    first_new: Index,
+    n: Index,
+    limit: int,
+    chi: Index,
+    a: np.uint64,
+    b: np.uint64,
+    outside: Index,
+    home: Index,
+    shard: Int32Array,
+    mesh: Mesh,
+    bench: Bench,
+) -> tuple[Index, Index, np.uint64, np.uint64, Index, bool]:
+    """Add the quads around reflex corners until there is none; only vertices of the quads
+    from place ``first_new`` on can be one.
+
+    Returns the patch's size, V - E + F, hash and number of foreign quads, and whether it
+    worked out: not where a reflex corner lies on the mesh's border, nor beyond the limit.
+    """
+    i = first_new
+    while i < n:
+        for e in range(4):
+            v = mesh.vertex[4 * bench.quads[i] + e]
+            k = bench.held[v]
+            if k < 3 or k == mesh.full[v]:
+                continue
+            if mesh.full[v] != mesh.valence[v] or n + mesh.valence[v] - k > limit:
+                return n, chi, a, b, outside, False
+            for j in range(mesh.star_start[v], mesh.star_start[v + 1]):
+                q = mesh.star[j]
+                if bench.member[q] < 0:
+                    chi += add_quad(q, n, mesh, bench)
+                    a ^= mesh.zobrist[q, 0]
+                    b ^= mesh.zobrist[q, 1]
+                    outside += shard[q] != home
+                    n += 1
+        i += 1
+    return n, chi, a, b, outside, True
+
+
+@njit(cache=True, nogil=True)
+def _runs_straight(
+    border: Int32Array, begin: Index, length: Index, closed: bool, mesh: Mesh, bench: Bench
+) -> bool:
+    """Is the side, of the boundary as it was before the patch grew over it, now a chain
+    through vertices of valence 4, closed or between flat boundary vertices?"""
+    perimeter = len(border)
+    for i in range(length):
+        v = mesh.vertex[border[(begin + i) % perimeter]]
+        if i == 0 and not closed:
+            w = mesh.vertex[border[(begin + length) % perimeter]]
+            if bench.held[v] != 2 or mesh.full[v] == 2:
+                return False
+            if bench.held[w] != 2 or mesh.full[w] == 2:
+                return False
+        elif bench.held[v] != 4 or mesh.full[v] != 4:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def _walk(
-    n: int,
+    n: Index,
     d: int,
     mesh: Mesh,
     bench: Bench,

@@ -56,10 +56,11 @@ def cli() -> None:
     patterndb query --sides 3,5,4,6           # fills of a boundary, as text
     patterndb gallery --class 5 -o five.png   # a sheet of five-sided patterns
 
-    Verbs that only ask use the starter database unless --db names another.
+    Verbs that only ask use the starter database unless --db names another. Results go to
+    stdout, all else to stderr.
 
     Exit codes: 0 done, 1 nothing found, 2 wrong usage, 3 bad input or database,
-    130 interrupted. Results go to stdout, all else to stderr.
+    130 interrupted.
     """
 
 

@@ -22,7 +22,7 @@ EXIT_INTERRUPTED = 130
 TRACEBACK = "PATTERNDB_TRACEBACK"
 
 
-class Interrupted(Exception):
+class Interrupted(Exception):  # noqa: N818 (it is no error)
     """The user broke off; the message says what is kept and how to go on."""
 
 

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,10 +15,13 @@ if TYPE_CHECKING:
     from patterndb.store.connection import Mode
     from query import Boundary
 
-F = TypeVar("F", bound=Callable[..., Any])
+    # Generic for the type checker alone: older releases of click have a plain class.
+    ParamType = click.ParamType[Any, Any]
+else:
+    ParamType = click.ParamType
 
 
-class FileName(click.ParamType):
+class FileName(ParamType):
     """The name of a file or folder, which need not be there."""
 
     name = "file"
@@ -38,14 +40,14 @@ def is_text(name: str) -> bool:
     return not any("\ud800" <= c <= "\udfff" for c in name)
 
 
-db_to_read: Callable[[F], F] = click.option(
+db_to_read = click.option(
     "--db",
     type=FileName(),
     metavar="FILE",
     help="The database to ask; the starter database if not given.",
 )
 
-db_to_write: Callable[[F], F] = click.option(
+db_to_write = click.option(
     "--db",
     type=FileName(),
     metavar="FILE",
@@ -53,9 +55,7 @@ db_to_write: Callable[[F], F] = click.option(
     help="The database to change.",
 )
 
-as_json: Callable[[F], F] = click.option(
-    "--json", "as_json", is_flag=True, help="Write one JSON document to stdout."
-)
+as_json = click.option("--json", "as_json", is_flag=True, help="Write one JSON document to stdout.")
 
 
 def open_database(path: Path | None, mode: Mode = "read") -> Database:
@@ -75,7 +75,7 @@ def boundary_of(sides: tuple[int, ...], closed: bool) -> Boundary:
     return Boundary(sides, corners=()) if closed else Boundary(sides)
 
 
-class Numbers(click.ParamType):
+class Numbers(ParamType):
     """Whole numbers with commas between: 3,5,4,6."""
 
     name = "n,n,..."
@@ -91,7 +91,7 @@ class Numbers(click.ParamType):
         return tuple(int(part) for part in parts)
 
 
-class Range(click.ParamType):
+class Range(ParamType):
     """Two whole numbers from 1 on: 3..5; one number means from it to itself."""
 
     name = "a..b"
@@ -113,7 +113,7 @@ class Range(click.ParamType):
         return low, high
 
 
-def picture_path(*suffixes: str) -> click.ParamType:
+def picture_path(*suffixes: str) -> ParamType:
     """A file to draw into, with one of the suffixes."""
 
     class Picture(FileName):

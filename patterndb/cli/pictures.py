@@ -95,9 +95,9 @@ def show(
 
 
 def _widened(pattern: Pattern, widths: Sequence[int]) -> Disk:
-    from query.expand import expand_pattern
+    from query.expand import expand
 
-    return expand_pattern(pattern, widths)
+    return expand(pattern, widths).disk()
 
 
 @click.command()

@@ -8,13 +8,16 @@ import time
 from collections.abc import Generator
 from typing import TYPE_CHECKING
 
-import click
+from patterndb.cli.text import plural, printable, say, shortened
 
 if TYPE_CHECKING:
     from rich.progress import Progress as Bar
     from rich.progress import TaskID
 
     from ingest import MeshReport, Progress
+
+#: Characters of the names of the meshes in work beside the bar.
+SHOWN_NAMES = 30
 
 
 class LearningProgress:
@@ -37,7 +40,7 @@ class LearningProgress:
             self._task,
             completed=state.bytes_done,
             rate=f"{state.patches / max(seconds, 1e-9):,.0f} patches/s",
-            names=", ".join(state.working[:2]),
+            names=shortened(printable(", ".join(state.working)), SHOWN_NAMES),
         )
 
     def report(self, mesh: MeshReport) -> None:
@@ -46,8 +49,9 @@ class LearningProgress:
             return
         if mesh.outcome in ("learned", "replaced"):
             text = (
-                f"{mesh.name}: {mesh.distinct:,} patches of {mesh.quads_used:,} quads, "
-                f"{mesh.patterns:,} patterns, {mesh.new_patterns:,} of them new"
+                f"{mesh.name}: {plural(mesh.distinct, 'patch', 'patches')} of "
+                f"{plural(mesh.quads_used, 'quad')}, {plural(mesh.patterns, 'pattern')}, "
+                f"{mesh.new_patterns:,} of them new"
             )
             if mesh.outcome == "replaced":
                 text += " (had been learned with other options)"
@@ -56,15 +60,16 @@ class LearningProgress:
         else:
             text = f"{mesh.name}: {mesh.outcome}"
         if self._bar is not None:
-            self._bar.console.print(text, highlight=False, markup=False)
+            self._bar.console.print(printable(text), highlight=False, markup=False, soft_wrap=True)
         else:
-            click.echo(text, err=True)
+            say(printable(text))
 
 
 @contextlib.contextmanager
 def learning_progress(*, talk: bool) -> Generator[LearningProgress]:
     """The progress of one ingest; the bar goes away at its end."""
-    if not sys.stderr.isatty():
+    # There is no stderr at all where the shell closed it (2>&-).
+    if sys.stderr is None or not sys.stderr.isatty():  # pyright: ignore[reportUnnecessaryComparison]
         yield LearningProgress(None, talk)
         return
     # Imported here because rich takes a moment that piped runs need not wait for.
@@ -83,7 +88,8 @@ def learning_progress(*, talk: bool) -> Generator[LearningProgress]:
         TaskProgressColumn(),
         TextColumn("{task.fields[rate]}"),
         TimeRemainingColumn(),
-        TextColumn("{task.fields[names]}", style="dim"),
+        TextColumn("left"),
+        TextColumn("{task.fields[names]}", style="dim", markup=False),
         console=Console(stderr=True),
         transient=True,
     )
