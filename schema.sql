@@ -62,8 +62,7 @@ CREATE TABLE pattern (
     -- when all widths are 1, and for every open polychord the two sides that it joins.
     lengths       BLOB    NOT NULL,
     joins         BLOB    NOT NULL,
-    frequency     INTEGER NOT NULL DEFAULT 0 CHECK (frequency >= 0),
-    origin        TEXT    NOT NULL DEFAULT 'learned' CHECK (origin IN ('learned', 'family'))
+    frequency     INTEGER NOT NULL DEFAULT 0 CHECK (frequency >= 0)
 ) STRICT;
 
 -- How many distinct patches of a mesh reduce to a pattern; of these, mirrored_patches are

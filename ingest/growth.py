@@ -264,10 +264,17 @@ def _runs_straight(
     border: Int32Array, begin: Index, length: Index, closed: bool, mesh: Mesh, bench: Bench
 ) -> bool:
     """Is the side, of the boundary as it was before the patch grew over it, now a chain
-    through vertices of valence 4, closed or between flat boundary vertices?"""
+    through vertices of valence 4, closed or between flat boundary vertices, and is the strip
+    that grew over it open along its far side?"""
     perimeter = len(border)
     for i in range(length):
-        v = mesh.vertex[border[(begin + i) % perimeter]]
+        h = border[(begin + i) % perimeter]
+        v = mesh.vertex[h]
+        # Where the far sides of the strip's quads are one edge (about a vertex of valence 2),
+        # collapsing the strip folds the old side just so, and the pattern is another.
+        beyond = mesh.twin[mesh.twin[h] ^ 2]
+        if beyond >= 0 and bench.member[beyond >> 2] >= 0:
+            return False
         if i == 0 and not closed:
             w = mesh.vertex[border[(begin + length) % perimeter]]
             if bench.held[v] != 2 or mesh.full[v] == 2:

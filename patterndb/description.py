@@ -47,7 +47,7 @@ JOINS = 5  # for every polychord of the signature the two sides it joins
 LISTS = 6
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Descriptions:
     """One row a pattern, in the order of the codes given.
 

@@ -13,7 +13,7 @@ from patterndb.halfedge import Int32Array, fans, next_border_edge
 from patterndb.quadmesh import QuadMesh
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Disk:
     """Quads that form a closed disk.
 

@@ -17,9 +17,9 @@ from patterndb.label import split_word
 from patterndb.polychord import Polychords, polychords
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Pattern:
-    """A pattern and what follows from its code.
+    """A pattern and what follows from its code. Patterns are equal if their codes are.
 
     id:          63-bit number from the code, the same in every database.
     code:        (4q,) uint16, see :mod:`patterndb.code`.
@@ -92,6 +92,12 @@ class Pattern:
             frequency=frequency,
             origin=origin,
         )
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Pattern) and np.array_equal(self.code, other.code)
+
+    def __hash__(self) -> int:
+        return hash(self.id)
 
     @property
     def name(self) -> str:

@@ -15,7 +15,7 @@ from patterndb.packing import pack, unpack
 from patterndb.pattern import Pattern
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PatternClass:
     """One class, in default order: fewest irregular vertices, most frequent, smallest id.
 

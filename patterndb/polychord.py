@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from patterndb.halfedge import Int32Array
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Polychords:
     """All polychords of a quad complex; open ones are numbered first.
 

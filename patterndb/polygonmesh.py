@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from patterndb.errors import InvalidMeshError
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class PolygonMesh:
     """Points and faces, nothing triangulated and no vertex split.
 

@@ -16,7 +16,7 @@ from patterndb.errors import InvalidMeshError
 from patterndb.halfedge import Int32Array, border_vertices, fans
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class QuadMesh:
     """Quads joined by half-edges.
 

@@ -28,7 +28,7 @@ class FillJson(TypedDict):
     sides: list[list[int]]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Fill:
     """Quads that fill a boundary, and how they came from their pattern.
 

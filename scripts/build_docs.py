@@ -2,7 +2,7 @@
 
     python scripts/build_docs.py              write both pages
     python scripts/build_docs.py --check      exit code 1 and a diff if they are stale
-    python scripts/build_docs.py --pictures   draw docs/images/ anew (half a minute)
+    python scripts/build_docs.py --pictures   draw docs/images/ anew: about a minute
 
 The pages are put together here, not by click's or inspect's own formatting, so that they
 are the same under every version of Python and click.
@@ -15,7 +15,6 @@ import difflib
 import importlib
 import inspect
 import re
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
@@ -23,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import click
+import walkthrough
 
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
@@ -53,14 +53,8 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "query.errors": ("InvalidQueryError",),
 }
 
-#: A picture and the command that draws it; {db} is a database of examples/.
-PICTURES = {
-    "fills.png": "query --sides 5,4,6,3,4 --limit 8 --per-pattern 1 --image {out}",
-    "five.png": "gallery --class 5 --convex --limit 15 --db {db} -o {out}",
-    "fill.png": "show --sides 3,5,4,6 --rank 2 --db {db} -o {out}",
-    "head-fills.png": "query --sides 3,5,4,6 --limit 8 --per-pattern 1 --db {db} --image {out}",
-    "browser.png": 'browse --class 5 --db {db} --keys ", Right ] Up Up" -o {out}',
-}
+#: The pages whose steps draw pictures; they show them as images/NAME.
+ILLUSTRATED = (ROOT / "README.md", DOCS / "tutorial.md")
 
 #: Bytes that a picture of the documentation may have.
 LARGEST_PICTURE = 300_000
@@ -292,27 +286,26 @@ def fence(language: str, text: str) -> list[str]:
 
 
 def draw_pictures() -> None:
+    """Do what the pages say, and keep the pictures that they show."""
     from PIL import Image
 
     IMAGES.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as folder:
-        db = Path(folder) / "examples.db"
-        patterndb("ingest", str(ROOT / "examples"), "--db", str(db))
-        for name, command in PICTURES.items():
-            out = Path(folder) / name
-            words = re.findall(r'"[^"]*"|\S+', command)
-            patterndb(*(w.strip('"').format(db=db, out=out) for w in words))
-            # Few colours are used: a palette makes the file a third as large.
-            image = Image.open(out).convert("RGB").quantize(128)
-            image.save(IMAGES / name, optimize=True)
-            size = (IMAGES / name).stat().st_size
-            print(f"{name}: {size:,} bytes")
-            if size > LARGEST_PICTURE:
-                sys.exit(f"{name} has more than {LARGEST_PICTURE:,} bytes; draw less in it")
-
-
-def patterndb(*words: str) -> None:
-    subprocess.run([sys.executable, "-m", "patterndb", *words], check=True, stdout=sys.stderr)
+    for page in ILLUSTRATED:
+        shown = re.findall(r"images/([\w-]+\.png)", page.read_text(encoding="utf-8"))
+        with tempfile.TemporaryDirectory() as name:
+            folder = Path(name)
+            walkthrough.begin(folder)
+            for step in walkthrough.steps(page):
+                print(step.text, end="", flush=True)
+                walkthrough.perform(step, folder)
+            for picture in shown:
+                # Few colours are used: a palette makes the file a third as large.
+                image = Image.open(folder / picture).convert("RGB").quantize(128)
+                image.save(IMAGES / picture, optimize=True)
+                size = (IMAGES / picture).stat().st_size
+                print(f"{picture}: {size:,} bytes")
+                if size > LARGEST_PICTURE:
+                    sys.exit(f"{picture} has over {LARGEST_PICTURE:,} bytes; draw less in it")
 
 
 def main() -> None:

@@ -27,7 +27,12 @@ def say(text: str) -> None:
 def write(text: str = "", *, end: str = "\n") -> None:
     """A line of data; OSError as writing raises it, but for a reader that has gone."""
     try:
-        click.echo(text + end, nl=False)
+        try:
+            click.echo(text + end, nl=False)
+        except UnicodeEncodeError as error:
+            # A terminal of few letters: the rest is written as \\u2603, say.
+            plain = (text + end).encode(error.encoding, "backslashreplace")
+            click.echo(plain.decode(error.encoding), nl=False)
     except BrokenPipeError:
         # Python would complain when it flushes on its way out; it shall find a reader then.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -80,7 +85,8 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
             cell.rjust(width) if right else cell.ljust(width)
             for cell, width, right in zip(row, widths, to_the_right, strict=True)
         )
-        lines.append("  ".join((*fixed, shortened(last.rstrip(), max(room, len(heads[-1]))))))
+        cut = shortened(last.rstrip(), max(room, len(heads[-1])))
+        lines.append("  ".join((*fixed, cut)).rstrip())
     return "\n".join(lines)
 
 

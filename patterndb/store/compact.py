@@ -38,11 +38,8 @@ _MESH_FIELDS = (
 
 
 def dump(connection: sqlite3.Connection) -> bytes:
-    """The compact file of a database. Patterns of other origins than learning are left out:
-    they can be generated again."""
-    patterns = connection.execute(
-        "SELECT id, n_sides, code FROM pattern WHERE origin = 'learned'"
-    ).fetchall()
+    """The compact file of a database."""
+    patterns = connection.execute("SELECT id, n_sides, code FROM pattern").fetchall()
     patterns.sort(key=lambda row: (row[1], len(row[2]), row[2]))
     place = {row[0]: i for i, row in enumerate(patterns)}
     codes, offsets = unpack_many([row[2] for row in patterns])

@@ -47,7 +47,7 @@ def connect(
     )
     if immutable:
         uri += "&immutable=1"
-    with _explained(path):
+    with explained(path):
         connection = sqlite3.connect(
             uri,
             uri=True,
@@ -56,7 +56,7 @@ def connect(
             check_same_thread=False,
         )
     try:
-        with _explained(path):
+        with explained(path):
             connection.execute("PRAGMA foreign_keys = ON")
             connection.execute("PRAGMA trusted_schema = OFF")
             connection.execute("PRAGMA temp_store = MEMORY")
@@ -105,10 +105,10 @@ def atomic(connection: sqlite3.Connection) -> Generator[sqlite3.Connection]:
     Takes the write lock at once, so that a second writer waits here and not half-way.
     """
     path = _path(connection)
-    with _explained(path):
+    with explained(path):
         connection.execute("BEGIN IMMEDIATE")
     try:
-        with _explained(path):
+        with explained(path):
             yield connection
             # A reader may hold this up for too long; then it is all taken back as well.
             connection.execute("COMMIT")
@@ -119,7 +119,7 @@ def atomic(connection: sqlite3.Connection) -> Generator[sqlite3.Connection]:
 
 
 @contextlib.contextmanager
-def _explained(path: Path) -> Generator[None]:
+def explained(path: Path) -> Generator[None]:
     """Turn SQLite's errors into ours, with what would mend them."""
     try:
         yield

@@ -36,7 +36,7 @@ def content_hash(connection: sqlite3.Connection) -> str:
     ):
         rank[mesh_id] = number
         total.update(repr(row).encode())
-    for row in connection.execute("SELECT id, code, origin FROM pattern ORDER BY id"):
+    for row in connection.execute("SELECT id, code FROM pattern ORDER BY id"):
         total.update(repr(row).encode())
     # Row order within a pattern follows mesh ids, so it is sorted anew by the meshes' rank.
     group: list[tuple[int, ...]] = []
@@ -77,7 +77,7 @@ def _findings(connection: sqlite3.Connection) -> list[str]:
     for number, frequency, patches in connection.execute(
         "SELECT pattern.id, frequency, coalesce(sum(patches), 0) AS total FROM pattern "
         "LEFT JOIN occurrence ON pattern_id = pattern.id GROUP BY pattern.id "
-        "HAVING frequency <> total OR (total = 0 AND origin = 'learned')"
+        "HAVING frequency <> total OR total = 0"
     ):
         found.append(
             f"pattern {format_id(number)} has frequency {frequency}, but {patches} patches"

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from types import TracebackType
+from typing import Concatenate, ParamSpec, TypeVar
 
 from patterndb.errors import DatabaseError, NotFoundError
 from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
 from patterndb.store import compact, contents, reading, writing
-from patterndb.store.connection import Mode, atomic, connect
+from patterndb.store.connection import Mode, atomic, connect, explained
 from patterndb.store.records import (
     Learned,
     LearningOptions,
@@ -21,6 +22,9 @@ from patterndb.store.records import (
     Provenance,
     Statistics,
 )
+
+P = ParamSpec("P")
+T = TypeVar("T")
 
 
 class Database:
@@ -56,56 +60,36 @@ class Database:
 
     def statistics(self) -> Statistics:
         """Counts over the whole database, with its content hash."""
-        one = self._connection.execute
-        patterns, chiral = one("SELECT count(*), coalesce(sum(chiral), 0) FROM pattern").fetchone()
-        met = one(
-            "SELECT coalesce(sum((own > 0) + (mirrored > 0)), 0) FROM "
-            "(SELECT sum(patches - mirrored_patches) AS own, sum(mirrored_patches) AS mirrored "
-            "FROM occurrence GROUP BY pattern_id)"
-        ).fetchone()[0]
-        meshes, patches = one(
-            "SELECT count(*), coalesce(sum(distinct_patches), 0) FROM mesh"
-        ).fetchone()
-        return Statistics(
-            patterns=patterns,
-            patterns_oriented=patterns + chiral,
-            patterns_met=met,
-            by_sides=self.sides_histogram(),
-            by_irregular=reading.histogram(self._connection, "n_irregular"),
-            signatures=one("SELECT count(DISTINCT signature) FROM pattern").fetchone()[0],
-            meshes=meshes,
-            patches=patches,
-            content_hash=self.content_hash(),
-        )
+        return self._ask(reading.statistics, self.content_hash())
 
     def sides_histogram(self) -> dict[int, int]:
         """Number of patterns by number of sides."""
-        return reading.histogram(self._connection, "n_sides")
+        return self._ask(reading.histogram, "n_sides")
 
     def content_hash(self) -> str:
         """Hash of everything learned; equal for databases with the same content."""
-        return contents.content_hash(self._connection)
+        return self._ask(contents.content_hash)
 
     def meshes(self) -> list[Mesh]:
         """All meshes, by name."""
-        return reading.meshes(self._connection)
+        return self._ask(reading.meshes)
 
     def find_mesh(self, sha256: str) -> Mesh | None:
         """The mesh of a file with this SHA-256 (hexadecimal), or None."""
-        return reading.find_mesh(self._connection, bytes.fromhex(sha256))
+        return self._ask(reading.find_mesh, bytes.fromhex(sha256))
 
     def pattern(self, name: str) -> Pattern:
         """The pattern whose name begins with ``name``; NotFoundError if not exactly one."""
-        return reading.pattern(self._connection, name)
+        return self._ask(reading.pattern, name)
 
     def occurrences(self, pattern: Pattern) -> list[Occurrence]:
         """The meshes that hold the pattern."""
-        return reading.occurrences(self._connection, pattern.id)
+        return self._ask(reading.occurrences, pattern.id)
 
     def pattern_class(self, n_sides: int) -> PatternClass:
         """All patterns of ``n_sides`` sides, in default order."""
         if n_sides not in self._classes:
-            self._classes[n_sides] = reading.pattern_class(self._connection, n_sides)
+            self._classes[n_sides] = self._ask(reading.pattern_class, n_sides)
         return self._classes[n_sides]
 
     def verify(self) -> list[str]:
@@ -114,7 +98,17 @@ class Database:
 
     def compact(self) -> bytes:
         """What was learned, as a small file (:mod:`patterndb.store.compact`)."""
-        return compact.dump(self._connection)
+        return self._ask(compact.dump)
+
+    def _ask(
+        self,
+        question: Callable[Concatenate[sqlite3.Connection, P], T],
+        *args: P.args,
+        **kw: P.kwargs,
+    ) -> T:
+        """Put a question to the file; what SQLite says of a damaged one is explained."""
+        with explained(self.path):
+            return question(self._connection, *args, **kw)
 
     # Changing
 

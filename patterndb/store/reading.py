@@ -15,7 +15,7 @@ from patterndb.label import join_matrices
 from patterndb.packing import unpack, unpack_many
 from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
-from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance
+from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance, Statistics
 
 
 def id_range(n_sides: int) -> tuple[int, int]:
@@ -79,7 +79,7 @@ def _flat(blobs: Sequence[bytes]) -> NDArray[np.int32]:
     return unpack(b"".join(blobs))
 
 
-_PATTERN = "SELECT code, frequency, origin FROM pattern WHERE id "
+_PATTERN = "SELECT code, frequency FROM pattern WHERE id "
 
 
 def pattern(connection: sqlite3.Connection, name: str) -> Pattern:
@@ -99,10 +99,8 @@ def pattern(connection: sqlite3.Connection, name: str) -> Pattern:
         raise NotFoundError(f"no pattern's name begins with {name}")
     if len(rows) > 1:
         raise NotFoundError(f"more than one pattern's name begins with {name}; give more digits")
-    code, frequency, origin = rows[0]
-    return Pattern.from_trusted_code(
-        unpack(code).astype(np.uint16), frequency=frequency, origin=origin
-    )
+    code, frequency = rows[0]
+    return Pattern.from_trusted_code(unpack(code).astype(np.uint16), frequency=frequency)
 
 
 def occurrences(connection: sqlite3.Connection, pattern_id: int) -> list[Occurrence]:
@@ -166,3 +164,28 @@ def histogram(connection: sqlite3.Connection, column: str) -> dict[int, int]:
         "n_irregular": "SELECT n_irregular, count(*) FROM pattern GROUP BY 1 ORDER BY 1",
     }
     return dict(connection.execute(queries[column]).fetchall())
+
+
+def statistics(connection: sqlite3.Connection, content_hash: str) -> Statistics:
+    """Counts over the whole database, beside its content hash."""
+    one = connection.execute
+    patterns, chiral = one("SELECT count(*), coalesce(sum(chiral), 0) FROM pattern").fetchone()
+    met = one(
+        "SELECT coalesce(sum((own > 0) + (mirrored > 0)), 0) FROM "
+        "(SELECT sum(patches - mirrored_patches) AS own, sum(mirrored_patches) AS mirrored "
+        "FROM occurrence GROUP BY pattern_id)"
+    ).fetchone()[0]
+    meshes, patches = one(
+        "SELECT count(*), coalesce(sum(distinct_patches), 0) FROM mesh"
+    ).fetchone()
+    return Statistics(
+        patterns=patterns,
+        patterns_oriented=patterns + chiral,
+        patterns_met=met,
+        by_sides=histogram(connection, "n_sides"),
+        by_irregular=histogram(connection, "n_irregular"),
+        signatures=one("SELECT count(DISTINCT signature) FROM pattern").fetchone()[0],
+        meshes=meshes,
+        patches=patches,
+        content_hash=content_hash,
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,7 +45,7 @@ class Provenance:
     licence: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, eq=False)
 class Learned:
     """What one mesh taught: counts, and one row a pattern met in it.
 
@@ -112,4 +112,4 @@ class Statistics:
     signatures: int
     meshes: int
     patches: int
-    content_hash: str = field(default="")
+    content_hash: str

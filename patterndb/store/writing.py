@@ -13,8 +13,8 @@ from patterndb.store.records import Learned, LearningOptions, Provenance
 _INSERT_PATTERN = """
 INSERT INTO pattern (id, code, n_sides, corners, n_reflex, n_quads, n_irregular, valences,
     n_chords, n_loops, self_crossing, rotations, chiral, label, signature, sig_rotation,
-    sig_reflected, lengths, joins, origin)
-VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
+    sig_reflected, lengths, joins)
+VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
 """
 
 _INSERT_MESH = """
@@ -81,7 +81,6 @@ def add_patterns(
     connection: sqlite3.Connection,
     ids: Sequence[int],
     codes: Sequence[bytes],
-    origin: str = "learned",
 ) -> int:
     """Write those of the patterns (packed canonical codes) that are missing; return how many.
 
@@ -127,7 +126,6 @@ def add_patterns(
                 counts[d.SIG_REFLECTED],
                 lengths,
                 joins,
-                origin,
             )
         )
     connection.executemany(_INSERT_PATTERN, patterns)
@@ -149,9 +147,7 @@ def remove_meshes(connection: sqlite3.Connection, mesh_ids: Iterable[int]) -> in
     for mesh_id in mesh_ids:
         connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
         connection.execute("DELETE FROM mesh WHERE id = ?", (mesh_id,))
-    gone = connection.execute(
-        "DELETE FROM pattern WHERE frequency = 0 AND origin = 'learned'"
-    ).rowcount
+    gone = connection.execute("DELETE FROM pattern WHERE frequency = 0").rowcount
     return gone
 
 
@@ -193,6 +189,4 @@ def merge(connection: sqlite3.Connection, other: sqlite3.Connection) -> tuple[in
             "VALUES (?, ?, ?, ?, ?)",
             ((r[0], mesh_id, r[2], r[3], r[4]) for r in rows),
         )
-    rows = other.execute("SELECT id, code FROM pattern WHERE origin = 'family'").fetchall()
-    add_patterns(connection, [r[0] for r in rows], [r[1] for r in rows], "family")
     return added, replaced, same

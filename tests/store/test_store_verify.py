@@ -60,7 +60,7 @@ COLUMNS = {
 def test_every_column_that_follows_from_the_code_is_spoiled_below(full: Path) -> None:
     with Database(full) as db:
         described = db._connection.execute("SELECT name FROM pragma_table_info('pattern')")
-        assert {row[0] for row in described} - set(COLUMNS) == {"id", "code", "frequency", "origin"}
+        assert {row[0] for row in described} - set(COLUMNS) == {"id", "code", "frequency"}
 
 
 @pytest.mark.parametrize("column", COLUMNS)
@@ -124,13 +124,11 @@ def test_a_changed_row_is_found(full: Path, name: str) -> None:
     assert any(words in finding for finding in found), found
 
 
-def test_a_learned_pattern_in_no_mesh_is_found_and_a_family_s_is_not(full: Path) -> None:
+def test_a_pattern_in_no_mesh_is_found(full: Path) -> None:
     code = code_of("star 6")
     with Database(full, "write") as db, atomic(db._connection) as connection:
         connection.execute("DELETE FROM pattern WHERE code = ?", (code,))
-        add_patterns(connection, [pattern_id(code, 6)], [code], "family")
-    assert findings(full) == []
-    change(full, f"UPDATE pattern SET origin = 'learned' WHERE code = x'{code.hex()}'")
+        add_patterns(connection, [pattern_id(code, 6)], [code])
     (finding,) = findings(full)
     assert "frequency 0" in finding
 

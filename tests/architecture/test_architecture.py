@@ -1,0 +1,219 @@
+"""Which part may import which: read from the source, lazy imports within functions included."""
+
+from __future__ import annotations
+
+import ast
+import subprocess
+import sys
+from functools import cache
+from pathlib import Path
+
+import pytest
+from shared import CHECKOUT
+
+PACKAGES = ("patterndb", "ingest", "query", "sketch", "viewer")
+
+#: What each package may import of the others. The command line stands above them all, and is
+#: counted as a package of its own.
+ALLOWED = {
+    "patterndb": set[str](),
+    "ingest": {"patterndb"},
+    "query": {"patterndb"},
+    "sketch": {"patterndb", "query"},
+    "viewer": {"patterndb", "query", "sketch"},
+    "patterndb.cli": {"patterndb", "ingest", "query", "sketch", "viewer"},
+}
+
+#: Modules that know nothing but arrays: topology, codes, collapsing, solving and fitting.
+FUNCTIONAL = (
+    *(
+        f"patterndb.{name}"
+        for name in (
+            "code",
+            "description",
+            "disk",
+            "halfedge",
+            "label",
+            "packing",
+            "pattern",
+            "patternclass",
+            "polychord",
+            "quadmesh",
+            "reduction",
+        )
+    ),
+    *(f"ingest.{name}" for name in ("basic", "census", "growth", "hashing", "prepare", "shards")),
+    *(
+        f"query.{name}"
+        for name in (
+            "chords",
+            "evenness",
+            "expand",
+            "feasibility",
+            "filters",
+            "fit",
+            "identity",
+            "matching",
+            "orientation",
+            "reason",
+            "solve",
+            "transport",
+        )
+    ),
+)
+
+#: What such a module does not import, and functions it does not call.
+WORLDLY = {"sqlite3", "pathlib", "os", "io", "shutil", "tempfile", "click", "rich", "pyvista"}
+WORLDLY |= {"matplotlib", "json", "subprocess", "importlib"}
+
+#: Slow to import; only what needs one may.
+DRAWING = {"pyvista", "vtkmodules", "matplotlib"}
+
+
+@cache
+def modules() -> dict[str, Path]:
+    """All modules of the packages, by their dotted names."""
+    found: dict[str, Path] = {}
+    for package in PACKAGES:
+        for path in sorted((CHECKOUT / package).rglob("*.py")):
+            parts = path.relative_to(CHECKOUT).with_suffix("").parts
+            found[".".join(parts).removesuffix(".__init__")] = path
+    return found
+
+
+@cache
+def tree(module: str) -> ast.Module:
+    return ast.parse(modules()[module].read_text(encoding="utf-8"))
+
+
+def imports(module: str) -> set[str]:
+    """Dotted names of all that a module imports, wherever the import stands.
+
+    ``from a import b`` counts as a, and as a.b too if that is a module.
+    """
+    found: set[str] = set()
+    for node in ast.walk(tree(module)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"{module} imports relatively; write the whole name"
+            assert node.module is not None
+            found.add(node.module)
+            within = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= within & modules().keys()
+        elif isinstance(node, ast.Call) and _called(node) in ("import_module", "__import__"):
+            found |= {str(arg.value) for arg in node.args if isinstance(arg, ast.Constant)}
+    return found
+
+
+def _called(call: ast.Call) -> str:
+    return call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+
+
+def part(module: str) -> str:
+    """The package of a module; the command line is one of its own."""
+    if module == "patterndb.__main__" or (module + ".").startswith("patterndb.cli."):
+        return "patterndb.cli"
+    return module.partition(".")[0]
+
+
+def _imported_parts(module: str) -> set[str]:
+    """The packages that a module imports, its own left out."""
+    ours = {name for name in imports(module) if name.partition(".")[0] in PACKAGES}
+    return {part(name) for name in ours} - {part(module)}
+
+
+def test_the_scan_sees_imports_in_functions() -> None:
+    assert "ingest" in imports("patterndb.cli.learning")
+    assert "viewer" in imports("patterndb.cli.pictures")
+    assert len(modules()) > 60
+
+
+@pytest.mark.parametrize("package", ALLOWED)
+def test_arrows_run_one_way(package: str) -> None:
+    wrong = {
+        module: _imported_parts(module) - ALLOWED[package]
+        for module in modules()
+        if part(module) == package and _imported_parts(module) - ALLOWED[package]
+    }
+    assert not wrong
+
+
+def test_nothing_imports_the_viewer_but_the_command_line() -> None:
+    users = {part(module) for module in modules() if "viewer" in _imported_parts(module)}
+    assert users == {"patterndb.cli"}
+
+
+def test_nothing_imports_the_command_line() -> None:
+    assert not [module for module in modules() if "patterndb.cli" in _imported_parts(module)]
+
+
+def test_sqlite_is_used_in_the_store_alone() -> None:
+    users = {module for module in modules() if "sqlite3" in _libraries(module)}
+    assert users
+    assert all(module.startswith("patterndb.store.") for module in users), users
+
+
+def test_drawing_libraries_are_used_in_the_viewer_and_a_reader_alone() -> None:
+    users = {module for module in modules() if _libraries(module) & DRAWING}
+    assert users
+    readers = {"ingest.read.vtk"}
+    assert {module for module in users if part(module) != "viewer"} <= readers
+
+
+@pytest.mark.parametrize("module", FUNCTIONAL)
+def test_the_core_knows_arrays_only(module: str) -> None:
+    assert not _libraries(module) & WORLDLY
+    calls = {_called(node) for node in ast.walk(tree(module)) if isinstance(node, ast.Call)}
+    assert not calls & {"open", "print", "input", "echo", "connect"}
+    assert not any(name.startswith("patterndb.store") for name in imports(module))
+
+
+def _libraries(module: str) -> set[str]:
+    return {name.partition(".")[0] for name in imports(module)}
+
+
+@pytest.mark.parametrize(
+    ("statement", "unwanted"),
+    [
+        ("import patterndb", {"click", "rich", "json.tool", "pyvista", "matplotlib", "ortools"}),
+        ("import patterndb.cli", {"query", "ingest", "viewer", "rich", "pyvista", "matplotlib"}),
+        ("import ingest, ingest.read", {"numba", "pyvista", "matplotlib", "pxr", "trimesh"}),
+        ("import query", {"pyvista", "matplotlib", "ortools", "ingest", "viewer", "click"}),
+        ("import viewer", {"pyvista", "vtkmodules", "matplotlib", "ortools", "ingest", "click"}),
+    ],
+)
+def test_an_import_is_no_more_than_it_says(statement: str, unwanted: set[str]) -> None:
+    script = f"import sys; {statement}; print(*sys.modules)"
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=CHECKOUT
+    )
+    assert not unwanted & set(done.stdout.split())
+
+
+@pytest.mark.parametrize("module", modules())
+def test_every_module_says_what_it_is(module: str) -> None:
+    text = ast.get_docstring(tree(module))
+    assert text and text.splitlines()[0].strip()
+
+
+def test_every_package_is_a_package() -> None:
+    for path in modules().values():
+        assert (path.parent / "__init__.py").is_file(), path.parent
+
+
+def test_the_schema_stands_once() -> None:
+    assert (CHECKOUT / "schema.sql").is_file()
+    assert not (CHECKOUT / "patterndb" / "schema.sql").exists()
+    creating = [
+        module
+        for module in modules()
+        if any(
+            isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and "CREATE TABLE" in node.value.upper()
+            for node in ast.walk(tree(module))
+        )
+    ]
+    # A temporary table is no part of the schema.
+    assert set(creating) <= {"patterndb.store.migrations"}, creating

@@ -1,0 +1,39 @@
+"""The databases that the tests of the command line ask and change."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+from commandline import SMALL, TINY, run, write_obj
+from shared import EXAMPLES
+
+#: A disk with one corner (vertex 0), which the examples do not hold.
+DROP = ((0, 1, 6, 5), (6, 1, 2, 7), (5, 6, 8, 4), (7, 2, 3, 9), (6, 7, 9, 8), (4, 8, 9, 3))
+
+
+@pytest.fixture(scope="session")
+def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A database of the examples and of a drop. Not to be changed: it is everyone's."""
+    folder = tmp_path_factory.mktemp("learned")
+    db = folder / "learned.db"
+    drop = write_obj(folder / "drop.obj", DROP)
+    result = run("ingest", *sorted(EXAMPLES.glob("*.obj")), drop, "--db", db, *SMALL)
+    assert result.code == 0, result.err
+    return db
+
+
+@pytest.fixture
+def db(learned: Path, tmp_path: Path) -> Path:
+    """A copy of the learned database, to be changed."""
+    return Path(shutil.copy(learned, tmp_path / "copy.db"))
+
+
+@pytest.fixture
+def tiny(tmp_path: Path) -> Path:
+    """A small database of two meshes, to be changed."""
+    path = tmp_path / "tiny.db"
+    result = run("ingest", EXAMPLES / "jug.obj", EXAMPLES / "hand.obj", "--db", path, *TINY)
+    assert result.code == 0, result.err
+    return path

@@ -1,0 +1,254 @@
+"""patterndb stats, meshes, query and verify on a sound database."""
+
+from __future__ import annotations
+
+import sqlite3
+from pathlib import Path
+
+import numpy as np
+import pytest
+from commandline import Result, assert_refused, run
+
+from ingest.read import read_mesh
+
+#: Keys of a fill in the JSON document, and the types of their values.
+FILL = {
+    "pattern": str,
+    "origin": str,
+    "frequency": int,
+    "widths": list,
+    "rotation": int,
+    "mirrored": bool,
+    "n_irregular": int,
+    "n_vertices": int,
+    "quads": list,
+    "sides": list,
+}
+
+
+def query(db: Path, sides: str, *options: object) -> Result:
+    return run("query", "--sides", sides, "--db", db, *options)
+
+
+class TestStats:
+    def test_json(self, learned: Path) -> None:
+        document = run("stats", "--db", learned, "--json").document()
+        assert document["meshes"] == 5
+        assert document["patterns"] <= document["patterns_oriented"] <= 2 * document["patterns"]
+        for key in ("by_sides", "by_irregular"):
+            assert all(k.isdigit() and v > 0 for k, v in document[key].items())
+            assert sum(document[key].values()) == document["patterns"]
+        assert {str(n) for n in range(9)} <= document["by_sides"].keys()
+        assert len(bytes.fromhex(document["content_hash"])) == 32
+
+    def test_text_agrees(self, learned: Path) -> None:
+        document = run("stats", "--db", learned, "--json").document()
+        result = run("stats", "--db", learned)
+        assert result.err == ""
+        first, second, third, *rest = result.out.splitlines()
+        assert first.startswith(f"{document['patterns']} patterns, ")
+        assert second.startswith("5 meshes, ")
+        assert third == f"content {document['content_hash']}"
+        pairs = [tuple(line.split()) for line in rest if line.strip()[:1].isdigit()]
+        expected = [*document["by_sides"].items(), *document["by_irregular"].items()]
+        assert pairs == [(k, str(v)) for k, v in expected]
+
+
+class TestMeshes:
+    def test_json(self, learned: Path) -> None:
+        rows = run("meshes", "--db", learned, "--json").document()["meshes"]
+        assert [row["name"] for row in rows] == sorted(row["name"] for row in rows)
+        for row in rows:
+            assert len(row["sha256"]) == 64
+            assert row["options"] == {"basic": 5, "side": 8, "convex": 16, "prepare": True}
+            assert row["provenance"] == {"author": None, "source": None, "licence": None}
+            assert 0 < row["patterns"] <= row["distinct"]
+
+    def test_text_has_a_line_for_each(self, learned: Path) -> None:
+        head, *lines = run("meshes", "--db", learned).out.splitlines()
+        assert head.split()[:4] == ["mesh", "quads", "patches", "patterns"]
+        assert [line.split()[0] for line in lines] == [
+            f"{name}.obj" for name in ("dog", "drop", "hand", "head", "jug")
+        ]
+        assert len({len(line.rsplit("  ", 1)[0]) for line in lines}) == 1
+
+
+class TestQuery:
+    def test_json(self, learned: Path) -> None:
+        document = query(learned, "3,5,4,6", "--json").document()
+        assert document["sides"] == [3, 5, 4, 6]
+        assert isinstance(document["seconds"], float)
+        assert document["truncated"] is True
+        assert document["reason"] is None
+        assert len(document["fills"]) == 20
+        for fill in document["fills"]:
+            for key, kind in FILL.items():
+                assert type(fill[key]) is kind, key
+            assert [len(side) - 1 for side in fill["sides"]] == [3, 5, 4, 6]
+            assert fill["origin"] == "learned" and len(fill["pattern"]) == 16
+            assert min(fill["widths"]) >= 1
+            assert {v for quad in fill["quads"] for v in quad} == set(range(fill["n_vertices"]))
+        irregular = [fill["n_irregular"] for fill in document["fills"]]
+        assert irregular == sorted(irregular)
+
+    def test_text_agrees(self, learned: Path) -> None:
+        fills = query(learned, "3,5,4,6", "--json").document()["fills"]
+        result = query(learned, "3,5,4,6")
+        head, *lines = result.out.splitlines()
+        assert head.split() == [
+            "rank",
+            "pattern",
+            "irregular",
+            "quads",
+            "seen",
+            "turned",
+            "widths",
+        ]
+        for rank, (line, fill) in enumerate(zip(lines, fills, strict=True), 1):
+            words = line.replace(",", "").split()
+            turned = [str(fill["rotation"]), *(["mirrored"] if fill["mirrored"] else [])]
+            assert words == [
+                str(rank),
+                fill["pattern"],
+                str(fill["n_irregular"]),
+                str(len(fill["quads"])),
+                str(fill["frequency"]),
+                *turned,
+                *map(str, fill["widths"]),
+            ]
+        assert "patterns fit" in result.err and "more fills" in result.err
+
+    def test_limits_take_the_first(self, learned: Path) -> None:
+        everything = query(learned, "3,5,4,6", "--limit", 10000, "--json").document()
+        assert everything["truncated"] is (max(_per_pattern(everything["fills"])) == 4)
+        some = query(learned, "3,5,4,6", "--limit", 7, "--json").document()
+        assert some["fills"] == everything["fills"][:7]
+        assert some["truncated"] is True
+        assert some["feasible_patterns"] == everything["feasible_patterns"]
+        all_of_each = query(
+            learned, "3,5,4,6", "--limit", 10000, "--per-pattern", 0, "--json"
+        ).document()
+        assert all_of_each["truncated"] is False
+        assert len(set(_names(all_of_each["fills"]))) == all_of_each["feasible_patterns"]
+        one_of_each = query(
+            learned, "3,5,4,6", "--limit", 10000, "--per-pattern", 1, "--json"
+        ).document()
+        assert _names(one_of_each["fills"]) == list(dict.fromkeys(_names(all_of_each["fills"])))
+
+    @pytest.mark.parametrize("most", range(6))
+    def test_max_irregular(self, learned: Path, most: int) -> None:
+        everything = query(learned, "4,4,3,3,4", "--limit", 1000, "--json").document()["fills"]
+        result = query(learned, "4,4,3,3,4", "--limit", 1000, "--json", "--max-irregular", most)
+        kept = result.document()["fills"]
+        assert kept == [fill for fill in everything if fill["n_irregular"] <= most]
+        assert result.code == (0 if kept else 1)
+
+    @pytest.mark.parametrize(
+        ("valence", "allowed"), [("3..5", {3, 4, 5}), ("5", {5}), ("4..6", {4, 5, 6})]
+    )
+    def test_valence(self, learned: Path, valence: str, allowed: set[int]) -> None:
+        asked = ("4,4,3,3,4", "--limit", 1000, "--json")
+        everything = query(learned, *asked).document()["fills"]
+        kept = query(learned, *asked, "--valence", valence).document()["fills"]
+        assert kept == [fill for fill in everything if _valences(fill) <= allowed]
+        assert 0 < len(kept) < len(everything)
+
+    def test_the_other_solver_says_the_same(self, learned: Path) -> None:
+        answers = [
+            query(learned, "3,2,3,4", "--json", "--solver", solver).document()
+            for solver in ("kernel", "cp-sat")
+        ]
+        for answer in answers:
+            del answer["seconds"]
+        assert answers[0] == answers[1]
+        assert answers[0]["fills"]
+
+    def test_closed_is_one_side_without_a_corner(self, learned: Path) -> None:
+        document = query(learned, "8", "--closed", "--json").document()
+        assert document["sides"] == [8]
+        assert document["fills"]
+        for fill in document["fills"]:
+            assert len(fill["sides"]) == 1 and len(fill["sides"][0]) == 9
+            assert fill["sides"][0][0] == fill["sides"][0][-1]
+        with_a_corner = query(learned, "8", "--json").document()
+        assert not set(_names(with_a_corner["fills"])) & set(_names(document["fills"]))
+
+    @pytest.mark.parametrize("sides", ["2,2", "1,1,1,1,1,1", ",".join(["2"] * 40)])
+    def test_no_fill(self, learned: Path, sides: str) -> None:
+        result = query(learned, sides, "--json")
+        document = result.document()
+        assert result.code == 1
+        assert document["fills"] == [] and document["feasible_patterns"] == 0
+        assert document["truncated"] is False
+        assert f"no fill: {document['reason']}" in result.err
+        text = query(learned, sides)
+        assert_refused(text, 1, "no fill: ")
+
+    def test_no_fill_writes_no_files(self, learned: Path, tmp_path: Path) -> None:
+        wanted = ("--obj", tmp_path / "fills", "--image", tmp_path / "fills.png")
+        assert query(learned, "2,2", *wanted).code == 1
+        assert list(tmp_path.iterdir()) == []
+
+    def test_obj_files_hold_the_quads(self, learned: Path, tmp_path: Path) -> None:
+        folder = tmp_path / "deep" / "fills"
+        result = query(learned, "3,5,4,6", "--json", "--obj", folder)
+        fills = result.document()["fills"]
+        assert f"written: {len(fills)} files in {folder}" in result.err
+        paths = sorted(folder.iterdir())
+        assert [path.name for path in paths] == [f"fill-{k:03}.obj" for k in range(1, 21)]
+        for path, fill in zip(paths, fills, strict=True):
+            mesh = read_mesh(path)
+            quads, faces = mesh.quads()
+            assert quads.tolist() == fill["quads"]
+            assert faces.tolist() == list(range(len(quads)))
+            assert mesh.points.shape == (fill["n_vertices"], 3)
+            corners = mesh.points[quads][..., :2]
+            step = np.roll(corners, -1, axis=1) - corners
+            turns = step[..., 0] * np.roll(step, -1, axis=1)[..., 1]
+            turns -= step[..., 1] * np.roll(step, -1, axis=1)[..., 0]
+            assert (turns.sum(axis=1) > 0).all(), "quads run clockwise in the plane"
+
+    def test_long_sides_are_answered_whole(self, learned: Path) -> None:
+        document = query(learned, "300,300,300,300", "--limit", 1, "--json").document()
+        assert len(document["fills"][0]["quads"]) == 90_000
+
+
+def _names(fills: list[dict[str, str]]) -> list[str]:
+    return [fill["pattern"] for fill in fills]
+
+
+def _per_pattern(fills: list[dict[str, str]]) -> list[int]:
+    names = _names(fills)
+    return [names.count(name) for name in set(names)]
+
+
+def _valences(fill: dict[str, list[list[int]]]) -> set[int]:
+    """Of the irregular vertices within."""
+    counts = np.bincount(np.ravel(fill["quads"]))
+    border = {v for side in fill["sides"] for v in side}
+    return {int(n) for v, n in enumerate(counts) if v not in border} - {4}
+
+
+class TestVerify:
+    def test_sound(self, learned: Path) -> None:
+        result = run("verify", "--db", learned)
+        assert (result.code, result.out) == (0, "")
+        assert result.err == f"{learned}: sound\n"
+        assert run("verify", "--db", learned, "--json").document() == {"ok": True, "findings": []}
+
+    def test_migrate_leaves_a_present_one_as_it_is(self, db: Path) -> None:
+        before = db.read_bytes()
+        assert run("verify", "--db", db, "--migrate").code == 0
+        assert db.read_bytes() == before
+
+    def test_tells_what_is_wrong(self, db: Path) -> None:
+        with sqlite3.connect(db) as connection:
+            connection.execute("UPDATE pattern SET frequency = frequency + 1 WHERE n_sides = 2")
+            connection.execute("UPDATE pattern SET n_irregular = 99 WHERE n_sides = 3")
+        connection.close()
+        result = run("verify", "--db", db)
+        assert result.code == 3
+        assert "frequency" in result.out and "columns" in result.out
+        assert result.err.endswith(" findings\n")
+        document = run("verify", "--db", db, "--json").document()
+        assert document == {"ok": False, "findings": result.out.splitlines()}

@@ -1,0 +1,133 @@
+"""Help, tables, and the errors that no one foresaw."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+import pytest
+from commandline import run
+
+from patterndb.cli import cli
+from patterndb.cli.failure import TRACEBACK
+from patterndb.cli.text import WIDTH, plural, printable, shortened, table
+
+VERBS = (
+    "ingest",
+    "stats",
+    "meshes",
+    "query",
+    "show",
+    "gallery",
+    "browse",
+    "verify",
+    "merge",
+    "remove",
+)
+
+
+def test_the_verbs() -> None:
+    assert set(cli.commands) == set(VERBS)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize("flag", ["--help", "-h"])
+def test_help_has_an_example(verb: str, flag: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    result = run(verb, flag)
+    assert (result.code, result.err) == (0, "")
+    assert f"\n  patterndb {verb} " in result.out
+    assert max(map(len, result.out.splitlines())) <= WIDTH
+    for option in cli.commands[verb].params:
+        if isinstance(option, click.Option):
+            assert option.help and option.help.endswith((".", "]", '".')), option.name
+            assert option.opts[0] in result.out
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_examples_are_in_order(verb: str) -> None:
+    """Every line of an example is read by the verb that it names, up to its files."""
+    help_text = cli.commands[verb].help or ""
+    lines = [line.strip() for line in help_text.splitlines()]
+    examples = [line for line in lines if line.startswith("patterndb ")]
+    assert examples
+    for line in examples:
+        words = line.replace('"n Right ] Up"', "n").split()
+        assert words[1] == verb
+        command = cli.commands[verb]
+        context = command.make_context(verb, words[2:], resilient_parsing=True)
+        assert not context.args
+
+
+def test_the_program_names_its_exit_codes() -> None:
+    result = run("--help")
+    assert result.code == 0
+    for words in ("0 done", "1 nothing found", "2 wrong usage", "3 bad input", "130 interrupted"):
+        assert words in result.out
+    assert max(map(len, result.out.splitlines())) <= WIDTH
+    bare = run()
+    assert (bare.code, bare.out) == (2, "")
+    assert "Usage: patterndb" in bare.err
+
+
+def test_an_unforeseen_error_is_one_line(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ValueError("the sky is green")
+
+    monkeypatch.setattr(cli.commands["stats"], "callback", fail)
+    result = run("stats", "--db", learned)
+    assert (result.code, result.out) == (3, "")
+    (line,) = result.err.splitlines()
+    assert "ValueError: the sky is green (test_cli_text.py:" in line
+    assert "patterndb verify" in line and TRACEBACK in line
+    monkeypatch.setenv(TRACEBACK, "1")
+    assert "Traceback" in run("stats", "--db", learned).err
+
+
+def test_out_of_memory(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr(cli.commands["query"], "callback", fail)
+    result = run("query", "--sides=4,4", "--db", learned)
+    assert result.code == 3
+    assert "memory" in result.err and "fewer fills" in result.err
+
+
+def test_plural() -> None:
+    assert plural(1, "mesh", "meshes") == "1 mesh"
+    assert plural(0, "mesh", "meshes") == "0 meshes"
+    assert plural(12345, "pattern") == "12,345 patterns"
+
+
+def test_printable_is_one_line_that_tells_all() -> None:
+    text = "a\nb\x1b[31m\t☃é\u202e"
+    shown = printable(text)
+    assert shown == "a\\nb\\x1b[31m\\t☃é\\u202e"
+    assert shown.isprintable()
+    assert json.loads(json.dumps(text)) == text
+
+
+def test_shortened() -> None:
+    assert shortened("abcdef", 6) == "abcdef"
+    assert shortened("abcdefg", 6) == "abcde…"
+    assert shortened("abc", 0) == "…"
+
+
+class TestTable:
+    def test_lines_up(self) -> None:
+        lines = table(("n", "name", "what"), [(1, "a", "x y"), (1000, "long name", "")])
+        assert lines.splitlines() == [
+            "    n  name       what",
+            "    1  a          x y",
+            "1,000  long name",
+        ]
+
+    def test_is_as_wide_as_a_help_text(self) -> None:
+        lines = table(("n", "widths"), [(k, "12 " * 200) for k in range(3)]).splitlines()
+        assert [len(line) for line in lines[1:]] == [WIDTH] * 3
+        assert all(line.endswith("…") for line in lines[1:])
+
+    def test_without_rows_has_its_heads(self) -> None:
+        assert table(("mesh", "quads"), []) == "mesh  quads"

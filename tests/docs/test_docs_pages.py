@@ -1,0 +1,99 @@
+"""What README and docs tell their readers to do works, and writes what they show."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "scripts"))
+
+import build_docs  # noqa: E402
+import walkthrough  # noqa: E402
+
+PAGES = [ROOT / "README.md", ROOT / "docs" / "tutorial.md", ROOT / "docs" / "database.md"]
+ALL_PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
+
+
+def shape(line: str) -> str:
+    """A line without what differs from run to run: times, counts, names, widths."""
+    line = re.sub(r"\b[0-9a-f]{16,}\b", "#", line)
+    line = re.sub(r"\d[\d.,]*", "#", line).replace(" mirror", "")
+    return re.sub(r"#(?:,? #)+", "#", re.sub(r"\s+", " ", line)).strip()
+
+
+def compare(shown: str, written: str) -> None:
+    """Have both the same lines, in any order? A line … stands for lines left out."""
+    wanted = sorted(shape(line) for line in shown.splitlines())
+    got = sorted(shape(line) for line in written.splitlines())
+    if "…" in wanted:
+        left = got.copy()
+        for line in wanted:
+            if line == "…":
+                continue
+            assert line in left, f"{line!r} is not in what was written:\n{written}"
+            left.remove(line)
+    else:
+        assert wanted == got, f"written was:\n{written}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda p: p.name)
+def test_the_steps_of_a_page_work_and_write_what_it_shows(page: Path, tmp_path: Path) -> None:
+    walkthrough.begin(tmp_path)
+    if page.name == "database.md":
+        made = walkthrough.Step(page.name, 0, "sh", "patterndb ingest examples --db my.db", None)
+        walkthrough.perform(made, tmp_path)
+    steps = walkthrough.steps(page)
+    assert len(steps) > 3
+    for step in steps:
+        written = walkthrough.perform(step, tmp_path)
+        if step.shown is not None:
+            compare(step.shown, written)
+        elif step.language == "sql":
+            assert written, f"{page.name}:{step.line} finds nothing"
+    for picture in re.findall(r"images/([\w-]+\.png)", page.read_text(encoding="utf-8")):
+        assert (tmp_path / picture).stat().st_size > 0, f"no step draws {picture}"
+
+
+def test_the_pages_made_from_the_code_are_up_to_date() -> None:
+    hint = "'make docs' writes it anew"
+    assert (ROOT / "docs" / "cli.md").read_text(encoding="utf-8") == build_docs.cli_page(), hint
+    assert (ROOT / "docs" / "api.md").read_text(encoding="utf-8") == build_docs.api_page(), hint
+
+
+@pytest.mark.parametrize("page", ALL_PAGES, ids=lambda p: p.name)
+def test_links_lead_somewhere(page: Path) -> None:
+    text = page.read_text(encoding="utf-8")
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if target.startswith(("http://", "https://")):
+            continue
+        name, _, heading = target.partition("#")
+        path = page if not name else page.parent / name
+        assert path.exists(), f"{page.name}: there is no {target}"
+        if heading and path.suffix == ".md":
+            titles = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
+            assert heading in map(build_docs.anchor, titles), f"{page.name}: no heading {target}"
+
+
+def test_pictures_are_small_and_all_shown() -> None:
+    pictures = {p.name: p.stat().st_size for p in build_docs.IMAGES.glob("*")}
+    assert max(pictures.values()) <= build_docs.LARGEST_PICTURE
+    shown = {
+        name
+        for page in ALL_PAGES
+        for name in re.findall(r"images/([\w-]+\.png)", page.read_text(encoding="utf-8"))
+    }
+    assert shown == set(pictures)
+
+
+def test_every_difference_from_the_paper_is_told() -> None:
+    told = (ROOT / "docs" / "definitions.md").read_text(encoding="utf-8")
+    sources = [p for d in ("patterndb", "ingest", "query", "sketch", "viewer") for p in ROOT.glob(f"{d}/**/*.py")]
+    for source in sources:
+        text = re.sub(r"\s+", " ", source.read_text(encoding="utf-8"))
+        if "Differs from the paper" in text:
+            name = source.relative_to(ROOT).as_posix()
+            assert f"`{name}`" in told, f"docs/definitions.md does not tell how {name} differs"
