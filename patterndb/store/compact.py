@@ -104,12 +104,16 @@ def _parse(data: bytes) -> tuple[list[list[object]], list[bytes]]:
         raise DatabaseError(f"the compact database is damaged ({error})") from error
     if not body.startswith(FORMAT):
         raise DatabaseError("this is not a compact database, or one of another version")
-    end = body.index(b"\n", len(FORMAT))
-    header = json.loads(body[len(FORMAT) : end])
-    ends = np.cumsum([end + 1, *header["columns"]]).tolist()
+    line, found, _ = body[len(FORMAT) :].partition(b"\n")
+    try:
+        header = json.loads(line)
+        meshes, sizes = header["meshes"], header["columns"]
+    except (ValueError, TypeError, KeyError) as error:
+        raise DatabaseError(f"the compact database is cut short ({error})") from error
+    ends = np.cumsum([len(FORMAT) + len(line) + len(found), *sizes]).tolist()
     if ends[-1] != len(body):
         raise DatabaseError("the compact database is cut short")
-    return header["meshes"], [body[a:b] for a, b in itertools.pairwise(ends)]
+    return meshes, [body[a:b] for a, b in itertools.pairwise(ends)]
 
 
 def _load_mesh(
