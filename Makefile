@@ -14,7 +14,7 @@ WORKERS ?= auto
 # The folder of meshes, with INDEX.csv, that the starter database is learned from.
 MESHES ?= ../shared/data/meshes
 
-.PHONY: help demo test lint types docs docs-check pictures starter dist clean
+.PHONY: help demo test lint types docs docs-check docs-walk starter dist clean
 .DEFAULT_GOAL := help
 
 help:
@@ -24,7 +24,7 @@ help:
 	@echo "make types       pyright: strict for patterndb/, basic for the rest"
 	@echo "make docs        write docs/cli.md and docs/api.md anew"
 	@echo "make docs-check  are they up to date?"
-	@echo "make pictures    draw the pictures of the documentation anew"
+	@echo "make docs-walk   do what README and tutorial say; keep their pictures and output"
 	@echo "make starter     learn the starter database anew from MESHES=$(MESHES)"
 	@echo "make dist        build the sdist and the wheel into dist/"
 	@echo "make clean       remove what these have made, .venv included"
@@ -84,8 +84,8 @@ docs: $(DEV)
 docs-check: $(DEV)
 	$(BIN)/python scripts/build_docs.py --check
 
-pictures: $(DEV)
-	$(BIN)/python scripts/build_docs.py --pictures
+docs-walk: $(DEV)
+	$(BIN)/python scripts/build_docs.py --walk
 
 starter: $(RUN)
 	$(BIN)/python scripts/build_starter.py $(MESHES)

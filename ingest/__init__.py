@@ -5,9 +5,11 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+import patterndb  # noqa: F401  (before numba: it sees to a place for compiled kernels)
+
 if TYPE_CHECKING:
     from ingest.learning import learn
-    from ingest.pipeline import IngestReport, MeshReport, Progress, ingest
+    from ingest.pipeline import IngestReport, MeshReport, Progress, check_files, ingest
     from ingest.read import ReadLimits, read_mesh
 
 __all__ = [
@@ -15,6 +17,7 @@ __all__ = [
     "MeshReport",
     "Progress",
     "ReadLimits",
+    "check_files",
     "ingest",
     "learn",
     "read_mesh",

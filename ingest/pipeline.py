@@ -139,6 +139,77 @@ def ingest(
     )
 
 
+def check_files(
+    database: Database | None,
+    paths: Sequence[Path | str],
+    options: LearningOptions | None = None,
+    limits: ReadLimits | None = None,
+) -> None:
+    """Read the files as :func:`ingest` would, but for those the database has learned with
+    these options, and learn nothing. Raises what :func:`ingest` raises for a bad file."""
+    _check(
+        [_Work(i, Path(p)) for i, p in enumerate(paths)],
+        database,
+        options or LearningOptions(),
+        limits or ReadLimits(),
+    )
+
+
+def _check(
+    work: list[_Work], database: Database | None, options: LearningOptions, limits: ReadLimits
+) -> tuple[list[_Work], list[_Work], list[_Work]]:
+    """Read every file once to find the bad ones before the long part begins.
+
+    Returns those that the database knows, those to be learned, and those that hold the same
+    bytes as one of them.
+    """
+    known: list[_Work] = []
+    waiting: list[_Work] = []
+    twins: list[_Work] = []
+    bad: list[MeshFileError] = []
+    seen: set[str] = set()
+    for w in work:
+        w.started = time.perf_counter()
+        try:
+            _check_name(w.path)
+            data = load_file(w.path, limits)
+            w.size = len(data)
+            w.sha256 = hashlib.sha256(data).hexdigest()
+            here = None if database is None else database.find_mesh(w.sha256)
+            if here is not None and here.options == options:
+                known.append(w)
+                continue
+            parse(data, w.path, limits)
+        except MeshFileError as error:
+            bad.append(error)
+            continue
+        if w.sha256 in seen:
+            twins.append(w)
+            continue
+        seen.add(w.sha256)
+        w.outcome = "learned" if here is None else "replaced"
+        waiting.append(w)
+    if len(bad) == 1:
+        raise bad[0]
+    if bad:
+        raise InvalidMeshError(
+            f"{len(bad)} of {len(work)} files cannot be read; nothing was ingested\n"
+            + "\n".join(str(error) for error in bad)
+        )
+    return known, waiting, twins
+
+
+def _check_name(path: Path) -> None:
+    """A mesh is stored under its file's name, so that must be text."""
+    try:
+        path.name.encode()
+    except UnicodeEncodeError:
+        raise MeshFileError(
+            "the name of the file is not UTF-8, and the mesh is stored under it; rename the file",
+            path=ascii(path.name),
+        ) from None
+
+
 class _Run:
     """One call of :func:`ingest`."""
 
@@ -168,7 +239,9 @@ class _Run:
         self.pulse[0] = 1
 
     def run(self, work: list[_Work], pool: ThreadPoolExecutor) -> None:
-        waiting, twins = self._check(work)
+        known, waiting, twins = _check(work, self.database, self.options, self.limits)
+        for w in known:
+            self._report_known(w)
         self.state = Progress(sum(w.size for w in work))
         waiting.sort(key=lambda w: (-w.size, w.index))
         open_meshes: list[_Work] = []
@@ -191,48 +264,6 @@ class _Run:
             self._show(open_meshes)
         for w in twins:
             self._report_known(w)
-
-    def _check(self, work: list[_Work]) -> tuple[list[_Work], list[_Work]]:
-        """Read every file once to find the bad ones before the long part begins.
-
-        Reports those that need no learning. Returns those to be learned, and those that
-        hold the same bytes as one of them.
-        """
-        waiting: list[_Work] = []
-        known: list[_Work] = []
-        twins: list[_Work] = []
-        bad: list[MeshFileError] = []
-        seen: set[str] = set()
-        for w in work:
-            w.started = time.perf_counter()
-            try:
-                data = load_file(w.path, self.limits)
-                w.size = len(data)
-                w.sha256 = hashlib.sha256(data).hexdigest()
-                here = self.database.find_mesh(w.sha256)
-                if here is not None and here.options == self.options:
-                    known.append(w)
-                    continue
-                parse(data, w.path, self.limits)
-            except MeshFileError as error:
-                bad.append(error)
-                continue
-            if w.sha256 in seen:
-                twins.append(w)
-                continue
-            seen.add(w.sha256)
-            w.outcome = "learned" if here is None else "replaced"
-            waiting.append(w)
-        if len(bad) == 1:
-            raise bad[0]
-        if bad:
-            raise InvalidMeshError(
-                f"{len(bad)} of {len(work)} files cannot be read; nothing was ingested\n"
-                + "\n".join(str(error) for error in bad)
-            )
-        for w in known:
-            self._report_known(w)
-        return waiting, twins
 
     def _begin(self, w: _Work, pool: ThreadPoolExecutor, *, alone: bool) -> None:
         """Read and prepare the mesh and start its tasks. alone: no other meshes are left to

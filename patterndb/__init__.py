@@ -11,16 +11,30 @@ with patterndb.open("my.db", "create") as db:
 from __future__ import annotations
 
 from collections.abc import Callable
+from importlib import import_module
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from patterndb.errors import PatternDBError
-from patterndb.starter import starter_path
-from patterndb.store import Database, LearningOptions, Provenance
-from patterndb.store.connection import Mode
+from patterndb.kernelcache import find_kernel_cache
+
+if TYPE_CHECKING:
+    from patterndb.store import Database, LearningOptions, Provenance
+    from patterndb.store.connection import Mode
 
 __version__ = "0.1.0"
 
 __all__ = ["Database", "LearningOptions", "PatternDBError", "Provenance", "open"]
+
+# Before anything imports numba, which looks for a place once and fails where there is none.
+find_kernel_cache()
+
+
+def __getattr__(name: str) -> Any:
+    # The store imports compiled kernels; --help and reading a mesh must not wait for them.
+    if name not in ("Database", "LearningOptions", "Provenance"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module("patterndb.store"), name)
 
 
 def open(
@@ -37,8 +51,12 @@ def open(
 
     Example: ``patterndb.open().statistics().patterns``
     """
+    from patterndb.store import Database
+
     if path is not None:
         return Database(path, mode)
     if mode != "read":
         raise ValueError("the starter database is never written to; give a path of your own")
+    from patterndb.starter import starter_path
+
     return Database(starter_path(say), immutable=True)

@@ -21,7 +21,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from patterndb.errors import InvalidCodeError
-from patterndb.halfedge import Int32Array, next_border_edge, prev_edge
+from patterndb.halfedge import Int32Array, fans, next_border_edge, prev_edge
 from patterndb.packing import pack
 
 Code = NDArray[np.uint16]
@@ -174,6 +174,50 @@ def border_count(twin: Int32Array, h: int) -> int:
     return count
 
 
+@njit(cache=True, nogil=True)
+def is_disk_code(twin: Int32Array) -> bool:
+    """Are these the half-edges that a code of a disk describes?
+
+    twin: (n,) int32 symbols less one, from any source: nothing is taken for granted. They
+    must pair up, number their quads breadth-first from half-edge 0, which is on the
+    border, and form a disk with one simple border.
+    """
+    n = len(twin)
+    if n == 0 or n % 4 or twin[0] != -1:
+        return False
+    reached = 1
+    n_border = 0
+    for h in range(n):
+        if h == 4 * reached:
+            return False
+        t = twin[h]
+        if t < -1 or t >= n or t == h:
+            return False
+        if t == -1:
+            n_border += 1
+        elif twin[t] != h:
+            return False
+        elif t >= 4 * reached:
+            if t != 4 * reached:
+                return False
+            reached += 1
+    vertex, n_vertices = fans(twin)
+    if n_vertices - (n + n_border) // 2 + n // 4 != 1:
+        return False
+    # A border of several loops, or one that meets itself, has fewer steps from edge 0.
+    seen = np.zeros(n_vertices, np.bool_)
+    h = 0
+    steps = 0
+    while True:
+        if seen[vertex[h]]:
+            return False
+        seen[vertex[h]] = True
+        steps += 1
+        h = next_border_edge(twin, h)
+        if h == 0:
+            return steps == n_border
+
+
 def canonical_code(twin: Int32Array) -> tuple[Code, bool, int, bool]:
     """Canonical code of a disk, the smaller of its own and its mirror image's.
 
@@ -237,6 +281,11 @@ def decode(code: Code) -> Int32Array:
                 raise InvalidCodeError(f"symbol {at} should be the first to reach quad {seen}")
             seen += 1
     return twin
+
+
+def format_id(number: int) -> str:
+    """A pattern's id as people write it: 16 hexadecimal digits."""
+    return f"{number:016x}"
 
 
 def pattern_id(code: Code | bytes, n_sides: int) -> int:

@@ -14,7 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.code import Code, border_count, clockwise_start, rooted_code
+from patterndb.code import Code, border_count, clockwise_start, is_disk_code, rooted_code
+from patterndb.errors import InvalidCodeError
 from patterndb.halfedge import fans, next_border_edge
 from patterndb.label import canonical_word, label_word
 from patterndb.packing import pack_many, unpack_many
@@ -71,7 +72,10 @@ class Descriptions:
 
 
 def describe(codes: Sequence[Code] | Sequence[bytes]) -> Descriptions:
-    """Describe canonical codes of disks, as numbers or packed."""
+    """Describe canonical codes of disks, as numbers or packed.
+
+    Raises InvalidCodeError if one is no code, not a disk's, or not canonical.
+    """
     if codes and isinstance(codes[0], bytes):
         symbols, offsets = unpack_many(cast("Sequence[bytes]", codes))
         flat = symbols.astype(np.uint16)
@@ -79,13 +83,16 @@ def describe(codes: Sequence[Code] | Sequence[bytes]) -> Descriptions:
         arrays = cast("Sequence[Code]", codes)
         offsets = np.r_[0, np.cumsum([len(c) for c in arrays])].astype(np.int64)
         flat = np.concatenate(arrays) if arrays else np.zeros(0, np.uint16)
-    return Descriptions(*_describe(flat, offsets))
+    counts, lists, ends, bad = _describe(flat, offsets)
+    if bad >= 0:
+        raise InvalidCodeError(f"code {bad} of {len(codes)} is not the canonical code of a disk")
+    return Descriptions(counts, lists, ends)
 
 
 @njit(cache=True, nogil=True)
 def _describe(
     flat: Code, offsets: NDArray[np.int64]
-) -> tuple[NDArray[np.int32], NDArray[np.uint16], NDArray[np.int64]]:
+) -> tuple[NDArray[np.int32], NDArray[np.uint16], NDArray[np.int64], int]:
     n = len(offsets) - 1
     counts = np.zeros((n, COLUMNS), np.int32)
     ends = np.zeros(LISTS * n + 1, np.int64)
@@ -100,6 +107,8 @@ def _describe(
         twin = np.empty(size, np.int32)
         for h in range(size):
             twin[h] = np.int32(flat[offsets[i] + h]) - 1
+        if not is_disk_code(twin):
+            return counts, lists, ends, i
         vertex, n_vertices = fans(twin)
         valence = np.zeros(n_vertices, np.int32)
         inner = np.ones(n_vertices, np.bool_)
@@ -155,12 +164,15 @@ def _describe(
         counts[i, CHIRAL] = 1
         for s in range(n_starts):
             code[:] = flat[offsets[i] : offsets[i + 1]]
-            if rooted_code(twin, q, starts[s], False, code, number, entry, order, True) == 0:
-                counts[i, ROTATIONS] += 1
+            own = rooted_code(twin, q, starts[s], False, code, number, entry, order, True)
+            counts[i, ROTATIONS] += own == 0
             code[:] = flat[offsets[i] : offsets[i + 1]]
             h = clockwise_start(twin, starts[s])
-            if rooted_code(twin, q, h, True, code, number, entry, order, True) == 0:
+            other = rooted_code(twin, q, h, True, code, number, entry, order, True)
+            if other == 0:
                 counts[i, CHIRAL] = 0
+            if own < 0 or other < 0:
+                return counts, lists, ends, i
 
         of_edge, n_open, n_total = trace(twin)
         counts[i, N_CHORDS] = n_open
@@ -213,4 +225,4 @@ def _describe(
         counts[i, SIG_ROTATION] = rotation
         counts[i, SIG_REFLECTED] = reflected
         counts[i, SIG_SYMMETRIES] = symmetries
-    return counts, lists[:at].copy(), ends
+    return counts, lists[:at].copy(), ends, -1

@@ -47,6 +47,8 @@ class Disk:
         if n_starts == 0 or not connected or n_vertices - n_edges + q != 1:
             raise InvalidMeshError("the quads are not a disk")
         first = int(starts[0]) if start is None else start
+        if twin[first] >= 0:
+            raise InvalidMeshError(f"half-edge {first} is not on the border: no side starts there")
         loop = [first]
         while (h := int(next_border_edge(twin, loop[-1]))) != first:
             loop.append(h)

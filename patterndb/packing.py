@@ -11,6 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.errors import InvalidCodeError
+
 #: Numbers must stay below this, so that they unpack into 32 bits.
 LIMIT = 1 << 31
 
@@ -48,20 +50,26 @@ def pack_many(
 
 
 def unpack(data: bytes) -> NDArray[np.int32]:
-    """The numbers packed in ``data``, (n,) int32. Raises ValueError if it ends in the middle."""
+    """The numbers packed in ``data``, (n,) int32. Raises
+    InvalidCodeError if it ends in the middle of one."""
     raw = np.frombuffer(data, np.uint8)
     last = raw < 128
     if last.all():
         return raw.astype(np.int32)
     if not last[-1]:
-        raise ValueError("packed numbers end in the middle of one")
+        raise InvalidCodeError("packed numbers end in the middle of one")
     start = np.r_[0, np.flatnonzero(last)[:-1] + 1]
     place = np.arange(len(raw)) - np.repeat(start, np.diff(np.r_[start, len(raw)]))
     return np.add.reduceat((raw & 127).astype(np.int64) << (7 * place), start).astype(np.int32)
 
 
 def unpack_many(blobs: Sequence[bytes]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """The numbers of many blobs in one array, and the (n + 1,) offsets that part them."""
+    """The numbers of many blobs in one array, and the (n + 1,) offsets that part them.
+
+    Raises InvalidCodeError if one of them ends in the middle of a number.
+    """
+    if any(blob and blob[-1] > 127 for blob in blobs):
+        raise InvalidCodeError("packed numbers end in the middle of one")
     data = b"".join(blobs)
     last = np.r_[0, np.cumsum(np.frombuffer(data, np.uint8) < 128)]
     ends = np.cumsum([len(blob) for blob in blobs], dtype=np.int64)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb import description as d
-from patterndb.code import Code, canonical_code, decode, pattern_id
+from patterndb.code import Code, canonical_code, decode, format_id, pattern_id
 from patterndb.disk import Disk
 from patterndb.errors import InvalidCodeError, InvalidMeshError
 from patterndb.halfedge import Int32Array, next_border_edge
@@ -148,11 +148,6 @@ class Pattern:
     def disk(self) -> Disk:
         """The quads, with side 0 from boundary vertex 0."""
         return Disk.from_twin(self.twin(), 0)
-
-
-def format_id(number: int) -> str:
-    """A pattern's id as people write it: 16 hexadecimal digits."""
-    return f"{number:016x}"
 
 
 def base_lengths(label: tuple[tuple[int, ...], ...]) -> NDArray[np.int32]:

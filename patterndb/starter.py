@@ -35,6 +35,7 @@ def starter_path(say: Callable[[str], None] | None = None) -> Path:
     data = packed.read_bytes()
     name = f"starter-{hashlib.sha256(data).hexdigest()[:16]}.db"
     folders = _cache_folders()
+    failure: Exception | None = None
     for folder in folders:
         if (folder / name).is_file():
             return folder / name
@@ -50,15 +51,20 @@ def starter_path(say: Callable[[str], None] | None = None) -> Path:
             compact.load(data, work / name)
             # Another process may have been first; theirs is the same.
             (work / name).replace(folder / name)
+        except (OSError, DatabaseError) as error:
+            # No space left, say: the next folder may be on another disk.
+            failure = error
+            continue
         finally:
             for left in work.iterdir():
                 left.unlink()
             with contextlib.suppress(OSError):
                 work.rmdir()
         return folder / name
+    reason = "" if failure is None else f" ({failure})"
     raise DatabaseError(
-        "no folder to unpack the starter database into; set PATTERNDB_CACHE to one that "
-        "can be written"
+        f"no folder to unpack the starter database into{reason}; set PATTERNDB_CACHE to one "
+        "that can be written, with 100 MB to spare"
     )
 
 

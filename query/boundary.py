@@ -21,7 +21,7 @@ MIN_PERIMETER = 4
 
 #: Edges. A fill of a perimeter P has up to about P**2 / 16 quads times the crossings of the
 #: polychords: beyond this a list of fills no longer fits in memory, and is surely a slip.
-MAX_PERIMETER = 10_000
+MAX_PERIMETER = 2_000
 
 
 @dataclass(frozen=True, slots=True)

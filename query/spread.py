@@ -7,7 +7,7 @@ from numba import njit
 
 from patterndb.halfedge import Int32Array
 
-#: Above every key: perimeters are at most 10,000, so keys stay below 25 million.
+#: Above every key: perimeters are at most 2,000, so keys stay below a million.
 INFINITE = 1 << 50
 
 

@@ -1,8 +1,9 @@
-"""Write docs/cli.md and docs/api.md from the code, and the pictures from the program.
+"""Write docs/cli.md and docs/api.md from the code; pictures and output from the program.
 
     python scripts/build_docs.py              write both pages
     python scripts/build_docs.py --check      exit code 1 and a diff if they are stale
-    python scripts/build_docs.py --pictures   draw docs/images/ anew: about a minute
+    python scripts/build_docs.py --walk       do what README and tutorial say (a minute), and
+                                              keep the pictures and the output that they show
 
 The pages are put together here, not by click's or inspect's own formatting, so that they
 are the same under every version of Python and click.
@@ -73,8 +74,6 @@ def cli_page() -> str:
     lines += [f"| [{name}](#{name}) | {summary(command.help)} |" for name, command in verbs]
     lines += [
         "",
-        "Results go to stdout, talk and progress to stderr. Exit codes: 0 done, 1 nothing "
-        "found, 2 wrong usage, 3 bad input or database, 130 interrupted.\n",
         "Every verb has `--help` (or `-h`). `python -m patterndb` is the same program.\n",
     ]
     for name, command in verbs:
@@ -262,11 +261,9 @@ def prose(text: str | None, names: Iterable[str] = ()) -> list[str]:
             lines += [before.strip(), ""]
         after = ""
         for found, said in zip(items[::2], items[1::2], strict=True):
-            # What follows the last item is no part of it.
-            said, mark, rest = said.partition(" Returns ") if " Returns " in said else (said, "", "")
-            if not mark:
-                said, mark, rest = said.partition(" Raises ")
-            after += mark + rest
+            # A sentence on what is returned or raised is no part of the last item.
+            said, *rest = re.split(r" (?=Returns |Raises )", said, maxsplit=1)
+            after += "".join(rest)
             head = ", ".join(f"`{name}`" for name in found.split(", "))
             lines.append(f"- {head}: {said.strip()}")
         lines += [""] * bool(items) + [after.strip(), ""] * bool(after)
@@ -285,36 +282,56 @@ def fence(language: str, text: str) -> list[str]:
 # Pictures
 
 
-def draw_pictures() -> None:
-    """Do what the pages say, and keep the pictures that they show."""
+def walk(page: Path) -> None:
+    """Do what a page says; keep the pictures it shows, and what its steps write."""
     from PIL import Image
 
     IMAGES.mkdir(exist_ok=True)
-    for page in ILLUSTRATED:
-        shown = re.findall(r"images/([\w-]+\.png)", page.read_text(encoding="utf-8"))
-        with tempfile.TemporaryDirectory() as name:
-            folder = Path(name)
-            walkthrough.begin(folder)
-            for step in walkthrough.steps(page):
-                print(step.text, end="", flush=True)
-                walkthrough.perform(step, folder)
-            for picture in shown:
-                # Few colours are used: a palette makes the file a third as large.
-                image = Image.open(folder / picture).convert("RGB").quantize(128)
-                image.save(IMAGES / picture, optimize=True)
-                size = (IMAGES / picture).stat().st_size
-                print(f"{picture}: {size:,} bytes")
-                if size > LARGEST_PICTURE:
-                    sys.exit(f"{picture} has over {LARGEST_PICTURE:,} bytes; draw less in it")
+    text = page.read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        walkthrough.begin(folder)
+        for step in walkthrough.steps(page):
+            print(step.text, end="", flush=True)
+            written = walkthrough.perform(step, folder)
+            if step.shown is not None:
+                said = f"{step.text}```\n\n```text output\n"
+                old = said + step.shown
+                assert text.count(old) == 1, f"{page.name}:{step.line} stands there twice"
+                text = text.replace(old, said + shortened(written, step.shown))
+        for picture in re.findall(r"images/([\w-]+\.png)", text):
+            # Few colours are used: a palette makes the file a third as large.
+            image = Image.open(folder / picture).convert("RGB").quantize(128)
+            image.save(IMAGES / picture, optimize=True)
+            size = (IMAGES / picture).stat().st_size
+            print(f"{picture}: {size:,} bytes")
+            if size > LARGEST_PICTURE:
+                sys.exit(f"{picture} has over {LARGEST_PICTURE:,} bytes; draw less in it")
+    page.write_text(text, encoding="utf-8")
+
+
+def shortened(written: str, shown: str) -> str:
+    """What was written, with as many lines before and after a line … as were shown."""
+    lines, old = written.splitlines(), shown.splitlines()
+    first = [line for line in old[:1] if line == "…"]
+    rest = old[len(first) :]
+    if "…" in rest:
+        cut = rest.index("…")
+        after = len(rest) - cut - 1
+        lines = [*lines[:cut], "…", *lines[len(lines) - after :]]
+    elif first:
+        lines = lines[len(lines) - len(rest) :]
+    return "".join(f"{line}\n" for line in [*first, *lines])
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--check", action="store_true", help="only say whether they are stale")
-    parser.add_argument("--pictures", action="store_true", help="draw docs/images/ anew")
+    parser.add_argument("--walk", action="store_true", help="do what README and tutorial say")
     arguments = parser.parse_args()
-    if arguments.pictures:
-        draw_pictures()
+    if arguments.walk:
+        for page in ILLUSTRATED:
+            walk(page)
         return
     stale = False
     for path, page in ((DOCS / "cli.md", cli_page()), (DOCS / "api.md", api_page())):

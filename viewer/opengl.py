@@ -53,7 +53,7 @@ def prepare_opengl(*, off_screen: bool) -> None:
     if not off_screen and not display:
         raise DisplayError(
             "there is no display to open a window on (DISPLAY is not set); "
-            "draw into a file with --off-screen, or run under xvfb-run"
+            "draw into a file instead (-o FILE), or run under xvfb-run"
         )
     if not off_screen and os.environ.get(VARIABLE) in HEADLESS:
         # Left from drawing into a file; a window of that kind would never be seen.

@@ -60,7 +60,7 @@ def _check_status(status: os.stat_result, path: str | Path, limits: ReadLimits) 
     if status.st_size > limits.max_bytes:
         raise MeshFileError(
             f"the file has {status.st_size:,} bytes, over the limit of {limits.max_bytes:,}; "
-            "split the mesh, or raise ReadLimits.max_bytes",
+            "split the mesh, or raise the limit (max_bytes, --max-bytes)",
             path=path,
         )
 

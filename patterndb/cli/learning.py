@@ -83,6 +83,7 @@ def ingest(
     patterndb ingest head.obj --db my.db --convex 60 --json
     """
     # Imported here because compiled kernels take a moment that --help need not wait for.
+    from ingest import check_files
     from ingest import ingest as ingest_files
     from ingest.read import ReadLimits
     from patterndb.store import LearningOptions, Provenance
@@ -93,6 +94,9 @@ def ingest(
         raise click.UsageError(str(error)) from error
     files = [file for mesh in meshes for file in _files(mesh)]
     limits = ReadLimits() if max_bytes is None else ReadLimits(max_bytes=max_bytes)
+    if not db.exists():
+        # A bad file must not leave an empty database behind.
+        check_files(None, files, options, limits)
     with (
         resumable(f"what was learned is in {db}; the same command goes on from here"),
         open_database(db, "create") as database,

@@ -82,6 +82,11 @@ def _check(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
             if connection.execute("PRAGMA application_id").fetchone()[0] != APPLICATION_ID:
                 raise
         return
+    if application == 0 and tables == 0:
+        raise DatabaseError(
+            f"{path} is empty: nothing was ever written to it; 'patterndb ingest MESH... --db "
+            f"{path}' fills it"
+        )
     if application != APPLICATION_ID:
         raise DatabaseError(f"{path} is an SQLite file of another kind, not a pattern database")
     if version > SCHEMA_VERSION:

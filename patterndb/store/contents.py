@@ -8,11 +8,10 @@ import sqlite3
 import numpy as np
 
 from patterndb import description as d
-from patterndb.code import canonical_code, decode, pattern_id
+from patterndb.code import canonical_code, decode, format_id, pattern_id
 from patterndb.disk import Disk
 from patterndb.errors import PatternDBError
 from patterndb.packing import unpack
-from patterndb.pattern import format_id
 from patterndb.reduction import reduce_disk
 
 #: Findings after which verify() stops listing; a damaged database has as many as rows.

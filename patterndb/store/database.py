@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Concatenate, ParamSpec, TypeVar
 
-from patterndb.errors import DatabaseError, NotFoundError
+from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
 from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
 from patterndb.store import compact, contents, reading, writing
@@ -108,7 +108,12 @@ class Database:
     ) -> T:
         """Put a question to the file; what SQLite says of a damaged one is explained."""
         with explained(self.path):
-            return question(self._connection, *args, **kw)
+            try:
+                return question(self._connection, *args, **kw)
+            except (ValueError, IndexError) as error:
+                raise DatabaseError(
+                    f"{self.path} is damaged ({error}); 'patterndb verify' tells what is wrong"
+                ) from error
 
     # Changing
 
@@ -162,7 +167,12 @@ class Database:
         if other.path.resolve() == self.path.resolve():
             raise DatabaseError(f"{self.path} cannot be merged into itself")
         with self._change() as connection:
-            return writing.merge(connection, other._connection)
+            try:
+                return writing.merge(connection, other._connection)
+            except InvalidCodeError as error:
+                raise DatabaseError(
+                    f"{other.path} is damaged ({error}); 'patterndb verify' tells what is wrong"
+                ) from error
 
     def _change(self) -> AbstractContextManager[sqlite3.Connection]:
         if self.mode == "read":

@@ -6,7 +6,7 @@ import sqlite3
 from collections.abc import Iterable, Sequence
 
 from patterndb import description as d
-from patterndb.code import pattern_id
+from patterndb.code import format_id, pattern_id
 from patterndb.errors import DatabaseError
 from patterndb.store.records import Learned, LearningOptions, Provenance
 
@@ -84,7 +84,8 @@ def add_patterns(
 ) -> int:
     """Write those of the patterns (packed canonical codes) that are missing; return how many.
 
-    Raises DatabaseError if an id stands for another code already.
+    Raises InvalidCodeError if one is not the canonical code of a disk, DatabaseError if an id
+    does not follow from its code or stands for another one already.
     """
     connection.execute("CREATE TEMP TABLE incoming (id INTEGER PRIMARY KEY, code BLOB NOT NULL)")
     try:
@@ -94,7 +95,9 @@ def add_patterns(
             "WHERE pattern.code <> incoming.code"
         ).fetchone()
         if clash:
-            raise DatabaseError(f"two patterns have the id {clash[0]:016x}: their hashes collide")
+            raise DatabaseError(
+                f"two patterns have the id {format_id(clash[0])}: their hashes collide"
+            )
         missing = connection.execute(
             "SELECT id, code FROM incoming WHERE id NOT IN (SELECT id FROM pattern) ORDER BY id"
         ).fetchall()
@@ -105,6 +108,10 @@ def add_patterns(
     patterns: list[tuple[object, ...]] = []
     for i, ((number, code), counts) in enumerate(zip(missing, rows.counts.tolist(), strict=True)):
         corners, valences, label, signature, lengths, joins = lists[d.LISTS * i : d.LISTS * (i + 1)]
+        if number != pattern_id(code, counts[d.N_CORNERS]):
+            raise DatabaseError(
+                f"the id {format_id(number)} does not follow from the pattern's code"
+            )
         patterns.append(
             (
                 number,

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import itertools
 import random
 
 import numpy as np
@@ -16,10 +17,12 @@ from patterndb.code import (
     canonical_code,
     clockwise_start,
     decode,
+    is_disk_code,
     pattern_id,
     rooted_code,
 )
-from patterndb.errors import InvalidCodeError
+from patterndb.disk import Disk
+from patterndb.errors import InvalidCodeError, PatternDBError
 from patterndb.packing import pack
 from patterndb.pattern import Pattern
 from patterndb.quadmesh import QuadMesh
@@ -234,3 +237,31 @@ def test_the_smallest_pattern() -> None:
     assert pattern.code.tolist() == [0, 0, 0, 0]
     assert (pattern.n_sides, pattern.corners, pattern.rotations) == (4, (1, 1, 1, 1), 4)
     assert (pattern.chiral, pattern.label) == (False, ((0,), (1,), (0,), (1,)))
+
+
+def test_is_disk_code_agrees_with_decoding_and_the_disk_it_makes() -> None:
+    """Every list of symbols for one quad and a random many for more, sound or not."""
+    generator = np.random.default_rng(20)
+    lists = [np.array(t) for t in itertools.product(range(6), repeat=4)]
+    for n in (2, 3, 4):
+        sound = _some_codes(n)
+        for _ in range(2000):
+            code = sound[generator.integers(len(sound))].astype(np.int64).copy()
+            code[generator.integers(len(code))] = generator.integers(4 * n + 2)
+            lists.append(code)
+        lists += sound
+    kinds = set()
+    for symbols in lists:
+        try:
+            Disk.from_twin(decode(symbols), 0)
+            expected = symbols[0] == 0
+        except PatternDBError:
+            expected = False
+        assert is_disk_code(symbols.astype(np.int32) - 1) == expected, symbols
+        kinds.add(expected)
+    assert kinds == {True, False}
+
+
+def _some_codes(n: int) -> list[np.ndarray]:
+    strip = np.array([[i, i + 1, n + 2 + i, n + 1 + i] for i in range(n)])
+    return [canonical_code(QuadMesh.from_quads(strip).twin)[0]]

@@ -21,7 +21,7 @@ ALL_PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").
 def shape(line: str) -> str:
     """A line without what differs from run to run: times, counts, names, widths."""
     line = re.sub(r"\b[0-9a-f]{16,}\b", "#", line)
-    line = re.sub(r"\d[\d.,]*", "#", line).replace(" mirror", "")
+    line = re.sub(r"\d[\d.,]*", "#", line).replace(" mirrored", "")
     return re.sub(r"#(?:,? #)+", "#", re.sub(r"\s+", " ", line)).strip()
 
 
@@ -91,8 +91,8 @@ def test_pictures_are_small_and_all_shown() -> None:
 
 def test_every_difference_from_the_paper_is_told() -> None:
     told = (ROOT / "docs" / "definitions.md").read_text(encoding="utf-8")
-    sources = [p for d in ("patterndb", "ingest", "query", "sketch", "viewer") for p in ROOT.glob(f"{d}/**/*.py")]
-    for source in sources:
+    packages = ("patterndb", "ingest", "query", "sketch", "viewer")
+    for source in (path for name in packages for path in ROOT.glob(f"{name}/**/*.py")):
         text = re.sub(r"\s+", " ", source.read_text(encoding="utf-8"))
         if "Differs from the paper" in text:
             name = source.relative_to(ROOT).as_posix()

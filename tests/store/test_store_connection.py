@@ -40,7 +40,7 @@ def test_create_opens_what_is_there(full: Path) -> None:
 def test_an_empty_file_becomes_a_database(tmp_path: Path) -> None:
     path = tmp_path / "empty.db"
     path.touch()
-    with pytest.raises(DatabaseError, match="another kind"):
+    with pytest.raises(DatabaseError, match="is empty"):
         Database(path)
     Database(path, "create").close()
     assert Database(path).meshes() == []

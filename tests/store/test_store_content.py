@@ -155,16 +155,16 @@ def test_frequencies_follow_every_change_of_an_occurrence(full: Path) -> None:
         def frequency() -> int:
             return execute("SELECT frequency FROM pattern WHERE id = ?", (pattern,)).fetchone()[0]
 
-        execute(f"UPDATE occurrence SET patches = patches + 5 {here}", (pattern, mesh))  # noqa: S608
+        execute(f"UPDATE occurrence SET patches = patches + 5 {here}", (pattern, mesh))
         assert frequency() == before + 5
         other = execute(
             "SELECT id FROM pattern WHERE id NOT IN "
             "(SELECT pattern_id FROM occurrence WHERE mesh_id = ?)",
             (mesh,),
         ).fetchone()[0]
-        execute(f"UPDATE occurrence SET pattern_id = ? {here}", (other, pattern, mesh))  # noqa: S608
+        execute(f"UPDATE occurrence SET pattern_id = ? {here}", (other, pattern, mesh))
         assert frequency() == before - patches
-        execute(f"DELETE FROM occurrence {here}", (other, mesh))  # noqa: S608
+        execute(f"DELETE FROM occurrence {here}", (other, mesh))
         assert len(db.verify()) >= 1, "the mesh's own count tells that patches are gone"
 
 

@@ -1,7 +1,5 @@
 """verify() finds nothing on sound databases, and each of many ways to spoil one."""
 
-# ruff: noqa: S608 - statements are put together from this file's own constants
-
 from __future__ import annotations
 
 from pathlib import Path

@@ -1,0 +1,71 @@
+"""Databases from elsewhere: whatever stands in them, they are refused and nothing crashes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from learnt import change, content
+
+import patterndb
+from patterndb.errors import DatabaseError, PatternDBError
+
+#: Codes that are none: empty, no whole quad, a symbol out of range, an edge that names itself,
+#: a quad that closes on itself, two quads of which one is not reached.
+CODES = ["", "00", "00000000ff", "00000009", "01000000", "00020300", "0000000000000000"]
+
+
+@pytest.mark.parametrize("code", CODES)
+def test_a_bad_code_is_refused_by_merge_and_by_reading(
+    code: str, full: Path, tmp_path: Path
+) -> None:
+    with patterndb.open(full) as database:
+        n_sides = 4
+        row = int(database.pattern_class(n_sides).ids[0])
+    change(full, f"UPDATE pattern SET code = x'{code}' WHERE id = {row}")
+    with patterndb.open(full) as other, patterndb.open(tmp_path / "new.db", "create") as new:
+        empty = new.content_hash()
+        with pytest.raises(DatabaseError, match="damaged"):
+            new.merge(other)
+        assert new.content_hash() == empty
+        with pytest.raises(DatabaseError, match="damaged"):
+            other.pattern(f"{row:016x}")
+        assert other.verify()
+        with pytest.raises(PatternDBError):
+            other.pattern_class(n_sides).pattern(0)
+
+
+def test_an_id_of_another_pattern_is_refused_by_merge(full: Path, tmp_path: Path) -> None:
+    with patterndb.open(full) as database:
+        first, second = database.pattern_class(4).ids[:2].tolist()
+    change(
+        full,
+        "PRAGMA foreign_keys = OFF",
+        f"UPDATE pattern SET id = 1 WHERE id = {first}",
+        f"UPDATE pattern SET id = {first} WHERE id = {second}",
+        f"UPDATE pattern SET id = {second} WHERE id = 1",
+    )
+    with (
+        patterndb.open(full) as other,
+        patterndb.open(tmp_path / "new.db", "create") as new,
+        pytest.raises(DatabaseError, match="does not follow"),
+    ):
+        new.merge(other)
+
+
+@pytest.mark.parametrize("column", ["joins", "lengths", "corners", "valences", "signature"])
+def test_a_damaged_column_is_told_and_does_not_crash(column: str, full: Path) -> None:
+    for junk in ("", "05", "0505", "ff"):
+        change(full, f"UPDATE pattern SET {column} = x'{junk}' WHERE n_sides = 5")
+        with patterndb.open(full) as database:
+            assert database.verify()
+            try:
+                database.pattern_class(5)
+            except DatabaseError as error:
+                assert "damaged" in str(error)
+
+
+def test_nothing_of_this_changes_a_sound_merge(full: Path, tmp_path: Path) -> None:
+    with patterndb.open(full) as other, patterndb.open(tmp_path / "new.db", "create") as new:
+        new.merge(other)
+    assert content(tmp_path / "new.db") == content(full)
