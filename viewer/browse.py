@@ -10,7 +10,7 @@ import numpy as np
 
 from viewer import style
 from viewer.browser_state import BrowserState, Expand, PatternSource
-from viewer.keys import ACTIONS, ALIASES, Effect, press
+from viewer.keys import ACTIONS, ALIASES, Effect, check_keys, press
 from viewer.opengl import prepare_opengl
 from viewer.paper import PictureFormatError
 from viewer.scene import Meshes, Scene, cell_at, compose
@@ -49,11 +49,7 @@ def browse(
     ValueError for a key there is not, PictureFormatError if off_screen is not a PNG, and
     DisplayError if nothing can be drawn here.
     """
-    strokes = keys.split()
-    for key in strokes:
-        name = ALIASES.get(key, key)
-        if name not in ACTIONS and name not in ("s", "q"):
-            raise ValueError(f"there is no key {key!r}; the key h lists them")
+    strokes = check_keys(keys)
     if off_screen is not None and Path(off_screen).suffix.lower() != ".png":
         raise PictureFormatError(f"{off_screen}: an off-screen picture's name ends in .png")
     state = BrowserState(source, n_sides=n_sides, expand=expand)

@@ -104,3 +104,13 @@ def press(state: BrowserState, key: str) -> Effect:
     state.message = ""
     action(state)
     return Effect.REDRAW
+
+
+def check_keys(keys: str) -> list[str]:
+    """The keys named in a text, with spaces between; ValueError if there is no such key."""
+    strokes = keys.split()
+    for key in strokes:
+        name = ALIASES.get(key, key)
+        if name not in ACTIONS and name not in ("s", "q"):
+            raise ValueError(f"there is no key {key!r}; the key h lists them")
+    return strokes

@@ -262,9 +262,14 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
     """
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from viewer import browse as open_browser
+    from viewer.keys import check_keys
 
     with contextlib.ExitStack() as stack:
         database = stack.enter_context(open_database(db))
+        try:
+            check_keys(keys)
+        except ValueError as error:
+            raise click.BadParameter(str(error), param_hint="--keys") from error
         open_browser(
             database,
             n_sides=n_sides,

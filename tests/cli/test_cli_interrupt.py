@@ -66,8 +66,9 @@ def test_the_same_command_goes_on(
 
 def test_a_signal_ends_a_long_ingest(tmp_path: Path, meshes: list[Path]) -> None:
     db = tmp_path / "a.db"
-    # At the default limits the head takes many seconds, the drop beside it next to none.
+    # At these limits the head takes minutes, the drop beside it next to nothing.
     command = [*PROGRAM, "ingest", EXAMPLES / "head.obj", meshes[-1], "--db", db, "--jobs", "2"]
+    command += ["--convex", "120"]
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
