@@ -22,6 +22,7 @@ from patterndb.code import pattern_id
 from patterndb.errors import DatabaseError
 from patterndb.packing import pack, pack_many, unpack, unpack_many
 from patterndb.store import writing
+from patterndb.store.columns import SELECT_MESHES
 from patterndb.store.connection import atomic, connect
 from patterndb.store.records import Learned, LearningOptions, Provenance
 
@@ -30,11 +31,6 @@ FORMAT = b"patterndb compact 1\n"
 #: Columns of a mesh: places of its patterns (ascending, as differences), patches as the code
 #: is and mirrored, numbers in each example, and those numbers.
 COLUMNS = ("places", "own", "mirrored", "example_sizes", "examples")
-
-_MESH_FIELDS = (
-    "sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, prepared, "
-    "quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches"
-)
 
 
 def dump(connection: sqlite3.Connection) -> bytes:
@@ -49,9 +45,7 @@ def dump(connection: sqlite3.Connection) -> bytes:
         pack(codes),
     ]
     meshes: list[list[object]] = []
-    for mesh_id, sha256, *fields in connection.execute(
-        f"SELECT id, {_MESH_FIELDS} FROM mesh ORDER BY sha256"  # noqa: S608 (a constant)
-    ):
+    for mesh_id, sha256, *fields in connection.execute(SELECT_MESHES):
         rows = connection.execute(
             "SELECT pattern_id, patches - mirrored_patches, mirrored_patches, example "
             "FROM occurrence WHERE mesh_id = ?",

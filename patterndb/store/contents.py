@@ -13,6 +13,7 @@ from patterndb.disk import Disk
 from patterndb.errors import PatternDBError
 from patterndb.packing import unpack
 from patterndb.reduction import reduce_disk
+from patterndb.store import columns
 
 #: Findings after which verify() stops listing; a damaged database has as many as rows.
 MAX_FINDINGS = 100
@@ -26,13 +27,7 @@ def content_hash(connection: sqlite3.Connection) -> str:
     """
     total = hashlib.sha256()
     rank: dict[int, int] = {}
-    for number, (mesh_id, *row) in enumerate(
-        connection.execute(
-            "SELECT id, sha256, name, author, source, licence, basic_limit, side_limit, "
-            "convex_limit, prepared, quads_read, quads_used, basic_patches, side_patches, "
-            "convex_patches, distinct_patches FROM mesh ORDER BY sha256"
-        )
-    ):
+    for number, (mesh_id, *row) in enumerate(connection.execute(columns.SELECT_MESHES)):
         rank[mesh_id] = number
         total.update(repr(row).encode())
     for row in connection.execute("SELECT id, code FROM pattern ORDER BY id"):
@@ -92,11 +87,7 @@ def _findings(connection: sqlite3.Connection) -> list[str]:
 
 def _check_patterns(connection: sqlite3.Connection) -> list[str]:
     found: list[str] = []
-    for number, packed, *stored in connection.execute(
-        "SELECT id, code, n_sides, corners, n_reflex, n_quads, n_irregular, valences, n_chords, "
-        "n_loops, self_crossing, rotations, chiral, label, signature, sig_rotation, "
-        "sig_reflected, lengths, joins FROM pattern"
-    ):
+    for number, packed, *stored in connection.execute(columns.SELECT_PATTERNS):
         if len(found) >= MAX_FINDINGS:
             break
         try:
@@ -113,29 +104,9 @@ def _check_patterns(connection: sqlite3.Connection) -> list[str]:
             found.append(f"pattern {format_id(number)}: {error}")
             continue
         rows = d.describe([code])
-        corners, valences, label, signature, lengths, joins = rows.packed()
         counts: list[int] = rows.counts[0].tolist()
-        n_sides = counts[d.N_CORNERS]
-        expected = [
-            n_sides,
-            corners,
-            counts[d.N_REFLEX],
-            counts[d.N_QUADS],
-            counts[d.N_IRREGULAR],
-            valences,
-            counts[d.N_CHORDS],
-            counts[d.N_LOOPS],
-            counts[d.SELF_CROSSING],
-            counts[d.ROTATIONS],
-            counts[d.CHIRAL],
-            label,
-            signature,
-            counts[d.SIG_ROTATION],
-            counts[d.SIG_REFLECTED],
-            lengths,
-            joins,
-        ]
-        if stored != expected or number != pattern_id(packed, n_sides):
+        expected = list(columns.derived(counts, rows.packed()))
+        if stored != expected or number != pattern_id(packed, counts[d.N_CORNERS]):
             found.append(
                 f"pattern {format_id(number)} has columns that do not follow from its code"
             )

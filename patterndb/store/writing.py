@@ -8,21 +8,8 @@ from collections.abc import Iterable, Sequence
 from patterndb import description as d
 from patterndb.code import format_id, pattern_id
 from patterndb.errors import DatabaseError
+from patterndb.store import columns
 from patterndb.store.records import Learned, LearningOptions, Provenance
-
-_INSERT_PATTERN = """
-INSERT INTO pattern (id, code, n_sides, corners, n_reflex, n_quads, n_irregular, valences,
-    n_chords, n_loops, self_crossing, rotations, chiral, label, signature, sig_rotation,
-    sig_reflected, lengths, joins)
-VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
-"""
-
-_INSERT_MESH = """
-INSERT INTO mesh (sha256, name, author, source, licence, basic_limit, side_limit, convex_limit,
-    prepared, quads_read, quads_used, basic_patches, side_patches, convex_patches,
-    distinct_patches)
-VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
-"""
 
 
 def add_mesh(
@@ -38,7 +25,7 @@ def add_mesh(
     Returns how many of its patterns are new to the database.
     """
     cursor = connection.execute(
-        _INSERT_MESH,
+        columns.INSERT_MESH,
         (
             sha256,
             name,
@@ -64,8 +51,7 @@ def add_mesh(
     ]
     fresh = add_patterns(connection, ids, learned.codes)
     connection.executemany(
-        "INSERT INTO occurrence (pattern_id, mesh_id, patches, mirrored_patches, example) "
-        "VALUES (?, ?, ?, ?, ?)",
+        columns.INSERT_OCCURRENCE,
         # In the order of the table's key, so that it is written front to back.
         sorted(
             (i, mesh_id, own + mirrored, mirrored, example)
@@ -107,35 +93,13 @@ def add_patterns(
     lists = rows.packed()
     patterns: list[tuple[object, ...]] = []
     for i, ((number, code), counts) in enumerate(zip(missing, rows.counts.tolist(), strict=True)):
-        corners, valences, label, signature, lengths, joins = lists[d.LISTS * i : d.LISTS * (i + 1)]
         if number != pattern_id(code, counts[d.N_CORNERS]):
             raise DatabaseError(
                 f"the id {format_id(number)} does not follow from the pattern's code"
             )
-        patterns.append(
-            (
-                number,
-                code,
-                counts[d.N_CORNERS],
-                corners,
-                counts[d.N_REFLEX],
-                counts[d.N_QUADS],
-                counts[d.N_IRREGULAR],
-                valences,
-                counts[d.N_CHORDS],
-                counts[d.N_LOOPS],
-                counts[d.SELF_CROSSING],
-                counts[d.ROTATIONS],
-                counts[d.CHIRAL],
-                label,
-                signature,
-                counts[d.SIG_ROTATION],
-                counts[d.SIG_REFLECTED],
-                lengths,
-                joins,
-            )
-        )
-    connection.executemany(_INSERT_PATTERN, patterns)
+        own = lists[d.LISTS * i : d.LISTS * (i + 1)]
+        patterns.append((number, code, *columns.derived(counts, own)))
+    connection.executemany(columns.INSERT_PATTERN, patterns)
     return len(patterns)
 
 
@@ -165,26 +129,21 @@ def merge(connection: sqlite3.Connection, other: sqlite3.Connection) -> tuple[in
     replaced, as ingesting it again would.
     """
     added = replaced = same = 0
-    columns = (
-        "sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, "
-        "prepared, quads_read, quads_used, basic_patches, side_patches, convex_patches, "
-        "distinct_patches"
-    )
-    for row in other.execute(f"SELECT id, {columns} FROM mesh ORDER BY sha256"):  # noqa: S608
+    for row in other.execute(columns.SELECT_MESHES):
         other_id, *values = row
         here = connection.execute(
             "SELECT id, basic_limit, side_limit, convex_limit, prepared FROM mesh WHERE sha256 = ?",
             (values[0],),
         ).fetchone()
         if here is not None:
-            if here[1:] == tuple(values[5:9]):
+            if here[1:] == tuple(values[columns.OPTIONS]):
                 same += 1
                 continue
             remove_meshes(connection, [here[0]])
             replaced += 1
         else:
             added += 1
-        mesh_id = connection.execute(_INSERT_MESH, values).lastrowid
+        mesh_id = connection.execute(columns.INSERT_MESH, values).lastrowid
         rows = other.execute(
             "SELECT pattern.id, code, patches, mirrored_patches, example FROM occurrence "
             "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern.id",
@@ -192,8 +151,7 @@ def merge(connection: sqlite3.Connection, other: sqlite3.Connection) -> tuple[in
         ).fetchall()
         add_patterns(connection, [r[0] for r in rows], [r[1] for r in rows])
         connection.executemany(
-            "INSERT INTO occurrence (pattern_id, mesh_id, patches, mirrored_patches, example) "
-            "VALUES (?, ?, ?, ?, ?)",
+            columns.INSERT_OCCURRENCE,
             ((r[0], mesh_id, r[2], r[3], r[4]) for r in rows),
         )
     return added, replaced, same
