@@ -116,8 +116,8 @@ def ingest(
 
     All files are read and checked before anything is learned: if one cannot be read,
     MeshFileError is raised (InvalidMeshError, naming all, where there are several) and the
-    database is as before. On KeyboardInterrupt the tasks
-    in work are broken off, what was written stays, and the report says "interrupted".
+    database is as before. On KeyboardInterrupt the tasks in work are broken off, what was
+    written stays, and the report says "interrupted".
     """
     started = time.perf_counter()
     options = options or LearningOptions()
@@ -284,9 +284,9 @@ class _Run:
         learned = w.learning.finish(w.tallies)
         w.tallies.clear()
         w.learning = None
-        new = self.database.add_mesh(
-            w.path.name, w.sha256, self._provenance_of(w.path), self.options, learned
-        )
+        here = self.database.find_mesh(w.sha256)
+        provenance = self._provenance_of(w.path, here.provenance if here else Provenance())
+        new = self.database.add_mesh(w.path.name, w.sha256, provenance, self.options, learned)
         self.done_bytes += w.size
         self._report(
             w,
@@ -301,14 +301,7 @@ class _Run:
         """A mesh that is there: change its provenance if something else is said of it."""
         here = self.database.find_mesh(w.sha256)
         assert here is not None
-        wanted = here.provenance
-        if self.provenance is not None:
-            said = self._provenance_of(w.path)
-            wanted = Provenance(
-                said.author or wanted.author,
-                said.source or wanted.source,
-                said.licence or wanted.licence,
-            )
+        wanted = self._provenance_of(w.path, here.provenance)
         w.outcome = "unchanged"
         if wanted != here.provenance:
             self.database.set_provenance(w.sha256, here.name, wanted)
@@ -324,10 +317,14 @@ class _Run:
             here.name,
         )
 
-    def _provenance_of(self, path: Path) -> Provenance:
+    def _provenance_of(self, path: Path, held: Provenance) -> Provenance:
+        """What is said of the file, and where nothing is said what the database holds."""
         if self.provenance is None:
-            return Provenance()
-        return self.provenance if isinstance(self.provenance, Provenance) else self.provenance(path)
+            return held
+        said = self.provenance if isinstance(self.provenance, Provenance) else self.provenance(path)
+        return Provenance(
+            said.author or held.author, said.source or held.source, said.licence or held.licence
+        )
 
     def _report(
         self,

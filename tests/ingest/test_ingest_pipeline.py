@@ -108,6 +108,14 @@ def test_provenance_is_asked_of_each_file_and_completed(db: Database, files: lis
     assert [m.outcome for m in third.meshes] == ["unchanged", "unchanged"]
 
 
+def test_other_options_keep_what_is_known_of_a_mesh(db: Database, files: list[Path]) -> None:
+    ingest(db, files[:1], LearningOptions(2, 0, 0), provenance=Provenance("A", "here", "CC0-1.0"))
+    ingest(db, files[:1], LearningOptions(3, 0, 0), provenance=Provenance(author="B"))
+    (mesh,) = db.meshes()
+    assert mesh.options == LearningOptions(3, 0, 0)
+    assert mesh.provenance == Provenance("B", "here", "CC0-1.0")
+
+
 def test_one_bad_file_and_nothing_is_ingested(db: Database, files: list[Path]) -> None:
     before = db.content_hash()
     bad = files[0].with_name("bad.obj")
