@@ -64,13 +64,22 @@ def test_the_same_command_goes_on(
     assert content_hash(db) == content_hash(learned)
 
 
+def heed_interrupts() -> None:
+    """Shells start background jobs deaf to Ctrl-C, and their children inherit that."""
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+
+
 def test_a_signal_ends_a_long_ingest(tmp_path: Path, meshes: list[Path]) -> None:
     db = tmp_path / "a.db"
     # At these limits the head takes minutes, the drop beside it next to nothing.
     command = [*PROGRAM, "ingest", EXAMPLES / "head.obj", meshes[-1], "--db", db, "--jobs", "2"]
     command += ["--convex", "120"]
     with subprocess.Popen(
-        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        command,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        preexec_fn=heed_interrupts,
     ) as process:
         assert process.stderr is not None and process.stdout is not None
         assert process.stderr.readline().startswith("drop.obj: ")

@@ -56,9 +56,9 @@ class TestBoundaries:
     def test_too_short(self, learned: Path, sides: str) -> None:
         assert_refused(query(learned, sides), 3, "below 4")
 
-    @pytest.mark.parametrize("sides", ["10000,10000", "5000,5002", "9" * 18])
+    @pytest.mark.parametrize("sides", ["2000,2000", "1000,1002", "9" * 18])
     def test_too_long(self, learned: Path, sides: str) -> None:
-        assert_refused(query(learned, sides), 3, "above the limit of 10000")
+        assert_refused(query(learned, sides), 3, "above the limit of 2000")
 
     @pytest.mark.parametrize("sides", NO_NUMBERS)
     def test_no_numbers(self, learned: Path, sides: str) -> None:
