@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import subprocess
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -64,11 +65,16 @@ def test_the_same_command_goes_on(
     assert content_hash(db) == content_hash(learned)
 
 
-def heed_interrupts() -> None:
-    """Shells start background jobs deaf to Ctrl-C, and their children inherit that."""
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
+@pytest.fixture
+def heeded() -> Iterator[None]:
+    """Shells start background jobs deaf to Ctrl-C, and children inherit that: here they must
+    not."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
+@pytest.mark.usefixtures("heeded")
 def test_a_signal_ends_a_long_ingest(tmp_path: Path, meshes: list[Path]) -> None:
     db = tmp_path / "a.db"
     # At these limits the head takes minutes, the drop beside it next to nothing.
@@ -79,7 +85,6 @@ def test_a_signal_ends_a_long_ingest(tmp_path: Path, meshes: list[Path]) -> None
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        preexec_fn=heed_interrupts,
     ) as process:
         assert process.stderr is not None and process.stdout is not None
         assert process.stderr.readline().startswith("drop.obj: ")
