@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 
 from patterndb.halfedge import Int32Array
 
-Word = NDArray[np.uint16]
-
 
 @njit(cache=True, nogil=True)
 def label_word(

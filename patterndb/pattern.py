@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb import description as d
 from patterndb.code import Code, canonical_code, decode, format_id, pattern_id
@@ -117,10 +115,6 @@ class Pattern:
         """Has it no reflex corner?"""
         return all(k == 1 for k in self.corners)
 
-    def valence_counts(self) -> dict[int, int]:
-        """How many irregular vertices of each valence."""
-        return dict(sorted(Counter(self.valences).items()))
-
     def twin(self) -> Int32Array:
         """(4q,) int32 half-edges; half-edge 0 leaves corner 0 along side 0."""
         return decode(self.code)
@@ -148,8 +142,3 @@ class Pattern:
     def disk(self) -> Disk:
         """The quads, with side 0 from boundary vertex 0."""
         return Disk.from_twin(self.twin(), 0)
-
-
-def base_lengths(label: tuple[tuple[int, ...], ...]) -> NDArray[np.int32]:
-    """(N,) int32 length of every side when all widths are 1."""
-    return np.array([len(side) for side in label], np.int32)

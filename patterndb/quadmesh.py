@@ -5,7 +5,6 @@ Follows the section "Quad mesh" of the pattern definitions (docs/definitions.md)
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -101,9 +100,6 @@ class QuadMesh:
     def components(self) -> NDArray[np.int32]:
         """(q,) int32 component of every quad, numbered by their first quads."""
         return _components(self.twin)
-
-    def __iter__(self) -> Iterator[Int32Array]:
-        return iter(self.quads)
 
 
 def _edge_pairs(quads: Int32Array) -> NDArray[np.int64]:

@@ -38,11 +38,16 @@ class Filters:
 
     def rows(self, patterns: PatternClass, boundary: Boundary) -> NDArray[np.int64]:
         """(r,) int64 rows, ascending, that pass and have the boundary's corner kinds in number."""
-        passes = patterns.n_reflex == boundary.corners.count("reflex")
+        same_kinds = patterns.n_reflex == boundary.corners.count("reflex")
+        return np.flatnonzero(same_kinds & self.passing(patterns))
+
+    def passing(self, patterns: PatternClass) -> NDArray[np.bool_]:
+        """(p,) bool: which patterns of the class pass."""
+        passes = np.ones(len(patterns), np.bool_)
         if self.max_irregular is not None:
             passes = passes & (patterns.n_irregular <= self.max_irregular)
         if self.valence is not None:
             least, greatest = self.valence
             within = (patterns.min_valence >= least) & (patterns.max_valence <= greatest)
             passes = passes & (within | (patterns.n_irregular == 0))
-        return np.flatnonzero(passes)
+        return passes

@@ -13,12 +13,13 @@ from patterndb.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb.cli.options import (
     FileName,
     Numbers,
-    Range,
     as_json,
     boundary_of,
     db_to_read,
+    max_irregular_option,
     open_database,
     picture_path,
+    valence_option,
 )
 from patterndb.cli.text import (
     plural,
@@ -121,13 +122,8 @@ def meshes(db: Path | None, as_json: bool) -> int:
     metavar="N",
     help="List at most N fills of one pattern; 0 for all.",
 )
-@click.option(
-    "--max-irregular",
-    type=click.IntRange(0),
-    metavar="K",
-    help="Only patterns with at most K irregular vertices.",
-)
-@click.option("--valence", type=Range(), help="Only irregular vertices of these valences.")
+@max_irregular_option
+@valence_option
 @click.option(
     "--solver",
     type=click.Choice(["kernel", "cp-sat"]),

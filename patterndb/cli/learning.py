@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from patterndb.cli.failure import Interrupted, resumable
-from patterndb.cli.options import FileName, as_json, db_to_write, is_text, open_database
+from patterndb.cli.options import FileName, as_json, db_to_write, open_database
 from patterndb.cli.progress import learning_progress
 from patterndb.cli.text import plural, say, write, write_json
 from patterndb.errors import MeshFileError
@@ -174,9 +174,6 @@ def _files(path: Path) -> list[Path]:
             f"there is no mesh in this folder; meshes end in {' '.join(SUPPORTED_SUFFIXES)}",
             path=path,
         )
-    for file in files:
-        if not is_text(str(file)):
-            raise MeshFileError("the file's name is not UTF-8; rename it", path=file)
     if len(files) < len(inside):
         say(f"{path}: {plural(len(inside) - len(files), 'other file')} left out")
     return files

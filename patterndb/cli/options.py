@@ -130,3 +130,15 @@ def picture_path(*suffixes: str) -> ParamType:
             return path
 
     return Picture()
+
+
+max_irregular_option = click.option(
+    "--max-irregular",
+    type=click.IntRange(0),
+    metavar="K",
+    help="Only patterns with at most K irregular vertices.",
+)
+
+valence_option = click.option(
+    "--valence", type=Range(), help="Only irregular vertices of these valences."
+)

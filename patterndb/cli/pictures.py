@@ -11,11 +11,12 @@ import click
 
 from patterndb.cli.options import (
     Numbers,
-    Range,
     boundary_of,
     db_to_read,
+    max_irregular_option,
     open_database,
     picture_path,
+    valence_option,
 )
 from patterndb.cli.text import plural, say
 from patterndb.errors import NotFoundError
@@ -124,13 +125,8 @@ def _widened(pattern: Pattern, widths: Sequence[int]) -> Disk:
     help="Draw at most N.",
 )
 @click.option("--convex", is_flag=True, help="With --class: only patterns without reflex corner.")
-@click.option(
-    "--max-irregular",
-    type=click.IntRange(0),
-    metavar="K",
-    help="Only patterns with at most K irregular vertices.",
-)
-@click.option("--valence", type=Range(), help="Only irregular vertices of these valences.")
+@max_irregular_option
+@valence_option
 @click.option(
     "--per-page",
     type=click.IntRange(1, 200),
@@ -165,6 +161,7 @@ def gallery(
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from query import fills
+    from query.filters import Filters
     from viewer import Card, save_gallery
 
     with open_database(db) as database:
@@ -179,20 +176,10 @@ def gallery(
         else:
             assert n_sides is not None
             chosen = database.pattern_class(n_sides)
-            rows = [
-                row
-                for row in range(len(chosen))
-                if (max_irregular is None or chosen.n_irregular[row] <= max_irregular)
-                and (not convex or chosen.n_reflex[row] == 0)
-                and (
-                    valence is None
-                    or chosen.n_irregular[row] == 0
-                    or (
-                        chosen.min_valence[row] >= valence[0]
-                        and chosen.max_valence[row] <= valence[1]
-                    )
-                )
-            ]
+            passes = Filters(max_irregular, valence).passing(chosen)
+            if convex:
+                passes &= chosen.n_reflex == 0
+            rows = passes.nonzero()[0].tolist()
             if not rows:
                 raise NotFoundError(
                     f"the database has no such pattern of {plural(n_sides, 'side')}"

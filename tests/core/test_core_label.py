@@ -14,7 +14,7 @@ from patterndb import description as d
 from patterndb.code import canonical_code, decode
 from patterndb.halfedge import next_border_edge
 from patterndb.label import join_matrices, split_word
-from patterndb.pattern import Pattern, base_lengths
+from patterndb.pattern import Pattern
 from patterndb.polychord import polychords
 from patterndb.quadmesh import QuadMesh
 
@@ -61,7 +61,6 @@ def test_the_label_is_the_reference_s(twin: list[int]) -> None:
     assert split_word(rows.numbers(0, d.LABEL), n_sides) == sides
     pattern = Pattern.from_code(canonical_code(np.array(twin, np.int32))[0])
     assert [list(s) for s in pattern.label] == sides
-    assert base_lengths(pattern.label).tolist() == [len(s) for s in sides]
 
 
 @given(disks())
