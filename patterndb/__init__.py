@@ -46,7 +46,7 @@ def open(
     """Open a pattern database; without a path, the starter database that comes along.
 
     mode: "read", "write" (it must exist) or "create" (made if it does not). The starter
-    database can only be read, and is unpacked by its first use, which takes some seconds;
+    database can only be read, and is unpacked by its first use, which takes some time;
     ``say`` is told so. Raises DatabaseError, saying what would mend it.
 
     Example: ``patterndb.open().statistics().patterns``
