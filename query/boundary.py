@@ -3,11 +3,24 @@
 from __future__ import annotations
 
 import operator
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import Literal, SupportsIndex
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 from patterndb.errors import InvalidBoundaryError
+from query.polyline import (
+    MAX_EDGES,
+    MIN_EDGES,
+    Points,
+    as_points,
+    edge_counts,
+    joined,
+    sampled,
+)
 
 CornerKind = Literal["convex", "reflex"]
 
@@ -16,12 +29,9 @@ CornerKind = Literal["convex", "reflex"]
 #: be an irregular vertex on the boundary.
 QUADS_AT: dict[CornerKind, int] = {"convex": 1, "reflex": 3}
 
-#: The fewest edges around any quad mesh: one quad.
-MIN_PERIMETER = 4
-
-#: Edges. A fill of a perimeter P has up to about P**2 / 16 quads times the crossings of the
-#: polychords: beyond this a list of fills no longer fits in memory, and is surely a slip.
-MAX_PERIMETER = 2_000
+#: Limits of the number of edges around a boundary; see :mod:`query.polyline`.
+MIN_PERIMETER = MIN_EDGES
+MAX_PERIMETER = MAX_EDGES
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,10 +42,14 @@ class Boundary:
     corners: "convex" or "reflex" for every corner; corner i is where side i begins. All
              are convex by default. ``corners=()`` with one length is one closed side
              (N = 0), see :meth:`closed`.
+    points:  (P, 3) float64, where the boundary vertices lie, 0 where side 0 begins, or None.
+             Given as (P, 2) they lie in the plane z = 0. They decide how fills are ranked
+             and placed, not which there are; boundaries compare without them.
 
     Raises InvalidBoundaryError, with what would mend it, for an odd perimeter, one below
-    MIN_PERIMETER or above MAX_PERIMETER, a length that is no whole number >= 1, and for
-    numbers of sides and corners that do not go together.
+    MIN_PERIMETER or above MAX_PERIMETER, a length that is no whole number >= 1, for
+    numbers of sides and corners that do not go together, and for points that are not P
+    finite ones, each apart from the next.
 
     >>> Boundary((3, 4, 5)).perimeter
     12
@@ -43,11 +57,13 @@ class Boundary:
 
     lengths: tuple[int, ...]
     corners: tuple[CornerKind, ...]
+    points: Points | None = field(compare=False, repr=False)
 
     def __init__(
         self,
         lengths: Iterable[SupportsIndex | float],
         corners: Iterable[CornerKind] | None = None,
+        points: ArrayLike | None = None,
     ) -> None:
         whole = tuple(_whole(length, side) for side, length in enumerate(lengths))
         kinds = ("convex",) * len(whole) if corners is None else tuple(corners)
@@ -55,11 +71,48 @@ class Boundary:
         object.__setattr__(self, "corners", kinds)
         self._refuse_counts()
         self._refuse_lengths()
+        object.__setattr__(self, "points", None if points is None else self._placed(points))
 
     @classmethod
-    def closed(cls, length: SupportsIndex | float) -> Boundary:
+    def closed(cls, length: SupportsIndex | float, points: ArrayLike | None = None) -> Boundary:
         """One closed side of ``length`` edges without any corner: N = 0."""
-        return cls((length,), corners=())
+        return cls((length,), corners=(), points=points)
+
+    @classmethod
+    def from_polylines(
+        cls,
+        sides: Sequence[ArrayLike],
+        *,
+        lengths: Iterable[SupportsIndex | float] | None = None,
+        edge_length: float | None = None,
+        corners: Iterable[CornerKind] | None = None,
+    ) -> Boundary:
+        """The boundary that runs along polylines, in edges of equal arc length.
+
+        sides: a (k, 3) or (k, 2) polyline per side, k >= 2, counter-clockwise, each ending
+        where the next begins; with ``corners=()`` one closed polyline. lengths: edges of every
+        side; or edge_length: about how long an edge shall be, in the units of the points. Then
+        the side that suffers least has one edge more or fewer if the perimeter were odd.
+        Raises InvalidBoundaryError for polylines that do not join, have no length, or are not
+        finite, and where neither or both of lengths and edge_length are given.
+        """
+        if (lengths is None) == (edge_length is None):
+            raise InvalidBoundaryError("give either the lengths of the sides or an edge_length")
+        closed = corners is not None and not tuple(corners := tuple(corners))
+        chains = joined(sides, closed)
+        if lengths is None:
+            assert edge_length is not None
+            lengths = edge_counts(chains, edge_length)
+        unplaced = cls(lengths, corners)
+        if len(unplaced.lengths) != len(chains):
+            raise InvalidBoundaryError(
+                f"{len(chains)} polylines have {len(unplaced.lengths)} lengths; give one for each"
+            )
+        along = [
+            sampled(chain, length)[:-1]
+            for chain, length in zip(chains, unplaced.lengths, strict=True)
+        ]
+        return cls(unplaced.lengths, unplaced.corners, np.concatenate(along))
 
     @property
     def n_sides(self) -> int:
@@ -80,6 +133,28 @@ class Boundary:
     def convex(self) -> bool:
         """Has it no reflex corner?"""
         return "reflex" not in self.corners
+
+    @property
+    def side_starts(self) -> tuple[int, ...]:
+        """The boundary vertex at which every side begins, and the perimeter after the last."""
+        return (0, *accumulate(self.lengths))
+
+    def _placed(self, points: ArrayLike) -> Points:
+        placed = as_points(points, "points")
+        if len(placed) != self.perimeter:
+            raise InvalidBoundaryError(
+                f"{len(placed)} points for {self.perimeter} boundary vertices; give one for "
+                "each, a corner once"
+            )
+        short = np.flatnonzero((placed == np.roll(placed, -1, axis=0)).all(axis=1))
+        if len(short):
+            at = int(short[0])
+            raise InvalidBoundaryError(
+                f"boundary vertices {at} and {(at + 1) % len(placed)} are at one point; "
+                "move them apart"
+            )
+        placed.flags.writeable = False
+        return placed
 
     def _refuse_counts(self) -> None:
         if not self.lengths:

@@ -23,6 +23,9 @@ class Chords:
     """Open polychords in label order, and their classes in order of (i, j).
 
     n_sides: number of sides, at least 1 (one closed side is a side like any other).
+    edges:   (2 n,) int32, the polychord that crosses each edge when all widths are 1, side by
+             side.
+    side_start: (n_sides + 1,) int32, where each side begins in ``edges``.
     sides:   (n, 2) int32, the two sides i <= j that each polychord joins.
     class_i, class_j: (m,) int32, the sides that each class joins.
     class_n: (m,) int32 >= 1, how many polychords the class has.
@@ -30,6 +33,8 @@ class Chords:
     """
 
     n_sides: int
+    edges: Int32Array
+    side_start: Int32Array
     sides: Int32Array
     class_i: Int32Array
     class_j: Int32Array
@@ -39,27 +44,37 @@ class Chords:
     @classmethod
     def from_label(cls, label: Sequence[Sequence[int]]) -> Chords:
         """From a boundary label: per side, the polychord that crosses each edge."""
-        ends: dict[int, list[int]] = {}
-        for side, numbers in enumerate(label):
-            for chord in numbers:
-                ends.setdefault(chord, []).append(side)
-        return cls.from_sides(len(label), [ends[chord] for chord in sorted(ends)])
-
-    @classmethod
-    def from_sides(cls, n_sides: int, sides: ArrayLike) -> Chords:
-        """From the two sides, in either order, of every polychord; (n, 2)."""
-        pairs = np.sort(np.asarray(sides, np.int32).reshape(-1, 2), axis=1)
+        edges = np.array([chord for side in label for chord in side], np.int32)
+        start = np.cumsum([0, *map(len, label)]).astype(np.int32)
+        side_of = np.repeat(np.arange(len(label), dtype=np.int32), np.diff(start))
+        # The two edges of each polychord stand together once sorted by polychord.
+        pairs = side_of[np.argsort(edges, kind="stable")].reshape(-1, 2)
+        n_sides = len(label)
         key, class_of, count = np.unique(
             pairs[:, 0] * n_sides + pairs[:, 1], return_inverse=True, return_counts=True
         )
         return cls(
             n_sides,
+            edges,
+            start,
             pairs,
             (key // n_sides).astype(np.int32),
             (key % n_sides).astype(np.int32),
             count.astype(np.int32),
             class_of.ravel().astype(np.int32),
         )
+
+    @classmethod
+    def from_sides(cls, n_sides: int, sides: ArrayLike) -> Chords:
+        """From the two sides, in either order, of every polychord; (n, 2).
+
+        Along every side they come in the order given: right where only sums matter.
+        """
+        label: list[list[int]] = [[] for _ in range(n_sides)]
+        for chord, pair in enumerate(np.asarray(sides, np.int32).reshape(-1, 2).tolist()):
+            for side in pair:
+                label[side].append(chord)
+        return cls.from_label(label)
 
     @property
     def n(self) -> int:

@@ -6,8 +6,11 @@ repeats solutions, and reports OPTIMAL all the same. Systems run side by side in
 
 from __future__ import annotations
 
+import itertools
 import os
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -20,7 +23,7 @@ from query.boundary import Boundary
 from query.chords import Chords
 from query.errors import InvalidQueryError, SolverError
 from query.feasibility import targets, units
-from query.solve import Solutions
+from query.solve import NO_FLOWS, Flows, Solutions
 
 
 def _cp_model() -> Any:
@@ -32,6 +35,21 @@ def _cp_model() -> Any:
             'solver="cp-sat" needs OR-Tools: pip install ortools, or leave solver="kernel"'
         ) from error
     return cp_model
+
+
+@dataclass(frozen=True, slots=True)
+class Carrier:
+    """The polychord that carries a stroke.
+
+    first, second: the edges of the pattern's boundary where the stroke's ends leave it.
+    rank, of: the stroke is number ``rank`` of the ``of`` on this polychord, in the order in
+              which its end with the smaller number sees them.
+    """
+
+    first: int
+    second: int
+    rank: int
+    of: int
 
 
 class _Model:
@@ -48,6 +66,36 @@ class _Model:
             ends[j].append(x)
         for side, length in zip(ends, lengths.tolist(), strict=True):
             self.model.add(sum(side) == length)
+
+    def add_strokes(
+        self, chords: Chords, lengths: list[int], flows: Flows, carriers: tuple[Carrier, ...]
+    ) -> None:
+        """Strands 1 wide on the strokes: the paper's x_q = x_q0 + 1 + x_q1, and what follows.
+
+        The edges that each end is off become variables after the widths.
+        """
+        parts: dict[int, list[Any]] = {}
+        off: list[Any] = []
+        model, edges, most = self.model, chords.edges.tolist(), max(lengths)
+        for s, (carrier, row) in enumerate(zip(carriers, flows.rows.tolist(), strict=True)):
+            chord = edges[carrier.first]
+            if chord not in parts:
+                parts[chord] = [
+                    model.new_int_var(0, most, f"u{s}-{t}") for t in range(carrier.of + 1)
+                ]
+                model.add(self.x[chord] == sum(parts[chord]) + carrier.of)
+            for at, side, edge in zip(
+                (carrier.first, carrier.second), row[::2], row[1::2], strict=True
+            ):
+                # The end with the greater number sees the strokes in reverse.
+                reverse = at == max(carrier.first, carrier.second)
+                rank = carrier.of - 1 - carrier.rank if reverse else carrier.rank
+                own = parts[chord][::-1] if reverse else parts[chord]
+                before = sum(self.x[c] for c in edges[chords.side_start[side] : at])
+                d = model.new_int_var(-flows.tolerance, flows.tolerance, f"d{s}-{at}")
+                model.add(before + sum(own[: rank + 1]) + rank - d == edge)
+                off.append(d)
+        self.x = [*self.x, *off]
 
     def add_key(self) -> Any:
         """A variable for the sum of the squared widths."""
@@ -95,15 +143,20 @@ class _Model:
         return solver, status
 
 
-def solutions(chords: Chords, lengths: ArrayLike, limit: int | None = None) -> Solutions:
+def solutions(
+    chords: Chords, lengths: ArrayLike, limit: int | None = None, flows: Flows = NO_FLOWS
+) -> Solutions:
     """As :func:`query.solve.solutions`, solution for solution.
 
     Where there are more than ``limit``, all solutions of each key are listed, smallest
-    key first, until there are enough: slow where many solutions are equally even.
+    key first, until there are enough: slow where many solutions are equally even. With
+    strokes all solutions are listed always, once for every assignment.
     """
     if limit is not None and limit < 1:
         raise InvalidQueryError(f"limit is {limit}; ask for at least 1, or None for all")
     wanted = np.asarray(lengths, np.int64)
+    if len(flows.rows):
+        return _with_flows(chords, wanted, limit, flows)
     found = _Model(chords, wanted).enumerate(None if limit is None else limit + 1)
     truncated = False
     if limit is not None and len(found) > limit:
@@ -124,9 +177,63 @@ def solutions(chords: Chords, lengths: ArrayLike, limit: int | None = None) -> S
     return Solutions(rows, truncated)
 
 
-def feasible(chords: Chords, lengths: ArrayLike) -> bool:
+def _with_flows(
+    chords: Chords, lengths: NDArray[np.int64], limit: int | None, flows: Flows
+) -> Solutions:
+    """The solutions of every assignment of strokes to strands, by edges off, then evenness."""
+    least: dict[tuple[int, ...], int] = {}
+    n = chords.n
+    for carriers in _assignments(chords, flows):
+        model = _Model(chords, lengths)
+        model.add_strokes(chords, lengths.tolist(), flows, carriers)
+        for values in model.enumerate(None):
+            off = sum(map(abs, values[n:]))
+            least[values[:n]] = min(off, least.get(values[:n], off))
+    ranked = sorted(least, key=lambda widths: (least[widths], sum(x * x for x in widths), widths))
+    rows = np.array(ranked[:limit], np.int32).reshape(-1, n)
+    return Solutions(rows, limit is not None and len(ranked) > limit)
+
+
+def _assignments(chords: Chords, flows: Flows) -> Iterator[tuple[Carrier, ...]]:
+    """Every way to give each stroke a polychord that joins its sides, and each polychord an
+    order of its strokes."""
+    side_of = np.repeat(np.arange(chords.n_sides), np.diff(chords.side_start)).tolist()
+    ends: list[list[int]] = [[] for _ in range(chords.n)]
+    for at, chord in enumerate(chords.edges.tolist()):
+        ends[chord].append(at)
+    choices = [
+        [
+            (first, second)
+            for pair in ends
+            for first, second in (pair, pair[::-1])
+            if (side_of[first], side_of[second]) == (a, b)
+        ]
+        for a, _, b, _ in flows.rows.tolist()
+    ]
+    for chosen in itertools.product(*choices):
+        pairs = sorted({(min(pair), max(pair)) for pair in chosen})
+        groups = [
+            [s for s, pair in enumerate(chosen) if (min(pair), max(pair)) == both] for both in pairs
+        ]
+        for orders in itertools.product(*map(itertools.permutations, groups)):
+            carriers: list[Carrier] = []
+            for s, pair in enumerate(chosen):
+                own = next(order for order in orders if s in order)
+                carriers.append(Carrier(pair[0], pair[1], own.index(s), len(own)))
+            yield tuple(carriers)
+
+
+def feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> bool:
     """As :func:`query.solve.feasible`."""
-    return _Model(chords, np.asarray(lengths, np.int64)).feasible()
+    wanted = np.asarray(lengths, np.int64)
+    if not len(flows.rows):
+        return _Model(chords, wanted).feasible()
+    for carriers in _assignments(chords, flows):
+        model = _Model(chords, wanted)
+        model.add_strokes(chords, wanted.tolist(), flows, carriers)
+        if model.feasible():
+            return True
+    return False
 
 
 def feasible_rows(

@@ -23,6 +23,9 @@ class FillJson(TypedDict):
     rotation: int
     mirrored: bool
     n_irregular: int
+    n_irregular_boundary: int
+    strict: bool
+    flow_distance: float | None
     n_vertices: int
     quads: list[list[int]]
     sides: list[list[int]]
@@ -39,11 +42,17 @@ class Fill:
     pattern:    the pattern that is expanded.
     widths:     width of each of its polychords, open ones in label order, then loops.
     rotation, mirrored: side i of the boundary is the pattern's side rotation + i, or,
-                mirrored, its side rotation - i read backwards. One closed side (N = 0) has
-                no such sides: there edge i of the boundary is edge rotation + i, or
-                rotation - i, of the expanded pattern.
-    n_irregular: vertices whose number of quads is not what their place asks for.
-    origin:     "learned", or how else the pattern came about.
+                mirrored, its side rotation - i read backwards. A fill that is not strict,
+                and one closed side (N = 0), have no such sides: there edge i of the boundary
+                is edge rotation + i, or rotation - i, of the expanded pattern.
+    n_irregular: vertices, interior and boundary, whose number of quads is not what their
+                place asks for: 4 inside, 2 on a side, 1 at a convex corner, 3 at a reflex one.
+    origin:     "learned", "family", "constructed", or how else the pattern came about.
+    n_irregular_boundary: those of n_irregular that lie on the boundary; 0 if strict.
+    flow_distance: how far the strands lie from the strokes they were asked to follow, or None
+                where there was no stroke. Where the strokes have points: the sum over strokes
+                of the mean distance to the strand's midline times the stroke's length. Else
+                in edges, by how many the strands' ends are off, over all strokes.
     """
 
     quads: Int32Array
@@ -55,6 +64,13 @@ class Fill:
     mirrored: bool
     n_irregular: int
     origin: str
+    n_irregular_boundary: int = 0
+    flow_distance: float | None = None
+
+    @property
+    def strict(self) -> bool:
+        """Are the pattern's corners exactly where the boundary's are, kind for kind?"""
+        return self.n_irregular_boundary == 0
 
     @property
     def n_quads(self) -> int:
@@ -89,6 +105,9 @@ class Fill:
             "rotation": self.rotation,
             "mirrored": self.mirrored,
             "n_irregular": self.n_irregular,
+            "n_irregular_boundary": self.n_irregular_boundary,
+            "strict": self.strict,
+            "flow_distance": self.flow_distance,
             "n_vertices": self.n_vertices,
             "quads": self.quads.tolist(),
             "sides": [side.tolist() for side in self.sides()],

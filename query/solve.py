@@ -9,14 +9,31 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from patterndb.halfedge import Int32Array
+from query.carry import carry
 from query.chords import Chords
 from query.errors import InvalidQueryError
-from query.evenness import most_even
+from query.flow import FLOW_COLUMNS
 from query.matching import search
 from query.spread import spread
+
+
+@dataclass(frozen=True, slots=True)
+class Flows:
+    """Strokes as a pattern sees them, see :func:`query.flow.flows_seen`.
+
+    rows:      (s, 4) int32 side, edge, side, edge.
+    tolerance: K >= 0, edges that a strand's end may be off.
+    """
+
+    rows: Int32Array
+    tolerance: int
+
+
+#: No strokes.
+NO_FLOWS = Flows(np.zeros((0, FLOW_COLUMNS), np.int32), 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,7 +41,8 @@ class Solutions:
     """The best solutions of one system.
 
     widths:    (k, n) int32 widths >= 1 of the open polychords in label order, best first:
-               smallest sum of squares (see :mod:`query.evenness`), then lexicographically.
+               fewest edges off the strokes, then smallest sum of squares (see
+               :mod:`query.evenness`), then lexicographically.
     truncated: are there more than these?
     """
 
@@ -35,10 +53,14 @@ class Solutions:
 class Solver(Protocol):
     """What a solver answers: :func:`solutions`, and its namesake in :mod:`query.cpsat`."""
 
-    def __call__(self, chords: Chords, lengths: ArrayLike, limit: int | None) -> Solutions: ...
+    def __call__(
+        self, chords: Chords, lengths: ArrayLike, limit: int | None, flows: Flows = NO_FLOWS
+    ) -> Solutions: ...
 
 
-def solutions(chords: Chords, lengths: ArrayLike, limit: int | None = None) -> Solutions:
+def solutions(
+    chords: Chords, lengths: ArrayLike, limit: int | None = None, flows: Flows = NO_FLOWS
+) -> Solutions:
     """The ``limit`` best solutions (None: all) of one pattern in one orientation.
 
     lengths: (n_sides,) edges asked for, in the pattern's order of sides. Where there is no
@@ -47,22 +69,59 @@ def solutions(chords: Chords, lengths: ArrayLike, limit: int | None = None) -> S
     """
     if limit is not None and limit < 1:
         raise InvalidQueryError(f"limit is {limit}; ask for at least 1, or None for all")
-    slack = np.asarray(lengths, np.int32) - chords.base_lengths()
-    if (slack < 0).any():
-        return Solutions(np.zeros((0, chords.n), np.int32), False)
-    rows, total = class_slacks(chords, slack, limit)
-    if limit is not None and total > limit:
-        best = most_even(
-            slack, chords.class_i, chords.class_j, chords.class_n, chords.class_of, limit
-        )
-        return Solutions(best, True)
-    return Solutions(_in_order(_split_all(chords, rows, total)), False)
+    wanted = np.asarray(lengths, np.int32)
+    if limit is None and not len(flows.rows):
+        slack = wanted - chords.base_lengths()
+        if (slack < 0).any():
+            return Solutions(np.zeros((0, chords.n), np.int32), False)
+        rows, total = class_slacks(chords, slack, None)
+        return Solutions(_in_order(_split_all(chords, rows, total)), False)
+    keep = 1024 if limit is None else limit + 1
+    while True:
+        widths = best_widths(chords, wanted, flows, keep)
+        if limit is not None:
+            return Solutions(widths[:limit], len(widths) > limit)
+        if len(widths) < keep:
+            return Solutions(widths, False)
+        keep *= 4
 
 
-def feasible(chords: Chords, lengths: ArrayLike) -> bool:
+def best_widths(chords: Chords, lengths: Int32Array, flows: Flows, keep: int) -> Int32Array:
+    """(k <= keep, n) int32 widths of the best solutions, best first; all if fewer than keep."""
+    keys = np.empty(keep, np.int64)
+    best = np.empty((keep, chords.n), np.int32)
+    order = np.empty(keep, np.int64)
+    count = _carry(chords, lengths, flows, keys, best, order)
+    return best[order[:count]]
+
+
+def feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> bool:
     """Is there any solution? Arguments as in :func:`solutions`."""
-    slack = np.asarray(lengths, np.int32) - chords.base_lengths()
-    return not (slack < 0).any() and class_slacks(chords, slack, 0)[1] > 0
+    none = np.zeros(0, np.int64)
+    wanted = np.asarray(lengths, np.int32)
+    return _carry(chords, wanted, flows, none, np.zeros((0, chords.n), np.int32), none) > 0
+
+
+def _carry(
+    chords: Chords,
+    lengths: Int32Array,
+    flows: Flows,
+    keys: NDArray[np.int64],
+    best: Int32Array,
+    order: NDArray[np.int64],
+) -> int:
+    weight = np.ones((chords.n_sides, chords.n_sides), np.int32)
+    return carry(
+        chords.edges,
+        chords.side_start,
+        lengths,
+        weight,
+        flows.rows,
+        flows.tolerance,
+        keys,
+        best,
+        order,
+    )
 
 
 def class_slacks(chords: Chords, slack: Int32Array, limit: int | None) -> tuple[Int32Array, int]:
@@ -97,10 +156,13 @@ def _split_all(chords: Chords, rows: Int32Array, total: int) -> Int32Array:
     widths = np.empty((total, chords.n), np.int32)
     # A key has no more than the square of the widths' sum.
     unbounded = int(chords.n + rows.sum(axis=1).max(initial=0)) ** 2
+    ones = np.ones(len(chords.class_n), np.int32)
     at = 0
     for row in rows:
         room = widths[at:]
-        at += spread(row, chords.class_n, chords.class_of, unbounded, False, room, len(room))[0]
+        at += spread(row, chords.class_n, ones, chords.class_of, unbounded, False, room, len(room))[
+            0
+        ]
     return widths
 
 

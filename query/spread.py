@@ -7,7 +7,7 @@ from numba import njit
 
 from patterndb.halfedge import Int32Array
 
-#: Above every key: perimeters are at most 2,000, so keys stay below a million.
+#: Above every key; see :mod:`query.evenness`.
 INFINITE = 1 << 50
 
 
@@ -25,6 +25,7 @@ def even_cost(parts: int, value: int) -> int:
 def spread(
     value: Int32Array,
     class_n: Int32Array,
+    class_weight: Int32Array,
     class_of: Int32Array,
     budget: int,
     exactly: bool,
@@ -34,9 +35,10 @@ def spread(
     """Write the widths that split each class's value among its polychords.
 
     In lexicographic order, at most ``room`` of them: those whose key is at most
-    ``budget``, or with ``exactly`` equals it. value: (m,) slack of each class; rows:
-    (>= room, n) int32. Returns (number written, the least key above the budget, or
-    INFINITE). The bound is met by a real solution, so no branch is in vain.
+    ``budget``, or with ``exactly`` equals it. value: (m,) slack of each class, class_weight:
+    (m,) what the square of a width counts there; rows: (>= room, n) int32. Classes of 0
+    polychords have nothing to split. Returns (number written, the least key above the
+    budget, or INFINITE). The bound is met by a real solution, so no branch is in vain.
     """
     n = len(class_of)
     left = value.copy()
@@ -44,7 +46,7 @@ def spread(
     extra = np.full(n, -1, np.int32)
     bound = 0
     for k in range(len(class_n)):
-        bound += even_cost(int(class_n[k]), int(value[k]))
+        bound += class_weight[k] * even_cost(int(class_n[k]), int(value[k]))
     above = INFINITE
     count = 0
     if bound > budget:
@@ -64,13 +66,15 @@ def spread(
         if extra[c] >= 0:
             left[k] += extra[c]
             parts[k] += 1
-        before = bounds[c] - even_cost(int(parts[k]), int(left[k]))
+        weight = class_weight[k]
+        before = bounds[c] - weight * even_cost(int(parts[k]), int(left[k]))
         e = extra[c] + 1
         if parts[k] == 1 and e < left[k]:
             e = left[k]
         chosen = -1
         while e <= left[k]:
-            cost = before + (1 + e) * (1 + e) + even_cost(int(parts[k]) - 1, int(left[k] - e))
+            rest = even_cost(int(parts[k]) - 1, int(left[k] - e))
+            cost = before + weight * ((1 + e) * (1 + e) + rest)
             if cost <= budget:
                 chosen = e
                 bounds[c + 1] = cost
