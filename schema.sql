@@ -1,16 +1,19 @@
--- The pattern database, whole. Version 1.
+-- The pattern database, whole. Version 2.
 --
--- One file holds the meshes that were learned from, the patterns found in them, and how
--- often each pattern occurs in each mesh. Words are those of docs/definitions.md.
+-- One file holds the meshes that were learned from, the patterns found in them, how often
+-- each pattern occurs in each mesh, and how often its fills were used. Words are those of
+-- docs/definitions.md.
 --
 -- Blobs of numbers ("packed") hold seven bits a byte, lowest first, the high bit saying
 -- that more follow; nearly every number takes one byte.
 
 PRAGMA application_id = 0x50617444;  -- 'PatD'
-PRAGMA user_version = 1;
+PRAGMA user_version = 2;
 
 -- A mesh is known by the bytes of its file: the same bytes under another name are the
--- same mesh, and are counted once.
+-- same mesh, and are counted once. A mesh given by a program as arrays is known by the bytes
+-- that ingest/arrays.py writes of it. A table of patterns made by another program is one row
+-- here as well ("imported"), known by the bytes of its file; it has patches and no quads.
 CREATE TABLE mesh (
     id               INTEGER PRIMARY KEY,
     sha256           BLOB    NOT NULL UNIQUE CHECK (length(sha256) = 32),
@@ -31,7 +34,9 @@ CREATE TABLE mesh (
     basic_patches    INTEGER NOT NULL CHECK (basic_patches >= 0),
     side_patches     INTEGER NOT NULL CHECK (side_patches >= 0),
     convex_patches   INTEGER NOT NULL CHECK (convex_patches >= 0),
-    distinct_patches INTEGER NOT NULL CHECK (distinct_patches >= 0)
+    distinct_patches INTEGER NOT NULL CHECK (distinct_patches >= 0),
+    -- learned: from quads. imported: as counted by another program; limits and quads are 0.
+    origin           TEXT    NOT NULL DEFAULT 'learned' CHECK (origin IN ('learned', 'imported'))
 ) STRICT;
 
 CREATE TABLE pattern (
@@ -62,7 +67,12 @@ CREATE TABLE pattern (
     -- when all widths are 1, and for every open polychord the two sides that it joins.
     lengths       BLOB    NOT NULL,
     joins         BLOB    NOT NULL,
-    frequency     INTEGER NOT NULL DEFAULT 0 CHECK (frequency >= 0)
+    frequency     INTEGER NOT NULL DEFAULT 0 CHECK (frequency >= 0),
+    -- learned: a learned mesh holds it. imported: only imported tables do. A pattern that
+    -- occurs nowhere is here because it was used, and says what it was then (table usage):
+    -- family and constructed are made by a query, learned and imported come from elsewhere.
+    origin        TEXT    NOT NULL DEFAULT 'learned'
+                  CHECK (origin IN ('learned', 'imported', 'family', 'constructed'))
 ) STRICT;
 
 -- How many distinct patches of a mesh reduce to a pattern; of these, mirrored_patches are
@@ -73,23 +83,70 @@ CREATE TABLE occurrence (
     patches          INTEGER NOT NULL CHECK (patches >= 1),
     mirrored_patches INTEGER NOT NULL CHECK (mirrored_patches BETWEEN 0 AND patches),
     -- One such patch, the smallest: packed, its quads as the file numbers its faces, from 0,
-    -- ascending, each but the first as the difference to the one before.
+    -- ascending, each but the first as the difference to the one before. Empty where the mesh
+    -- is imported: such tables do not tell.
     example          BLOB    NOT NULL,
     PRIMARY KEY (pattern_id, mesh_id)
 ) STRICT, WITHOUT ROWID;
 
 CREATE INDEX occurrence_mesh ON occurrence (mesh_id);
 
--- A pattern's frequency is the sum of its occurrences, kept by the database itself.
+-- How many accepted fills had the pattern. Content of its own: neither part of what was
+-- learned (content_hash) nor merged, for it tells what this database's user likes.
+CREATE TABLE usage (
+    pattern_id INTEGER PRIMARY KEY REFERENCES pattern (id),
+    uses       INTEGER NOT NULL CHECK (uses >= 1),
+    -- What the pattern was to the query when it was first used.
+    origin     TEXT    NOT NULL
+               CHECK (origin IN ('learned', 'imported', 'family', 'constructed'))
+) STRICT;
+
+-- A pattern's frequency is the sum of its occurrences, and its origin follows from them; both
+-- are kept by the database itself. 'learned' > 'imported', so that max() finds the origin.
 CREATE TRIGGER occurrence_added AFTER INSERT ON occurrence BEGIN
-    UPDATE pattern SET frequency = frequency + NEW.patches WHERE id = NEW.pattern_id;
+    UPDATE pattern SET
+        frequency = frequency + NEW.patches,
+        origin = CASE
+            WHEN (SELECT origin FROM mesh WHERE id = NEW.mesh_id) = 'learned' THEN 'learned'
+            ELSE (
+                SELECT max(mesh.origin) FROM occurrence JOIN mesh ON mesh.id = mesh_id
+                WHERE pattern_id = NEW.pattern_id
+            )
+        END
+    WHERE id = NEW.pattern_id;
 END;
 
 CREATE TRIGGER occurrence_removed AFTER DELETE ON occurrence BEGIN
-    UPDATE pattern SET frequency = frequency - OLD.patches WHERE id = OLD.pattern_id;
+    UPDATE pattern SET
+        frequency = frequency - OLD.patches,
+        origin = coalesce(
+            (
+                SELECT max(mesh.origin) FROM occurrence JOIN mesh ON mesh.id = mesh_id
+                WHERE pattern_id = OLD.pattern_id
+            ),
+            (SELECT origin FROM usage WHERE pattern_id = OLD.pattern_id),
+            origin
+        )
+    WHERE id = OLD.pattern_id;
 END;
 
 CREATE TRIGGER occurrence_changed AFTER UPDATE ON occurrence BEGIN
-    UPDATE pattern SET frequency = frequency - OLD.patches WHERE id = OLD.pattern_id;
-    UPDATE pattern SET frequency = frequency + NEW.patches WHERE id = NEW.pattern_id;
+    UPDATE pattern SET
+        frequency = frequency - OLD.patches,
+        origin = coalesce(
+            (
+                SELECT max(mesh.origin) FROM occurrence JOIN mesh ON mesh.id = mesh_id
+                WHERE pattern_id = OLD.pattern_id
+            ),
+            (SELECT origin FROM usage WHERE pattern_id = OLD.pattern_id),
+            origin
+        )
+    WHERE id = OLD.pattern_id;
+    UPDATE pattern SET
+        frequency = frequency + NEW.patches,
+        origin = (
+            SELECT max(mesh.origin) FROM occurrence JOIN mesh ON mesh.id = mesh_id
+            WHERE pattern_id = NEW.pattern_id
+        )
+    WHERE id = NEW.pattern_id;
 END;

@@ -1,4 +1,4 @@
-"""Ingestion: mesh files -> patches -> patterns -> store."""
+"""Ingestion: mesh files, or meshes in arrays -> patches -> patterns -> store."""
 
 from __future__ import annotations
 
@@ -9,7 +9,14 @@ import patterndb  # noqa: F401  (before numba: it sees to a place for compiled k
 
 if TYPE_CHECKING:
     from ingest.learning import learn
-    from ingest.pipeline import IngestReport, MeshReport, Progress, check_files, ingest
+    from ingest.pipeline import (
+        IngestReport,
+        MeshReport,
+        Progress,
+        check_files,
+        ingest,
+        learn_mesh,
+    )
     from ingest.read import ReadLimits, read_mesh
 
 __all__ = [
@@ -20,6 +27,7 @@ __all__ = [
     "check_files",
     "ingest",
     "learn",
+    "learn_mesh",
     "read_mesh",
 ]
 

@@ -1,4 +1,5 @@
-"""From mesh files to the store: read, learn on all cores, write one mesh at a time.
+"""From mesh files, or a mesh in arrays, to the store: read, learn on all cores, write one
+mesh at a time.
 
 Threads are enough, for the kernels run without the interpreter lock. Meshes are taken
 largest first, so that the cores run dry together; each is written in one step as soon as
@@ -7,20 +8,24 @@ its last task has ended, so that a crash loses at most the meshes in work.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from ingest.arrays import canonical_bytes, mesh_of_arrays
 from ingest.learning import MeshLearning, Tally
 from ingest.read import ReadLimits, load_file, parse
 from patterndb.errors import InvalidMeshError, MeshFileError
+from patterndb.polygonmesh import PolygonMesh
 from patterndb.store import Database, Learned, LearningOptions, Provenance
 
 #: Most quads of a growth task, which remembers the patches it met: up to 100 kB a quad on
@@ -35,14 +40,15 @@ Outcome = Literal["learned", "replaced", "unchanged", "updated"]
 
 @dataclass(frozen=True, slots=True)
 class MeshReport:
-    """What became of one mesh file.
+    """What became of one mesh.
 
+    path: its file; None where it was given as arrays.
     outcome: "learned"; "replaced" (it had been learned with other options); "unchanged";
     or "updated" (only its name or provenance changed).
     seconds: from reading to the end of writing; other meshes may have run beside it.
     """
 
-    path: Path
+    path: Path | None
     name: str
     sha256: str
     outcome: Outcome
@@ -82,10 +88,11 @@ class Progress:
 
 @dataclass(slots=True)
 class _Work:
-    """One mesh on its way through the pipeline."""
+    """One mesh on its way through the pipeline: a file, or polygons."""
 
     index: int
-    path: Path
+    source: Path | PolygonMesh
+    name: str
     size: int = 0
     sha256: str = ""
     outcome: Outcome = "learned"
@@ -122,21 +129,66 @@ def ingest(
     started = time.perf_counter()
     options = options or LearningOptions()
     limits = limits or ReadLimits()
-    jobs = jobs or os.cpu_count() or 1
     run = _Run(database, options, jobs, limits, provenance, progress, report)
-    work = [_Work(i, Path(p)) for i, p in enumerate(paths)]
     interrupted = False
-    with ThreadPoolExecutor(jobs, thread_name_prefix="learn") as pool:
-        try:
-            run.run(work, pool)
-        except KeyboardInterrupt:
-            interrupted = True
-        finally:
-            run.stop()
-            pool.shutdown(cancel_futures=True)
+    try:
+        with run.pool() as pool:
+            run.run(*_check(_work_of(paths), database, options, limits), pool)
+    except KeyboardInterrupt:
+        interrupted = True
     return IngestReport(
         [run.reports[i] for i in sorted(run.reports)], time.perf_counter() - started, interrupted
     )
+
+
+def learn_mesh(
+    database: Database,
+    faces: PolygonMesh | ArrayLike | Sequence[Sequence[int]],
+    *,
+    name: str,
+    options: LearningOptions | None = None,
+    provenance: Provenance | None = None,
+    jobs: int | None = None,
+    progress: Callable[[Progress], None] | None = None,
+) -> MeshReport:
+    """Learn a finished mesh from a program into a database open for writing.
+
+    faces: (q, 4) vertex indices, a list of faces of any arity, or a PolygonMesh; name: what
+    the mesh is to be called. What is learned is what a file with these faces teaches.
+
+    The mesh is known by its faces (:mod:`ingest.arrays` says how), as a file is by its bytes:
+    learned again with the same options it changes nothing but, where ``provenance`` says
+    something else than before, that; with other options it is replaced. A mesh with one more
+    edit is another mesh: ``database.remove([name])`` takes the old one out.
+
+    Raises InvalidMeshError for faces that are none or an empty name, DatabaseError for a
+    database open for reading only; on KeyboardInterrupt the database is as before.
+
+    Example: ``ingest.learn_mesh(db, quads, name="head, finished")``
+    """
+    if not name.strip():
+        raise InvalidMeshError("the name of the mesh is empty; say what it is to be called")
+    try:
+        name.encode()
+    except UnicodeEncodeError:
+        raise InvalidMeshError(f"the name {name!a} of the mesh is no text in UTF-8") from None
+    mesh = mesh_of_arrays(faces)
+    data = canonical_bytes(mesh)
+    options = options or LearningOptions()
+    w = _Work(0, mesh, name, len(data), hashlib.sha256(data).hexdigest())
+    w.started = time.perf_counter()
+    here = database.find_mesh(w.sha256)
+    if here is not None and here.options != options:
+        w.outcome = "replaced"
+    known = here is not None and here.options == options
+    run = _Run(database, options, jobs, ReadLimits(), provenance, progress, None)
+    with run.pool() as pool:
+        run.run([w] if known else [], [] if known else [w], [], pool)
+    return run.reports[0]
+
+
+def _work_of(paths: Sequence[Path | str]) -> list[_Work]:
+    return [_Work(i, Path(p), Path(p).name) for i, p in enumerate(paths)]
 
 
 def check_files(
@@ -147,12 +199,7 @@ def check_files(
 ) -> None:
     """Read the files as :func:`ingest` would, but for those the database has learned with
     these options, and learn nothing. Raises what :func:`ingest` raises for a bad file."""
-    _check(
-        [_Work(i, Path(p)) for i, p in enumerate(paths)],
-        database,
-        options or LearningOptions(),
-        limits or ReadLimits(),
-    )
+    _check(_work_of(paths), database, options or LearningOptions(), limits or ReadLimits())
 
 
 def _check(
@@ -170,16 +217,17 @@ def _check(
     seen: set[str] = set()
     for w in work:
         w.started = time.perf_counter()
+        assert isinstance(w.source, Path)
         try:
-            _check_name(w.path)
-            data = load_file(w.path, limits)
+            _check_name(w.source)
+            data = load_file(w.source, limits)
             w.size = len(data)
             w.sha256 = hashlib.sha256(data).hexdigest()
             here = None if database is None else database.find_mesh(w.sha256)
             if here is not None and here.options == options:
                 known.append(w)
                 continue
-            parse(data, w.path, limits)
+            parse(data, w.source, limits)
         except MeshFileError as error:
             bad.append(error)
             continue
@@ -211,13 +259,13 @@ def _check_name(path: Path) -> None:
 
 
 class _Run:
-    """One call of :func:`ingest`."""
+    """One call of :func:`ingest` or :func:`learn_mesh`."""
 
     def __init__(
         self,
         database: Database,
         options: LearningOptions,
-        jobs: int,
+        jobs: int | None,
         limits: ReadLimits,
         provenance: Provenance | Callable[[Path], Provenance] | None,
         progress: Callable[[Progress], None] | None,
@@ -225,7 +273,7 @@ class _Run:
     ) -> None:
         self.database = database
         self.options = options
-        self.jobs = jobs
+        self.jobs = jobs or os.cpu_count() or 1
         self.limits = limits
         self.provenance = provenance
         self.progress = progress
@@ -234,15 +282,27 @@ class _Run:
         self.pulse = np.zeros(2, np.int64)
         self.done_bytes = 0
 
-    def stop(self) -> None:
-        """Let the kernels break off."""
-        self.pulse[0] = 1
+    @contextlib.contextmanager
+    def pool(self) -> Generator[ThreadPoolExecutor]:
+        """The threads; tasks in work are broken off at the end."""
+        with ThreadPoolExecutor(self.jobs, thread_name_prefix="learn") as pool:
+            try:
+                yield pool
+            finally:
+                self.pulse[0] = 1
+                pool.shutdown(cancel_futures=True)
 
-    def run(self, work: list[_Work], pool: ThreadPoolExecutor) -> None:
-        known, waiting, twins = _check(work, self.database, self.options, self.limits)
+    def run(
+        self,
+        known: list[_Work],
+        waiting: list[_Work],
+        twins: list[_Work],
+        pool: ThreadPoolExecutor,
+    ) -> None:
+        """See to meshes that are there, to be learned, and to twins of these."""
+        self.state = Progress(sum(w.size for w in (*known, *waiting, *twins)))
         for w in known:
             self._report_known(w)
-        self.state = Progress(sum(w.size for w in work))
         waiting.sort(key=lambda w: (-w.size, w.index))
         open_meshes: list[_Work] = []
         while waiting or open_meshes:
@@ -269,10 +329,14 @@ class _Run:
         """Read and prepare the mesh and start its tasks. alone: no other meshes are left to
         keep the other cores busy."""
         w.started = time.perf_counter()
-        data = load_file(w.path, self.limits)
-        if hashlib.sha256(data).hexdigest() != w.sha256:
-            raise InvalidMeshError(f"{w.path} changed while it was being ingested; run again")
-        quads, faces = parse(data, w.path, self.limits).quads()
+        if isinstance(w.source, Path):
+            data = load_file(w.source, self.limits)
+            if hashlib.sha256(data).hexdigest() != w.sha256:
+                raise InvalidMeshError(f"{w.source} changed while it was being ingested; run again")
+            mesh = parse(data, w.source, self.limits)
+        else:
+            mesh = w.source
+        quads, faces = mesh.quads()
         shard = SHARD_QUADS
         if alone and self.jobs > 1:
             shard = max(SMALLEST_SHARD, min(shard, len(quads) // (2 * self.jobs)))
@@ -285,8 +349,8 @@ class _Run:
         w.tallies.clear()
         w.learning = None
         here = self.database.find_mesh(w.sha256)
-        provenance = self._provenance_of(w.path, here.provenance if here else Provenance())
-        new = self.database.add_mesh(w.path.name, w.sha256, provenance, self.options, learned)
+        provenance = self._provenance_of(w, here.provenance if here else Provenance())
+        new = self.database.add_mesh(w.name, w.sha256, provenance, self.options, learned)
         self.done_bytes += w.size
         self._report(
             w,
@@ -301,7 +365,7 @@ class _Run:
         """A mesh that is there: change its provenance if something else is said of it."""
         here = self.database.find_mesh(w.sha256)
         assert here is not None
-        wanted = self._provenance_of(w.path, here.provenance)
+        wanted = self._provenance_of(w, here.provenance)
         w.outcome = "unchanged"
         if wanted != here.provenance:
             self.database.set_provenance(w.sha256, here.name, wanted)
@@ -317,11 +381,14 @@ class _Run:
             here.name,
         )
 
-    def _provenance_of(self, path: Path, held: Provenance) -> Provenance:
-        """What is said of the file, and where nothing is said what the database holds."""
-        if self.provenance is None:
+    def _provenance_of(self, w: _Work, held: Provenance) -> Provenance:
+        """What is said of the mesh, and where nothing is said what the database holds."""
+        said = self.provenance
+        if callable(said):
+            assert isinstance(w.source, Path)
+            said = said(w.source)
+        if said is None:
             return held
-        said = self.provenance if isinstance(self.provenance, Provenance) else self.provenance(path)
         return Provenance(
             said.author or held.author, said.source or held.source, said.licence or held.licence
         )
@@ -337,8 +404,8 @@ class _Run:
         name: str | None = None,
     ) -> None:
         entry = MeshReport(
-            w.path,
-            name or w.path.name,
+            w.source if isinstance(w.source, Path) else None,
+            name or w.name,
             w.sha256,
             w.outcome,
             quads_read,
@@ -361,5 +428,5 @@ class _Run:
             done += w.size * len(w.tallies) / total if total else 0
         self.state.bytes_done = done
         self.state.patches = int(self.pulse[1])
-        self.state.working = [w.path.name for w in open_meshes]
+        self.state.working = [w.name for w in open_meshes]
         self.progress(self.state)

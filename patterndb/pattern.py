@@ -117,7 +117,8 @@ class Pattern:
 
     def twin(self) -> Int32Array:
         """(4q,) int32 half-edges; half-edge 0 leaves corner 0 along side 0."""
-        return decode(self.code)
+        # What decode gives for a valid code, which a pattern's is.
+        return self.code.astype(np.int32) - 1
 
     def polychords(self) -> Polychords:
         """The polychords, the open ones numbered as in ``label``, loops after them."""

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
-import sys
 import tempfile
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
 
+from patterndb.cachefolder import cache_folders
 from patterndb.errors import DatabaseError
 from patterndb.store import compact
 
@@ -34,7 +33,7 @@ def starter_path(say: Callable[[str], None] | None = None) -> Path:
         )
     data = packed.read_bytes()
     name = f"starter-{hashlib.sha256(data).hexdigest()[:16]}.db"
-    folders = _cache_folders()
+    folders = cache_folders()
     failure: Exception | None = None
     for folder in folders:
         if (folder / name).is_file():
@@ -66,24 +65,3 @@ def starter_path(say: Callable[[str], None] | None = None) -> Path:
         f"no folder to unpack the starter database into{reason}; set PATTERNDB_CACHE to one "
         "that can be written, with 100 MB to spare"
     )
-
-
-def _cache_folders() -> list[Path]:
-    """Where to unpack, best first."""
-    named = os.environ.get("PATTERNDB_CACHE")
-    if named:
-        return [Path(named)]
-    folders: list[Path] = []
-    if sys.platform == "win32":
-        local = os.environ.get("LOCALAPPDATA")
-        folders += [Path(local) / "patterndb" / "cache"] if local else []
-    elif sys.platform == "darwin":
-        folders.append(Path("~/Library/Caches/patterndb").expanduser())
-    else:
-        base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
-        folders.append(Path(base).expanduser() / "patterndb")
-    return [*folders, Path(tempfile.gettempdir()) / f"patterndb-{_user()}"]
-
-
-def _user() -> str:
-    return str(os.getuid()) if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")

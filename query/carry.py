@@ -21,17 +21,19 @@ def carry(
     weight: Int32Array,
     flow: Int32Array,
     tolerance: int,
+    tag: int,
     keys: Int64Array,
     best: Int32Array,
     order: Int64Array,
+    count: int,
 ) -> int:
-    """The best widths under which strands lie on all the strokes; return how many.
+    """Add the best widths under which strands lie on all the strokes; return how many there are.
 
     edges: (p,) strand that crosses each edge, side_start: (n + 1,) where sides begin there;
     lengths: (n,) edges asked for; weight: (n, n) what the square of a width counts between
-    two sides; flow: (s, 4) of :func:`query.flow.flows_seen`, none for no strokes. keys:
-    (keep,), best: (keep, strands), order: (keep,): the solutions and the order in which they
-    are the best, see :mod:`query.evenness`. With keep = 0 only whether there is any: 1 or 0.
+    two sides; flow: (s, 4) of :func:`query.flow.flows_seen`, none for no strokes. tag, keys,
+    best, order, count: the list to which they are added, see :func:`query.evenness.most_even`.
+    With a list of no room only whether there is any: 1 or 0.
     """
     n_flows = len(flow)
     n_sides = len(lengths)
@@ -74,7 +76,7 @@ def carry(
     for s in range(n_flows):
         n_found[s] = candidates(flow[s], side_start, lengths, tolerance, edges, end, found[s])
         if n_found[s] == 0:
-            return 0
+            return count
     carrier = np.empty(n_flows, np.int32)
     first_on = np.full(n_strands, -1, np.int32)
     next_on = np.full(n_flows, -1, np.int32)
@@ -83,7 +85,6 @@ def carry(
     choice = np.zeros(n_flows, np.int32)
     rank = np.zeros(n_flows, np.int32)
     placed = np.zeros(n_flows, np.bool_)
-    count = 0
     s = 0
     while s >= 0:
         if s < n_flows:
@@ -163,6 +164,7 @@ def carry(
                 own,
                 strand_weight,
                 tolerance,
+                tag,
                 keys,
                 best,
                 order,

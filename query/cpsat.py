@@ -17,12 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import MissingExtraError
-from patterndb.halfedge import Int32Array
-from patterndb.patternclass import PatternClass
-from query.boundary import Boundary
+from patterndb.label import split_word
+from query.batch import Asked, Labels, Solved
 from query.chords import Chords
 from query.errors import InvalidQueryError, SolverError
-from query.feasibility import targets, units
+from query.evenness import OFF
 from query.solve import NO_FLOWS, Flows, Solutions
 
 
@@ -180,7 +179,17 @@ def solutions(
 def _with_flows(
     chords: Chords, lengths: NDArray[np.int64], limit: int | None, flows: Flows
 ) -> Solutions:
-    """The solutions of every assignment of strokes to strands, by edges off, then evenness."""
+    """The best of the solutions, by edges off, then evenness."""
+    least = _least_off(chords, lengths, flows)
+    ranked = sorted(least, key=lambda widths: (least[widths], sum(x * x for x in widths), widths))
+    rows = np.array(ranked[:limit], np.int32).reshape(-1, chords.n)
+    return Solutions(rows, limit is not None and len(ranked) > limit)
+
+
+def _least_off(
+    chords: Chords, lengths: NDArray[np.int64], flows: Flows
+) -> dict[tuple[int, ...], int]:
+    """The solutions of every assignment of strokes to strands, with the fewest edges off."""
     least: dict[tuple[int, ...], int] = {}
     n = chords.n
     for carriers in _assignments(chords, flows):
@@ -189,9 +198,7 @@ def _with_flows(
         for values in model.enumerate(None):
             off = sum(map(abs, values[n:]))
             least[values[:n]] = min(off, least.get(values[:n], off))
-    ranked = sorted(least, key=lambda widths: (least[widths], sum(x * x for x in widths), widths))
-    rows = np.array(ranked[:limit], np.int32).reshape(-1, n)
-    return Solutions(rows, limit is not None and len(ranked) > limit)
+    return least
 
 
 def _assignments(chords: Chords, flows: Flows) -> Iterator[tuple[Carrier, ...]]:
@@ -236,31 +243,67 @@ def feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> boo
     return False
 
 
-def feasible_rows(
-    patterns: PatternClass,
-    boundary: Boundary,
+def keep_carrying(
+    labels: Labels,
     rows: NDArray[np.int64],
-    *,
+    allowed: NDArray[np.bool_],
+    asked: Asked,
     threads: int | None = None,
-) -> NDArray[np.int64]:
-    """As :func:`query.feasibility.feasible_rows`; a millisecond or so for every system."""
-    lengths, kinds = targets(boundary)
-    signature, allowed, unit = units(patterns, boundary, rows, kinds)
+) -> NDArray[np.bool_]:
+    """As :func:`query.batch.keep_carrying`; a millisecond or so for every system."""
 
-    def fits(u: int) -> bool:
-        base = patterns.lengths[signature[u]]
-        chords = _chords_of(patterns.joins[signature[u]])
-        return any(
-            bool((lengths[o] >= base).all()) and feasible(chords, lengths[o])
-            for o in np.flatnonzero(allowed[u])
-        )
+    def fits(at: tuple[int, int]) -> bool:
+        r, o = at
+        chords = _chords(labels, int(rows[r]))
+        return feasible(chords, asked.lengths[o], Flows(asked.flows[o], asked.tolerance))
 
+    result = allowed.copy()
+    places = np.argwhere(allowed)
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-        answers = np.array(list(pool.map(fits, range(len(signature)))), np.bool_)
-    return rows[answers[unit]]
+        result[allowed] = list(pool.map(fits, map(tuple, places.tolist())))
+    return result
 
 
-def _chords_of(joins: Int32Array) -> Chords:
-    """The polychords of a signature, class by class."""
-    i, j = np.nonzero(np.triu(joins))
-    return Chords.from_sides(len(joins), np.repeat(np.c_[i, j], joins[i, j], axis=0))
+def solve_rows(
+    labels: Labels,
+    rows: NDArray[np.int64],
+    allowed: NDArray[np.bool_],
+    asked: Asked,
+    keep: int,
+) -> Solved:
+    """As :func:`query.batch.solve_rows`; lists every solution before it takes the best."""
+    found: list[tuple[int, int, tuple[int, ...], int]] = []
+    for r, row in enumerate(rows.tolist()):
+        chords = _chords(labels, row)
+        of_row: list[tuple[int, tuple[int, ...], int]] = []
+        for o in np.flatnonzero(allowed[r]).tolist():
+            flows = Flows(asked.flows[o], asked.tolerance)
+            weight = asked.weights[o][chords.sides[:, 0], chords.sides[:, 1]].tolist()
+            for widths, off in _all(chords, asked.lengths[o].astype(np.int64), flows):
+                key = off * OFF + sum(w * x * x for w, x in zip(weight, widths, strict=True))
+                of_row.append((key, widths, o))
+        found += [(r, key, widths, o) for key, widths, o in sorted(of_row)[:keep]]
+    longest = max((len(widths) for _, _, widths, _ in found), default=0)
+    table = np.zeros((len(found), longest), np.int32)
+    for at, (_, _, widths, _) in enumerate(found):
+        table[at, : len(widths)] = widths
+    return Solved(
+        row=np.array([r for r, _, _, _ in found], np.int64),
+        key=np.array([key for _, key, _, _ in found], np.int64),
+        orientation=np.array([o for _, _, _, o in found], np.int32),
+        widths=table,
+    )
+
+
+def _all(
+    chords: Chords, lengths: NDArray[np.int64], flows: Flows
+) -> list[tuple[tuple[int, ...], int]]:
+    """All widths, and the edges that each is off the strokes."""
+    if len(flows.rows):
+        return list(_least_off(chords, lengths, flows).items())
+    return [(widths, 0) for widths in _Model(chords, lengths).enumerate(None)]
+
+
+def _chords(labels: Labels, row: int) -> Chords:
+    word = labels.words[labels.start[row] : labels.start[row + 1]]
+    return Chords.from_label(split_word(word, labels.n_sides))

@@ -1,33 +1,37 @@
-"""Ask for the fills of a boundary.
+"""Ask for the fills of a boundary: the way from a question to fills, best first.
 
-Patterns come in the class's order, fewest irregular vertices first, then most frequent,
-then smallest id (Marcias et al. 2015, section 5, "Sorting criteria"); the fills of one
-pattern in the order of :mod:`query.fit`. Only the fills that are listed are expanded.
+The question is put in the patterns' terms (:mod:`query.asking`), tables of patterns are
+searched in lanes (:mod:`query.lane`), and a stream merges what the lanes find
+(:mod:`query.stream`). A boundary for which no table has anything is constructed.
 """
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Literal, Protocol, overload
+from collections.abc import Collection, Iterable, Sequence
+from typing import Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
-from query import feasibility, solve
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.filters import Filters
-from query.fit import Fit, fits
-from query.identity import fill_key, is_mesh
-from query.reason import why_empty
-from query.solve import Solver
+from query.filters import NO_DOUBLETS, Filters, Range
+from query.ranking import ORDERS, Order
+from query.stream import Fills, Query
+from query.stroke import TOLERANCE, Stroke
 
 SolverName = Literal["kernel", "cp-sat"]
+
+#: Where the patterns of fills come from.
+Origin = Literal["learned", "imported", "family", "constructed"]
+
+#: Irregular vertices on the boundary that a fill may have unless told otherwise. With this many
+#: the complete family loses no optimum.
+BOUNDARY_IRREGULAR = 3
+
+#: Fits that the orders which need geometry, or the whole list, choose from.
+POOL = 400
 
 
 class PatternSource(Protocol):
@@ -36,107 +40,134 @@ class PatternSource(Protocol):
     def pattern_class(self, n_sides: int) -> PatternClass: ...
 
 
-@dataclass(frozen=True, slots=True)
-class FillList(Sequence[Fill]):
-    """The answer to a query: a sequence of fills, best first.
-
-    fills:     the fills, as many as were asked for.
-    boundary:  the boundary they fill.
-    feasible_patterns: how many patterns pass the filters and can meet the lengths.
-    truncated: are there more fills than are listed, by either limit?
-    seconds:   how long the query took.
-    reason:    why there is none, where there is none.
-    """
-
-    fills: tuple[Fill, ...]
-    boundary: Boundary
-    feasible_patterns: int
-    truncated: bool
-    seconds: float
-    reason: str | None
-
-    def __len__(self) -> int:
-        return len(self.fills)
-
-    @overload
-    def __getitem__(self, index: int) -> Fill: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Fill, ...]: ...
-    def __getitem__(self, index: int | slice) -> Fill | tuple[Fill, ...]:
-        return self.fills[index]
-
-
 def fills(
     source: PatternSource | PatternClass,
     boundary: Boundary | Iterable[int],
     *,
+    strokes: Sequence[Stroke] = (),
+    tolerance: int = TOLERANCE,
     limit: int | None = 20,
+    per_pattern: int | None = None,
+    order: Order | None = None,
+    strict: bool = False,
+    max_boundary_irregular: int = BOUNDARY_IRREGULAR,
     max_irregular: int | None = None,
-    valence: tuple[int, int] | None = None,
-    per_pattern: int | None = 4,
+    valence: Range | None = NO_DOUBLETS,
+    max_quads: int | None = None,
+    corners: Range | None = None,
+    has_loop: bool | None = None,
+    min_frequency: int | None = None,
+    meshes: Sequence[str] | None = None,
+    licences: Sequence[str] | None = None,
+    origins: Collection[Origin] | None = None,
+    use_counts: bool = False,
+    time_limit: float | None = None,
+    pool: int = POOL,
     solver: SolverName = "kernel",
     threads: int | None = None,
-) -> FillList:
-    """All strict fills of a boundary that the patterns hold, best first.
+) -> Fills:
+    """The fills of a boundary, best first, as an iterator that finds them as it goes.
 
     source: a database, or one class of patterns. boundary: a Boundary, or the lengths of
-    sides between convex corners. limit: the most fills; per_pattern: the most of one
-    pattern; None is no limit (the fills of long sides run into millions).
-    max_irregular, valence: see :class:`query.filters.Filters`. solver: "kernel", or
-    "cp-sat" for the same answer, slowly, from OR-Tools. threads: at most so many (default:
-    one a processor); the answer does not depend on it.
+    sides between convex corners.
+
+    strokes: strands that every fill shall have, each its own; see :class:`query.stroke.Stroke`.
+    tolerance: edges that a strand's end may be off its stroke's.
+    limit: the most fills; per_pattern: the most of one pattern; None is no limit (the fills of
+    long sides run into millions). time_limit: seconds after which the list ends; it has at
+    least one fill if there is any. pool: the orders "flow", "quality", "small" and
+    "symmetric" sort the first so many fills of the order before.
+    order: see :mod:`query.ranking` and docs; None is "flow" where boundary and strokes have
+    points, and "artist" elsewhere.
+    strict: only fills whose corners are where the boundary's are. Else corners may lie
+    elsewhere (relaxed matching), each such place counting as an irregular vertex of the
+    boundary, of which a fill has at most max_boundary_irregular, unless it is constructed.
+    max_irregular, valence, max_quads, corners, has_loop, min_frequency: see
+    :class:`query.filters.Filters`; by default interior vertices have at least 3 quads.
+    meshes, licences: only patterns that were learned from such meshes, see
+    :meth:`patterndb.store.Database.pattern_ids`; source must be a database.
+    origins: only fills of these origins. use_counts: let recorded uses of a pattern count
+    like patches that were seen. solver: "kernel", or "cp-sat" for the same fills, slowly, from
+    OR-Tools. threads: at most so many (default: one a processor); the list does not depend
+    on it.
 
     Every rotation and mirror image is tried, less those that a pattern's own symmetries
     make equal, and no fill is listed twice. Raises InvalidBoundaryError for lengths that
-    are no boundary and InvalidQueryError for options that ask for nothing.
+    are no boundary and InvalidQueryError for strokes that do not end on it and options that
+    ask for nothing.
 
     >>> square = Pattern.from_code(np.zeros(4, np.uint16))
-    >>> fills(PatternClass.from_patterns(4, [square]), (3, 2, 3, 2))[0].n_quads
+    >>> next(fills(PatternClass.from_patterns(4, [square]), (3, 2, 3, 2))).n_quads
     6
     """
-    begin = time.perf_counter()
-    for name, value in (("limit", limit), ("per_pattern", per_pattern), ("threads", threads)):
+    for name, value in (
+        ("limit", limit),
+        ("per_pattern", per_pattern),
+        ("threads", threads),
+        ("pool", pool),
+    ):
         if value is not None and value < 1:
             raise InvalidQueryError(f"{name} is {value}; the least is 1, None leaves it open")
+    if time_limit is not None and not time_limit > 0:
+        raise InvalidQueryError(f"time_limit is {time_limit}; give seconds above 0")
+    if tolerance < 0:
+        raise InvalidQueryError(f"tolerance is {tolerance}; 0 asks for exact strokes")
+    if order is not None and order not in ORDERS:
+        raise InvalidQueryError(f"order is {order!r}; there are {', '.join(ORDERS)}")
+    if solver not in ("kernel", "cp-sat"):
+        raise InvalidQueryError(f'solver is {solver!r}; there are "kernel" and "cp-sat"')
     if not isinstance(boundary, Boundary):
         boundary = Boundary(boundary)
-    filters = Filters(max_irregular, valence)
-    patterns = _class_for(source, boundary)
-    feasible_rows, widths = _solver(solver)
-    candidates = filters.rows(patterns, boundary)
-    rows = feasible_rows(patterns, boundary, candidates, threads=threads)
-    listed, truncated = _take(patterns, rows, boundary, limit, per_pattern, widths)
-    return FillList(
-        fills=tuple(listed),
-        boundary=boundary,
-        feasible_patterns=len(rows),
-        truncated=truncated,
-        seconds=time.perf_counter() - begin,
-        reason=None if listed else why_empty(patterns, boundary, filters, len(candidates)),
+    for stroke in strokes:
+        stroke.refuse_unless_on(boundary)
+    drawn = boundary.points is not None and any(s.points is not None for s in strokes)
+    order = order or ("flow" if drawn else "artist")
+    if order == "flow" and not drawn:
+        raise InvalidQueryError('order="flow" needs points of the boundary and of a stroke')
+    if order == "quality" and boundary.points is None:
+        raise InvalidQueryError('order="quality" needs points of the boundary')
+    ids = None
+    if meshes is not None or licences is not None:
+        ids = _ids_of(source, boundary.n_sides, meshes, licences)
+    return Fills(
+        Query(
+            patterns=_class_for(source, boundary),
+            smaller=None if isinstance(source, PatternClass) else source.pattern_class,
+            boundary=boundary,
+            strokes=tuple(strokes),
+            tolerance=tolerance,
+            limit=limit,
+            per_pattern=per_pattern,
+            order=order,
+            filters=Filters(
+                max_irregular=max_irregular,
+                valence=valence,
+                max_quads=max_quads,
+                corners=corners,
+                has_loop=has_loop,
+                min_frequency=min_frequency,
+                max_boundary_irregular=0 if strict else max_boundary_irregular,
+                ids=ids,
+            ),
+            strict=strict,
+            origins=None if origins is None else frozenset(origins),
+            use_counts=use_counts,
+            time_limit=time_limit,
+            pool=pool,
+            by_cpsat=solver == "cp-sat",
+            threads=threads,
+        )
     )
 
 
 def best(
     source: PatternSource | PatternClass,
     boundary: Boundary | Iterable[int],
-    *,
-    max_irregular: int | None = None,
-    valence: tuple[int, int] | None = None,
-    solver: SolverName = "kernel",
-    threads: int | None = None,
+    **options: object,
 ) -> Fill | None:
-    """The first of :func:`fills`, or None."""
-    found = fills(
-        source,
-        boundary,
-        limit=1,
-        per_pattern=1,
-        max_irregular=max_irregular,
-        valence=valence,
-        solver=solver,
-        threads=threads,
-    )
-    return found[0] if found else None
+    """The first of :func:`fills`, or None; the options are the same."""
+    options = {"limit": 1, **options}
+    return next(fills(source, boundary, **options), None)  # pyright: ignore[reportArgumentType]
 
 
 def _class_for(source: PatternSource | PatternClass, boundary: Boundary) -> PatternClass:
@@ -150,71 +181,13 @@ def _class_for(source: PatternSource | PatternClass, boundary: Boundary) -> Patt
     return source
 
 
-def _solver(name: SolverName) -> tuple[Callable[..., NDArray[np.int64]], Solver]:
-    """(which rows of a class fit, solutions of one system) of the solver of that name."""
-    if name == "kernel":
-        return feasibility.feasible_rows, solve.solutions
-    if name == "cp-sat":
-        from query import cpsat
-
-        return cpsat.feasible_rows, cpsat.solutions
-    raise InvalidQueryError(f'solver is {name!r}; there are "kernel" and "cp-sat"')
-
-
-def _take(
-    patterns: PatternClass,
-    rows: NDArray[np.int64],
-    boundary: Boundary,
-    limit: int | None,
-    per_pattern: int | None,
-    widths: Solver,
-) -> tuple[list[Fill], bool]:
-    """The fills to list, and whether there are more."""
-    listed: list[Fill] = []
-    seen: set[bytes] = set()
-    truncated = False
-    for row in rows.tolist():
-        pattern = patterns.pattern(row)
-        room = None if limit is None else limit - len(listed)
-        if room == 0:
-            # A fill beyond the last one listed, if it is no copy of one, is one too many.
-            if _new_fills(pattern, boundary, 1, widths, seen)[0]:
-                return listed, True
-            continue
-        most = min((n for n in (room, per_pattern) if n is not None), default=None)
-        new, more = _new_fills(pattern, boundary, most, widths, seen)
-        listed += new
-        truncated = truncated or more
-    return listed, truncated
-
-
-def _new_fills(
-    pattern: Pattern, boundary: Boundary, most: int | None, widths: Solver, seen: set[bytes]
-) -> tuple[list[Fill], bool]:
-    """At most that many fills of a pattern that are not listed yet, and whether it has more."""
-    if not pattern.self_crossing and is_mesh(pattern.disk().quads):
-        found, more = fits(pattern, boundary, most, widths)
-        return [fit.fill(pattern) for fit in found], more
-    ask = None if most is None else most + 1
-    while True:
-        found, more = fits(pattern, boundary, ask, widths)
-        new = dict(_unseen(pattern, found, seen))
-        if ask is None or most is None or len(new) > most or not more:
-            break
-        ask *= 2
-    kept = list(new.items())[:most]
-    seen.update(key for key, _ in kept)
-    return [fill for _, fill in kept], len(new) > len(kept)
-
-
-def _unseen(pattern: Pattern, found: list[Fit], seen: set[bytes]) -> Iterator[tuple[bytes, Fill]]:
-    """The fits whose fills are meshes and new, under their keys, once each."""
-    mine: set[bytes] = set()
-    for fit in found:
-        fill = fit.fill(pattern)
-        if not is_mesh(fill.quads):
-            continue
-        key = fill_key(fill)
-        if key not in seen and key not in mine:
-            mine.add(key)
-            yield key, fill
+def _ids_of(
+    source: PatternSource | PatternClass,
+    n_sides: int,
+    meshes: Sequence[str] | None,
+    licences: Sequence[str] | None,
+) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+    ask = getattr(source, "pattern_ids", None)
+    if ask is None:
+        raise InvalidQueryError("meshes and licences are known to databases only; ask one")
+    return ask(n_sides, meshes, licences)

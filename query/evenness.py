@@ -189,6 +189,7 @@ def most_even(
     own: Int32Array,
     chord_weight: Int32Array,
     tolerance: int,
+    tag: int,
     keys: Int64Array,
     best: Int32Array,
     order: Int64Array,
@@ -200,9 +201,10 @@ def most_even(
     :class:`query.chords.Chords`, with class_n 0 and class_weight 1, 0 for the two classes of
     a tolerance. class_of, chord_of: (parts,) class and polychord of every part; own: (n,) the
     width of every polychord when its parts have slack 0; chord_weight: (n,).
-    keys: (keep,), best: (keep, n), order: (keep,) hold ``count`` solutions, of other systems
-    of the same polychords, in order. At the end they hold the best of all; where fewer than
-    ``keep``, all there are.
+    keys: (keep,), best: (keep, n + 1), order: (keep,) hold ``count`` solutions, of other
+    systems of the same polychords, in order; behind its widths each has the tag of its system.
+    At the end they hold the best of all; where fewer than ``keep``, all there are. Equal
+    widths with unlike tags are two solutions.
     """
     w = len(slack)
     m = len(class_i)
@@ -235,7 +237,8 @@ def most_even(
 
     room = keep
     buffer = np.empty((room, len(class_of)), np.int32)
-    widths = np.empty(n, np.int32)
+    widths = np.empty(n + 1, np.int32)
+    widths[n] = tag
     residual = slack.copy()
     closed = np.zeros(m, np.bool_)
     value = np.zeros(m, np.int32)

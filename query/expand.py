@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numba import njit
@@ -52,8 +53,9 @@ def expand(
         rotation %= n
         first = int(start[(rotation + mirrored) % n])
         lengths = [sides[(rotation - i if mirrored else rotation + i) % n] for i in range(n)]
-    across = np.array(given, np.int32)[pattern.polychords().of_edge]
-    quads, n_vertices = expand_quads(pattern.twin(), across, perimeter, first, mirrored)
+    twin, of_edge = edges_of(pattern)
+    across = np.array(given, np.int32)[of_edge]
+    quads, n_vertices = expand_quads(twin, across, perimeter, first, mirrored)
     return Fill(
         quads=quads,
         n_vertices=n_vertices,
@@ -65,6 +67,13 @@ def expand(
         n_irregular=pattern.n_irregular,
         origin=pattern.origin,
     )
+
+
+@lru_cache(maxsize=8192)
+def edges_of(pattern: Pattern) -> tuple[Int32Array, Int32Array]:
+    """(4q,) int32 half-edges of a pattern, and the polychord that crosses each; kept, for a
+    pattern is expanded many times."""
+    return pattern.twin(), pattern.polychords().of_edge
 
 
 @njit(cache=True, nogil=True)

@@ -1,14 +1,17 @@
-"""Which patterns of a class fit a boundary in at least one orientation.
+"""Which patterns of a class fit a boundary, and in which orientations.
 
-Whether lengths can be met depends on a pattern's signature alone, so one test serves
-every pattern that shares it; only where the boundary has reflex corners is each pattern
-looked at by itself. Marcias et al. 2015, section 4, solve one integer program a pattern.
+Whether lengths can be met depends on a pattern's signature and on the orientation alone.
+Each is one system, first screened together with the other orientations of its signature
+(:mod:`query.screen`), then, if need be, decided by a flow (:mod:`query.rounding`). Marcias
+et al. 2015, section 4, solve one integer program a pattern.
 """
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -17,54 +20,65 @@ from numpy.typing import NDArray
 from patterndb.halfedge import Int32Array
 from patterndb.patternclass import PatternClass
 from query.boundary import Boundary
-from query.matching import balanced, search, two_colour
+from query.halves import COPY_BY, QUEUE
 from query.orientation import orientations
-from query.transport import integral, transport
+from query.rounding import matchable
+from query.screen import (
+    BITS,
+    LANES,
+    Int64Array,
+    is_refused,
+    lane_of,
+    refuse_cut,
+    screen,
+    words,
+)
+from query.systems import Signed, Systems, systems_of
 
-#: Signatures that are worth a thread of their own: some ten milliseconds of work.
-ROWS_PER_THREAD = 2048
+#: Patterns that a thread takes at a time: a millisecond of work or less, so that all
+#: threads end together, and so much that handing it over costs nothing.
+ROWS_PER_THREAD = 1024
+
+#: Patterns between two looks at the cancel flag: some ten microseconds.
+ROWS_PER_LOOK = 64
+
+Flag = NDArray[np.uint8]
 
 
-def targets(boundary: Boundary) -> tuple[Int32Array, Int32Array]:
+class _Query(NamedTuple):
+    """What is asked of a class, for the kernels.
+
+    lengths: (g, w) words, see :mod:`query.screen`: a lane for each different way in which
+             a signature sees the boundary.
+    kinds:   (n, N) int32 quads at the corners in each lane; corner s is where side s of the
+             signature begins.
+    lane:    (2 N,) int32 the lane of each orientation.
+    perimeter: edges around the boundary.
+    convex:  do corners not matter?
+    """
+
+    lengths: Int64Array
+    kinds: Int32Array
+    lane: Int32Array
+    perimeter: int
+    convex: bool
+
+
+def _distinct(boundary: Boundary) -> tuple[Int32Array, Int32Array, Int32Array]:
     """The boundary as a signature sees it, once per orientation that looks different.
 
-    Returns ((o, max(N, 1)) int32 lengths, (o, N) int32 quads at the corners).
+    Returns ((d, max(N, 1)) int32 lengths, (d, N) int32 quads at the corners, (2N,) int32 which
+    of these rows each orientation is).
     """
     seen = [o.seen(boundary) for o in orientations(boundary.n_sides)]
-    rows = np.unique(np.array([np.r_[lengths, counts] for lengths, counts in seen]), axis=0)
+    rows = np.array([np.r_[lengths, counts] for lengths, counts in seen])
+    rows, which = np.unique(rows, axis=0, return_inverse=True)
     width = len(boundary.lengths)
-    return np.ascontiguousarray(rows[:, :width]), np.ascontiguousarray(rows[:, width:])
-
-
-def corners_in_signature_order(patterns: PatternClass, rows: NDArray[np.int64]) -> Int32Array:
-    """(r, N) int32 quads at the corners of the patterns in these rows.
-
-    Corner s is where side s of the pattern's signature begins; see ``PatternClass.rotation``.
-    """
-    n = patterns.n_sides
-    s = np.arange(n)
-    turn = patterns.rotation[rows, None].astype(np.int64)
-    reflected = patterns.reflected[rows, None]
-    corner = np.where(reflected, turn + 1 - s, turn + s) % max(n, 1)
-    return np.take_along_axis(patterns.corners[rows].astype(np.int32), corner, axis=1)
-
-
-def units(
-    patterns: PatternClass, boundary: Boundary, rows: NDArray[np.int64], kinds: Int32Array
-) -> tuple[Int32Array, NDArray[np.bool_], NDArray[np.int64]]:
-    """What has to be tested so that each of the rows is answered.
-
-    kinds: (o, N) quads at the corners in each orientation. Returns ((u,) int32
-    signatures, (u, o) bool orientations in which the corners match kind for kind,
-    (r,) int64 the unit that answers each row).
-    """
-    if boundary.convex:
-        signature, unit = np.unique(patterns.signature[rows], return_inverse=True)
-        allowed = np.ones((len(signature), len(kinds)), np.bool_)
-        return signature.astype(np.int32), allowed, unit.ravel()
-    corners = corners_in_signature_order(patterns, rows)
-    allowed = np.stack([(corners == kind).all(axis=1) for kind in kinds], axis=1)
-    return patterns.signature[rows].astype(np.int32), allowed, np.arange(len(rows))
+    return (
+        np.ascontiguousarray(rows[:, :width]),
+        np.ascontiguousarray(rows[:, width:]),
+        which.ravel().astype(np.int32),
+    )
 
 
 def feasible_rows(
@@ -73,105 +87,217 @@ def feasible_rows(
     rows: NDArray[np.int64],
     *,
     threads: int | None = None,
+    cancel: Flag | None = None,
 ) -> NDArray[np.int64]:
     """Those of the rows, in order, whose pattern fits the boundary strictly.
 
     rows: (r,) int64 row numbers of the class; each must have as many reflex corners as the
     boundary. threads: at most so many (default: one a processor); the result does not
-    depend on it.
+    depend on it. cancel: (1,) uint8; once another thread makes it other than 0, the call
+    ends within a fraction of a millisecond, and rows not looked at count as unfit.
     """
-    lengths, kinds = targets(boundary)
-    signature, allowed, unit = units(patterns, boundary, rows, kinds)
-    fits = np.zeros(len(signature), np.bool_)
-    wanted = min(threads or os.cpu_count() or 1, -(-len(signature) // ROWS_PER_THREAD))
-    cuts = np.linspace(0, len(signature), max(wanted, 1) + 1).astype(np.int64)
+    fits = np.zeros((len(rows), 1), np.bool_)
+    corners = None if boundary.convex else patterns.corners[rows]
+    _answer(patterns, boundary, rows, corners, False, threads, cancel, fits)
+    return rows[fits[:, 0]]
 
-    def run(first: int, last: int) -> None:
-        _mark_feasible(
-            patterns.lengths, patterns.joins, lengths, signature, allowed, first, last, fits
+
+def feasible_orientations(
+    patterns: PatternClass,
+    boundary: Boundary,
+    rows: NDArray[np.int64],
+    *,
+    threads: int | None = None,
+    cancel: Flag | None = None,
+) -> NDArray[np.bool_]:
+    """(r, o) bool: in which orientations the patterns in these rows fit strictly.
+
+    o = 2 max(N, 1), in the order of :func:`query.orientation.orientations`; none is left
+    out for a symmetry of the pattern. Where the boundary has reflex corners, those of the
+    pattern must fall on them. Arguments as in :func:`feasible_rows`.
+    """
+    fits = np.zeros((len(rows), 2 * max(patterns.n_sides, 1)), np.bool_)
+    corners = None if boundary.convex else patterns.corners[rows]
+    _answer(patterns, boundary, rows, corners, True, threads, cancel, fits)
+    return fits
+
+
+def lengths_met(
+    rows_of: Signed,
+    boundary: Boundary,
+    rows: NDArray[np.int64],
+    *,
+    threads: int | None = None,
+    cancel: Flag | None = None,
+) -> NDArray[np.bool_]:
+    """As :func:`feasible_orientations`, of anything with signatures and whatever the corners."""
+    fits = np.zeros((len(rows), 2 * rows_of.lengths.shape[1]), np.bool_)
+    _answer(rows_of, boundary, rows, None, True, threads, cancel, fits)
+    return fits
+
+
+def _answer(
+    patterns: Signed,
+    boundary: Boundary,
+    rows: NDArray[np.int64],
+    corners: NDArray[np.uint8] | None,
+    every: bool,
+    threads: int | None,
+    cancel: Flag | None,
+    fits: NDArray[np.bool_],
+) -> None:
+    """Set ``fits``: (r, 2N), or with ``every`` False (r, 1), does any orientation fit?
+
+    corners: (r, N) quads at the rows' corners, or None where they do not matter.
+    """
+    systems = systems_of(patterns)
+    lengths, kinds, lane = _distinct(boundary)
+    query = _Query(words(lengths), kinds, lane, boundary.perimeter, corners is None)
+    if corners is None:
+        corners = np.zeros((0, 0), np.uint8)
+    flag = np.zeros(1, np.uint8) if cancel is None else cancel
+    signature = patterns.signature[rows]
+    turn = patterns.rotation[rows]
+    reflected = patterns.reflected[rows]
+
+    def run(first: int) -> None:
+        last = first + ROWS_PER_THREAD
+        _mark(
+            systems,
+            query,
+            signature[first:last],
+            turn[first:last],
+            reflected[first:last],
+            corners[first:last],
+            every,
+            flag,
+            fits[first:last],
         )
 
-    if wanted <= 1:
-        run(0, len(signature))
-    else:
-        with ThreadPoolExecutor(wanted) as pool:
-            list(pool.map(run, cuts[:-1].tolist(), cuts[1:].tolist()))
-    return rows[fits[unit]]
+    _share(run, range(0, len(rows), ROWS_PER_THREAD), threads or os.cpu_count() or 1)
+
+
+def _share(run: Callable[[int], None], tasks: range, threads: int) -> None:
+    """Run all tasks; each thread takes the next one when it is done with the last."""
+    ahead = iter(tasks)
+
+    def work() -> None:
+        for task in ahead:
+            run(task)
+
+    others = min(threads, len(tasks)) - 1
+    if others <= 0:
+        return work()
+    with ThreadPoolExecutor(others) as pool:
+        helpers = [pool.submit(work) for _ in range(others)]
+        work()
+        for helper in helpers:
+            helper.result()
 
 
 @njit(cache=True, nogil=True)
-def _mark_feasible(
-    base: Int32Array,
-    joins: Int32Array,
-    lengths: Int32Array,
+def _mark(
+    systems: Systems,
+    query: _Query,
     signature: Int32Array,
-    allowed: NDArray[np.bool_],
-    first: int,
-    last: int,
+    turn: Int32Array,
+    reflected: NDArray[np.bool_],
+    corners: NDArray[np.uint8],
+    every: bool,
+    cancel: Flag,
     fits: NDArray[np.bool_],
 ) -> None:
-    """Set ``fits`` for the units first..last - 1.
-
-    base: (s, w), joins: (s, w, w) of :class:`PatternClass`; lengths: (o, w) edges asked
-    for; signature: (u,), allowed: (u, o), fits: (u,) of :func:`units`.
-    """
-    n_orientations, w = lengths.shape
-    most = w * (w + 1) // 2
-    class_i = np.empty(most, np.int32)
-    class_j = np.empty(most, np.int32)
-    class_n = np.ones(most, np.int32)
-    closed = np.zeros(most, np.bool_)
-    rows = np.empty((1, most), np.int32)
-    component = np.empty(w, np.int32)
-    colour = np.empty(w, np.int32)
-    side_scratch = np.empty((5, w), np.int32)
-    class_scratch = np.empty((3, most), np.int32)
-    flow = np.empty((2, most), np.int32)
-    slack = np.empty(w, np.int32)
-    perimeter = lengths[0].sum()
-    for u in range(first, last):
+    """:func:`_answer` for some rows: signature, turn, reflected: (r,); corners: (r, N)."""
+    # Taken apart once: every access to an array in a tuple counts references, in one place
+    # for all threads.
+    graphs, base, perimeter, looped, component, colour, parity = systems
+    first, class_i, class_j, near_first, near = graphs
+    lengths, kinds, lane_of_orientation, most, convex = query
+    n_words, w = lengths.shape
+    slack = np.empty((n_words, w), np.int64)
+    reach = np.empty(w, np.int64)
+    refused = np.empty(n_words, np.int64)
+    need = np.empty(w, np.int32)
+    flow = np.empty((w, w), np.int32)
+    scratch = np.empty((5, w), np.int32)
+    fit = np.empty(n_words * LANES, np.bool_)
+    for u in range(len(signature)):
+        if u % ROWS_PER_LOOK == 0 and cancel[0] != 0:
+            return
         row = signature[u]
-        if base[row].sum() > perimeter:
+        if perimeter[row] > most:
             continue
-        m = 0
-        for i in range(w):
-            for j in range(i, w):
-                if joins[row, i, j] > 0:
-                    class_i[m] = i
-                    class_j[m] = j
-                    m += 1
-        for k in range(m):
-            closed[k] = False
-        two_colour(class_i, class_j, m, closed, component, colour, side_scratch[0])
-        for o in range(n_orientations):
-            if not allowed[u, o]:
+        refused[:] = 0
+        if not convex:
+            _refuse_by_corners(kinds, corners[u], turn[u], reflected[u], refused)
+        if not screen(
+            row,
+            base,
+            looped,
+            component,
+            colour,
+            parity,
+            first,
+            class_i,
+            class_j,
+            lengths,
+            slack,
+            reach,
+            refused,
+        ):
+            continue
+        found = False
+        for lane in range(len(fit)):
+            g = lane // LANES
+            at = lane % LANES
+            fit[lane] = False
+            if is_refused(refused[g], at):
                 continue
-            enough = True
             for s in range(w):
-                slack[s] = lengths[o, s] - base[row, s]
-                if slack[s] < 0:
-                    enough = False
+                need[s] = lane_of(slack[g, s], at)
+            cut = matchable(need, row, first, class_i, class_j, near_first, near, flow, scratch)
+            if cut == 0:
+                fit[lane] = True
+                found = True
+                if not every:
                     break
-            if not enough or not balanced(slack, component, colour, side_scratch[0]):
-                continue
-            if not transport(slack, class_i, class_j, m, closed, flow, side_scratch):
-                continue
-            # Seldom is the flow not a matching yet, and seldom then is there none.
-            if integral(flow, m):
-                found = 1
-            else:
-                found, _ = search(
-                    slack,
-                    class_i,
-                    class_j,
-                    class_n,
-                    m,
-                    0,
-                    rows,
-                    closed,
-                    side_scratch,
-                    class_scratch,
-                )
-            if found > 0:
-                fits[u] = True
+            elif cut > 0:
+                refuse_cut(scratch[QUEUE], cut, scratch[COPY_BY], slack, refused)
+        if not every:
+            fits[u, 0] = found
+        elif found:
+            _turn_back(lane_of_orientation, fit, turn[u], reflected[u], fits[u])
+
+
+@njit(cache=True, nogil=True)
+def _refuse_by_corners(
+    kinds: Int32Array, corners: NDArray[np.uint8], turn: int, reflected: bool, refused: Int64Array
+) -> None:
+    """Refuse the lanes in which a corner of the pattern falls on one of another kind."""
+    n_lanes, n = kinds.shape
+    for lane in range(n_lanes):
+        for s in range(n):
+            if kinds[lane, s] != corners[(turn + 1 - s if reflected else turn + s) % n]:
+                refused[lane // LANES] |= np.int64(1) << (BITS * (lane % LANES) + BITS - 1)
                 break
+
+
+@njit(cache=True, nogil=True)
+def _turn_back(
+    lane: Int32Array,
+    fit: NDArray[np.bool_],
+    turn: int,
+    reflected: bool,
+    fits: NDArray[np.bool_],
+) -> None:
+    """Set ``fits``, by orientation of the pattern, from ``fit``, by lane of its signature.
+
+    Side i of the signature is the pattern's side turn + i, or turn - i where reflected. So
+    what the orientation (mirrored, r) of the pattern is to its sides, (mirrored, r - turn)
+    is to the signature's, or, where reflected, (not mirrored, turn - r).
+    """
+    n = len(fits) // 2
+    for r in range(n):
+        at = (turn - r if reflected else r - turn) % n
+        fits[r] = fit[lane[at + n if reflected else at]]
+        fits[n + r] = fit[lane[at if reflected else at + n]]

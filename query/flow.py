@@ -136,7 +136,8 @@ def cut_system(
     class_weight: (m,) with class_n 0 for those of a tolerance, the first of each two having
     the weight 1 and the other 0, as :mod:`query.evenness` takes them; part_class, part_chord:
     (parts,) class and strand of every part, in order of the strands, whose own width is 1 or,
-    where strokes divide the strand, 0. class_at: (nodes, nodes) int32 scratch, -1 throughout before and after.
+    where strokes divide the strand, 0. class_at: (nodes, nodes) int32 scratch, -1 throughout
+    before and after.
     Returns (nodes, classes, parts); (0, 0, 0) where a piece is too short for its strands.
     """
     n_sides = len(lengths)

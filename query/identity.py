@@ -28,16 +28,16 @@ def is_mesh(quads: Int32Array) -> bool:
     return bool((corners[:, 1:] != corners[:, :-1]).all() and (edges[1:] != edges[:-1]).all())
 
 
-def fill_key(fill: Fill) -> bytes:
+def fill_key(fill: Fill, closed: bool) -> bytes:
     """Equal exactly for equal fills of one boundary.
 
-    The code of the quads as read from boundary vertex 0. One closed side has no first
-    vertex: there it is the smallest code from any.
+    The code of the quads as read from boundary vertex 0. A closed side has no first vertex:
+    there it is the smallest code from any.
     """
     mesh = QuadMesh.from_quads(fill.quads)
     tails = fill.quads.ravel()
     border = np.flatnonzero(mesh.twin < 0)
-    starts = border if fill.pattern.n_sides == 0 else border[tails[border] == 0]
+    starts = border if closed else border[tails[border] == 0]
     q = fill.n_quads
     # Wider than the codes of patterns, which name at most 16,383 quads.
     code = np.zeros(4 * q, np.int32)

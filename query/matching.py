@@ -3,7 +3,7 @@
 Given slack_i >= 0 for every side and classes that join sides (i, j), find integers
 y_ij >= 0 with sum_j y_ij + 2 y_ii = slack_i: how much wider than 1 the polychords of each
 class are in sum. ``search`` lists the solutions depth-first; ``choose`` says where it
-branches and within which bounds, and ``balanced`` rejects by parity.
+branches and within which bounds, and ``balanced`` (:mod:`query.colouring`) rejects by parity.
 
 Source: the integer program of Marcias et al. 2015, section 4. Differs from the paper: an
 own search instead of a general solver, over classes instead of single polychords, since
@@ -17,6 +17,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from patterndb.halfedge import Int32Array
+from query.colouring import balanced, two_colour
+from query.rounding import soluble
 from query.transport import tighten
 
 #: ``choose`` found every class decided, or that no solution is left.
@@ -26,8 +28,9 @@ DEAD = -2
 #: More than any slack: what a class with both ends on one side can absorb.
 UNBOUNDED = 1 << 24
 
-#: Dead ends after which a search no longer trusts its cheap bounds and asks for a flow
-#: wherever it branches. Most searches meet none; those that do may meet millions.
+#: Dead ends after which a search no longer trusts its cheap bounds and asks, wherever it
+#: branches, whether there is a solution at all. Most searches meet none; those that do may
+#: meet millions. From then on the time between two solutions is polynomial.
 PATIENCE = 30
 
 #: Counting stops here, far above what a caller asks for; a product of two still fits.
@@ -93,79 +96,6 @@ def choose(
 
 
 @njit(cache=True, nogil=True)
-def two_colour(
-    class_i: Int32Array,
-    class_j: Int32Array,
-    n_classes: int,
-    closed: NDArray[np.bool_],
-    component: Int32Array,
-    colour: Int32Array,
-    stack: Int32Array,
-) -> None:
-    """Write each side's component under the open classes, and its colour there.
-
-    component: (w,) number of the component's first side; colour: (w,) 1 or -1 such that
-    classes join unlike colours, 0 where the component has no such colouring. stack: (w,)
-    scratch.
-    """
-    n_sides = len(component)
-    for s in range(n_sides):
-        component[s] = -1
-    for root in range(n_sides):
-        if component[root] >= 0:
-            continue
-        component[root] = root
-        colour[root] = 1
-        stack[0] = root
-        head = 0
-        tail = 1
-        bipartite = True
-        while head < tail:
-            s = stack[head]
-            head += 1
-            for k in range(n_classes):
-                if closed[k]:
-                    continue
-                if class_i[k] == s:
-                    other = class_j[k]
-                elif class_j[k] == s:
-                    other = class_i[k]
-                else:
-                    continue
-                if component[other] < 0:
-                    component[other] = root
-                    colour[other] = -colour[s]
-                    stack[tail] = other
-                    tail += 1
-                elif colour[other] == colour[s]:
-                    bipartite = False
-        if not bipartite:
-            for at in range(tail):
-                colour[stack[at]] = 0
-
-
-@njit(cache=True, nogil=True)
-def balanced(
-    residual: Int32Array, component: Int32Array, colour: Int32Array, sums: Int32Array
-) -> bool:
-    """May the classes absorb the residual, component by component, by parity?
-
-    A class takes as much from one end as from the other. So in a component whose sides
-    are two-coloured both colours must add up to the same; in any other the sum must be
-    even. component, colour: of :func:`two_colour`; sums: (w,) scratch.
-    """
-    n_sides = len(residual)
-    for s in range(n_sides):
-        sums[s] = 0
-    for s in range(n_sides):
-        sums[component[s]] += residual[s] if colour[s] == 0 else colour[s] * residual[s]
-    for s in range(n_sides):
-        if component[s] == s and (sums[s] % 2 != 0 if colour[s] == 0 else sums[s] != 0):
-            return False
-    return True
-
-
-@njit(cache=True, nogil=True)
 def splits(value: int, parts: int) -> int:
     """How many ways there are to write value >= 0 as an ordered sum of parts, capped at MANY."""
     ways = 1
@@ -220,18 +150,21 @@ def search(
             down = False
             k, low, high = choose(residual, class_i, class_j, n_classes, closed, degree, reach)
             if dead_ends > PATIENCE and k >= 0 and low < high:
-                low, high = tighten(
-                    residual,
-                    class_i,
-                    class_j,
-                    n_classes,
-                    closed,
-                    k,
-                    low,
-                    high,
-                    flow,
-                    flow_scratch,
-                )
+                if soluble(residual, class_i, class_j, n_classes, closed):
+                    low, high = tighten(
+                        residual,
+                        class_i,
+                        class_j,
+                        n_classes,
+                        closed,
+                        k,
+                        low,
+                        high,
+                        flow,
+                        flow_scratch,
+                    )
+                else:
+                    k = DEAD
             if k == DONE:
                 ways = 1
                 for d in range(depth):

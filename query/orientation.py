@@ -8,6 +8,7 @@ is where side i begins, so it is the pattern's corner rotation + i, or rotation 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,9 +42,34 @@ class Orientation:
         return lengths[(s - self.rotation) % n], counts[(s - self.rotation) % n]
 
 
-def orientations(n_sides: int) -> list[Orientation]:
+@cache
+def orientations(n_sides: int) -> tuple[Orientation, ...]:
     """All 2N orientations. One closed side has no first edge: only the two mirror images."""
-    return [Orientation(m, r) for m in (False, True) for r in range(max(n_sides, 1))]
+    return tuple(Orientation(m, r) for m in (False, True) for r in range(max(n_sides, 1)))
+
+
+@cache
+def sides_seen(n_sides: int) -> NDArray[np.int64]:
+    """(o, N) the boundary's side that the pattern's side s meets, in every orientation."""
+    s = np.arange(n_sides)
+    return np.array(
+        [
+            (o.rotation - s if o.mirrored else s - o.rotation) % n_sides
+            for o in orientations(n_sides)
+        ]
+    )
+
+
+@cache
+def corners_seen(n_sides: int) -> NDArray[np.int64]:
+    """(o, N) the boundary's corner that the pattern's corner s meets, in every orientation."""
+    s = np.arange(n_sides)
+    return np.array(
+        [
+            (o.rotation + 1 - s if o.mirrored else s - o.rotation) % n_sides
+            for o in orientations(n_sides)
+        ]
+    )
 
 
 def distinct_orientations(pattern: Pattern) -> list[Orientation]:

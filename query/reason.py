@@ -11,13 +11,26 @@ LEAST_VALENCE = 2
 
 
 def why_empty(
-    patterns: PatternClass, boundary: Boundary, filters: Filters, n_candidates: int
+    patterns: PatternClass,
+    boundary: Boundary,
+    filters: Filters,
+    n_candidates: int,
+    *,
+    strict: bool,
+    strokes: bool,
 ) -> str:
     """One sentence. n_candidates: patterns of the class that pass the filters."""
-    impossible = why_impossible(boundary, filters)
+    impossible = why_impossible(boundary, filters) if strict else None
     if impossible:
         return impossible
     sides = _sides(boundary)
+    if strokes:
+        return (
+            "no fill has strands on all the strokes; allow a greater tolerance, leave a stroke "
+            "out, or split the boundary along one"
+        )
+    if not strict:
+        return "no fill passes the filters; relax them"
     if len(patterns) == 0:
         return f"the database has no pattern with {sides}; learn from more meshes"
     if n_candidates == 0:

@@ -89,17 +89,17 @@ def solutions(
 def best_widths(chords: Chords, lengths: Int32Array, flows: Flows, keep: int) -> Int32Array:
     """(k <= keep, n) int32 widths of the best solutions, best first; all if fewer than keep."""
     keys = np.empty(keep, np.int64)
-    best = np.empty((keep, chords.n), np.int32)
+    best = np.empty((keep, chords.n + 1), np.int32)
     order = np.empty(keep, np.int64)
     count = _carry(chords, lengths, flows, keys, best, order)
-    return best[order[:count]]
+    return best[order[:count], :-1]
 
 
 def feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> bool:
     """Is there any solution? Arguments as in :func:`solutions`."""
     none = np.zeros(0, np.int64)
     wanted = np.asarray(lengths, np.int32)
-    return _carry(chords, wanted, flows, none, np.zeros((0, chords.n), np.int32), none) > 0
+    return _carry(chords, wanted, flows, none, np.zeros((0, chords.n + 1), np.int32), none) > 0
 
 
 def _carry(
@@ -118,9 +118,11 @@ def _carry(
         weight,
         flows.rows,
         flows.tolerance,
+        0,
         keys,
         best,
         order,
+        0,
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import click
 
 import patterndb
-from patterndb.cli import asking, learning, pictures
+from patterndb.cli import asking, exchanging, exploring, filling, learning, pictures, querying
 from patterndb.cli.failure import (
     EXIT_BAD_INPUT,
     EXIT_INTERRUPTED,
@@ -64,7 +64,15 @@ def cli() -> None:
     """
 
 
-for command in (*learning.COMMANDS, *asking.COMMANDS, *pictures.COMMANDS):
+for command in (
+    *learning.COMMANDS,
+    *asking.COMMANDS,
+    *querying.COMMANDS,
+    *filling.COMMANDS,
+    *pictures.COMMANDS,
+    *exploring.COMMANDS,
+    *exchanging.COMMANDS,
+):
     cli.add_command(command)
 
 

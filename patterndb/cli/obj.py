@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING
 from patterndb.files import replace_file
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from query import Boundary, Fill
 
 
@@ -23,6 +26,18 @@ def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
         f"# fill of a boundary with sides {lengths}",
         f"# pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
         *(f"v {x:.6f} {y:.6f} 0" for x, y in points.tolist()),
+        *(f"f {a} {b} {c} {d}" for a, b, c, d in (fill.quads + 1).tolist()),
+    ]
+    replace_file(path, "\n".join(lines) + "\n")
+
+
+def write_placed_fill(path: Path, fill: Fill, vertices: NDArray[np.float64]) -> None:
+    """Write a fill placed in space; vertices: (v, 3). Every number reads back as it was."""
+    lengths = " ".join(str(n) for n in fill.lengths)
+    lines = [
+        f"# fill of a boundary with sides {lengths}, its vertices first",
+        f"# pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
+        *(f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()),
         *(f"f {a} {b} {c} {d}" for a, b, c, d in (fill.quads + 1).tolist()),
     ]
     replace_file(path, "\n".join(lines) + "\n")

@@ -66,13 +66,17 @@ def open_database(path: Path | None, mode: Mode = "read") -> Database:
     return patterndb.open(path, mode, say=say)
 
 
-def boundary_of(sides: tuple[int, ...], closed: bool) -> Boundary:
-    """The boundary that --sides and --closed ask for."""
+def boundary_of(
+    sides: tuple[int, ...], closed: bool, corners: tuple[str, ...] | None = None
+) -> Boundary:
+    """The boundary that --sides, --closed and --corners ask for."""
     if closed and len(sides) > 1:
         raise click.UsageError("--closed goes with one length: --sides 12 --closed")
+    if closed and corners:
+        raise click.UsageError("--closed is a side without corners; leave --corners out")
     from query import Boundary
 
-    return Boundary(sides, corners=()) if closed else Boundary(sides)
+    return Boundary(sides, () if closed else corners)  # pyright: ignore[reportArgumentType]
 
 
 class Numbers(ParamType):

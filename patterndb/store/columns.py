@@ -8,7 +8,7 @@ from patterndb import description as d
 
 _MESH = (
     "sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, prepared, "
-    "quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches"
+    "quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches, origin"
 )
 #: Where the four columns of the learning options stand among those of a mesh.
 OPTIONS = slice(5, 9)
@@ -29,7 +29,10 @@ def _marks(columns: str) -> str:
 SELECT_MESHES = f"SELECT id, {_MESH} FROM mesh ORDER BY sha256"  # noqa: S608
 INSERT_MESH = f"INSERT INTO mesh ({_MESH}) VALUES ({_marks(_MESH)})"  # noqa: S608
 SELECT_PATTERNS = f"SELECT id, code, {_DERIVED} FROM pattern"  # noqa: S608
-INSERT_PATTERN = f"INSERT INTO pattern (id, code, {_DERIVED}) VALUES (?, ?, {_marks(_DERIVED)})"  # noqa: S608
+INSERT_PATTERN = (
+    f"INSERT INTO pattern (id, code, {_DERIVED}, origin) "  # noqa: S608
+    f"VALUES (?, ?, {_marks(_DERIVED)}, ?)"
+)
 INSERT_OCCURRENCE = (
     "INSERT INTO occurrence (pattern_id, mesh_id, patches, mirrored_patches, example) "
     "VALUES (?, ?, ?, ?, ?)"

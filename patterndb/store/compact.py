@@ -24,9 +24,12 @@ from patterndb.packing import pack, pack_many, unpack, unpack_many
 from patterndb.store import writing
 from patterndb.store.columns import SELECT_MESHES
 from patterndb.store.connection import atomic, connect
-from patterndb.store.records import Learned, LearningOptions, Provenance
+from patterndb.store.reading import options_of
+from patterndb.store.records import Learned, Provenance
 
-FORMAT = b"patterndb compact 1\n"
+FORMAT = b"patterndb compact 2\n"
+#: As version 2, but for the last entry of every mesh, its origin: all were learned.
+FORMAT_1 = b"patterndb compact 1\n"
 
 #: Columns of a mesh: places of its patterns (ascending, as differences), patches as the code
 #: is and mirrored, numbers in each example, and those numbers.
@@ -34,8 +37,10 @@ COLUMNS = ("places", "own", "mirrored", "example_sizes", "examples")
 
 
 def dump(connection: sqlite3.Connection) -> bytes:
-    """The compact file of a database."""
-    patterns = connection.execute("SELECT id, n_sides, code FROM pattern").fetchall()
+    """The compact file of a database: what was learned, not how often it was used."""
+    patterns = connection.execute(
+        "SELECT id, n_sides, code FROM pattern WHERE frequency > 0"
+    ).fetchall()
     patterns.sort(key=lambda row: (row[1], len(row[2]), row[2]))
     place = {row[0]: i for i, row in enumerate(patterns)}
     codes, offsets = unpack_many([row[2] for row in patterns])
@@ -96,7 +101,7 @@ def _parse(data: bytes) -> tuple[list[list[object]], list[bytes]]:
         body = lzma.decompress(data)
     except lzma.LZMAError as error:
         raise DatabaseError(f"the compact database is damaged ({error})") from error
-    if not body.startswith(FORMAT):
+    if not body.startswith((FORMAT, FORMAT_1)):
         raise DatabaseError("this is not a compact database, or one of another version")
     line, found, _ = body[len(FORMAT) :].partition(b"\n")
     try:
@@ -104,6 +109,9 @@ def _parse(data: bytes) -> tuple[list[list[object]], list[bytes]]:
         meshes, sizes = header["meshes"], header["columns"]
     except (ValueError, TypeError, KeyError) as error:
         raise DatabaseError(f"the compact database is cut short ({error})") from error
+    if body.startswith(FORMAT_1):
+        for mesh in meshes:
+            mesh.append("learned")
     ends = np.cumsum([len(FORMAT) + len(line) + len(found), *sizes]).tolist()
     if ends[-1] != len(body):
         raise DatabaseError("the compact database is cut short")
@@ -119,19 +127,20 @@ def _load_mesh(
 ) -> None:
     places = np.cumsum(unpack(columns[0]))
     own, mirrored, sizes = (unpack(c) for c in columns[1:4])
-    sha256, name, author, source, licence, basic, side, convex, prepared, *counts = mesh
+    sha256, name, author, source, licence, basic, side, convex, prepared, *counts, origin = mesh
     learned = Learned(
         *counts,  # pyright: ignore[reportArgumentType]
         codes=[codes[i] for i in places.tolist()],
         sides=sides[places],
         patches=np.stack([own, mirrored], axis=1).astype(np.int64),
         examples=pack_many(unpack(columns[4]), np.r_[0, np.cumsum(sizes, dtype=np.int64)]),
+        origin=str(origin),
     )
     writing.add_mesh(
         connection,
         str(name),
         bytes.fromhex(str(sha256)),
         Provenance(author, source, licence),  # pyright: ignore[reportArgumentType]
-        LearningOptions(basic, side, convex, bool(prepared)),  # pyright: ignore[reportArgumentType]
+        options_of(basic, side, convex, prepared),
         learned,
     )

@@ -22,15 +22,17 @@ MAX_FINDINGS = 100
 def content_hash(connection: sqlite3.Connection) -> str:
     """SHA-256 over meshes, patterns and occurrences, whatever order they came in.
 
-    Equal hashes mean that the databases answer alike. Row ids, which depend on the order
-    of ingestion, and everything that follows from a pattern's code are left out.
+    Equal hashes mean that the same was learned. Row ids, which depend on the order of
+    ingestion, and everything that follows from a pattern's code are left out; so is how often
+    patterns were used, with those that are there for nothing else.
     """
     total = hashlib.sha256()
     rank: dict[int, int] = {}
     for number, (mesh_id, *row) in enumerate(connection.execute(columns.SELECT_MESHES)):
         rank[mesh_id] = number
-        total.update(repr(row).encode())
-    for row in connection.execute("SELECT id, code FROM pattern ORDER BY id"):
+        # Learned meshes are hashed as in version 1 of the schema, which knew no others.
+        total.update(repr(row[:-1] if row[-1] == "learned" else row).encode())
+    for row in connection.execute("SELECT id, code FROM pattern WHERE frequency > 0 ORDER BY id"):
         total.update(repr(row).encode())
     # Row order within a pattern follows mesh ids, so it is sorted anew by the meshes' rank.
     group: list[tuple[int, ...]] = []
@@ -48,12 +50,27 @@ def content_hash(connection: sqlite3.Connection) -> str:
     return total.hexdigest()
 
 
+#: Every pattern whose frequency or origin does not follow from its occurrences and uses.
+_COUNTED = """
+SELECT id, frequency, total, pattern.origin, coalesce(met, usage.origin) AS expected
+FROM pattern LEFT JOIN usage ON usage.pattern_id = pattern.id JOIN (
+    SELECT pattern.id AS counted, coalesce(sum(patches), 0) AS total, max(mesh.origin) AS met
+    FROM pattern
+        LEFT JOIN occurrence ON occurrence.pattern_id = pattern.id
+        LEFT JOIN mesh ON mesh.id = mesh_id
+    GROUP BY pattern.id
+) ON counted = pattern.id
+WHERE frequency <> total OR expected IS NULL OR pattern.origin <> expected
+"""
+
+
 def verify(connection: sqlite3.Connection) -> list[str]:
     """Everything that is wrong with the database, in words; empty where it is sound.
 
     Checks the file (SQLite's own integrity and foreign keys), every pattern (its code is a
-    canonical disk's, reduced, its id and columns follow from it), and that frequencies are
-    the sums of the occurrences.
+    canonical disk's, reduced, its id and columns follow from it), that frequencies are the
+    sums of the occurrences and origins follow from them, and that every pattern occurs in a
+    mesh or was used.
     """
     try:
         return _findings(connection)[:MAX_FINDINGS]
@@ -68,14 +85,14 @@ def _findings(connection: sqlite3.Connection) -> list[str]:
         f"row {row[1]} of {row[0]} refers to a row of {row[2]} that is missing"
         for row in connection.execute("PRAGMA foreign_key_check")
     ]
-    for number, frequency, patches in connection.execute(
-        "SELECT pattern.id, frequency, coalesce(sum(patches), 0) AS total FROM pattern "
-        "LEFT JOIN occurrence ON pattern_id = pattern.id GROUP BY pattern.id "
-        "HAVING frequency <> total OR total = 0"
-    ):
-        found.append(
-            f"pattern {format_id(number)} has frequency {frequency}, but {patches} patches"
-        )
+    for number, frequency, patches, origin, expected in connection.execute(_COUNTED):
+        if frequency != patches or expected is None:
+            found.append(
+                f"pattern {format_id(number)} has frequency {frequency}, but {patches} patches"
+                + ("" if patches else ", and was never used")
+            )
+        elif origin != expected:
+            found.append(f"pattern {format_id(number)} is {expected}, but said to be {origin}")
     for name, patches, mirrored in connection.execute(
         "SELECT mesh.name, sum(patches), distinct_patches FROM mesh "
         "LEFT JOIN occurrence ON mesh_id = mesh.id GROUP BY mesh.id "

@@ -7,12 +7,16 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from types import TracebackType
-from typing import Concatenate, ParamSpec, TypeVar
+from typing import Concatenate, Literal, ParamSpec, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.code import Code
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
 from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
-from patterndb.store import compact, contents, reading, writing
+from patterndb.store import compact, contents, ddq, reading, selection, usage, writing
 from patterndb.store.connection import Mode, atomic, connect, explained
 from patterndb.store.records import (
     Learned,
@@ -22,6 +26,8 @@ from patterndb.store.records import (
     Provenance,
     Statistics,
 )
+
+Outcome = Literal["imported", "unchanged", "updated"]
 
 P = ParamSpec("P")
 T = TypeVar("T")
@@ -38,6 +44,7 @@ class Database:
         """Open ``path``; see :func:`patterndb.store.connection.connect` for mode and errors."""
         self.path = Path(path)
         self.mode: Mode = mode
+        self._immutable = immutable
         self._connection = connect(self.path, mode, immutable=immutable)
         self._classes: dict[int, PatternClass] = {}
 
@@ -67,7 +74,7 @@ class Database:
         return self._ask(reading.histogram, "n_sides")
 
     def content_hash(self) -> str:
-        """Hash of everything learned; equal for databases with the same content."""
+        """Hash of everything learned; equal for databases that learned the same."""
         return self._ask(contents.content_hash)
 
     def meshes(self) -> list[Mesh]:
@@ -92,9 +99,41 @@ class Database:
             self._classes[n_sides] = self._ask(reading.pattern_class, n_sides)
         return self._classes[n_sides]
 
+    def pattern_ids(
+        self,
+        n_sides: int,
+        meshes: Sequence[str] | None = None,
+        licences: Sequence[str] | None = None,
+    ) -> NDArray[np.int64]:
+        """Ids (k,) int64, ascending, of the patterns of ``n_sides`` sides that occur in meshes
+        of these names (or first digits of hashes) and of these licences.
+
+        ``*`` in a licence stands for anything, and letters' case does not matter. Raises
+        NotFoundError, naming what comes near, if no mesh has a name or licence. More at
+        :func:`patterndb.store.selection.pattern_ids`.
+        """
+        return self._ask(selection.pattern_ids, n_sides, meshes, licences)
+
+    def uses(self) -> dict[int, int]:
+        """How often fills were accepted, by pattern id; those never used are left out."""
+        return self._ask(usage.uses)
+
     def verify(self) -> list[str]:
         """Everything that is wrong with the database, in words."""
         return contents.verify(self._connection)
+
+    def export_ddq(
+        self,
+        path: Path | str,
+        *,
+        digits: int | None = None,
+        progress: Callable[[int, int], None] | None = None,
+    ) -> ddq.Exported:
+        """Write the patterns that occur in meshes for the program of the paper's authors.
+
+        See :func:`patterndb.store.ddq.write_table` for digits, progress and errors.
+        """
+        return self._ask(ddq.write_table, Path(path), digits, progress)
 
     def compact(self) -> bytes:
         """What was learned, as a small file (:mod:`patterndb.store.compact`)."""
@@ -136,10 +175,57 @@ class Database:
                 writing.remove_meshes(connection, [row[0] for row in old])
             return writing.add_mesh(connection, name, digest, provenance, options, learned)
 
+    def import_ddq(
+        self, table: ddq.PatchTable, provenance: Provenance | None = None
+    ) -> tuple[Outcome, int]:
+        """Write the patterns of a table of :func:`patterndb.store.ddq.read_table` in one step.
+
+        The table is kept as one imported mesh under its file's hash: its occurrences count in
+        the patterns' frequencies, and ``remove`` takes it out again. Returns what became of it
+        ("imported", "unchanged", or "updated": it was there, and only what is said of where it
+        comes from changed) and how many patterns are new.
+        """
+        said = provenance or Provenance()
+        held = self.find_mesh(table.sha256)
+        if held is None:
+            new = self.add_mesh(
+                table.name, table.sha256, said, LearningOptions.none(), table.learned
+            )
+            return "imported", new
+        return self.say_of(held, said), 0
+
+    def say_of(self, held: Mesh, said: Provenance) -> Outcome:
+        """Change what is known of a mesh to what is said, where something is; return
+        "updated", or "unchanged" where it is known already."""
+        old = held.provenance
+        wanted = Provenance(
+            said.author or old.author, said.source or old.source, said.licence or old.licence
+        )
+        if wanted == old:
+            return "unchanged"
+        self.set_provenance(held.sha256, held.name, wanted)
+        return "updated"
+
     def set_provenance(self, sha256: str, name: str, provenance: Provenance) -> None:
         """Change the name of a mesh and what is said of where it comes from."""
         with self._change() as connection:
             writing.set_provenance(connection, bytes.fromhex(sha256), name, provenance)
+
+    def record_use(self, pattern: Pattern | Code, count: int = 1) -> int:
+        """Record that ``count`` fills of the pattern were accepted; return its uses so far.
+
+        pattern: a pattern, as ``fill.pattern`` is, or a canonical code. One that the database
+        does not hold is written, with the origin it has (that of a code is "learned").
+
+        Raises InvalidCodeError for a code that is not canonical or can be reduced, ValueError
+        for a count below 1, DatabaseError if the database is open for reading only.
+        """
+        wanted = usage.checked(pattern, count)
+        held = {n: c for n, c in self._classes.items() if n != wanted.n_sides}
+        with self._change() as connection:
+            total = usage.record(connection, wanted, count)
+        self._classes |= held  # none but its own class is another now
+        return total
 
     def remove(self, names: Sequence[str]) -> tuple[int, int]:
         """Take meshes out, by name or by the first digits of their SHA-256.
@@ -175,6 +261,11 @@ class Database:
                 ) from error
 
     def _change(self) -> AbstractContextManager[sqlite3.Connection]:
+        if self._immutable:
+            raise DatabaseError(
+                f"{self.path} is shared and never written to; copy it ('patterndb merge "
+                f"{self.path} --db my.db') and give the copy as --db my.db"
+            )
         if self.mode == "read":
             raise DatabaseError(
                 f"{self.path} is open for reading only; open it with mode='write', or give "

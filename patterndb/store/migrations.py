@@ -13,9 +13,74 @@ from importlib.resources import files
 from pathlib import Path
 
 APPLICATION_ID = 0x50617444
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
 
-MIGRATIONS: Mapping[int, str] = {}
+#: Step 2: how often fills were used, and where patterns come from.
+_STEP_2 = """
+ALTER TABLE mesh ADD COLUMN
+    origin TEXT NOT NULL DEFAULT 'learned' CHECK (origin IN ('learned', 'imported'));
+ALTER TABLE pattern ADD COLUMN
+    origin TEXT NOT NULL DEFAULT 'learned'
+    CHECK (origin IN ('learned', 'imported', 'family', 'constructed'));
+CREATE TABLE usage (
+    pattern_id INTEGER PRIMARY KEY REFERENCES pattern (id),
+    uses       INTEGER NOT NULL CHECK (uses >= 1),
+    origin     TEXT    NOT NULL
+               CHECK (origin IN ('learned', 'imported', 'family', 'constructed'))
+) STRICT;
+DROP TRIGGER occurrence_added;
+DROP TRIGGER occurrence_removed;
+DROP TRIGGER occurrence_changed;
+CREATE TRIGGER occurrence_added AFTER INSERT ON occurrence BEGIN
+    UPDATE pattern SET
+        frequency = frequency + NEW.patches,
+        origin = CASE
+            WHEN (SELECT origin FROM mesh WHERE id = NEW.mesh_id) = 'learned' THEN 'learned'
+            ELSE (
+                SELECT max(mesh.origin) FROM occurrence JOIN mesh ON mesh.id = mesh_id
+                WHERE pattern_id = NEW.pattern_id
+            )
+        END
+    WHERE id = NEW.pattern_id;
+END;
+
+CREATE TRIGGER occurrence_removed AFTER DELETE ON occurrence BEGIN
+    UPDATE pattern SET
+        frequency = frequency - OLD.patches,
+        origin = coalesce(
+            (
+                SELECT max(mesh.origin) FROM occurrence JOIN mesh ON mesh.id = mesh_id
+                WHERE pattern_id = OLD.pattern_id
+            ),
+            (SELECT origin FROM usage WHERE pattern_id = OLD.pattern_id),
+            origin
+        )
+    WHERE id = OLD.pattern_id;
+END;
+
+CREATE TRIGGER occurrence_changed AFTER UPDATE ON occurrence BEGIN
+    UPDATE pattern SET
+        frequency = frequency - OLD.patches,
+        origin = coalesce(
+            (
+                SELECT max(mesh.origin) FROM occurrence JOIN mesh ON mesh.id = mesh_id
+                WHERE pattern_id = OLD.pattern_id
+            ),
+            (SELECT origin FROM usage WHERE pattern_id = OLD.pattern_id),
+            origin
+        )
+    WHERE id = OLD.pattern_id;
+    UPDATE pattern SET
+        frequency = frequency + NEW.patches,
+        origin = (
+            SELECT max(mesh.origin) FROM occurrence JOIN mesh ON mesh.id = mesh_id
+            WHERE pattern_id = NEW.pattern_id
+        )
+    WHERE id = NEW.pattern_id;
+END;
+"""
+
+MIGRATIONS: Mapping[int, str] = {2: _STEP_2}
 
 
 def schema() -> str:
@@ -47,6 +112,8 @@ def migrate(
         except BaseException:
             if connection.in_transaction:
                 connection.execute("ROLLBACK")
+            if connection.execute("PRAGMA user_version").fetchone()[0] >= number:
+                continue  # another process took the step while this one waited to
             raise
         done.append(number)
     return done

@@ -14,7 +14,7 @@ from patterndb.errors import NotFoundError
 from patterndb.label import join_matrices
 from patterndb.packing import unpack, unpack_many
 from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
+from patterndb.patternclass import ORIGINS, PatternClass
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance, Statistics
 
 
@@ -29,12 +29,16 @@ def pattern_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
     low, high = id_range(n_sides)
     rows = connection.execute(
         "SELECT id, frequency, n_irregular, n_quads, valences, n_reflex, corners, n_loops, "
-        "chiral, sig_rotation, sig_reflected, code, signature, lengths, joins FROM pattern "
+        "chiral, sig_rotation, sig_reflected, code, signature, lengths, joins, pattern.origin, "
+        "coalesce(uses, 0), rotations, self_crossing, label, "
+        "(SELECT count(*) FROM occurrence WHERE occurrence.pattern_id = id) "
+        "FROM pattern LEFT JOIN usage ON usage.pattern_id = id "
         "WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY n_irregular, frequency DESC, id",
         (low, high, n_sides),
     ).fetchall()
-    columns: list[tuple[Any, ...]] = list(zip(*rows, strict=True)) if rows else [()] * 15
+    columns: list[tuple[Any, ...]] = list(zip(*rows, strict=True)) if rows else [()] * 21
     valences, valence_ends = unpack_many(columns[4])
+    words, word_ends = unpack_many(columns[19])
     irregular = valence_ends[:-1] < valence_ends[1:]
     # Patterns that share a signature share one row of lengths and joins.
     row_of: dict[bytes, int] = {}
@@ -47,6 +51,9 @@ def pattern_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
         n_sides=n_sides,
         ids=np.array(columns[0], np.int64),
         frequency=np.array(columns[1], np.int64),
+        n_meshes=np.array(columns[20], np.int32),
+        uses=np.array(columns[16], np.int64),
+        origin=np.array([ORIGINS.index(o) for o in columns[15]], np.int8),
         n_irregular=np.array(columns[2], np.int32),
         n_quads=np.array(columns[3], np.int32),
         # Valences ascend, so the first is the smallest.
@@ -56,6 +63,10 @@ def pattern_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
         corners=_flat(columns[6]).astype(np.uint8).reshape(len(rows), n_sides),
         n_loops=np.array(columns[7], np.int32),
         chiral=np.array(columns[8], np.bool_),
+        rotations=np.array(columns[17], np.int32),
+        self_crossing=np.array(columns[18], np.bool_),
+        words=words,
+        word_start=word_ends,
         signature=np.array(signature, np.int32),
         rotation=np.array(columns[9], np.int32),
         reflected=np.array(columns[10], np.bool_),
@@ -79,7 +90,7 @@ def _flat(blobs: Sequence[bytes]) -> NDArray[np.int32]:
     return unpack(b"".join(blobs))
 
 
-_PATTERN = "SELECT code, frequency FROM pattern WHERE id "
+_PATTERN = "SELECT code, frequency, origin FROM pattern WHERE id "
 
 
 def pattern(connection: sqlite3.Connection, name: str) -> Pattern:
@@ -99,8 +110,10 @@ def pattern(connection: sqlite3.Connection, name: str) -> Pattern:
         raise NotFoundError(f"no pattern's name begins with {name}")
     if len(rows) > 1:
         raise NotFoundError(f"more than one pattern's name begins with {name}; give more digits")
-    code, frequency = rows[0]
-    return Pattern.from_trusted_code(unpack(code).astype(np.uint16), frequency=frequency)
+    code, frequency, origin = rows[0]
+    return Pattern.from_trusted_code(
+        unpack(code).astype(np.uint16), frequency=frequency, origin=origin
+    )
 
 
 def occurrences(connection: sqlite3.Connection, pattern_id: int) -> list[Occurrence]:
@@ -119,7 +132,7 @@ def occurrences(connection: sqlite3.Connection, pattern_id: int) -> list[Occurre
 _MESHES = """
 SELECT name, sha256, author, source, licence, basic_limit, side_limit, convex_limit, prepared,
     quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches,
-    (SELECT count(*) FROM occurrence WHERE mesh_id = mesh.id)
+    (SELECT count(*) FROM occurrence WHERE mesh_id = mesh.id), origin
 FROM mesh
 """
 
@@ -152,9 +165,16 @@ def _mesh(row: tuple[object, ...]) -> Mesh:
         str(name),
         bytes(sha256).hex(),  # pyright: ignore[reportArgumentType]
         Provenance(author, source, licence),  # pyright: ignore[reportArgumentType]
-        LearningOptions(basic, side, convex, bool(prepared)),  # pyright: ignore[reportArgumentType]
+        options_of(basic, side, convex, prepared),
         *counts,  # pyright: ignore[reportArgumentType]
     )
+
+
+def options_of(basic: object, side: object, convex: object, prepared: object) -> LearningOptions:
+    """The learning options that a mesh's columns tell."""
+    if not (basic or side or convex):
+        return LearningOptions.none()
+    return LearningOptions(basic, side, convex, bool(prepared))  # pyright: ignore[reportArgumentType]
 
 
 def histogram(connection: sqlite3.Connection, column: str) -> dict[int, int]:

@@ -35,6 +35,14 @@ class LearningOptions:
         if not (self.basic or self.side or self.convex):
             raise ValueError("all modes are switched off; give at least one a limit above 0")
 
+    @classmethod
+    def none(cls) -> LearningOptions:
+        """All modes off, which cannot be asked for: those of an imported table of patterns."""
+        options = object.__new__(cls)
+        for name, value in (("basic", 0), ("side", 0), ("convex", 0), ("prepare", False)):
+            object.__setattr__(options, name, value)
+        return options
+
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
@@ -54,6 +62,7 @@ class Learned:
     codes: packed canonical codes. sides: (k,) int32 number of sides of each.
     patches: (k, 2) int64, patches as the code is and as its mirror image.
     examples: per pattern the quads of one patch, packed (see schema.sql).
+    origin: "learned", or "imported" where another program counted.
     """
 
     quads_read: int
@@ -66,11 +75,16 @@ class Learned:
     sides: NDArray[np.int32]
     patches: NDArray[np.int64]
     examples: list[bytes]
+    origin: str = "learned"
 
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
-    """A mesh in the database; field by field as in schema.sql."""
+    """A mesh in the database; field by field as in schema.sql.
+
+    patterns: how many occur in it. origin: "learned", or "imported": a table of patterns
+    that another program made.
+    """
 
     name: str
     sha256: str
@@ -83,11 +97,15 @@ class Mesh:
     convex: int
     distinct: int
     patterns: int
+    origin: str = "learned"
 
 
 @dataclass(frozen=True, slots=True)
 class Occurrence:
-    """A pattern in a mesh: how many patches, and the quads of one of them (file faces)."""
+    """A pattern in a mesh: how many patches, and the quads of one of them (file faces).
+
+    example: empty where the mesh is an imported table, which does not tell.
+    """
 
     mesh: str
     patches: int
@@ -99,7 +117,8 @@ class Occurrence:
 class Statistics:
     """Counts over the whole database.
 
-    patterns: mirror images merged. patterns_oriented: a chiral one counts twice.
+    patterns: mirror images merged, those that were only used included.
+    patterns_oriented: a chiral one counts twice.
     patterns_met: handednesses that patches were really met in.
     by_sides, by_irregular: patterns by number of sides and of irregular vertices.
     """

@@ -42,6 +42,7 @@ def add_mesh(
             learned.side,
             learned.convex,
             learned.distinct,
+            learned.origin,
         ),
     )
     mesh_id = cursor.lastrowid
@@ -67,8 +68,11 @@ def add_patterns(
     connection: sqlite3.Connection,
     ids: Sequence[int],
     codes: Sequence[bytes],
+    origin: str = "learned",
 ) -> int:
     """Write those of the patterns (packed canonical codes) that are missing; return how many.
+
+    origin: what they are until occurrences say it.
 
     Raises InvalidCodeError if one is not the canonical code of a disk, DatabaseError if an id
     does not follow from its code or stands for another one already.
@@ -98,7 +102,7 @@ def add_patterns(
                 f"the id {format_id(number)} does not follow from the pattern's code"
             )
         own = lists[d.LISTS * i : d.LISTS * (i + 1)]
-        patterns.append((number, code, *columns.derived(counts, own)))
+        patterns.append((number, code, *columns.derived(counts, own), origin))
     connection.executemany(columns.INSERT_PATTERN, patterns)
     return len(patterns)
 
@@ -114,19 +118,22 @@ def set_provenance(
 
 
 def remove_meshes(connection: sqlite3.Connection, mesh_ids: Iterable[int]) -> int:
-    """Take meshes out, with the patterns that no other mesh holds; return how many went."""
+    """Take meshes out, with the patterns that no other mesh holds and that were never used;
+    return how many went."""
     for mesh_id in mesh_ids:
         connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
         connection.execute("DELETE FROM mesh WHERE id = ?", (mesh_id,))
-    gone = connection.execute("DELETE FROM pattern WHERE frequency = 0").rowcount
-    return gone
+    return connection.execute(
+        "DELETE FROM pattern WHERE frequency = 0 AND id NOT IN (SELECT pattern_id FROM usage)"
+    ).rowcount
 
 
 def merge(connection: sqlite3.Connection, other: sqlite3.Connection) -> tuple[int, int, int]:
     """Add the meshes of another database; return (added, replaced, already there).
 
     A mesh that is here with the same options stays; one learned with other options is
-    replaced, as ingesting it again would.
+    replaced, as ingesting it again would. How often patterns were used is not taken over:
+    merging twice would count it twice.
     """
     added = replaced = same = 0
     for row in other.execute(columns.SELECT_MESHES):

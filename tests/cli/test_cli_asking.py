@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,7 @@ import pytest
 from commandline import Result, assert_refused, run
 
 from ingest.read import read_mesh
+from patterndb.cli.text import WIDTH
 
 #: Keys of a fill in the JSON document, and the types of their values.
 FILL = {
@@ -20,10 +22,16 @@ FILL = {
     "rotation": int,
     "mirrored": bool,
     "n_irregular": int,
+    "n_irregular_boundary": int,
+    "strict": bool,
+    "flow_distance": type(None),
     "n_vertices": int,
     "quads": list,
     "sides": list,
 }
+
+#: Options under which a query is all about patterns that were learned.
+LEARNED = ("--strict", "--learned-only", "--order", "regular")
 
 
 def query(db: Path, sides: str, *options: object) -> Result:
@@ -74,88 +82,125 @@ class TestMeshes:
 
 
 class TestQuery:
-    def test_json(self, learned: Path) -> None:
-        document = query(learned, "3,5,4,6", "--json").document()
+    @pytest.mark.parametrize("options", [(), LEARNED], ids=["default", "learned"])
+    def test_json(self, learned: Path, options: tuple[str, ...]) -> None:
+        document = query(learned, "3,5,4,6", "--json", *options).document()
         assert document["sides"] == [3, 5, 4, 6]
+        assert document["corners"] == ["convex"] * 4
         assert isinstance(document["seconds"], float)
         assert document["truncated"] is True
-        assert document["reason"] is None
+        assert document["stopped"] is None and document["reason"] is None
         assert len(document["fills"]) == 20
         for fill in document["fills"]:
+            assert fill.keys() == FILL.keys()
             for key, kind in FILL.items():
                 assert type(fill[key]) is kind, key
             assert [len(side) - 1 for side in fill["sides"]] == [3, 5, 4, 6]
-            assert fill["origin"] == "learned" and len(fill["pattern"]) == 16
+            assert fill["origin"] in ("learned", "family", "constructed")
+            assert (fill["frequency"] > 0) == (fill["origin"] == "learned")
+            assert len(fill["pattern"]) == 16
+            assert fill["strict"] == (fill["n_irregular_boundary"] == 0)
             assert min(fill["widths"]) >= 1
             assert {v for quad in fill["quads"] for v in quad} == set(range(fill["n_vertices"]))
         irregular = [fill["n_irregular"] for fill in document["fills"]]
-        assert irregular == sorted(irregular)
+        assert irregular[0] == min(irregular)
+        if options:
+            assert irregular == sorted(irregular)
+            assert {(f["origin"], f["strict"]) for f in document["fills"]} == {("learned", True)}
 
-    def test_text_agrees(self, learned: Path) -> None:
-        fills = query(learned, "3,5,4,6", "--json").document()["fills"]
-        result = query(learned, "3,5,4,6")
+    @pytest.mark.parametrize("sides", ["3,5,4,6", "2,1,3,4", "2,2", "1,1,1,1,1,1"])
+    def test_text_agrees(self, learned: Path, sides: str) -> None:
+        document = query(learned, sides, "--json").document()
+        result = query(learned, sides)
         head, *lines = result.out.splitlines()
         assert head.split() == [
             "rank",
             "pattern",
             "irregular",
             "quads",
+            "origin",
             "seen",
             "turned",
             "widths",
         ]
-        for rank, (line, fill) in enumerate(zip(lines, fills, strict=True), 1):
+        for rank, (line, fill) in enumerate(zip(lines, document["fills"], strict=True), 1):
             words = line.replace(",", "").split()
+            at_boundary = fill["n_irregular_boundary"]
             turned = [str(fill["rotation"]), *(["mirrored"] if fill["mirrored"] else [])]
-            assert words == [
+            expected = [
                 str(rank),
                 fill["pattern"],
                 str(fill["n_irregular"]),
+                *(f"({at_boundary} on boundary)".split() if at_boundary else []),
                 str(len(fill["quads"])),
+                fill["origin"],
                 str(fill["frequency"]),
                 *turned,
                 *map(str, fill["widths"]),
             ]
-        assert "patterns fit" in result.err and "more fills" in result.err
+            if words[-1].endswith("…"):
+                # A long line is cut within its widths.
+                assert len(line) == WIDTH
+                words.pop()
+                expected = expected[: len(words)]
+            assert words == expected
+        feasible = document["feasible_patterns"]
+        assert f"{feasible} learned pattern{'' if feasible == 1 else 's'} fit" in result.err
+        assert ("more fills" in result.err) == document["truncated"]
 
     def test_limits_take_the_first(self, learned: Path) -> None:
-        everything = query(learned, "3,5,4,6", "--limit", 10000, "--json").document()
-        assert everything["truncated"] is (max(_per_pattern(everything["fills"])) == 4)
-        some = query(learned, "3,5,4,6", "--limit", 7, "--json").document()
+        asked = ("3,5,4,6", "--json", *LEARNED)
+        everything = query(learned, *asked, "--limit", 10000).document()
+        assert everything["truncated"] is False
+        names = _names(everything["fills"])
+        assert len(set(names)) == everything["feasible_patterns"]
+        assert max(Counter(names).values()) > 4
+        some = query(learned, *asked, "--limit", 7).document()
         assert some["fills"] == everything["fills"][:7]
         assert some["truncated"] is True
         assert some["feasible_patterns"] == everything["feasible_patterns"]
-        all_of_each = query(
-            learned, "3,5,4,6", "--limit", 10000, "--per-pattern", 0, "--json"
-        ).document()
-        assert all_of_each["truncated"] is False
-        assert len(set(_names(all_of_each["fills"]))) == all_of_each["feasible_patterns"]
-        one_of_each = query(
-            learned, "3,5,4,6", "--limit", 10000, "--per-pattern", 1, "--json"
-        ).document()
-        assert _names(one_of_each["fills"]) == list(dict.fromkeys(_names(all_of_each["fills"])))
+        for most in (1, 4):
+            of_each = query(learned, *asked, "--limit", 10000, "--per-pattern", most).document()
+            assert of_each["fills"] == _first_of_each(everything["fills"], most)
+            assert of_each["truncated"] is True
+        all_of_each = query(learned, *asked, "--limit", 10000, "--per-pattern", 0).document()
+        assert all_of_each["fills"] == everything["fills"]
 
-    @pytest.mark.parametrize("most", range(6))
-    def test_max_irregular(self, learned: Path, most: int) -> None:
-        everything = query(learned, "4,4,3,3,4", "--limit", 1000, "--json").document()["fills"]
-        result = query(learned, "4,4,3,3,4", "--limit", 1000, "--json", "--max-irregular", most)
-        kept = result.document()["fills"]
-        assert kept == [fill for fill in everything if fill["n_irregular"] <= most]
-        assert result.code == (0 if kept else 1)
+    @pytest.mark.parametrize("order", ["artist", "regular"])
+    def test_limits_take_the_first_of_all_kinds(self, learned: Path, order: str) -> None:
+        asked = ("2,3,3,4", "--json", "--order", order)
+        everything = query(learned, *asked, "--limit", 10000).document()
+        assert everything["truncated"] is False
+        assert {fill["origin"] for fill in everything["fills"]} >= {"learned", "family"}
+        for limit in (1, 2, 7, 60, len(everything["fills"])):
+            some = query(learned, *asked, "--limit", limit).document()
+            assert some["fills"] == everything["fills"][:limit]
+            assert some["truncated"] is (limit < len(everything["fills"]))
+
+    @pytest.mark.parametrize("options", [(), LEARNED], ids=["default", "learned"])
+    def test_max_irregular(self, learned: Path, options: tuple[str, ...]) -> None:
+        asked = ("2,3,3,4", "--limit", 10000, "--json", *options)
+        everything = query(learned, *asked).document()["fills"]
+        for most in range(6):
+            result = query(learned, *asked, "--max-irregular", most)
+            kept = result.document()["fills"]
+            assert kept == [fill for fill in everything if fill["n_irregular"] <= most]
+            assert result.code == (0 if kept else 1)
 
     @pytest.mark.parametrize(
         ("valence", "allowed"), [("3..5", {3, 4, 5}), ("5", {5}), ("4..6", {4, 5, 6})]
     )
     def test_valence(self, learned: Path, valence: str, allowed: set[int]) -> None:
-        asked = ("4,4,3,3,4", "--limit", 1000, "--json")
+        asked = ("4,4,3,3,4", "--limit", 1000, "--json", *LEARNED)
         everything = query(learned, *asked).document()["fills"]
         kept = query(learned, *asked, "--valence", valence).document()["fills"]
         assert kept == [fill for fill in everything if _valences(fill) <= allowed]
         assert 0 < len(kept) < len(everything)
 
-    def test_the_other_solver_says_the_same(self, learned: Path) -> None:
+    @pytest.mark.parametrize("options", [("--limit", "5"), LEARNED], ids=["default", "learned"])
+    def test_the_other_solver_says_the_same(self, learned: Path, options: tuple[str, ...]) -> None:
         answers = [
-            query(learned, "3,2,3,4", "--json", "--solver", solver).document()
+            query(learned, "3,2,3,4", "--json", "--solver", solver, *options).document()
             for solver in ("kernel", "cp-sat")
         ]
         for answer in answers:
@@ -164,29 +209,33 @@ class TestQuery:
         assert answers[0]["fills"]
 
     def test_closed_is_one_side_without_a_corner(self, learned: Path) -> None:
-        document = query(learned, "8", "--closed", "--json").document()
-        assert document["sides"] == [8]
+        document = query(learned, "8", "--closed", "--json", *LEARNED).document()
+        assert document["sides"] == [8] and document["corners"] == []
         assert document["fills"]
         for fill in document["fills"]:
             assert len(fill["sides"]) == 1 and len(fill["sides"][0]) == 9
             assert fill["sides"][0][0] == fill["sides"][0][-1]
-        with_a_corner = query(learned, "8", "--json").document()
+        with_a_corner = query(learned, "8", "--json", *LEARNED).document()
+        assert with_a_corner["fills"]
         assert not set(_names(with_a_corner["fills"])) & set(_names(document["fills"]))
 
     @pytest.mark.parametrize("sides", ["2,2", "1,1,1,1,1,1", ",".join(["2"] * 40)])
     def test_no_fill(self, learned: Path, sides: str) -> None:
-        result = query(learned, sides, "--json")
+        result = query(learned, sides, "--json", "--strict", "--learned-only")
         document = result.document()
         assert result.code == 1
         assert document["fills"] == [] and document["feasible_patterns"] == 0
         assert document["truncated"] is False
         assert f"no fill: {document['reason']}" in result.err
-        text = query(learned, sides)
+        text = query(learned, sides, "--strict", "--learned-only")
         assert_refused(text, 1, "no fill: ")
+        # Relaxed, there always is one.
+        relaxed = query(learned, sides, "--json")
+        assert relaxed.code == 0 and relaxed.document()["fills"]
 
     def test_no_fill_writes_no_files(self, learned: Path, tmp_path: Path) -> None:
         wanted = ("--obj", tmp_path / "fills", "--image", tmp_path / "fills.png")
-        assert query(learned, "2,2", *wanted).code == 1
+        assert query(learned, "2,2", "--strict", *wanted).code == 1
         assert list(tmp_path.iterdir()) == []
 
     def test_obj_files_hold_the_quads(self, learned: Path, tmp_path: Path) -> None:
@@ -217,9 +266,15 @@ def _names(fills: list[dict[str, str]]) -> list[str]:
     return [fill["pattern"] for fill in fills]
 
 
-def _per_pattern(fills: list[dict[str, str]]) -> list[int]:
-    names = _names(fills)
-    return [names.count(name) for name in set(names)]
+def _first_of_each(fills: list[dict[str, str]], most: int) -> list[dict[str, str]]:
+    """The fills, but of each pattern only so many."""
+    seen: Counter[str] = Counter()
+    kept: list[dict[str, str]] = []
+    for fill in fills:
+        seen[fill["pattern"]] += 1
+        if seen[fill["pattern"]] <= most:
+            kept.append(fill)
+    return kept
 
 
 def _valences(fill: dict[str, list[list[int]]]) -> set[int]:

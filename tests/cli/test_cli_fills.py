@@ -16,6 +16,9 @@ from shared import SHARED
 
 CHECKER = SHARED / "oracle" / "check_fill.py"
 
+#: Options under which fills are strict ones of patterns that were learned.
+LEARNED = ("--strict", "--learned-only", "--order", "regular")
+
 
 def boundaries(n_sides: int, count: int) -> list[list[int]]:
     """Random lengths with an even sum."""
@@ -36,33 +39,61 @@ def ask(db: Path, lengths: list[int], *options: object) -> dict[str, Any]:
     return document
 
 
-@pytest.mark.parametrize("n_sides", range(1, 9))
-def test_every_fill_is_a_fill(learned: Path, n_sides: int) -> None:
-    wanted = [[6], [8], [10]] if n_sides == 1 else boundaries(n_sides, 12)
-    lines = [json.dumps(ask(learned, lengths)) for lengths in wanted]
-    checked = subprocess.run(
+def checked(documents: list[dict[str, Any]]) -> dict[str, Any]:
+    """What the checker, a program of its own, says of answers."""
+    run = subprocess.run(
         [sys.executable, CHECKER],
-        input="\n".join(lines),
+        input="\n".join(map(json.dumps, documents)),
         capture_output=True,
         text=True,
-        check=True,
+        check=False,
     )
-    report = json.loads(checked.stdout)
+    return json.loads(run.stdout)
+
+
+@pytest.mark.parametrize("options", [(), LEARNED], ids=["default", "learned"])
+@pytest.mark.parametrize("n_sides", range(1, 9))
+def test_every_fill_is_a_fill(learned: Path, n_sides: int, options: tuple[str, ...]) -> None:
+    wanted = [[6], [8], [10]] if n_sides == 1 else boundaries(n_sides, 12)
+    documents = [ask(learned, lengths, *options) for lengths in wanted]
+    report = checked(documents)
+    fills = [fill for document in documents for fill in document["fills"]]
+    # The checker compares n_irregular with its own count.
+    assert report["bad"] == 0, report["first_bad"]
     assert report["queries"] == len(wanted)
-    assert report["fills"] > 0
-    assert report["strict"] == report["fills"]
-    assert report["bad"] == 0
+    assert report["fills"] == len(fills) > 0
+    assert report["strict"] == sum(fill["strict"] for fill in fills)
+    if options:
+        assert report["strict"] == report["fills"]
+    else:
+        assert report["unanswered"] == 0
+
+
+@pytest.mark.parametrize("n_sides", [1, 2, 3, 5, 6, 7, 9])
+def test_boundaries_with_the_shortest_sides_are_filled(learned: Path, n_sides: int) -> None:
+    """Where no strict fill can be."""
+    wanted = [
+        lengths
+        for last in (1, 2, 3, 4, 5)
+        if sum(lengths := [1] * (n_sides - 1) + [last]) % 2 == 0 and sum(lengths) >= 4
+    ]
+    documents = [ask(learned, lengths) for lengths in wanted]
+    report = checked(documents)
+    assert (report["bad"], report["unanswered"], report["strict"]) == (0, 0, 0)
 
 
 def test_closed_fills(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(CHECKER.parent)
     checker = importlib.import_module("check_fill")
-    fills = 0
-    for length in (8, 10, 12, 14):
-        for fill in ask(learned, [length], "--closed")["fills"]:
-            # Where there is no corner, the vertex that the side begins at has two quads.
-            wrong, irregular = checker.check([length], fill, kinds=[2])
-            assert wrong is None
-            assert irregular[1] == 0
-            fills += 1
-    assert fills > 0
+    for options in ((), LEARNED):
+        strict = relaxed = 0
+        for length in (8, 10, 12, 14):
+            for fill in ask(learned, [length], "--closed", *options)["fills"]:
+                # Where there is no corner, the vertex that the side begins at has two quads.
+                wrong, irregular = checker.check([length], fill, kinds=[2])
+                assert wrong is None
+                assert irregular[1] == fill["n_irregular_boundary"]
+                strict += fill["strict"]
+                relaxed += not fill["strict"]
+        assert strict > 0
+        assert (relaxed == 0) == bool(options)

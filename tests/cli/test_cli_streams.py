@@ -25,7 +25,7 @@ def test_python_m_and_the_version() -> None:
 def test_exit_codes_of_a_process(learned: Path, tmp_path: Path) -> None:
     for code, arguments in (
         (0, ("query", "--sides=3,5,4,6", "--db", learned)),
-        (1, ("query", "--sides=2,2", "--db", learned)),
+        (1, ("query", "--sides=2,2", "--strict", "--db", learned)),
         (2, ("query", "--sides=a", "--db", learned)),
         (2, ()),
         (3, ("query", "--sides=3,4", "--db", learned)),
@@ -38,7 +38,7 @@ def test_exit_codes_of_a_process(learned: Path, tmp_path: Path) -> None:
 
 
 def test_json_with_nothing_on_stderr_but_talk(learned: Path) -> None:
-    result = program("query", "--sides=2,2", "--db", learned, "--json")
+    result = program("query", "--sides=2,2", "--strict", "--db", learned, "--json")
     assert result.code == 1
     assert result.document()["fills"] == []
     assert result.err.startswith("no fill: ")
@@ -114,7 +114,7 @@ class TestReadersThatLeave:
         result = program("ingest", MESHES[0], "--db", db, *TINY, before=close)
         assert result.code == 0
         assert run("verify", "--db", db).code == 0
-        assert program("query", "--sides=2,2", "--db", db, before=close).code == 1
+        assert program("query", "--sides=2,2", "--strict", "--db", db, before=close).code == 1
         assert program("stats", "--db", tmp_path, before=close).code == 3
 
 

@@ -14,12 +14,13 @@ from reference.code import Code, mirrored, rooted_code
 from reference.halfedge import Quads, as_complex, border_loop, fans, twins
 from shared import GOLDEN
 
+import query
 from patterndb.packing import pack
 from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
 from patterndb.quadmesh import QuadMesh
 from patterndb.reduction import reduce_disk
-from query import Boundary, Fill
+from query import Boundary, Fill, Fills
 from query.boundary import CornerKind
 from query.chords import Chords
 
@@ -69,6 +70,9 @@ def class_of(n_sides: int, patterns: Sequence[Pattern]) -> PatternClass:
         n_sides=0,
         ids=np.array([p.id for p in patterns], np.int64),
         frequency=np.array([p.frequency for p in patterns], np.int64),
+        n_meshes=np.ones(n, np.int32),
+        uses=np.zeros(n, np.int64),
+        origin=np.zeros(n, np.int8),
         n_irregular=np.array([p.n_irregular for p in patterns], np.int32),
         n_quads=np.array([p.n_quads for p in patterns], np.int32),
         min_valence=np.array([min(p.valences) for p in patterns], np.int32),
@@ -77,6 +81,10 @@ def class_of(n_sides: int, patterns: Sequence[Pattern]) -> PatternClass:
         corners=np.zeros((n, 0), np.uint8),
         n_loops=np.array([p.n_loops for p in patterns], np.int32),
         chiral=np.array([p.chiral for p in patterns], np.bool_),
+        rotations=np.array([p.rotations for p in patterns], np.int32),
+        self_crossing=np.array([p.self_crossing for p in patterns], np.bool_),
+        words=np.array([x for p in patterns for x in (len(p.label[0]), *p.label[0])], np.int32),
+        word_start=np.cumsum([0, *(1 + len(p.label[0]) for p in patterns)], dtype=np.int64),
         signature=np.arange(n, dtype=np.int32),
         rotation=zeros,
         reflected=np.zeros(n, np.bool_),
@@ -112,16 +120,43 @@ def small_fills() -> dict[Boundary, set[Code]]:
     return dict(found)
 
 
-def code_of(fill: Fill) -> Code:
-    """The code of a fill, as in :func:`small_fills`, by plain Python."""
+def code_of(fill: Fill, closed: bool = False) -> Code:
+    """The code of a fill, as in :func:`small_fills`, by plain Python.
+
+    closed: the boundary is one closed side, which has no first vertex.
+    """
     quads: Quads = fill.quads.tolist()
     twin = twins(quads)
-    starts = [
-        h
-        for h, t in enumerate(twin)
-        if t < 0 and (quads[h // 4][h % 4] == 0 or fill.pattern.n_sides == 0)
-    ]
+    starts = [h for h, t in enumerate(twin) if t < 0 and (quads[h // 4][h % 4] == 0 or closed)]
     return min(rooted_code(twin, h) for h in starts)
+
+
+class Source:
+    """As much of a database as a query needs: the small patterns."""
+
+    def pattern_class(self, n_sides: int) -> PatternClass:
+        return small_class(n_sides)
+
+
+class Answer(list[Fill]):
+    """The fills of a query, and what it said about them."""
+
+    def __init__(self, found: Fills) -> None:
+        super().__init__(found)
+        self.boundary = found.boundary
+        self.truncated = found.truncated
+        self.feasible_patterns = found.feasible_patterns
+        self.reason = found.reason
+        self.seconds = found.seconds
+
+
+#: Options under which the answer is all about the patterns of the class.
+LEARNED = {"strict": True, "origins": ("learned",), "order": "regular", "valence": None}
+
+
+def answer(source: object, boundary: object, **options: object) -> Answer:
+    """The whole answer to a query about learned patterns, or as the options have it."""
+    return Answer(query.fills(source, boundary, **{**LEARNED, **options}))  # pyright: ignore
 
 
 def brute_force(chords: Chords, lengths: Sequence[int]) -> list[Widths]:

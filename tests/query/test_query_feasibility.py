@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 
+import numpy as np
 import pytest
 from query_cases import (
     KIND,
@@ -19,8 +20,10 @@ from query_cases import (
 
 from patterndb.pattern import Pattern
 from query import Boundary, cpsat, feasibility
+from query.asking import asked
 from query.chords import Chords
 from query.filters import Filters
+from query.table import strict_table
 
 
 def fits_somehow(pattern: Pattern, boundary: Boundary) -> bool:
@@ -78,9 +81,12 @@ def test_the_class_answers_as_its_patterns_would(n_sides: int) -> None:
 def test_cpsat_answers_the_same(n_sides: int) -> None:
     patterns = small_class(n_sides)
     for boundary in boundaries(n_sides, random.Random(n_sides), 5, 7):
-        rows = Filters().rows(patterns, boundary)
-        kernel = feasibility.feasible_rows(patterns, boundary, rows)
-        assert cpsat.feasible_rows(patterns, boundary, rows).tolist() == kernel.tolist()
+        table = strict_table(patterns)
+        entries = table.entries(boundary, np.ones(len(patterns), np.bool_))
+        kernel = table.feasible(entries, boundary, np.zeros(1, np.uint8), None)
+        question = asked(boundary, (), 0)
+        other = cpsat.keep_carrying(table.labels, entries.row, entries.allowed, question)
+        assert other.tolist() == kernel.tolist()
 
 
 @pytest.mark.parametrize("threads", [2, 3, 8])

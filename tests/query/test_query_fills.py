@@ -7,36 +7,53 @@ import json
 import random
 import sys
 from collections import Counter
+from collections.abc import Iterable
+from itertools import product
 from types import ModuleType
 
 import numpy as np
 import pytest
-from query_cases import class_of, code_of, small_class, small_fills, small_patterns
+from query_cases import (
+    LEARNED,
+    Answer,
+    Source,
+    answer,
+    class_of,
+    code_of,
+    small_class,
+    small_fills,
+    small_patterns,
+)
+from reference.code import Code
 from shared import SHARED, oracle
 
 import query
 from patterndb.errors import InvalidBoundaryError, PatternDBError
 from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
 from patterndb.quadmesh import QuadMesh
 from patterndb.reduction import reduce_disk
-from query import Boundary, Fill, engine, feasibility
+from query import Boundary, Fill, batch, feasibility
 from query.boundary import CornerKind
 from query.errors import InvalidQueryError
-from query.filters import Filters
+from query.filters import NO_DOUBLETS, Filters
 from query.identity import is_mesh
 from query.reason import why_impossible
 
+#: As a query is without options.
+ANYTHING = {
+    "strict": False,
+    "origins": None,
+    "order": None,
+    "valence": NO_DOUBLETS,
+}
 
-class Source:
-    """As much of a database as a query needs."""
 
-    def pattern_class(self, n_sides: int) -> PatternClass:
-        return small_class(n_sides)
+def every(boundary: Boundary, **options: object) -> Answer:
+    return answer(Source(), boundary, **{"limit": None, **options})
 
 
-def every(boundary: Boundary, **options: object) -> engine.FillList:
-    return query.fills(Source(), boundary, limit=None, per_pattern=None, **options)  # pyright: ignore
+def coded(found: Iterable[Fill], boundary: Boundary) -> list[Code]:
+    return [code_of(fill, boundary.n_sides == 0) for fill in found]
 
 
 def some_boundaries(count: int, most: int = 14) -> list[Boundary]:
@@ -73,7 +90,7 @@ def checker() -> ModuleType:
 def test_exactly_the_small_disks_are_found_and_none_twice(boundary: Boundary) -> None:
     """All quad disks of that size are known: a query must list each, in every way it lies."""
     found = every(boundary)
-    codes = [code_of(fill) for fill in found]
+    codes = coded(found, boundary)
     assert len(set(codes)) == len(codes)
     small = {code for code, fill in zip(codes, found, strict=True) if is_small(fill)}
     assert small == small_fills()[boundary]
@@ -109,6 +126,9 @@ def test_json_has_exactly_these_keys() -> None:
         "rotation",
         "mirrored",
         "n_irregular",
+        "n_irregular_boundary",
+        "strict",
+        "flow_distance",
         "n_vertices",
         "quads",
         "sides",
@@ -133,32 +153,32 @@ def test_fills_come_in_order(boundary: tuple[int, ...]) -> None:
 @pytest.mark.parametrize("boundary", some_boundaries(30), ids=str)
 def test_shorter_lists_are_beginnings_and_say_that_they_are(boundary: Boundary) -> None:
     whole = every(boundary)
-    codes = [code_of(fill) for fill in whole]
+    codes = coded(whole, boundary)
     per_pattern = Counter(fill.pattern.id for fill in whole)
     for limit in (1, 2, 5, 20, len(whole), len(whole) + 1):
-        found = query.fills(Source(), boundary, limit=limit, per_pattern=None)
-        assert [code_of(fill) for fill in found] == codes[:limit]
+        found = answer(Source(), boundary, limit=limit)
+        assert coded(found, boundary) == codes[:limit]
         assert found.truncated == (len(whole) > limit)
         assert found.feasible_patterns == whole.feasible_patterns
     for most in (1, 2, 4):
-        found = query.fills(Source(), boundary, limit=None, per_pattern=most)
+        found = answer(Source(), boundary, limit=None, per_pattern=most)
         kept: Counter[int] = Counter()
         expected = []
         for fill, code in zip(whole, codes, strict=True):
             kept[fill.pattern.id] += 1
             if kept[fill.pattern.id] <= most:
                 expected.append(code)
-        assert [code_of(fill) for fill in found] == expected
+        assert coded(found, boundary) == expected
         assert found.truncated == (max(per_pattern.values()) > most)
-    best = query.best(Source(), boundary)
+    best = query.best(Source(), boundary, **LEARNED)
     assert best is not None
-    assert code_of(best) == codes[0]
+    assert code_of(best, boundary.n_sides == 0) == codes[0]
 
 
 @pytest.mark.parametrize("boundary", [(5, 5, 6), (4, 5, 4, 5), (3, 4, 5, 4, 4), (6, 8)], ids=str)
 def test_cpsat_gives_the_same_list(boundary: tuple[int, ...]) -> None:
-    kernel = query.fills(Source(), boundary, limit=12, per_pattern=2)
-    other = query.fills(Source(), boundary, limit=12, per_pattern=2, solver="cp-sat")
+    kernel = answer(Source(), boundary, limit=12, per_pattern=2)
+    other = answer(Source(), boundary, limit=12, per_pattern=2, solver="cp-sat")
     assert len(kernel) > 0
     assert [f.to_json() for f in kernel] == [f.to_json() for f in other]
     assert kernel.feasible_patterns == other.feasible_patterns
@@ -166,10 +186,11 @@ def test_cpsat_gives_the_same_list(boundary: tuple[int, ...]) -> None:
 
 
 def test_the_list_does_not_depend_on_threads(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(batch, "ROWS_PER_THREAD", 1)
     monkeypatch.setattr(feasibility, "ROWS_PER_THREAD", 5)
-    for boundary in some_boundaries(20):
+    for boundary, mode in product(some_boundaries(20), (LEARNED, ANYTHING)):
         lists = [
-            [f.to_json() for f in query.fills(Source(), boundary, threads=threads)]
+            [f.to_json() for f in answer(Source(), boundary, threads=threads, **mode)]
             for threads in (1, 2, 8)
         ]
         assert lists[0] == lists[1] == lists[2]
@@ -197,31 +218,28 @@ def test_patterns_that_expand_to_the_same_fill_give_it_once() -> None:
             continue
         polychords = pattern.polychords()
         wide = [2 if c else 1 for c in polychords.crosses_itself]
-        fill = query.fills(
+        fill = answer(
             class_of(pattern.n_sides, [pattern]),
             Boundary(_wide_lengths(pattern, wide), _kinds(pattern)),
             limit=None,
-            per_pattern=None,
         )
         twins_of = [_own_pattern(f) for f in fill]
         others = {p.id: p for p in twins_of if p.id != pattern.id}
         if not others:
             continue
         shared += 1
-        both = query.fills(
+        both = answer(
             class_of(pattern.n_sides, [pattern, *others.values()]),
             fill.boundary,
             limit=None,
-            per_pattern=None,
         )
         codes = [code_of(f) for f in both]
         assert len(set(codes)) == len(codes)
         assert set(codes) >= {code_of(f) for f in fill}
-        one = query.fills(
+        one = answer(
             class_of(pattern.n_sides, [pattern, *others.values()]),
             fill.boundary,
             limit=len(codes),
-            per_pattern=None,
         )
         assert not one.truncated, "a fill that is listed already is none beyond the limit"
         if shared == 12:
@@ -274,9 +292,9 @@ def test_edges_between_the_same_two_vertices_are_no_mesh() -> None:
 def test_an_empty_list_says_why(
     boundary: Boundary, options: dict[str, object], words: list[str]
 ) -> None:
-    found = query.fills(Source(), boundary, **options)  # pyright: ignore
+    found = answer(Source(), boundary, **options)  # pyright: ignore
     assert len(found) == 0
-    assert query.best(Source(), boundary, **options) is None  # pyright: ignore
+    assert query.best(Source(), boundary, **{**LEARNED, **options}) is None  # pyright: ignore
     assert found.feasible_patterns == 0
     assert not found.truncated
     assert found.reason is not None
@@ -313,23 +331,14 @@ def test_what_is_called_impossible_has_no_small_fill() -> None:
 )
 def test_options_that_ask_for_nothing_are_refused(options: dict[str, object]) -> None:
     with pytest.raises(InvalidQueryError) as refusal:
-        query.fills(Source(), (4, 4, 4), **options)  # pyright: ignore
+        answer(Source(), (4, 4, 4), **options)  # pyright: ignore
     assert isinstance(refusal.value, PatternDBError)
     assert next(iter(options)) in str(refusal.value)
 
 
 def test_a_boundary_that_is_none_and_a_class_of_other_patterns_are_refused() -> None:
     with pytest.raises(InvalidBoundaryError, match="odd"):
-        query.fills(Source(), (4, 4, 5))
+        answer(Source(), (4, 4, 5))
     with pytest.raises(InvalidQueryError, match="patterns of 5 sides"):
-        query.fills(small_class(5), (4, 4, 4))
-    assert query.fills(small_class(3), (4, 4, 4))
-
-
-def test_a_list_is_a_sequence() -> None:
-    found = query.fills(Source(), (4, 4, 4))
-    assert len(found) == len(found.fills) > 1
-    assert all(a is b for a, b in zip(found, found.fills, strict=True))
-    assert found[-1] is found.fills[-1]
-    assert len(found[:2]) == 2
-    assert found.seconds > 0
+        answer(small_class(5), (4, 4, 4))
+    assert answer(small_class(3), (4, 4, 4))

@@ -4,15 +4,16 @@ import sqlite3
 from pathlib import Path
 
 import pytest
-from learnt import change
+from learnt import change, content, rows
 
 from patterndb.errors import DatabaseError
 from patterndb.store import Database, connection
 from patterndb.store.migrations import MIGRATIONS, SCHEMA_VERSION, migrate, schema
 
+NEXT = SCHEMA_VERSION + 1
 STEPS = {
-    2: "ALTER TABLE mesh ADD COLUMN poly_count INTEGER;",
-    3: "CREATE TABLE note (text TEXT); INSERT INTO note VALUES ('step 3')",
+    NEXT: "ALTER TABLE mesh ADD COLUMN poly_count INTEGER;",
+    NEXT + 1: "CREATE TABLE note (text TEXT); INSERT INTO note VALUES ('last step')",
 }
 
 
@@ -45,22 +46,22 @@ def test_the_schema_stands_in_one_file_and_has_the_present_version() -> None:
 
 
 def test_missing_steps_are_applied_in_order(path: Path) -> None:
-    assert migrate(opened(path), STEPS, 3) == [2, 3]
-    assert version(path) == 3
-    assert opened(path).execute("SELECT text FROM note").fetchall() == [("step 3",)]
-    assert migrate(opened(path), STEPS, 3) == []
+    assert migrate(opened(path), STEPS, NEXT + 1) == [NEXT, NEXT + 1]
+    assert version(path) == NEXT + 1
+    assert opened(path).execute("SELECT text FROM note").fetchall() == [("last step",)]
+    assert migrate(opened(path), STEPS, NEXT + 1) == []
 
 
 def test_each_step_is_committed_with_its_number(path: Path) -> None:
-    """The third fails half-way: the second stays, with its number; the third leaves nothing."""
-    steps = {**STEPS, 3: "CREATE TABLE half (a); INSERT INTO nowhere VALUES (1);"}
+    """The second fails half-way: the first stays, with its number; the second leaves nothing."""
+    steps = {**STEPS, NEXT + 1: "CREATE TABLE half (a); INSERT INTO nowhere VALUES (1);"}
     held = opened(path)
     with pytest.raises(sqlite3.OperationalError, match="nowhere"):
-        migrate(held, steps, 3)
+        migrate(held, steps, NEXT + 1)
     assert not held.in_transaction
-    assert version(path) == 2
+    assert version(path) == NEXT
     assert "half" not in tables(path)
-    assert migrate(opened(path), STEPS, 3) == [3]
+    assert migrate(opened(path), STEPS, NEXT + 1) == [NEXT + 1]
     assert "note" in tables(path)
 
 
@@ -88,3 +89,69 @@ def test_a_database_without_a_known_step_is_left_alone(path: Path) -> None:
     with pytest.raises(KeyError):
         migrate(opened(path), {}, 2)
     assert version(path) == 1
+
+
+def test_a_step_that_another_process_took_meanwhile_is_done(path: Path) -> None:
+    class Late(sqlite3.Connection):
+        """Its first script waits for the lock until the other has taken the step."""
+
+        def executescript(self, script: str) -> sqlite3.Cursor:
+            if version(path) < NEXT:
+                migrate(opened(path), STEPS, NEXT)
+            return super().executescript(script)
+
+    late = sqlite3.connect(path, isolation_level=None, factory=Late)
+    assert migrate(late, STEPS, NEXT) == []
+    assert not late.in_transaction
+    assert version(path) == NEXT
+
+
+def made_by_version_1(path: Path, full: Path) -> Path:
+    """The content of a database in a file with the schema of version 1."""
+    old = sqlite3.connect(path)
+    old.executescript((Path(__file__).parent / "schema_1.sql").read_text(encoding="ascii"))
+    old.execute("ATTACH ? AS present", (str(full),))
+    for table in ("mesh", "pattern", "occurrence"):
+        names = [row[1] for row in old.execute(f"PRAGMA main.table_info({table})")]
+        if table == "pattern":
+            names.remove("frequency")
+        columns = ", ".join(names)
+        old.execute(f"INSERT INTO {table} ({columns}) SELECT {columns} FROM present.{table}")
+    old.commit()
+    old.close()
+    return path
+
+
+def described(path: Path) -> dict[str, object]:
+    """Columns of all tables, and the text of all triggers and indices."""
+    held = opened(path)
+    found: dict[str, object] = {}
+    for kind, name, sql in held.execute("SELECT type, name, sql FROM sqlite_schema").fetchall():
+        found[name] = held.execute(f"PRAGMA table_xinfo({name})").fetchall() or sql
+        if kind == "table":
+            found[f"{name} strict"] = "STRICT" in sql
+            found[f"{name} checks"] = sql.count("CHECK")
+            found[f"{name} refers"] = held.execute(f"PRAGMA foreign_key_list({name})").fetchall()
+    return found
+
+
+def test_version_1_becomes_version_2(full: Path, tmp_path: Path) -> None:
+    old = made_by_version_1(tmp_path / "old.db", full)
+    assert version(old) == 1
+    with pytest.raises(DatabaseError, match="has schema 1; open it once for writing"):
+        Database(old)
+    with Database(old, "write") as db:
+        assert db.uses() == {}
+        assert {m.origin for m in db.meshes()} == {"learned"}
+    assert version(old) == SCHEMA_VERSION
+    assert content(old) == content(full)
+    assert described(old) == described(full)
+    for table in ("pattern", "occurrence", "usage"):
+        assert rows(old, table) == rows(full, table)
+    # And what the database keeps by itself is kept.
+    with Database(old, "write") as db, Database(full, "write") as present:
+        for each in (db, present):
+            each.remove(["cup.obj"])
+            each.record_use(each.pattern_class(4).pattern(0))
+    assert content(old) == content(full)
+    assert rows(old, "usage") == rows(full, "usage")

@@ -58,7 +58,12 @@ COLUMNS = {
 def test_every_column_that_follows_from_the_code_is_spoiled_below(full: Path) -> None:
     with Database(full) as db:
         described = db._connection.execute("SELECT name FROM pragma_table_info('pattern')")
-        assert {row[0] for row in described} - set(COLUMNS) == {"id", "code", "frequency"}
+        assert {row[0] for row in described} - set(COLUMNS) == {
+            "id",
+            "code",
+            "frequency",
+            "origin",
+        }
 
 
 @pytest.mark.parametrize("column", COLUMNS)
@@ -111,6 +116,9 @@ ROWS = {
     "mesh gone": ("DELETE FROM mesh WHERE name = 'cup.obj'", "missing"),
     "pattern gone": (f"DELETE FROM pattern {ONE_PATTERN}", "missing"),
     "id": (f"UPDATE pattern SET id = id + 1 {ONE_PATTERN}", "do not follow"),
+    "origin": (f"UPDATE pattern SET origin = 'family' {ONE_PATTERN}", "is learned, but said to be"),
+    "mesh imported": ("UPDATE mesh SET origin = 'imported'", "is imported, but said to be"),
+    "use of nothing": ("INSERT INTO usage VALUES (1, 1, 'learned')", "missing"),
 }
 
 
@@ -128,7 +136,7 @@ def test_a_pattern_in_no_mesh_is_found(full: Path) -> None:
         connection.execute("DELETE FROM pattern WHERE code = ?", (code,))
         add_patterns(connection, [pattern_id(code, 6)], [code])
     (finding,) = findings(full)
-    assert "frequency 0" in finding
+    assert "frequency 0" in finding and "never used" in finding
 
 
 def test_a_damaged_index_is_found(full: Path) -> None:

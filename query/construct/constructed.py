@@ -1,0 +1,136 @@
+"""Constructed fills: an answer for every boundary, put together of parts.
+
+Four constructions: a grid laid anywhere (never fails); a fill of a table in which corners
+are dropped; pentagons of one valence-5 vertex cut off until a table knows the rest; and
+chords that prolong a side through a reflex corner. Each is decided on the counts of
+irregular vertices that the parts need, and only then expanded.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from heapq import heappop, heappush
+
+import numpy as np
+
+from patterndb.code import rooted_code
+from patterndb.errors import InvalidCodeError
+from patterndb.halfedge import Int32Array
+from query.boundary import Boundary
+from query.construct.lookup import Lookup
+from query.construct.plan import Plan, carry_out, least
+from query.construct.planner import Planner
+from query.errors import InvalidQueryError
+from query.fill import Fill
+from query.recognise import asked_counts, irregular_counts, quad_counts, welded_fill
+from query.weld import weld_quads
+
+#: What fills and patterns that were constructed give as their origin.
+ORIGIN = "constructed"
+
+
+#: Quads more or fewer than asked for that a vertex may have. A grid needs 2, where its
+#: corner falls on a reflex one.
+MOST_OFF = 2
+
+
+@dataclass(frozen=True, slots=True, order=True)
+class _Outcome:
+    """What a plan comes to: how its fill ranks, and which it is."""
+
+    n_irregular: int
+    n_irregular_boundary: int
+    n_quads: int
+    key: bytes
+    plan: Plan = field(compare=False)
+
+
+def constructed(
+    boundary: Boundary, lookup: Lookup, *, strict: bool = False, limit: int | None = None
+) -> Iterator[Fill]:
+    """Fills that are put together for a boundary, best first.
+
+    In order of irregular vertices, of those on the boundary, of quads, and then of the
+    fills' codes, so that the list is the same every time; no fill comes twice. There is
+    always one, except with ``strict``: then only fills whose corners are exactly as asked.
+    The fills are those that the constructions arrive at within fixed numbers of tries, a few
+    dozen at most, and the first ``limit`` of them. lookup: fills for parts with few sides.
+    Its own fill of the whole boundary is not listed: whoever has the lookup has that.
+
+    Raises InvalidQueryError for a limit below 1.
+    """
+    if limit is not None and limit < 1:
+        raise InvalidQueryError(f"limit is {limit}; ask for at least 1, or None for all")
+    return _listed(boundary, lookup, strict, limit)
+
+
+def _listed(boundary: Boundary, lookup: Lookup, strict: bool, limit: int | None) -> Iterator[Fill]:
+    # Plans are carried out only while one might still come before the best so far.
+    plans = Planner(lookup).plans(boundary, strict)
+    waiting = sorted(((least(plan), at, plan) for at, plan in enumerate(plans)), reverse=True)
+    ready: list[_Outcome] = []
+    seen: set[bytes] = set()
+    listed = 0
+    while listed != limit:
+        while waiting and (not ready or waiting[-1][0] <= ready[0].n_irregular):
+            outcome = _outcome(waiting.pop()[2], boundary, lookup)
+            if outcome is None or outcome.key in seen:
+                continue
+            seen.add(outcome.key)
+            if not strict or outcome.n_irregular_boundary == 0:
+                heappush(ready, outcome)
+        if not ready:
+            return
+        try:
+            fill = _fill(heappop(ready).plan, boundary, lookup)
+        except InvalidCodeError:
+            # Its pattern has more quads than a code can name: it cannot be told of.
+            continue
+        listed += 1
+        yield fill
+
+
+def _outcome(plan: Plan, boundary: Boundary, lookup: Lookup) -> _Outcome | None:
+    """None where the parts do not join to a mesh, or leave a doublet, or where irregular
+    vertices of several parts meet in one that is off by more than MOST_OFF quads."""
+    quads, n_vertices = carry_out(plan, boundary.perimeter, lookup)
+    twin, fault = weld_quads(quads, n_vertices, boundary.perimeter)
+    count = quad_counts(quads, n_vertices)
+    off = np.abs(count - asked_counts(boundary, n_vertices))
+    if fault or (count[boundary.perimeter :] < 3).any() or off.max() > MOST_OFF:
+        return None
+    inner, outer = irregular_counts(count, boundary)
+    key = _key(quads, twin, boundary)
+    return _Outcome(inner + outer, outer, len(quads), key, plan)
+
+
+def _fill(plan: Plan, boundary: Boundary, lookup: Lookup) -> Fill:
+    quads, n_vertices = carry_out(plan, boundary.perimeter, lookup)
+    twin, _ = weld_quads(quads, n_vertices, boundary.perimeter)
+    return welded_fill(quads, n_vertices, twin, boundary, ORIGIN)
+
+
+def _key(quads: Int32Array, twin: Int32Array, boundary: Boundary) -> bytes:
+    """Equal exactly for equal fills: a digest of the code of the quads as read from boundary
+    vertex 0. One closed side has no first vertex: there it is the smallest code."""
+    border = np.flatnonzero(twin < 0)
+    tails = quads.ravel()[border]
+    starts = border if boundary.n_sides == 0 else border[tails == 0]
+    q = len(quads)
+    code = np.zeros(4 * q, np.int32)
+    number, entry, order = (np.empty(q, np.int32) for _ in range(3))
+    for at, start in enumerate(starts.tolist()):
+        rooted_code(
+            twin,
+            q,
+            start,
+            False,
+            code,  # pyright: ignore[reportArgumentType]
+            number,
+            entry,
+            order,
+            at > 0,
+        )
+    return hashlib.blake2b(code.tobytes(), digest_size=16).digest()

@@ -1,0 +1,135 @@
+"""The pentagon of one interior vertex of valence 5, and where it can be cut off an outline.
+
+Straight lines from its middle meet every side. Side k is x_k + x_{k+2} edges long, x_k of
+them before the line that meets it, so x_k = S/2 - L_{k+1} - L_{k+2} with S the perimeter:
+the pentagon exists exactly if S is even and any two sides next to each other are shorter
+than half of it.
+"""
+
+from __future__ import annotations
+
+from functools import cache, lru_cache
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from patterndb.halfedge import Int32Array
+from patterndb.pattern import Pattern
+from patterndb.quadmesh import QuadMesh
+from query.expand import expand_quads
+
+#: Positions tried along a side; longer sides are tried in larger steps.
+MOST_STEPS = 24
+
+
+@lru_cache(maxsize=1024)
+def pentagon_quads(lengths: tuple[int, int, int, int, int]) -> Int32Array:
+    """(q, 4) int32 quads of the pentagon; boundary vertices first, 0 where side 0 begins.
+
+    lengths: edges of the sides, for which the pentagon must exist. Plans of one boundary have
+    pentagons in common: the array is kept, and not to be written to.
+    """
+    twin, chord, before = _pattern()
+    half = sum(lengths) // 2
+    widths = np.empty(5, np.int32)
+    for k in range(5):
+        widths[before[k]] = half - lengths[(k + 1) % 5] - lengths[(k + 2) % 5]
+    quads = expand_quads(twin, widths[chord], 2 * half, 0, False)[0]
+    quads.flags.writeable = False
+    return quads
+
+
+@cache
+def _pattern() -> tuple[Int32Array, Int32Array, list[int]]:
+    """(half-edges, polychord across each, first polychord of every side) of five quads
+    around a vertex."""
+    quads = [[k, 5 + k, 10, 5 + (k + 4) % 5] for k in range(5)]
+    pattern = Pattern.from_disk(QuadMesh.from_quads(quads).twin)
+    return pattern.twin(), pattern.polychords().of_edge, [side[0] for side in pattern.label]
+
+
+@njit(cache=True, nogil=True)
+def is_pentagon(s0: int, s1: int, s2: int, s3: int, s4: int) -> bool:
+    """Is there a pentagon of one valence-5 vertex with these sides?"""
+    total = s0 + s1 + s2 + s3 + s4
+    longest = max(s0 + s1, s1 + s2, s2 + s3, s3 + s4, s4 + s0)
+    return total % 2 == 0 and 2 * longest < total
+
+
+@njit(cache=True, nogil=True)
+def pentagon_cuts(
+    lengths: NDArray[np.int64], counts: NDArray[np.int64], ample: int, cuts: NDArray[np.int64]
+) -> int:
+    """Write the best cut at every side into ``cuts``, best first; return how many there are.
+
+    lengths, counts: (n,) edges of the sides and quads at the corners of an outline, n >= 5.
+    A cut (side i, u, w, c) takes off the pentagon of u edges of side i, sides i + 1 and
+    i + 2, w edges of side i + 3 and a chord of c edges. The three corners between must be
+    convex, and at least 2 edges be left of both sides. The best cut leaves the longest
+    shortest side, where sides of more than ``ample`` edges count as that long, then has the
+    shortest chord: long ones add up from cut to cut, until one side is more than half of
+    what is left. Then it leaves more of the sides it cuts, and has u near w.
+    cuts: (>= n, 4) int64.
+    """
+    n = len(lengths)
+    score = np.empty(n)
+    found = 0
+    for i in range(n):
+        convex = True
+        shortest = 1 << 30
+        for k in range(1, n):
+            if k <= 3:
+                convex = convex and counts[(i + k) % n] == 1
+            else:
+                shortest = min(shortest, lengths[(i + k) % n])
+        if not convex:
+            continue
+        value, u, w, c = _best_cut(
+            lengths[i],
+            lengths[(i + 1) % n],
+            lengths[(i + 2) % n],
+            lengths[(i + 3) % n],
+            shortest,
+            ample,
+        )
+        if u == 0:
+            continue
+        at = found
+        while at > 0 and score[at - 1] < value:
+            score[at] = score[at - 1]
+            cuts[at] = cuts[at - 1]
+            at -= 1
+        score[at] = value
+        cuts[at, 0] = i
+        cuts[at, 1] = u
+        cuts[at, 2] = w
+        cuts[at, 3] = c
+        found += 1
+    return found
+
+
+@njit(cache=True, nogil=True)
+def _best_cut(
+    before: int, b: int, c: int, after: int, shortest: int, ample: int
+) -> tuple[float, int, int, int]:
+    """(score, u, w, chord) of the best cut over sides b and c; u = 0 if there is none.
+
+    shortest: of the sides that the cut does not touch.
+    """
+    best = -np.inf
+    best_u = best_w = best_e = 0
+    step = max(1, before // MOST_STEPS)
+    for u in range(2, before - 1, step):
+        for w in range(max(2, u - 2 * step), min(after - 2, u + 2 * step) + 1):
+            # The shortest chord that the pentagon's conditions and parity allow.
+            e = max(2, b + c - u - w + 2, abs(u + b - c - w) + 2)
+            e += (e + u + b + c + w) % 2
+            if not is_pentagon(u, b, c, w, e):
+                continue
+            made = min(before - u, after - w, e)
+            value = min(made, shortest, ample) * 1e6 - 1e2 * e + made - 0.5 * abs(u - w)
+            if value > best:
+                best = value
+                best_u, best_w, best_e = u, w, e
+    return best, best_u, best_w, best_e

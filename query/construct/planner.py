@@ -1,0 +1,145 @@
+"""Planner: decides on counts alone how an outline is best cut up, and by which fills."""
+
+from __future__ import annotations
+
+from query.boundary import Boundary
+from query.construct.kept import choices
+from query.construct.lookup import Lookup
+from query.construct.plan import Dropped, Plan, RectanglePart, TablePart, chord, dropped
+from query.construct.prolong import prolongations
+from query.construct.rectangle import best_rectangle
+from query.construct import trim
+
+#: Choices of corners to keep that are asked about, and how many as good as can be expected
+#: end the search sooner. Where the lookup answers none of them, all choices are tried.
+KEPT_TRIES = 40
+KEPT_PLANS = 4
+
+#: Ways to cut pentagons off: the length from which sides are long enough, and which of the
+#: best cuts comes first; and how many as good as can be expected end the search sooner.
+WAYS = tuple((ample, rank) for rank in range(8) for ample in (5, 3))
+GOOD_WAYS = 3
+
+#: Cuts through reflex corners that are followed up: of the boundary, of its parts, of theirs.
+PROLONGED = (8, 3, 1)
+
+
+class Planner:
+    """Plans for one query. It remembers what it has asked the lookup."""
+
+    def __init__(self, lookup: Lookup) -> None:
+        self._lookup = lookup
+        self._parts: dict[tuple[Boundary, bool], TablePart | None] = {}
+        self._best: dict[tuple[Boundary, bool, int], Plan | None] = {}
+
+    def plans(self, boundary: Boundary, strict: bool) -> list[Plan]:
+        """Every plan for a boundary that a construction arrives at."""
+        found = self.rectangle(boundary, strict)
+        if not strict:
+            found += self.kept(boundary)
+        found += self.trimmed(boundary, strict)
+        found += self.prolonged(boundary, strict)
+        return found
+
+    def best(self, outline: Boundary, strict: bool, depth: int) -> Plan | None:
+        """The plan of a part with fewest irregular vertices; there is none only if strict.
+
+        depth: how many chords through reflex corners have been drawn before.
+        """
+        key = (outline, strict, depth)
+        if key not in self._best:
+            self._best[key] = self._find_best(outline, strict, depth)
+        return self._best[key]
+
+    def _find_best(self, outline: Boundary, strict: bool, depth: int) -> Plan | None:
+        part = self._part(outline, strict)
+        found = [part] if part is not None else self.rectangle(outline, strict)
+        # Gauss-Bonnet: with valences 3 and 5 there are at least so many where strict.
+        needed = abs(sum(2 - k for k in outline.corner_counts) - 4)
+        if part is None or (part.count > needed and not outline.convex):
+            found += self.trimmed(outline, strict, 1)
+            found += self.prolonged(outline, strict, depth)
+            if not strict:
+                found += self.kept(outline, 2, 1)
+        return min(found, key=lambda plan: plan.count, default=None)
+
+    def _part(self, outline: Boundary, strict: bool) -> TablePart | None:
+        """The lookup's own fill of an outline."""
+        n = outline.n_sides
+        if not 2 <= n <= self._lookup.max_sides:
+            return None
+        if strict and n != 4 and outline.convex and 1 in outline.lengths:
+            # Peel the quad on that side off: it stays as long, and its neighbours vanish.
+            return None
+        key = (outline, strict)
+        if key not in self._parts:
+            count = self._lookup.count(outline, strict=strict)
+            self._parts[key] = None if count is None else TablePart(outline, strict, count)
+        return self._parts[key]
+
+    def rectangle(self, outline: Boundary, strict: bool) -> list[Plan]:
+        """A grid, wherever its corners fall."""
+        count, p, a = best_rectangle(outline)
+        return [RectanglePart(outline.perimeter, p, a, count)] if count == 0 or not strict else []
+
+    def kept(
+        self, boundary: Boundary, tries: int = KEPT_TRIES, wanted: int = KEPT_PLANS
+    ) -> list[Plan]:
+        """A fill of the lookup's in which some corners are dropped, at a cost of 1 each."""
+        found: list[Plan] = []
+        good = 0
+        for at, keep in enumerate(choices(boundary, self._lookup.max_sides)):
+            if good == wanted or (at >= tries and found):
+                break
+            turn, outline = dropped(boundary, keep)
+            part = self._part(outline, False)
+            if part is not None:
+                count = part.count + boundary.n_sides - len(keep)
+                found.append(Dropped(turn, part, count))
+                good += count <= boundary.n_sides - 5
+        return sorted(found, key=lambda plan: plan.count)[:wanted]
+
+    def trimmed(self, boundary: Boundary, strict: bool, ways: int = len(WAYS)) -> list[Plan]:
+        """Pentagons cut off until the lookup knows the rest, which keeps corners as asked.
+
+        Of each way to cut, the best plan, and the best whose rest is strict.
+        """
+        found: list[Plan] = []
+        good = 0
+        expected = abs(sum(2 - k for k in boundary.corner_counts) - 4)
+        for ample, rank in WAYS[:ways]:
+            stages = trim.trimmed(boundary, ample, rank, self._lookup.max_sides, drop=not strict)
+            tight = self._best_stage(stages, True, expected)
+            if tight is not None:
+                found.append(tight)
+                good += tight.count <= expected
+            loose = None if strict else self._best_stage(stages, False, expected - 1)
+            if loose is not None and (tight is None or loose.count < tight.count):
+                found.append(loose)
+            if good == GOOD_WAYS:
+                break
+        return found
+
+    def _best_stage(self, stages: list[trim.Trimmed], strict: bool, enough: int) -> Plan | None:
+        """The plan with fewest irregular vertices, or the first with at most ``enough``."""
+        best: tuple[int, trim.Trimmed, TablePart] | None = None
+        for stage in stages:
+            rest = self._part(stage.rest, strict)
+            if rest is not None and (best is None or rest.count + stage.cost < best[0]):
+                best = (rest.count + stage.cost, stage, rest)
+                if best[0] <= enough:
+                    break
+        return best and best[1].plan(best[2])
+
+    def prolonged(self, boundary: Boundary, strict: bool, depth: int = 0) -> list[Plan]:
+        """Reflex corners taken away by chords that prolong a side through them."""
+        if boundary.convex:
+            return []
+        most = PROLONGED[min(depth, len(PROLONGED) - 1)]
+        found: list[Plan] = []
+        for cut in prolongations(boundary, most):
+            left = self.best(cut.left, strict, depth + 1)
+            right = self.best(cut.right, strict, depth + 1)
+            if left is not None and right is not None:
+                found.append(chord(cut.start, cut.end, cut.length, left, right, cut.turn))
+        return found

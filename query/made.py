@@ -1,0 +1,88 @@
+"""The lane of constructed fills, and the table that constructions look parts up in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from query.construct import constructed
+from query.familylookup import FamilyLookup
+from query.fill import Fill
+from query.filters import Filters
+from query.lane import Candidate, Search, Step
+from query.ranking import Rank
+from query.stroke import Stroke
+
+#: Constructed fills come after all others with as many irregular vertices: their boundary ones
+#: count from here.
+AFTER = 1000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Made:
+    """A fill that is there already."""
+
+    made: Fill
+    may_repeat: bool = True
+
+    def fill(self) -> Fill:
+        return self.made
+
+    @property
+    def pattern_id(self) -> int:
+        return self.made.pattern.id
+
+
+def constructed_lane(
+    search: Search, filters: Filters, strict: bool, strokes: Sequence[Stroke]
+) -> Iterator[Step]:
+    """The constructed fills that pass the filters and follow the strokes, best first.
+
+    The cap on irregular boundary vertices does not hold for them, so that none goes without.
+    """
+    boundary = search.boundary
+    if filters.ids is not None or filters.min_frequency is not None:
+        return
+    # Their interior valences are 3 to 5, so that each irregular vertex makes up for one
+    # corner too many or too few, and one on the boundary for at most two.
+    turn = sum(2 - count for count in boundary.corner_counts) - 4
+    yield Step([], _rank(search, (abs(turn) + 1) // 2, 0, 0, -1))
+    for place, fill in enumerate(constructed(boundary, FamilyLookup.shared(), strict=strict)):
+        if search.cancelled[0] and place:
+            return
+        bound = _rank(search, fill.n_irregular, fill.n_irregular_boundary, 0, place)
+        found: list[tuple[Rank, Candidate]] = []
+        off = _off(fill, search, strokes)
+        if off is not None and _passes(fill, filters):
+            rank = _rank(search, fill.n_irregular, fill.n_irregular_boundary, off, place)
+            distance = float(off) if strokes else None
+            found.append((rank, Made(replace(fill, flow_distance=distance))))
+        yield Step(found, bound)
+
+
+def _rank(search: Search, irregular: int, boundary: int, off: int, place: int) -> Rank:
+    return search.ranking.made(irregular, AFTER + boundary, off, place)
+
+
+def _passes(fill: Fill, filters: Filters) -> bool:
+    if filters.max_irregular is not None and fill.n_irregular > filters.max_irregular:
+        return False
+    valences = fill.pattern.valences
+    if filters.valence is not None and valences:
+        least, greatest = filters.valence
+        if min(valences) < least or max(valences) > greatest:
+            return False
+    if filters.corners is not None:
+        least, greatest = filters.corners
+        if not least <= fill.pattern.n_sides <= greatest:
+            return False
+    return filters.has_loop is None or (fill.pattern.n_loops > 0) == filters.has_loop
+
+
+def _off(fill: Fill, search: Search, strokes: Sequence[Stroke]) -> int | None:
+    """Edges by which the fill's strands miss the strokes; None beyond the tolerance."""
+    if not strokes:
+        return 0
+    from query.edgesoff import edges_off
+
+    return edges_off(fill, strokes, search.asked.tolerance)

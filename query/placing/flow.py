@@ -1,0 +1,281 @@
+"""How well the strands of a placed fill follow the strokes."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from patterndb.halfedge import Int32Array
+from query.fill import Fill
+from query.placing.neighbours import Neighbours
+from query.placing.strand import edges_of, far_ends, loop_chains, span, walk
+from query.stroke import TOLERANCE, Stroke
+
+Points = NDArray[np.float64]
+
+#: Places along a stroke where its distance to a midline is measured, at the middles of as
+#: many equal parts.
+SAMPLES = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Following:
+    """A stroke and the strand that carries it.
+
+    stroke:   the stroke; it has points.
+    edges:    (m, 2) int32 vertices of the strand's transversal edges, in the stroke's sense.
+    targets:  (m, 3) float64, where the middle of each edge lies on the stroke, both by arc
+              length. For a loop the edges begin anywhere, and so do the targets.
+    distance: integral of the distance over the stroke's length.
+    mean, most: the mean and the greatest distance over the stroke.
+    """
+
+    stroke: Stroke
+    edges: Int32Array
+    targets: Points
+    distance: float
+    mean: float
+    most: float
+
+    @classmethod
+    def between(cls, stroke: Stroke, edges: Int32Array, vertices: Points) -> Following:
+        """Of a stroke with points and the transversal edges (m, 2) of a strand."""
+        assert stroke.points is not None
+        middle = vertices[edges].mean(axis=1)
+        if not stroke.is_loop:
+            distance, mean, most = open_distance(stroke.points, middle)
+            targets = open_targets(stroke.points, middle)
+            return cls(stroke, edges, targets, distance, mean, most)
+        distance, mean, most, offset, against = loop_distance(stroke.points, middle)
+        if against:
+            # Turned about, the first edge stays first and the others come in reverse.
+            edges = np.ascontiguousarray(np.roll(edges[::-1], 1, axis=0)[:, ::-1])
+            middle = vertices[edges].mean(axis=1)
+        targets = loop_targets(stroke.points, middle, offset)
+        return cls(stroke, edges, targets, distance, mean, most)
+
+    def partly(self, vertices: Points, part: float) -> Following:
+        """With targets only a part of the way from where the midline is now."""
+        middle = vertices[self.edges].mean(axis=1)
+        return replace(self, targets=middle + part * (self.targets - middle))
+
+
+def flow_distance(
+    fill: Fill, vertices: Points, strokes: Sequence[Stroke], tolerance: int = TOLERANCE
+) -> float:
+    """How far the strokes are from the strands that carry them best; smaller is better.
+
+    vertices: (v, 3) float64, the placed fill; tolerance: edges that a strand's end may be off
+    its stroke's. For every stroke that has points: the integral, over the stroke's length, of
+    its distance to the strand's midline, both by arc length, for the nearest of the strands
+    that may carry it. Several strokes are carried by different strands, so that the sum is
+    least. ``math.inf`` where there are not enough.
+
+    Source: Marcias et al. 2015, section 4, "Sorting". Differs from the paper: two strokes
+    never count with the same strand, as no fill has them on one.
+    """
+    followed = follow(fill, vertices, strokes, tolerance)
+    total = 0.0
+    for stroke, one in zip(strokes, followed, strict=True):
+        if stroke.points is not None:
+            total += math.inf if one is None else one.distance
+    return total
+
+
+def follow(
+    fill: Fill,
+    vertices: Points,
+    strokes: Sequence[Stroke],
+    tolerance: int,
+    beside: Neighbours | None = None,
+) -> list[Following | None]:
+    """The strand of every stroke; None for a stroke without points or without a strand.
+
+    Arguments as in :func:`flow_distance`; beside: the fill's neighbours, if they are known.
+    """
+    result: list[Following | None] = [None] * len(strokes)
+    drawn = [i for i, stroke in enumerate(strokes) if stroke.points is not None]
+    if not drawn:
+        return result
+    beside = beside or Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
+    choices = [_costs(fill, vertices, fill.lengths, strokes[i], tolerance, beside) for i in drawn]
+    for i, name, choice in zip(drawn, _distinct(choices), choices, strict=True):
+        if name is not None:
+            edges = edges_of(fill.quads, choice[name][1])
+            result[i] = Following.between(strokes[i], edges, vertices)
+    return result
+
+
+def _costs(
+    fill: Fill,
+    vertices: Points,
+    lengths: tuple[int, ...],
+    stroke: Stroke,
+    tolerance: int,
+    beside: Neighbours,
+) -> dict[int, tuple[float, Int32Array]]:
+    """Integral distance and half-edges of every strand that may carry a stroke, by the
+    strand's name: its lowest half-edge."""
+    assert stroke.points is not None
+    found: dict[int, tuple[float, Int32Array]] = {}
+    if stroke.start is None or stroke.end is None:
+        chains = loop_chains(beside.twin)
+    else:
+        first = span(lengths, stroke.start, tolerance)
+        last = span(lengths, stroke.end, tolerance)
+        far = far_ends(beside.twin, beside.border)
+        chains = [
+            walk(beside.twin, int(beside.border[at]))
+            for at in range(*first)
+            if last[0] <= far[at] < last[1]
+        ]
+    for chain in chains:
+        middle = vertices[edges_of(fill.quads, chain)].mean(axis=1)
+        if stroke.is_loop:
+            distance, _, _, _, _ = loop_distance(stroke.points, middle)
+        else:
+            distance, _, _ = open_distance(stroke.points, middle)
+        # A strand from one span to the same span is met from both its ends.
+        name = int(min(chain.min(), (chain ^ 2).min()))
+        if name not in found or distance < found[name][0]:
+            found[name] = distance, chain
+    return found
+
+
+def _distinct(choices: Sequence[dict[int, tuple[float, Int32Array]]]) -> list[int | None]:
+    """A different strand for each stroke, for as many as can be, at the least sum."""
+    nearest = [min(choice, key=lambda name: choice[name][0], default=None) for choice in choices]
+    if len({name for name in nearest if name is not None}) == sum(map(bool, choices)):
+        return nearest
+    from scipy.optimize import linear_sum_assignment
+
+    names = sorted(set().union(*choices))
+    costs = [distance for choice in choices for distance, _ in choice.values()]
+    # A column of its own for every stroke stands for no strand: dearer than all strands.
+    cost = np.full((len(choices), len(names) + len(choices)), 2.0 * sum(costs) + 1.0)
+    for row, choice in enumerate(choices):
+        for column, name in enumerate(names):
+            cost[row, column] = choice[name][0] if name in choice else 2.0 * cost[row, -1]
+    _, columns = linear_sum_assignment(cost)
+    return [names[column] if column < len(names) else None for column in columns.tolist()]
+
+
+@njit(cache=True, nogil=True)
+def along(line: Points, closed: bool) -> Points:
+    """(k + closed,) arc length up to every point of a polyline (k, 3), and once round."""
+    k = len(line)
+    total = np.zeros(k + closed)
+    for i in range(1, k + closed):
+        squared = 0.0
+        for c in range(3):
+            squared += (line[i % k, c] - line[i - 1, c]) ** 2
+        total[i] = total[i - 1] + math.sqrt(squared)
+    return total
+
+
+@njit(cache=True, nogil=True)
+def at(line: Points, lengths: Points, wanted: Points) -> Points:
+    """(n, 3) the points of a polyline at ascending arc lengths ``wanted`` (n,).
+
+    lengths: as :func:`along` gives them; the polyline is closed if they are one more.
+    """
+    k = len(line)
+    result = np.empty((len(wanted), 3))
+    i = 0
+    for n in range(len(wanted)):
+        while i < len(lengths) - 2 and lengths[i + 1] < wanted[n]:
+            i += 1
+        step = lengths[i + 1] - lengths[i]
+        t = (wanted[n] - lengths[i]) / step if step > 0.0 else 0.0
+        t = min(max(t, 0.0), 1.0)
+        for c in range(3):
+            result[n, c] = line[i, c] * (1.0 - t) + line[(i + 1) % k, c] * t
+    return result
+
+
+@njit(cache=True, nogil=True)
+def middles(length: float) -> Points:
+    result = np.empty(SAMPLES)
+    for n in range(SAMPLES):
+        result[n] = (n + 0.5) / SAMPLES * length
+    return result
+
+
+@njit(cache=True, nogil=True)
+def gap(a: Points, b: Points) -> float:
+    return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+
+
+@njit(cache=True, nogil=True)
+def open_distance(stroke: Points, middle: Points) -> tuple[float, float, float]:
+    """(integral over the stroke's length, mean, greatest) distance of two open polylines."""
+    one = along(stroke, False)
+    two = along(middle, False)
+    a = at(stroke, one, middles(one[-1]))
+    b = at(middle, two, middles(two[-1]))
+    total = 0.0
+    most = max(gap(stroke[0], middle[0]), gap(stroke[-1], middle[-1]))
+    for n in range(SAMPLES):
+        d = gap(a[n], b[n])
+        total += d
+        most = max(most, d)
+    return total / SAMPLES * one[-1], total / SAMPLES, most
+
+
+@njit(cache=True, nogil=True)
+def loop_distance(stroke: Points, middle: Points) -> tuple[float, float, float, float, bool]:
+    """(integral over the stroke, mean, greatest, where, against) for two closed polylines.
+
+    Of all starts and both senses the nearest counts. where: the part of the stroke's length
+    at which the midline's first point falls; against: does the midline run the other way?
+    """
+    one = along(stroke, True)
+    two = along(middle, True)
+    a = at(stroke, one, middles(one[-1]))
+    b = at(middle, two, middles(two[-1]))
+    best = np.inf
+    shift = 0
+    against = False
+    for s in range(SAMPLES):
+        for turned in range(2):
+            total = 0.0
+            for n in range(SAMPLES):
+                m = n if turned == 0 else SAMPLES - 1 - n
+                total += gap(a[(n + s) % SAMPLES], b[m])
+                if total >= best:
+                    break
+            if total < best:
+                best = total
+                shift = s
+                against = turned == 1
+    most = 0.0
+    for n in range(SAMPLES):
+        m = SAMPLES - 1 - n if against else n
+        most = max(most, gap(a[(n + shift) % SAMPLES], b[m]))
+    return best / SAMPLES * one[-1], best / SAMPLES, most, shift / SAMPLES, against
+
+
+@njit(cache=True, nogil=True)
+def open_targets(stroke: Points, middle: Points) -> Points:
+    """(m, 3) the points of the stroke at the arc lengths of the midline's, in proportion."""
+    one = along(stroke, False)
+    two = along(middle, False)
+    return at(stroke, one, two / max(two[-1], 1e-300) * one[-1])
+
+
+@njit(cache=True, nogil=True)
+def loop_targets(stroke: Points, middle: Points, offset: float) -> Points:
+    """As open_targets, the midline's first point falling at ``offset`` of the stroke."""
+    one = along(stroke, True)
+    two = along(middle, True)
+    result = np.empty_like(middle)
+    wanted = np.empty(1)
+    for m in range(len(middle)):
+        wanted[0] = ((two[m] / max(two[-1], 1e-300) + offset) % 1.0) * one[-1]
+        result[m] = at(stroke, one, wanted)[0]
+    return result

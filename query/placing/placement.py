@@ -1,0 +1,237 @@
+"""Placing a fill: where in space its vertices lie."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.errors import InvalidBoundaryError
+from query.errors import InvalidQueryError
+from query.fill import Fill
+from query.placing.editing import pulled
+from query.placing.flow import Following, follow
+from query.placing.laplace import centred, harmonic
+from query.placing.neighbours import Neighbours
+from query.placing.projection import AT_REST, laid_on, normals_at, settled
+from query.placing.region import Region, enclosed
+from query.placing.shape import flipped, own_normals, plane_normal
+from query.placing.strand import position
+from query.placing.surface import Surface, Triangles
+from query.placing.untangle import untangled
+from query.polyline import Points, as_points
+from query.stroke import TOLERANCE, Stroke
+
+#: Parts of the way to the strokes that are tried, the furthest first, until no quad flips that
+#: was not flipped before.
+PULLS = (1.0, 0.75, 0.5, 0.25)
+
+#: Times that flipped quads on a surface are untangled: projecting may flip some again.
+UNTANGLINGS = 5
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placement:
+    """A placed fill, and how it went.
+
+    vertices: (v, 3) float64, in the fill's numbering. Boundary vertices are the points given,
+              bit for bit.
+    flipped:  (f,) int32, quads that are clockwise, cross themselves or have no area, as seen
+              along the normals of the surface, or of the placed fill where there is none.
+    rounds:   rounds of smoothing and projection; 0 without a surface.
+    residual: the largest move of the last round as a part of the fill's diagonal; below 1e-4
+              the fill is at rest. Else smoothing was broken off, as where far more than half of
+              a ball is filled and a smoother net would slip off it, inside out.
+    off_surface: the greatest distance of an interior vertex from the surface; 0.0 without one.
+    region_share: the part of the surface's area that the boundary encloses on its left; 1.0
+              if it does not separate the surface, None without one.
+    strokes_before, strokes_after: (s, 2) float64 mean and greatest distance of every stroke to
+              the midline of its strand, both by arc length, before and after the strands were
+              pulled. NaN where the stroke has no points, or no strand is near enough.
+    pull:     the part of the way that strands were pulled, 0 to 1: less than 1 where going all
+              the way would have flipped quads.
+    """
+
+    vertices: Points
+    flipped: NDArray[np.int32]
+    rounds: int
+    residual: float
+    off_surface: float
+    region_share: float | None
+    strokes_before: NDArray[np.float64]
+    strokes_after: NDArray[np.float64]
+    pull: float
+
+    @property
+    def at_rest(self) -> bool:
+        """Did smoothing and projection come to an end?"""
+        return self.residual < AT_REST
+
+
+def place(
+    fill: Fill,
+    points: ArrayLike,
+    surface: Triangles | Surface | Region | None = None,
+    strokes: Sequence[Stroke] | None = None,
+    *,
+    tolerance: int = TOLERANCE,
+) -> Placement:
+    """Put a fill's vertices where they belong in space.
+
+    points:  (P, 3) where the boundary vertices lie, in order; they stay there exactly.
+    surface: triangles to lie on, counter-clockwise seen from outside, as a trimesh.Trimesh has
+             them. The boundary should lie on it, counter-clockwise too: what it encloses to
+             its left is what is filled. For many fills a :class:`Surface`, or the
+             :class:`Region` that the boundary encloses, made once saves time.
+    strokes: those with points pull the strands that carry them, of strands whose ends are at
+             most ``tolerance`` edges off.
+
+    Interior vertices lie at the means of their neighbours; on a surface, at rest under rounds
+    of smoothing and projection (:mod:`query.placing.projection`). Where quads are flipped,
+    vertices near them are moved until they are not, if that can be: inside a planar convex
+    boundary it can but for edges that join vertices of one straight side.
+
+    Raises InvalidBoundaryError for points that are not P finite ones or all in one place, and
+    InvalidMeshError for a surface without triangles.
+    """
+    at = as_points(points, "the points of the boundary")
+    if len(at) != fill.perimeter:
+        raise InvalidBoundaryError(
+            f"{len(at)} points for {fill.perimeter} boundary vertices; give one for each"
+        )
+    if not np.ptp(at, axis=0).any():
+        raise InvalidBoundaryError("all points of the boundary are in one place")
+    if tolerance < 0:
+        raise InvalidQueryError(f"tolerance is {tolerance}; the least is 0")
+    strokes = () if strokes is None else strokes
+    for stroke in strokes:
+        for end in (stroke.start, stroke.end):
+            if end is not None:
+                position(fill.lengths, end)
+    if surface is not None and not isinstance(surface, Region):
+        surface = enclosed(Surface.of(surface), at)
+    return _Placing(fill, at, surface).done(strokes, tolerance)
+
+
+class _Placing:
+    """The steps of :func:`place`, which all need the same things."""
+
+    def __init__(self, fill: Fill, points: Points, region: Region | None) -> None:
+        self.fill = fill
+        self.points = points
+        self.quads = np.ascontiguousarray(fill.quads)
+        self.beside = Neighbours.of(self.quads, fill.n_vertices, fill.perimeter)
+        self.plane = plane_normal(points)
+        self.region = region
+        self.rounds, self.residual = 0, 0.0
+
+    def done(self, strokes: Sequence[Stroke], tolerance: int) -> Placement:
+        vertices = self._sound(self._smooth())
+        before = follow(self.fill, vertices, strokes, tolerance, self.beside)
+        pull = 0.0
+        drawn = [one for one in before if one is not None]
+        if drawn:
+            vertices, pull = self._pulled(vertices, drawn)
+        after = [
+            None if one is None else Following.between(one.stroke, one.edges, vertices)
+            for one in before
+        ]
+        off = 0.0
+        if self.region is not None and len(vertices) > len(self.points):
+            inner = vertices[len(self.points) :]
+            gaps = self.region.surface.nearest(inner).points - inner
+            off = float(np.linalg.norm(gaps, axis=1).max())
+        return Placement(
+            vertices=vertices,
+            flipped=np.flatnonzero(self._flipped(vertices)).astype(np.int32),
+            rounds=self.rounds,
+            residual=self.residual,
+            off_surface=off,
+            region_share=None if self.region is None else self.region.share,
+            strokes_before=_distances(before),
+            strokes_after=_distances(after),
+            pull=pull,
+        )
+
+    def _normals(self, vertices: Points) -> Points:
+        """(v, 3) what the quads are seen along."""
+        if self.region is not None:
+            return normals_at(self.region.surface, self.beside, vertices)
+        if self.plane is not None:
+            return np.tile(self.plane, (len(vertices), 1))
+        return own_normals(self.quads, vertices, self.beside)
+
+    def _flipped(self, vertices: Points) -> NDArray[np.bool_]:
+        return flipped(self.quads, vertices, self._normals(vertices))
+
+    def _wrong(self, vertices: Points) -> int:
+        """How many quads are flipped."""
+        return int(self._flipped(vertices).sum())
+
+    def _smooth(self) -> Points:
+        if self.region is None:
+            return harmonic(self.beside, self.points)
+        start = laid_on(self.region, self.beside, self.points)
+        rest = settled(self.region.surface, self.beside, start, len(self.points))
+        self.rounds, self.residual = rest.rounds, rest.move
+        allowed = self._wrong(start)
+        if self._wrong(rest.vertices) <= allowed:
+            return rest.vertices
+        repaired = self._sound(rest.vertices)
+        if self._wrong(repaired) <= allowed:
+            return repaired
+        # A net over far more than half of a ball slips off and turns inside out: go no
+        # further than it stays whole.
+        at = start
+        for self.rounds in range(1, rest.rounds + 1):
+            rest = settled(self.region.surface, self.beside, at, len(self.points), 1)
+            if self._wrong(rest.vertices) > allowed:
+                break
+            at = rest.vertices
+        self.residual = max(rest.move, AT_REST)
+        return at
+
+    def _sound(self, vertices: Points) -> Points:
+        """The vertices with as few flipped quads as can be found."""
+        p = len(self.points)
+        best, fewest = vertices, self._wrong(vertices)
+        for _ in range(UNTANGLINGS):
+            if fewest == 0:
+                break
+            normals = self._normals(best)
+            tried = untangled(self.quads, best, normals, p, self.beside)
+            if self.region is not None:
+                tried[p:] = self.region.surface.along(tried[p:], normals[p:]).points
+            remain = self._wrong(tried)
+            if remain >= fewest:
+                break
+            best, fewest = tried, remain
+        if fewest and self.region is None and self.plane is not None:
+            tried = centred(self.quads, self.beside, self.points)
+            if self._wrong(tried) < fewest:
+                best = tried
+        return best
+
+    def _pulled(self, vertices: Points, drawn: list[Following]) -> tuple[Points, float]:
+        """The vertices with strands on their strokes, and the part of the way they went."""
+        allowed = self._wrong(vertices)
+        for part in PULLS:
+            partly = [one.partly(vertices, part) for one in drawn]
+            moved = pulled(self.beside, vertices, len(self.points), partly, self._project)
+            moved = self._sound(moved)
+            if self._wrong(moved) <= allowed:
+                return moved, part
+        return vertices, 0.0
+
+    def _project(self, before: Points, moved: Points) -> Points:
+        if self.region is None:
+            return moved
+        normals = normals_at(self.region.surface, self.beside, before)
+        return self.region.surface.along(moved, normals).points
+
+
+def _distances(followed: Sequence[Following | None]) -> NDArray[np.float64]:
+    rows = [(np.nan, np.nan) if one is None else (one.mean, one.most) for one in followed]
+    return np.array(rows, np.float64).reshape(-1, 2)

@@ -1,0 +1,258 @@
+"""The part of a surface that a boundary encloses, and a flat map of it.
+
+Projecting on the whole surface would let a fill of half a head fall through to its back:
+placing looks at the triangles inside the boundary only. They are found by flooding from the
+boundary's left side.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from patterndb.halfedge import Int32Array
+from query.placing.shape import NO_AREA
+from query.placing.surface import Feet, Surface, edge_keys
+from query.polyline import Points
+
+#: Samples along a boundary edge, at first; pairs too far apart are halved again.
+SAMPLES = 8
+
+#: Times that two samples on triangles that do not touch are halved before the boundary is
+#: taken to leave the surface there.
+HALVINGS = 12
+
+#: A region whose triangles all face the boundary's own plane by this cosine, or more, is as
+#: good as flat: the membrane over the boundary projects onto it.
+FACING = 0.25
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Region:
+    """What a boundary encloses on a surface.
+
+    surface: the triangles inside the boundary, and those that it crosses.
+    share:   their part of the whole surface's area; 1 where the boundary does not separate
+             the surface, so that all of it was taken.
+    around:  (t,) float64, for triangles of ``surface`` that the boundary crosses: where around
+             it, in boundary edges from vertex 0; NaN for the others.
+    separates: does the boundary separate the surface?
+    """
+
+    surface: Surface
+    share: float
+    around: NDArray[np.float64]
+    separates: bool
+
+
+def enclosed(surface: Surface, points: Points) -> Region:
+    """The region to the left of a closed polygon (P, 3) that lies on the surface.
+
+    Left is as seen from outside, where triangles are counter-clockwise.
+    """
+    crossed = _crossed(surface, points)
+    whole = Region(surface, 1.0, np.full(len(surface.triangles), np.nan), False)
+    if crossed is None:
+        return whole
+    around, left = crossed
+    barrier = ~np.isnan(around)
+    edges = surface.beside
+    open_ = ~barrier[edges].any(axis=1)
+    n = len(surface.triangles)
+    label = _pieces(edges[open_], n)
+    # A triangle beside one that the boundary crosses lies left or right of it there.
+    beside = edges[barrier[edges[:, 0]] != barrier[edges[:, 1]]]
+    beside = np.where(barrier[beside[:, :1]], beside, beside[:, ::-1])
+    middle = surface.vertices[surface.triangles].mean(axis=1)
+    at, to_left = left[beside[:, 0], 0], left[beside[:, 0], 1]
+    votes = np.sign(((middle[beside[:, 1]] - at) * to_left).sum(axis=1))
+    tally = np.bincount(label[beside[:, 1]], weights=votes, minlength=label.max() + 1)
+    count = np.bincount(label[beside[:, 1]], minlength=label.max() + 1)
+    if (np.abs(tally) < 0.5 * count).any():
+        # One piece on both sides: the boundary goes round a handle, or off the surface.
+        return whole
+    inside = barrier | ((tally > 0.0) & (count > 0))[label]
+    share = float(surface.areas[inside].sum() / surface.areas.sum())
+    return Region(surface.part(inside), share, around[inside], True)
+
+
+def is_curved(region: Region, points: Points) -> bool:
+    """Does the region turn away from the plane of its boundary (P, 3)?"""
+    spokes = points - points.mean(axis=0)
+    area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
+    size = float(np.linalg.norm(area))
+    if size <= NO_AREA * float((spokes**2).sum()):
+        return True
+    normals = region.surface.normals[region.surface.triangles.ravel()]
+    return float((normals @ (area / size)).min()) < FACING
+
+
+def mapped(region: Region, disk: Points, perimeter: int) -> Feet | None:
+    """Where a fill's vertices fall if fill and region are laid on one disk.
+
+    disk: (v, 2) the fill's vertices in the unit circle, those of the boundary, P = perimeter,
+    at the angles 2 pi i / P. The region is laid on the circle by where the boundary crosses
+    its rim, and inside by mean value coordinates (Floater 2003), a convex combination that
+    folds nowhere. None where the region is no disk.
+    """
+    rim = _rim(region.surface)
+    if rim is None:
+        return None
+    angle = _angles(region, rim, perimeter)
+    if angle is None:
+        return None
+    flat = _floater(region.surface, rim, angle)
+    plane = Surface.from_arrays(np.c_[flat, np.zeros(len(flat))], region.surface.triangles)
+    if len(plane.triangles) != len(region.surface.triangles):
+        return None
+    triangle, weights = plane.located(np.c_[disk, np.zeros(len(disk))])
+    return region.surface.at(triangle, weights)
+
+
+def _crossed(
+    surface: Surface, points: Points
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
+    """Per triangle where around the boundary it is crossed, NaN if not, and (t, 2, 3) a point
+    of the boundary on it and the direction left of it; None if the boundary leaves the
+    surface."""
+    n = len(points)
+    place = np.arange(n * SAMPLES) / SAMPLES
+    feet = surface.nearest(_around(points, place))
+    for _ in range(HALVINGS):
+        a, b = feet.triangles, np.roll(feet.triangles, -1)
+        apart = np.flatnonzero(~_touch(surface.triangles, a, b))
+        if len(apart) == 0:
+            break
+        ends = np.roll(place, -1)[apart]
+        ends[ends <= place[apart]] += n
+        place = np.sort(np.r_[place, (place[apart] + ends) / 2.0])
+        feet = surface.nearest(_around(points, place % n))
+    else:
+        return None
+    around = np.full(len(surface.triangles), np.nan)
+    left = np.zeros((len(surface.triangles), 2, 3))
+    along = _around(points, (place + 0.25) % n) - _around(points, (place - 0.25) % n)
+    to_left = np.cross(feet.normals, along)
+    around[feet.triangles] = place
+    left[feet.triangles, 0], left[feet.triangles, 1] = feet.points, to_left
+    # Two triangles of the way that touch in a vertex alone: the fan round it closes the gap.
+    one, two = (surface.triangles[f] for f in (feet.triangles, np.roll(feet.triangles, -1)))
+    common = (one[:, :, None] == two[:, None, :]).any(axis=2)
+    lone = np.flatnonzero(common.sum(axis=1) == 1)
+    nearest_sample = np.full(len(surface.vertices), -1, np.int64)
+    nearest_sample[one[lone][common[lone]]] = lone
+    sample = nearest_sample[surface.triangles].max(axis=1)
+    fan = np.isnan(around) & (sample >= 0)
+    around[fan] = place[sample[fan]]
+    left[fan, 0], left[fan, 1] = feet.points[sample[fan]], to_left[sample[fan]]
+    return around, left
+
+
+def _around(points: Points, place: NDArray[np.float64]) -> Points:
+    """(n, 3) points of the closed polygon (P, 3) at places in edges from its first vertex."""
+    first = np.floor(place).astype(np.int64) % len(points)
+    t = (place % 1.0)[:, None]
+    return points[first] * (1.0 - t) + points[(first + 1) % len(points)] * t
+
+
+def _touch(triangles: Int32Array, a: Int32Array, b: Int32Array) -> NDArray[np.bool_]:
+    """(n,) do the triangles a and b (n,) have a vertex in common?"""
+    return (triangles[a][:, :, None] == triangles[b][:, None, :]).any(axis=(1, 2))
+
+
+def _pieces(edges: Int32Array, n: int) -> NDArray[np.int32]:
+    links = coo_array((np.ones(len(edges), np.int8), (edges[:, 0], edges[:, 1])), shape=(n, n))
+    return connected_components(links, directed=False)[1]
+
+
+def _rim(surface: Surface) -> Int32Array | None:
+    """(r,) the half-edges 3 f + e along the rim of a disk, in order; None if it is no disk."""
+    triangles = surface.triangles
+    key = edge_keys(triangles)
+    values, inverse, uses = np.unique(key, return_inverse=True, return_counts=True)
+    corners = len(np.unique(triangles))
+    if corners - len(values) + len(triangles) != 1 or uses.max() > 2:
+        return None
+    if _pieces(surface.beside, len(triangles)).any():
+        return None
+    border = np.flatnonzero(uses[inverse.ravel()] == 1)
+    tail = triangles.ravel()
+    head = np.roll(triangles, -1, axis=1).ravel()
+    leaves = {int(tail[h]): int(h) for h in border}
+    if len(leaves) != len(border) or len(border) == 0:
+        return None
+    loop = [int(border[0])]
+    while (h := leaves.get(int(head[loop[-1]]), -1)) != loop[0]:
+        if h < 0 or len(loop) > len(border):
+            return None
+        loop.append(h)
+    return np.array(loop, np.int32) if len(loop) == len(border) else None
+
+
+def _angles(region: Region, rim: Int32Array, perimeter: int) -> NDArray[np.float64] | None:
+    """(r,) angle on the circle of every rim vertex, growing; None if the rim goes astray."""
+    around = region.around[rim // 3]
+    if np.isnan(around).any():
+        return None
+    # A rim vertex lies between two rim edges; each is where its triangle is crossed.
+    turn = np.exp(2j * math.pi * around / perimeter)
+    middle = np.angle(turn + np.roll(turn, 1))
+    steps = np.angle(np.exp(1j * np.diff(np.r_[middle, middle[0]])))
+    if abs(steps.sum() - 2.0 * math.pi) > 1e-6:
+        return None
+    angle = middle[0] + np.r_[0.0, np.cumsum(steps)[:-1]]
+    # Steps back are small: crossed triangles in a row may be met out of turn.
+    angle = np.minimum(np.maximum.accumulate(angle), angle[0] + 2.0 * math.pi)
+    spread = np.arange(len(rim)) / len(rim) * 2.0 * math.pi
+    # Strictly growing, so that no triangle of the map is without area.
+    return angle + 1e-3 * (spread - (angle - angle[0]))
+
+
+def _floater(surface: Surface, rim: Int32Array, angle: NDArray[np.float64]) -> Points:
+    """(v, 2) the region's vertices in the unit circle, by mean value coordinates."""
+    from scipy.sparse import csc_array
+    from scipy.sparse.linalg import splu
+
+    t = surface.triangles
+    corner = surface.vertices[t]
+    leaving = np.roll(corner, -1, axis=1) - corner
+    entering = np.roll(corner, 1, axis=1) - corner
+    length = np.linalg.norm(leaving, axis=2)
+    back = np.linalg.norm(entering, axis=2)
+    sine = np.linalg.norm(np.cross(leaving, entering), axis=2)
+    cosine = (leaving * entering).sum(axis=2)
+    # tan(angle / 2) = sine / (product + cosine).
+    half = sine / np.maximum(length * back + cosine, 1e-12 * length * back)
+    i = np.concatenate([t.ravel(), t.ravel()])
+    j = np.concatenate([np.roll(t, -1, axis=1).ravel(), np.roll(t, 1, axis=1).ravel()])
+    w = np.concatenate([(half / length).ravel(), (half / back).ravel()])
+    flat = np.zeros((len(surface.vertices), 2))
+    on_rim = t.ravel()[rim]
+    flat[on_rim] = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    inner = np.setdiff1d(np.unique(t), on_rim)
+    if len(inner) == 0:
+        return flat
+    name = np.full(len(surface.vertices), -1, np.int64)
+    name[inner] = np.arange(len(inner))
+    mine = name[i] >= 0
+    i, j, w = i[mine], j[mine], w[mine]
+    total = np.bincount(name[i], weights=w, minlength=len(inner))
+    w = w / total[name[i]]
+    free = name[j] >= 0
+    right = np.zeros((len(inner), 2))
+    np.add.at(right, name[i[~free]], w[~free, None] * flat[j[~free]])
+    own = np.arange(len(inner))
+    matrix = csc_array(
+        (
+            np.r_[np.ones(len(inner)), -w[free]],
+            (np.r_[own, name[i[free]]], np.r_[own, name[j[free]]]),
+        ),
+        shape=(len(inner), len(inner)),
+    )
+    flat[inner] = splu(matrix).solve(right)
+    return flat

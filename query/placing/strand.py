@@ -1,0 +1,159 @@
+"""Strands: the strips of quads of a fill, one quad wide, from boundary edge to boundary edge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from patterndb.halfedge import Int32Array
+from query.errors import InvalidQueryError
+from query.fill import Fill
+from query.placing.neighbours import Neighbours
+from query.stroke import BoundaryEdge
+
+#: (low, high): positions of boundary edges around the boundary, low to high - 1.
+Span = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Strand:
+    """A strand of a fill.
+
+    quads: (k,) int32, the quads passed in order; one that the strand crosses twice is there
+           twice.
+    edges: (m, 2) int32, the vertices of the transversal edges in order, those on the left of
+           the way first. m = k + 1, and the first and last are boundary edges; for a loop
+           m = k, and the first edge comes again after the last.
+    ends:  the boundary edges (side, edge) where it begins and ends; None for a loop.
+    """
+
+    quads: Int32Array
+    edges: Int32Array
+    ends: tuple[BoundaryEdge, BoundaryEdge] | None
+
+    @property
+    def is_loop(self) -> bool:
+        return self.ends is None
+
+    def midline(self, vertices: NDArray[np.float64]) -> NDArray[np.float64]:
+        """(m, 3) midpoints of the transversal edges; a loop's last joins its first.
+
+        vertices: (v, 3). The paper calls it the polychord's skeleton.
+        """
+        return vertices[self.edges].mean(axis=1)
+
+
+def strand(fill: Fill, edge: BoundaryEdge) -> Strand:
+    """The strand that begins at a boundary edge of a fill.
+
+    Raises InvalidQueryError if the boundary has no such edge.
+    """
+    at = position(fill.lengths, edge)
+    beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
+    half_edges = walk(beside.twin, int(beside.border[at]))
+    return _strand(fill, half_edges, (edge, _edge_of(fill, beside, half_edges)))
+
+
+def loops(fill: Fill) -> list[Strand]:
+    """All strands of a fill that are loops."""
+    beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
+    return [_strand(fill, chain, None) for chain in loop_chains(beside.twin)]
+
+
+def walk(twin: Int32Array, first: int) -> Int32Array:
+    """(m,) the half-edges of the transversal edges from ``first`` on, each entering a quad
+    but for the last one of an open strand, which is the far side of the last quad."""
+    return _walk(twin, first)
+
+
+@njit(cache=True, nogil=True)
+def _walk(twin: Int32Array, first: int) -> Int32Array:
+    count = 1
+    h = twin[first ^ 2]
+    while h >= 0 and h != first:
+        count += 1
+        h = twin[h ^ 2]
+    chain = np.empty(count + (h < 0), np.int32)
+    h = first
+    for k in range(count):
+        chain[k] = h
+        if k == count - 1 and len(chain) > count:
+            chain[count] = h ^ 2
+        h = twin[h ^ 2]
+    return chain
+
+
+def loop_chains(twin: Int32Array) -> list[Int32Array]:
+    """The half-edges of the transversal edges of every loop strand."""
+    crossed = np.zeros(len(twin), np.bool_)
+    for h in np.flatnonzero(twin < 0).tolist():
+        if not crossed[h]:
+            chain = _walk(twin, h)
+            crossed[chain] = crossed[chain ^ 2] = True
+    found: list[Int32Array] = []
+    while not crossed.all():
+        chain = _walk(twin, int(crossed.argmin()))
+        crossed[chain] = crossed[chain ^ 2] = True
+        found.append(chain)
+    return found
+
+
+@njit(cache=True, nogil=True)
+def far_ends(twin: Int32Array, border: Int32Array) -> Int32Array:
+    """(P,) the position of the boundary edge where the strand from each boundary edge ends."""
+    place = np.full(len(twin), -1, np.int32)
+    for i in range(len(border)):
+        place[border[i]] = i
+    far = np.empty(len(border), np.int32)
+    for i in range(len(border)):
+        h = border[i] ^ 2
+        while twin[h] >= 0:
+            h = twin[h] ^ 2
+        far[i] = place[h]
+    return far
+
+
+def edges_of(quads: Int32Array, chain: Int32Array) -> Int32Array:
+    """(m, 2) the vertices of a walk's transversal edges, left of the way first."""
+    corners = quads.ravel()
+    ends = np.stack([corners[(chain & ~3) | ((chain + 1) & 3)], corners[chain]], axis=1)
+    if len(chain) > 1 and chain[-1] == chain[-2] ^ 2:
+        # The far side of the last quad runs against those by which quads are entered.
+        ends[-1] = ends[-1, ::-1]
+    return np.ascontiguousarray(ends)
+
+
+def position(lengths: tuple[int, ...], edge: BoundaryEdge) -> int:
+    """The position around the boundary of an edge given as (side, edge)."""
+    side, at = edge
+    if not (0 <= side < len(lengths) and 0 <= at < lengths[side]):
+        raise InvalidQueryError(
+            f"there is no edge {at} of side {side}; the sides have {list(lengths)} edges, "
+            "numbered from 0 as the sides are"
+        )
+    return sum(lengths[: edge[0]]) + edge[1]
+
+
+def span(lengths: tuple[int, ...], edge: BoundaryEdge, tolerance: int) -> Span:
+    """The positions of the edges at most ``tolerance`` from an edge on the same side."""
+    side, at = edge
+    start = sum(lengths[:side])
+    low, high = max(at - tolerance, 0), min(at + tolerance, lengths[side] - 1)
+    return start + low, start + high + 1
+
+
+def _edge_of(fill: Fill, beside: Neighbours, chain: Int32Array) -> BoundaryEdge:
+    at = int(np.flatnonzero(beside.border == chain[-1])[0])
+    starts = np.r_[0, np.cumsum(fill.lengths)]
+    side = int(np.searchsorted(starts, at, side="right")) - 1
+    return side, at - int(starts[side])
+
+
+def _strand(
+    fill: Fill, chain: Int32Array, ends: tuple[BoundaryEdge, BoundaryEdge] | None
+) -> Strand:
+    quads = chain // 4 if ends is None else chain[:-1] // 4
+    return Strand(quads.astype(np.int32), edges_of(fill.quads, chain), ends)

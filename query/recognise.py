@@ -1,0 +1,159 @@
+"""Recognise: quads that fill a boundary are read as a pattern, its widths and orientation.
+
+The inverse of expansion, for a mesh patch from anywhere: composed of parts, drawn by hand,
+or cut out of a finished mesh.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from patterndb.code import canonical_code, clockwise_start, code_starts, rooted_code, smallest_code
+from patterndb.errors import InvalidMeshError
+from patterndb.halfedge import Int32Array, next_edge
+from patterndb.pattern import Pattern
+from patterndb.reduction import NEVER_FULL, dissolve, reduction_work
+from query.boundary import Boundary
+from query.fill import Fill
+from query.weld import weld
+
+
+def as_fill(quads: ArrayLike, boundary: Boundary, origin: str) -> Fill:
+    """The fill that quads of a boundary are.
+
+    quads: (q, 4) whole numbers, counter-clockwise; vertices 0..P - 1 are the boundary's in
+    its order, interior ones follow without a gap. origin: where they come from, kept with
+    the fill and its pattern. Expanding the fill's pattern with its widths, turned as it
+    says, gives the same quads but for the numbers of the interior vertices. The pattern is
+    what reduction leaves: its corners are those of the quads, not the boundary's, and
+    polychords that cross themselves and are wider than 1 stay as they are.
+
+    Raises InvalidMeshError if the quads do not fill the boundary, InvalidCodeError if the
+    pattern has more quads than a code can name.
+    """
+    array = np.ascontiguousarray(quads, dtype=np.int32)
+    if array.ndim != 2 or array.shape[1] != 4 or not array.size or array.min() < 0:
+        raise InvalidMeshError("quads must be (q, 4) vertex numbers >= 0, q >= 1")
+    n_vertices = int(array.max()) + 1
+    twin = weld(array, n_vertices, boundary.perimeter)
+    return welded_fill(array, n_vertices, twin, boundary, origin)
+
+
+def welded_fill(
+    quads: Int32Array, n_vertices: int, twin: Int32Array, boundary: Boundary, origin: str
+) -> Fill:
+    """As :func:`as_fill`, for quads already welded: ``twin`` (4q,) is :func:`weld`'s answer."""
+    perimeter = boundary.perimeter
+    count = quad_counts(quads, n_vertices)
+    inner, outer = irregular_counts(count, boundary)
+    reduced, head, length = _reduced_with_lengths(quads, twin, count, perimeter)
+    code, mirrored, _, _ = canonical_code(reduced)
+    pattern = Pattern.from_trusted_code(code, origin=origin)
+    of_half_edge = _reading(reduced, mirrored)
+
+    widths = np.empty(pattern.n_chords + pattern.n_loops, np.int64)
+    widths[pattern.polychords().of_edge] = length[of_half_edge]
+    # The half-edge of the quads where the pattern's boundary begins. In the mirror the
+    # pattern begins where that edge ends.
+    begin = int(head[of_half_edge[0]])
+    at = int(quads.ravel()[begin])
+    if mirrored:
+        first = (at + int(length[of_half_edge[0]])) % perimeter
+    else:
+        first = -at % perimeter
+    return Fill(
+        quads=quads,
+        n_vertices=n_vertices,
+        lengths=boundary.lengths,
+        pattern=pattern,
+        widths=tuple(widths.tolist()),
+        rotation=_rotation(pattern, widths.tolist(), first, mirrored, outer == 0),
+        mirrored=mirrored,
+        n_irregular=inner + outer,
+        origin=origin,
+        n_irregular_boundary=outer,
+    )
+
+
+def quad_counts(quads: Int32Array, n_vertices: int) -> Int32Array:
+    """(n_vertices,) int32: the number of quads at every vertex."""
+    return np.bincount(quads.ravel(), minlength=n_vertices).astype(np.int32)
+
+
+def asked_counts(boundary: Boundary, n_vertices: int) -> Int32Array:
+    """(n_vertices,) int32: the number of quads that the place of every vertex asks for.
+
+    2 on a side, 1 at a convex corner, 3 at a reflex one; 4 inside, for the vertices that
+    follow the boundary's.
+    """
+    asked = np.full(n_vertices, 4, np.int32)
+    asked[: boundary.perimeter] = 2
+    if boundary.n_sides:
+        asked[list(boundary.side_starts[:-1])] = boundary.corner_counts
+    return asked
+
+
+def irregular_counts(count: Int32Array, boundary: Boundary) -> tuple[int, int]:
+    """How many (interior, boundary) vertices have not as many quads as their place asks for.
+
+    count: (n_vertices,) quads at every vertex, the boundary's first.
+    """
+    off = count != asked_counts(boundary, len(count))
+    outer = int(np.count_nonzero(off[: boundary.perimeter]))
+    return int(np.count_nonzero(off)) - outer, outer
+
+
+def _reduced_with_lengths(
+    quads: Int32Array, twin: Int32Array, count: Int32Array, perimeter: int
+) -> tuple[Int32Array, Int32Array, Int32Array]:
+    """The pattern's half-edges, and for each the half-edge of the quads at which it begins
+    and how many of them it stands for; each (4m,) int32."""
+    q = len(quads)
+    full = count.copy()
+    full[:perimeter] = NEVER_FULL
+    work = reduction_work(len(count), q)
+    m = dissolve(q, twin, quads.ravel(), count, full, work)[0]
+    head = work.head[: 4 * m].copy()
+    return work.reduced[: 4 * m].copy(), head, _lengths(twin, head)
+
+
+@njit(cache=True, nogil=True)
+def _lengths(twin: Int32Array, head: Int32Array) -> Int32Array:
+    """Edges along every side of the blocks, whose sides begin at the half-edges ``head``."""
+    length = np.ones(len(head), np.int32)
+    for b in range(len(head)):
+        end = head[next_edge(b)]
+        h = head[b]
+        while next_edge(h) != end:
+            h = next_edge(twin[next_edge(h)])
+            length[b] += 1
+    return length
+
+
+def _reading(reduced: Int32Array, mirrored: bool) -> Int32Array:
+    """(4m,) int32: which half-edge of the reduced disk each of the pattern's is."""
+    m = len(reduced) // 4
+    starts = np.empty(4 * m, np.int32)
+    n_starts = code_starts(reduced, starts)
+    code = np.zeros(4 * m, np.uint16)
+    number, entry, order = (np.empty(m, np.int32) for _ in range(3))
+    winner, _ = smallest_code(reduced, m, starts, n_starts, mirrored, code, number, entry, order)
+    start = int(starts[winner])
+    if mirrored:
+        start = clockwise_start(reduced, start)
+    rooted_code(reduced, m, start, mirrored, code, number, entry, order, False)
+    step = 3 if mirrored else 1
+    edges = (entry[:, None] + step * np.arange(4)) & 3
+    return (4 * order[:, None] + edges).ravel().astype(np.int32)
+
+
+def _rotation(pattern: Pattern, widths: list[int], first: int, mirrored: bool, strict: bool) -> int:
+    """The fill's rotation, where boundary vertex 0 is vertex ``first`` of the expanded
+    pattern's boundary: in sides if strict, else in edges."""
+    sides = [sum(widths[chord] for chord in side) for side in pattern.label]
+    if not strict or pattern.n_sides == 0:
+        return (first - mirrored) % sum(sides)
+    corner = np.r_[0, np.cumsum(sides)].tolist().index(first)
+    return (corner - mirrored) % pattern.n_sides

@@ -1,0 +1,129 @@
+"""Which orientations of a pattern fit: against every orientation by itself, and CP-SAT."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+import pytest
+from query_cases import brute_force, small_class, small_patterns
+from test_query_feasibility import boundaries
+
+from patterndb.pattern import Pattern
+from query import Boundary, cpsat, feasibility
+from query.chords import Chords
+from query.filters import Filters
+from query.orientation import orientations
+from query.screen import LANES, is_refused, lane_of, negative, words
+from query.systems import systems_of
+
+
+def fitting_orientations(pattern: Pattern, boundary: Boundary) -> list[bool]:
+    """By the definition of an orientation, and by trying widths."""
+    chords = Chords.from_label(pattern.label)
+    found = []
+    for orientation in orientations(pattern.n_sides):
+        lengths, corners = orientation.seen(boundary)
+        found.append(
+            tuple(corners.tolist()) == pattern.corners
+            and bool(brute_force(chords, lengths.tolist()))
+        )
+    return found
+
+
+@pytest.mark.parametrize("n_sides", range(0, 11))
+def test_every_orientation_is_answered_by_itself(n_sides: int) -> None:
+    patterns = small_class(n_sides)
+    chance = random.Random(100 + n_sides)
+    some = 0
+    for boundary in boundaries(n_sides, chance, 10, 5):
+        rows = Filters().rows(patterns, boundary)
+        fit = feasibility.feasible_orientations(patterns, boundary, rows, threads=1)
+        assert fit.shape == (len(rows), 2 * max(n_sides, 1))
+        some += int(fit.sum())
+        for at in chance.sample(range(len(rows)), min(len(rows), 25)):
+            pattern = patterns.pattern(int(rows[at]))
+            assert fit[at].tolist() == fitting_orientations(pattern, boundary)
+    assert some
+
+
+@pytest.mark.parametrize("n_sides", [3, 4, 6])
+def test_cpsat_answers_every_orientation_the_same(n_sides: int) -> None:
+    patterns = small_class(n_sides)
+    chance = random.Random(n_sides)
+    for boundary in boundaries(n_sides, chance, 3, 9):
+        rows = Filters().rows(patterns, boundary)
+        rows = np.sort(chance.sample(rows.tolist(), min(len(rows), 12)))
+        fit = feasibility.feasible_orientations(patterns, boundary, rows)
+        for at, row in enumerate(rows.tolist()):
+            pattern = patterns.pattern(row)
+            chords = Chords.from_label(pattern.label)
+            for o, orientation in enumerate(orientations(n_sides)):
+                lengths, corners = orientation.seen(boundary)
+                same = tuple(corners.tolist()) == pattern.corners
+                assert fit[at, o] == (same and cpsat.feasible(chords, lengths))
+
+
+@pytest.mark.parametrize("n_sides", [1, 5, 8])
+def test_slices_of_rows_answer_as_the_whole(n_sides: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(feasibility, "ROWS_PER_THREAD", 16)
+    patterns = small_class(n_sides)
+    for boundary in boundaries(n_sides, random.Random(1), 6, 6):
+        rows = Filters().rows(patterns, boundary)
+        np.random.default_rng(2).shuffle(rows)
+        whole = feasibility.feasible_orientations(patterns, boundary, rows, threads=3)
+        parts = [
+            feasibility.feasible_orientations(patterns, boundary, part)
+            for part in np.array_split(rows, 5)
+        ]
+        assert (np.concatenate(parts) == whole).all()
+        fit = feasibility.feasible_rows(patterns, boundary, rows)
+        assert fit.tolist() == rows[whole.any(axis=1)].tolist()
+
+
+def test_a_call_that_is_cancelled_looks_at_nothing() -> None:
+    patterns = small_class(5)
+    boundary = Boundary((4, 4, 4, 4, 4))
+    rows = Filters().rows(patterns, boundary)
+    flag = np.zeros(1, np.uint8)
+    assert len(feasibility.feasible_rows(patterns, boundary, rows, cancel=flag))
+    assert feasibility.feasible_orientations(patterns, boundary, rows, cancel=flag).any()
+    flag[0] = 1
+    assert not len(feasibility.feasible_rows(patterns, boundary, rows, cancel=flag))
+    assert not feasibility.feasible_orientations(patterns, boundary, rows, cancel=flag).any()
+
+
+def test_systems_are_made_once_and_forgotten_with_their_class() -> None:
+    patterns = [p for p in small_patterns() if p.n_sides == 3]
+    one = type(small_class(3)).from_patterns(3, patterns[:4])
+    other = type(small_class(3)).from_patterns(3, patterns[4:])
+    assert systems_of(one) is systems_of(one)
+    assert systems_of(other) is not systems_of(one)
+    for made, of in ((systems_of(one), one), (systems_of(other), other)):
+        for r, joins in enumerate(of.joins):
+            first, last = made.graphs.first[r : r + 2]
+            classes = zip(
+                made.graphs.class_i[first:last].tolist(),
+                made.graphs.class_j[first:last].tolist(),
+                strict=True,
+            )
+            i, j = np.nonzero(np.triu(joins))
+            assert sorted(map(sorted, classes)) == np.c_[i, j].tolist()
+            for s in range(3):
+                a, b = made.graphs.near_first[r, s : s + 2]
+                assert made.graphs.near[a:b].tolist() == np.flatnonzero(joins[s]).tolist()
+
+
+def test_words_hold_their_lanes_apart() -> None:
+    chance = random.Random(4)
+    for _ in range(50):
+        rows = np.array([[chance.randint(0, 2000) for _ in range(4)] for _ in range(7)], np.int32)
+        packed = words(rows)
+        assert packed.shape == (2, 4)
+        signs = [chance.choice([-1, 0, 1]) for _ in range(4)]
+        for o in range(7):
+            word = sum(sign * int(w) for sign, w in zip(signs, packed[o // LANES], strict=True))
+            value = sum(sign * int(x) for sign, x in zip(signs, rows[o], strict=True))
+            assert lane_of(word, o % LANES) == value
+            assert is_refused(negative(word), o % LANES) == (value < 0)
+        assert (packed[1] >> 48 == -1).all()

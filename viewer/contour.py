@@ -1,0 +1,141 @@
+"""A boundary that is being edited: its sides as they were drawn, and what may change."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from query import Boundary
+from query.boundary import CornerKind
+from query.polyline import arc_length
+
+Points = NDArray[np.float64]
+
+#: Edges around a boundary that was just drawn, about: few enough for fills to come at once.
+EDGES = 24
+
+#: Radians by which a drawn boundary turns to the right at a corner that is taken for a reflex
+#: one: half-way between straight on and a right angle.
+REFLEX_TURN = math.pi / 4.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Contour:
+    """Sides, corners and edge counts, which need not be a boundary yet.
+
+    sides:   a (k, 3) float64 polyline per side, counter-clockwise.
+    corners: the kind of the corner where each side begins; none for one closed side.
+    lengths: edges of every side. Their sum may be odd while they are changed one by one.
+    """
+
+    sides: tuple[Points, ...]
+    corners: tuple[CornerKind, ...]
+    lengths: tuple[int, ...]
+
+    @classmethod
+    def of(cls, boundary: Boundary) -> Contour:
+        """From a boundary whose vertices are placed."""
+        assert boundary.points is not None
+        ring = np.concatenate([boundary.points, boundary.points[:1]])
+        start = boundary.side_starts
+        sides = [ring[a : b + 1] for a, b in zip(start[:-1], start[1:], strict=True)]
+        return cls(tuple(sides), boundary.corners, boundary.lengths)
+
+    @classmethod
+    def drawn(cls, sides: Sequence[Points], normals: Points) -> Contour:
+        """From polylines that were drawn, the ground's normals (n, 3) where they begin.
+
+        Those that run clockwise are turned round; corners that turn to the right are reflex.
+        """
+        sides = list(sides)
+        ring = np.concatenate([side[:-1] for side in sides])
+        spokes = ring - ring.mean(axis=0)
+        area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
+        if float(area @ normals.sum(axis=0)) < 0.0:
+            sides = [side[::-1] for side in reversed(sides)]
+            # Side i now begins where side n - 1 - i ended.
+            normals = np.roll(normals[::-1], 1, axis=0)
+        kinds: list[CornerKind] = []
+        for i, side in enumerate(sides):
+            arriving = sides[i - 1][-1] - sides[i - 1][-2]
+            leaving = side[1] - side[0]
+            across = float(np.cross(arriving, leaving) @ normals[i])
+            turn = math.atan2(across, float(arriving @ leaving))
+            kinds.append("reflex" if turn < -REFLEX_TURN else "convex")
+        around = sum(float(arc_length(side)[-1]) for side in sides)
+        lengths = Boundary.from_polylines(sides, edge_length=around / EDGES).lengths
+        return cls(tuple(sides), tuple(kinds), lengths)
+
+    def boundary(self) -> Boundary:
+        """The boundary; raises InvalidBoundaryError for an odd perimeter, say."""
+        return Boundary.from_polylines(self.sides, lengths=self.lengths, corners=self.corners)
+
+    def lengthened(self, side: int, by: int) -> Contour:
+        """With more or fewer edges on a side, at least 1."""
+        lengths = list(self.lengths)
+        lengths[side] = max(1, lengths[side] + by)
+        return replace(self, lengths=tuple(lengths))
+
+    def scaled(self, factor: float) -> Contour:
+        """With more or fewer edges on all sides; raises InvalidBoundaryError for too many."""
+        around = sum(float(arc_length(side)[-1]) for side in self.sides)
+        finer = Boundary.from_polylines(
+            self.sides, edge_length=around / (factor * sum(self.lengths)), corners=self.corners
+        )
+        return replace(self, lengths=finer.lengths)
+
+    def toggled(self, corner: int) -> Contour:
+        """With a convex corner made reflex, or a reflex one convex."""
+        kinds = list(self.corners)
+        kinds[corner] = "convex" if kinds[corner] == "reflex" else "reflex"
+        return replace(self, corners=tuple(kinds))
+
+    def reversed(self) -> Contour:
+        """Running the other way round, so that what was outside is to be filled.
+
+        A corner that was convex is reflex from the other side, and the other way about.
+        """
+        sides = tuple(side[::-1] for side in reversed(self.sides))
+        kinds = self.corners[:1] + self.corners[:0:-1]
+        if kinds:
+            # Side i now begins where side n - 1 - i ended: at corner n - i.
+            kinds = tuple[CornerKind, ...](
+                "convex" if kind == "reflex" else "reflex" for kind in kinds
+            )
+        return Contour(sides, kinds, self.lengths[::-1])
+
+
+def flat(lengths: Sequence[int], corners: Sequence[CornerKind] | None = None) -> Boundary:
+    """A boundary of these edge counts in the plane: a regular polygon; with reflex corners
+    these drawn in, with two sides a lens, with one or none (``corners=()``) a circle.
+
+    Raises InvalidBoundaryError as :class:`query.Boundary` does.
+    """
+    asked = Boundary(lengths, corners)
+    n = len(asked.lengths)
+    if n < 3:
+        turn = np.linspace(0.0, 2.0 * math.pi / n, 1 + 64 // n)
+        arcs: list[Points] = []
+        for i in range(n):
+            # Half a turn of a circle, or flatter: two sides meet at an angle.
+            angle = turn - math.pi / 2.0 + i * math.pi
+            arc = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            arcs.append(arc if n == 1 else _bent(i))
+        return Boundary.from_polylines(arcs, lengths=asked.lengths, corners=asked.corners)
+    angle = 2.0 * math.pi * (np.arange(n) - 0.5) / n - math.pi / 2.0
+    inner = max(0.15, 0.55 * math.cos(2.0 * math.pi / n))
+    radius = np.array([inner if kind == "reflex" else 1.0 for kind in asked.corners])
+    at = np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1)
+    sides = [np.stack([a, b]) for a, b in zip(at, np.roll(at, -1, axis=0), strict=True)]
+    return Boundary.from_polylines(sides, lengths=asked.lengths, corners=asked.corners)
+
+
+def _bent(side: int) -> Points:
+    """(k, 2) one of the two sides of a lens, each a third of a circle."""
+    angle = np.linspace(-math.pi / 3.0, math.pi / 3.0, 33) - math.pi / 2.0 + side * math.pi
+    arc = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    return arc + (0.0, 0.5 if side == 0 else -0.5)

@@ -1,0 +1,232 @@
+"""The fill explorer's picture: shaded triangles, polygons over them, and text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from viewer import style
+from viewer.explorer_panel import PANEL, help_box, panel
+from viewer.explorer_state import ExplorerState, Mode
+from viewer.net import Net
+from viewer.scene import HEIGHT, Patch, Scene
+from viewer.solid import Hiding, Solid
+
+Points = NDArray[np.float64]
+
+#: Width of a fill's lines as a part of its edges, least and most, in points; likewise the
+#: radius of an irregular vertex's marker.
+LINE = (0.035, 0.55, 1.3)
+MARKER = (0.16, 3.0, 7.0)
+
+BOUNDARY_WIDTH = 3.0
+STROKE_WIDTH = 3.6
+STROKE = "#8a3ffc"
+PREVIEW = "#e4487f"
+
+#: Pieces of a stroke between points of it: it follows the surface.
+PIECES = 6
+
+#: From a side to its number, in points.
+LABEL = 18.0
+LABEL_RIM = "#b9c1cb"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """The whole picture: the solid behind, the scene over it. middle: of the view."""
+
+    scene: Scene
+    solid: Solid
+    middle: tuple[float, float]
+
+
+def compose(state: ExplorerState, aspect: float) -> Drawn:
+    """The picture for a window of this width to height."""
+    scene = Scene(HEIGHT * aspect, HEIGHT)
+    room = scene.width - PANEL
+    middle = (room / 2.0, HEIGHT / 2.0)
+    placed = None if state.hiding else state.placed
+    net = None if placed is None else placed.net
+    solid = Solid.of(state.view, middle, state.surface, net)
+    painter = _Painter(state, scene, Hiding(solid, room, HEIGHT), middle)
+    if net is not None:
+        painter.net(net)
+    painter.boundary(net)
+    for stroke in state.strokes:
+        if stroke.points is not None:
+            painter.line(stroke.points, STROKE, STROKE_WIDTH, closed=stroke.is_loop)
+    if net is not None:
+        painter.markers(net)
+    painter.in_progress()
+    panel(scene, state)
+    if state.helping:
+        help_box(scene)
+    return Drawn(scene, solid, middle)
+
+
+class _Painter:
+    """Puts lines and markers into a scene, but for what is hidden."""
+
+    def __init__(
+        self, state: ExplorerState, scene: Scene, hiding: Hiding, middle: tuple[float, float]
+    ) -> None:
+        self.state, self.scene, self.hiding = state, scene, hiding
+        self._shift = np.array([*middle, 0.0])
+        self._radius = MARKER[2]
+
+    def net(self, net: Net) -> None:
+        edge = net.edge * self.state.view.scale
+        self._radius = float(np.clip(edge * MARKER[0], *MARKER[1:]))
+        self._lines(self._seen(net.edges), style.EDGE, float(np.clip(edge * LINE[0], *LINE[1:])))
+
+    def markers(self, net: Net) -> None:
+        """Irregular vertices, as everywhere in the viewer, and odd ones on the boundary."""
+        radius = self._radius
+        odd = self._shown(net.odd)
+        if len(odd):
+            ring = odd[:, None] + style.circle() * (0.95 * radius)
+            self.scene.polygons(ring, face=style.PAPER, line=style.SELECTED, width=0.45 * radius)
+        kinds = np.clip(net.valences, 2, 7)
+        for kind in np.unique(kinds).tolist():
+            at = self._shown(net.irregular[kinds == kind])
+            if len(at):
+                shape = at[:, None] + style.valence_shape(kind) * radius
+                # Paint a larger one in white first: an outline of thin pieces has gaps at
+                # the points of a triangle.
+                rim = at[:, None] + style.valence_shape(kind) * (radius + 1.4)
+                self.scene.polygons(rim, face=style.PAPER)
+                self.scene.polygons(shape, face=style.VALENCE_COLOURS[kind])
+
+    def boundary(self, net: Net | None) -> None:
+        contour, boundary = self.state.contour, self.state.boundary
+        if contour is None:
+            return
+        chosen = self.state.side_under()
+        if boundary is None or boundary.points is None:
+            for side in contour.sides:
+                self.line(side, style.BOUNDARY, BOUNDARY_WIDTH)
+        else:
+            starts = boundary.side_starts
+            edges = self._ring(boundary.points) if net is None else net.border
+            for i, (a, b) in enumerate(zip(starts[:-1], starts[1:], strict=True)):
+                colour = style.SELECTED if i == chosen else style.BOUNDARY
+                self._lines(self._seen(edges[a:b]), colour, BOUNDARY_WIDTH)
+            ticks = self._shown(boundary.points)
+            if len(ticks):
+                dots = ticks[:, None] + style.circle() * (0.95 * BOUNDARY_WIDTH)
+                self.scene.polygons(dots, face=style.BOUNDARY)
+        self._corners()
+        if not self.state.helping:
+            self._labels()
+
+    def line(self, points: Points, colour: str, width: float, *, closed: bool = False) -> None:
+        """A polyline (k, 3), laid on the ground between its points."""
+        if closed:
+            points = np.concatenate([points, points[:1]])
+        self._lines(self._seen(self._along(points)[None]), colour, width)
+
+    def in_progress(self) -> None:
+        """What is being drawn."""
+        state = self.state
+        for path in state.paths:
+            self.line(path, style.BOUNDARY, BOUNDARY_WIDTH)
+        if state.preview is not None:
+            self.line(state.preview, PREVIEW, 0.6 * BOUNDARY_WIDTH)
+        if state.clicked:
+            at = self._shown(np.stack(state.clicked))
+            if len(at):
+                dots = at[:, None] + style.circle() * 5.0
+                self.scene.polygons(dots, face=style.BOUNDARY)
+        if len(state.line) > 1:
+            closed = state.mode is Mode.LOOP
+            self.line(np.stack(state.line), STROKE, STROKE_WIDTH, closed=closed)
+
+    def _corners(self) -> None:
+        """Convex corners are discs, reflex ones diamonds; the one at the pointer has a halo."""
+        contour = self.state.contour
+        assert contour is not None
+        if not contour.corners:
+            return
+        places = np.stack([side[0] for side in contour.sides])
+        chosen = self.state.corner_under()
+        for i, kind in enumerate(contour.corners):
+            at = self._shown(places[i : i + 1])
+            if not len(at):
+                continue
+            if i == chosen:
+                self.scene.polygons(at[:, None] + style.circle() * 10.0, face=style.SELECTED)
+            if kind == "convex":
+                self.scene.polygons(at[:, None] + style.circle() * 5.8, face=style.BOUNDARY)
+            else:
+                self.scene.polygons(at[:, None] + style.diamond() * 9.4, face=style.BOUNDARY)
+                self.scene.polygons(at[:, None] + style.diamond() * 5.6, face=style.PAPER)
+
+    def _labels(self) -> None:
+        """The edge count of every side, beside its middle, outside."""
+        contour = self.state.contour
+        assert contour is not None
+        around = self._seen(np.concatenate(contour.sides))[:, :2]
+        after = np.roll(around, -1, axis=0)
+        area = float((around[:, 0] * after[:, 1] - around[:, 1] * after[:, 0]).sum())
+        for side, length in zip(contour.sides, contour.lengths, strict=True):
+            line = self._along(side)
+            seen = self._seen(line)
+            middle = len(seen) // 2
+            if not self.hiding.visible(seen[middle]):
+                continue
+            along = seen[min(middle + 1, len(seen) - 1), :2] - seen[max(middle - 1, 0), :2]
+            size = float(np.hypot(*along))
+            if size == 0.0:
+                continue
+            out = np.array([along[1], -along[0]]) / size * (1.0 if area > 0.0 else -1.0)
+            text = str(length)
+            x, y = seen[middle, :2] + LABEL * out
+            half = np.array([4.6 * len(text) + 4.0, 9.0])
+            box = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+            self.scene.polygons((box * (half + 1.0) + (x, y))[None], face=LABEL_RIM)
+            self.scene.polygons((box * half + (x, y))[None], face=style.PAPER)
+            self.scene.text(x, y - 4.8, text, 13.0, bold=True)
+
+    def _ring(self, points: Points) -> Points:
+        """(P, PIECES + 1, 3) the edges of a closed polygon (P, 3), laid on the ground."""
+        t = np.linspace(0.0, 1.0, PIECES + 1)[None, :, None]
+        edges = points[:, None] * (1.0 - t) + np.roll(points, -1, axis=0)[:, None] * t
+        if self.state.surface is None:
+            return edges
+        return self.state.ground.on(edges.reshape(-1, 3))[0].reshape(edges.shape)
+
+    def _along(self, points: Points) -> Points:
+        """(m, 3) a polyline, cut fine and laid on the ground."""
+        t = np.arange(PIECES) / PIECES
+        a, b = points[:-1, None], points[1:, None]
+        fine = np.concatenate([(a + (b - a) * t[:, None]).reshape(-1, 3), points[-1:]])
+        return fine if self.state.surface is None else self.state.ground.on(fine)[0]
+
+    def _seen(self, points: Points) -> Points:
+        return self.state.view.seen(points) + self._shift
+
+    def _shown(self, points: Points) -> Points:
+        """(m, 2) where those of (n, 3) points are seen that are not hidden."""
+        if not len(points):
+            return np.zeros((0, 2))
+        seen = self._seen(points)
+        return seen[self.hiding.visible(seen), :2]
+
+    def _lines(self, seen: Points, colour: str, width: float) -> None:
+        """Polylines (n, k, 3) as they are seen, every piece a thin rectangle."""
+        shown = self.hiding.visible(seen)
+        both = shown[:, :-1] & shown[:, 1:]
+        a, b = seen[:, :-1, :2][both], seen[:, 1:, :2][both]
+        length = np.linalg.norm(b - a, axis=1, keepdims=True)
+        keep = length[:, 0] > 0.0
+        a, b, length = a[keep], b[keep], length[keep]
+        if not len(a):
+            return
+        along = (b - a) / length * width / 2.0
+        across = np.stack([along[:, 1], -along[:, 0]], axis=1)
+        a, b = a - 0.6 * along, b + 0.6 * along
+        corners = np.stack([a + across, b + across, b - across, a - across], axis=1)
+        self.scene.patches.append(Patch(corners, np.tile(style.rgb(colour), (len(corners), 1))))

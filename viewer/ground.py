@@ -1,0 +1,116 @@
+"""What boundaries and strokes are drawn on: a surface, or a plane where there is none."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from query.placing import Surface
+from query.placing.tree import build, first_along
+from query.polyline import arc_length, sampled
+from viewer.view import View
+
+Points = NDArray[np.float64]
+
+#: Points of a path between two clicks, and rounds in which it is pulled taut: each moves every
+#: point to the middle of its neighbours, and so many of them are settled by some P**2 / 8.
+PATH_POINTS = 33
+ROUNDS = 140
+
+
+class Ground:
+    """A surface, or the plane through a point.
+
+    surface: None for a plane. point, normal: (3,) of the plane.
+    """
+
+    def __init__(
+        self,
+        surface: Surface | None,
+        point: Points | None = None,
+        normal: Points | None = None,
+    ) -> None:
+        self.surface = surface
+        self.point = np.zeros(3) if point is None else point
+        self.normal = np.array([0.0, 0.0, 1.0]) if normal is None else normal
+        self._edges: coo_array | None = None
+        if surface is not None:
+            self._corners = surface.vertices[surface.triangles]
+            self._tree = build(self._corners)
+
+    def hit(self, view: View, x: float, y: float) -> Points | None:
+        """(3,) what is seen at a place of the picture; None beside the surface."""
+        toward = view.axes[2]
+        at = view.under(x, y)
+        if self.surface is None:
+            slope = float(toward @ self.normal)
+            if abs(slope) < 1e-3:
+                return None
+            return at + toward * (float((self.point - at) @ self.normal) / slope)
+        reach = self.surface.diagonal + float(
+            np.abs((self.surface.vertices - at) @ toward).max(initial=0.0)
+        )
+        start = at + toward * reach
+        hit, weights = first_along(
+            self._corners, *self._tree, start[None], toward[None].copy(), np.array([2.0 * reach])
+        )
+        return self.surface.at(hit, weights).points[0] if hit[0] >= 0 else None
+
+    def on(self, points: Points) -> tuple[Points, Points]:
+        """(n, 3) the nearest points of the ground to (n, 3) points, and its normals there."""
+        if self.surface is None:
+            off = (points - self.point) @ self.normal
+            return points - off[:, None] * self.normal, np.tile(self.normal, (len(points), 1))
+        feet = self.surface.nearest(points)
+        return feet.points, feet.normals
+
+    def path(self, a: Points, b: Points) -> Points:
+        """(k, 3) a taut line along the ground from one of its points to another.
+
+        From the shortest way along edges, pulled taut point by point: near a shortest path,
+        and smooth. Where the surface is in pieces, the chord projected.
+        """
+        if self.surface is None:
+            return np.stack([a, b])
+        chain = self._along_edges(a, b)
+        if chain is None or arc_length(chain)[-1] == 0.0:
+            chain = np.stack([a, b])
+        line = sampled(chain, PATH_POINTS - 1)
+        line[1:-1] = self.on(line[1:-1])[0]
+        for _ in range(ROUNDS):
+            line[1:-1] = self.on((line[:-2] + line[2:]) / 2.0)[0]
+        return line
+
+    def _along_edges(self, a: Points, b: Points) -> Points | None:
+        surface = self.surface
+        assert surface is not None
+        ends = surface.triangles[surface.located(np.stack([a, b]))[0]]
+        place = surface.vertices
+        start, goal = (
+            int(corners[np.linalg.norm(place[corners] - at, axis=1).argmin()])
+            for corners, at in zip(ends, (a, b), strict=True)
+        )
+        length, before = dijkstra(
+            self._graph(surface), directed=False, indices=start, return_predecessors=True
+        )
+        if not np.isfinite(length[goal]):
+            return None
+        way = [goal]
+        while way[-1] != start:
+            way.append(int(before[way[-1]]))
+        # The first and last vertex may lie behind the ends.
+        inner = place[way[::-1]][1:-1]
+        return np.concatenate([a[None], inner, b[None]])
+
+    def _graph(self, surface: Surface) -> coo_array:
+        if self._edges is None:
+            ends = np.stack([surface.triangles, np.roll(surface.triangles, -1, axis=1)], axis=2)
+            ends = np.unique(np.sort(ends.reshape(-1, 2), axis=1), axis=0)
+            step = surface.vertices[ends[:, 1]] - surface.vertices[ends[:, 0]]
+            n = len(surface.vertices)
+            self._edges = coo_array(
+                (np.linalg.norm(step, axis=1), (ends[:, 0], ends[:, 1])), shape=(n, n)
+            )
+        return self._edges
