@@ -90,7 +90,7 @@ def region(surface: Surface, chance: np.random.Generator) -> Boundary | None:
     if crossing(points):
         return None
     enclosing = enclosed(surface, points)
-    if not enclosing.separates or enclosing.share > 0.6:
+    if not enclosing.is_disk or enclosing.share > 0.6:
         return None
     return Boundary(lengths, points=points)
 

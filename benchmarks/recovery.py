@@ -74,13 +74,20 @@ class Case:
 
 @dataclass(slots=True)
 class Score:
-    """Ranks, from 0, of the artists' fills, None where they are not listed; were they known?"""
+    """What became of cases.
+
+    ranks: from 0, of the artists' fills; None where they are not listed. known: see Case.
+    seconds: spent on the queries.
+    """
 
     ranks: list[int | None] = field(default_factory=list)
     known: list[bool] = field(default_factory=list)
+    seconds: float = 0.0
 
     def __add__(self, other: Score) -> Score:
-        return Score(self.ranks + other.ranks, self.known + other.known)
+        return Score(
+            self.ranks + other.ranks, self.known + other.known, self.seconds + other.seconds
+        )
 
     def hit(self, k: int) -> float:
         """The share of cases whose fill is among the first k."""
@@ -144,6 +151,21 @@ def rank(case: Case, found: Iterable[Fill], rooted: Rooted) -> int | None:
     return None
 
 
+def scored(
+    database: patterndb.Database, cases: Sequence[Case], order: Order, n_strokes: int, code: Rooted
+) -> Score:
+    """Ask for all cases, with so many of their strokes."""
+    score = Score()
+    for case in cases:
+        begun = time.perf_counter()
+        strokes = case.strokes[:n_strokes]
+        found = list(fills(database, case.boundary, strokes=strokes, order=order, limit=LIMIT))
+        score.seconds += time.perf_counter() - begun
+        score.ranks.append(rank(case, found, code))
+        score.known.append(case.known)
+    return score
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--db", type=Path, required=True, help="has learned all meshes")
@@ -153,37 +175,24 @@ def main() -> None:
     heads = [f"hit@{k}" for k in SHOWN] + [f"unknown, not @{PAGE}", f"ranked lower, not @{PAGE}"]
     print(f"| held out | order | strokes | cases | {' | '.join(heads)} |")
     print("| --- | --- | --- | ---: |" + " ---: |" * len(heads), flush=True)
-    pooled: dict[tuple[Order, int], Score] = {
-        (order, n): Score() for order in ORDERS for n in range(len(STROKES))
-    }
-    asked, seconds = 0, 0.0
+    asked: list[tuple[Order, int]] = [(order, n) for order in ORDERS for n in range(len(STROKES))]
+    pooled = dict.fromkeys(asked, Score())
     for number, held in enumerate(splits((arguments.shared / "data" / "meshes").glob("*.obj")), 1):
         patches = cut(program, held)
         with tempfile.TemporaryDirectory() as folder:
-            path = Path(shutil.copy(arguments.db, Path(folder) / "without.db"))
-            path.chmod(0o600)
+            path = Path(shutil.copyfile(arguments.db, Path(folder) / "without.db"))
             with patterndb.open(path, "write") as database:
                 database.remove([mesh.name for mesh in held])
                 cases = [case_of(patch, program.rooted, database) for patch in patches]
-                for order, n in pooled:
-                    score = Score()
-                    for case in cases:
-                        strokes = case.strokes[:n]
-                        begun = time.perf_counter()
-                        found = list(
-                            fills(
-                                database, case.boundary, strokes=strokes, order=order, limit=LIMIT
-                            )
-                        )
-                        seconds += time.perf_counter() - begun
-                        asked += 1
-                        score.ranks.append(rank(case, found, program.rooted))
-                        score.known.append(case.known)
+                for order, n in asked:
+                    score = scored(database, cases, order, n, program.rooted)
                     print(score.row(f"split {number}", order, STROKES[n]), flush=True)
                     pooled[order, n] += score
     for (order, n), score in pooled.items():
         print(score.row("all", order, STROKES[n]))
-    print(f"\n{asked:,} queries of {LIMIT} fills, {seconds / asked * 1e3:.0f} ms each.")
+    count = sum(len(score.ranks) for score in pooled.values())
+    seconds = sum(score.seconds for score in pooled.values())
+    print(f"\n{count:,} queries of up to {LIMIT} fills, {seconds / count * 1e3:.0f} ms each.")
 
 
 if __name__ == "__main__":

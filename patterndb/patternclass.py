@@ -132,7 +132,7 @@ class PatternClass:
             chiral=np.array([p.chiral for p in patterns], np.bool_),
             rotations=np.array([p.rotations for p in patterns], np.int32),
             self_crossing=np.array([p.self_crossing for p in patterns], np.bool_),
-            words=np.concatenate([np.zeros(0, np.int32), *labels]),
+            words=np.concatenate([np.zeros(0, np.uint16), *labels]).astype(np.int32),
             word_start=np.cumsum([0, *map(len, labels)], dtype=np.int64),
             signature=np.array(number, np.int32),
             rotation=rows.counts[:, d.SIG_ROTATION].copy(),

@@ -16,6 +16,7 @@ from pathlib import Path
 from patterndb.cachefolder import cache_folders
 from patterndb.errors import DatabaseError
 from patterndb.store import compact
+from patterndb.store.migrations import SCHEMA_VERSION
 
 PACKED_NAME = "starter.xz"
 
@@ -32,7 +33,7 @@ def starter_path(say: Callable[[str], None] | None = None) -> Path:
             "this installation has no starter database; give --db FILE, or reinstall patterndb"
         )
     data = packed.read_bytes()
-    name = f"starter-{hashlib.sha256(data).hexdigest()[:16]}.db"
+    name = f"starter-{hashlib.sha256(data).hexdigest()[:16]}-{SCHEMA_VERSION}.db"
     folders = cache_folders()
     failure: Exception | None = None
     for folder in folders:

@@ -7,11 +7,7 @@ others, nor on the number of threads.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
 from numba import njit
@@ -19,6 +15,7 @@ from numpy.typing import NDArray
 
 from patterndb.halfedge import Int32Array
 from query.carry import carry
+from query.threads import share_out
 
 #: Rows that a thread takes at a time: some milliseconds of work, for which handing it over is
 #: worth while.
@@ -86,7 +83,8 @@ def keep_carrying(
     """
     result = allowed.copy()
 
-    def run(first: int, last: int) -> None:
+    def run(first: int) -> None:
+        last = min(first + ROWS_PER_THREAD, len(rows))
         _keep_carrying(
             labels.words,
             labels.start,
@@ -101,7 +99,7 @@ def keep_carrying(
             cancelled,
         )
 
-    shared_out(run, len(rows), threads)
+    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
     return result
 
 
@@ -123,7 +121,8 @@ def solve_rows(
     key = np.empty((len(rows), keep), np.int64)
     best = np.zeros((len(rows), keep, longest + 1), np.int32)
 
-    def run(first: int, last: int) -> None:
+    def run(first: int) -> None:
+        last = min(first + ROWS_PER_THREAD, len(rows))
         _solve_rows(
             labels.words,
             labels.start,
@@ -141,7 +140,7 @@ def solve_rows(
             cancelled,
         )
 
-    shared_out(run, len(rows), threads)
+    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
     at = np.arange(keep) < count[:, None]
     return Solved(
         row=np.repeat(np.arange(len(rows)), count),
@@ -154,29 +153,6 @@ def solve_rows(
 def _most_strands(start: NDArray[np.int64], rows: NDArray[np.int64], n_sides: int) -> int:
     """Strands of the longest label."""
     return (int((start[rows + 1] - start[rows]).max(initial=n_sides)) - n_sides) // 2
-
-
-def shared_out(run: Callable[[int, int], None], n: int, threads: int | None) -> None:
-    """Call run(first, last) for shares of 0..n - 1, on at most so many threads.
-
-    Shares are small and taken in turn, for rows differ much in their work.
-    """
-    wanted = min(threads or os.cpu_count() or 1, -(-n // ROWS_PER_THREAD))
-    if wanted <= 1:
-        run(0, n)
-        return
-    step = max(ROWS_PER_THREAD, n // (8 * wanted))
-    futures = [
-        _pool(wanted).submit(run, first, min(first + step, n)) for first in range(0, n, step)
-    ]
-    for future in futures:
-        future.result()
-
-
-@cache
-def _pool(threads: int) -> ThreadPoolExecutor:
-    """Threads that stay: starting one takes longer than many a query."""
-    return ThreadPoolExecutor(threads, thread_name_prefix="patterndb-query")
 
 
 @njit(cache=True, nogil=True)
@@ -221,7 +197,7 @@ def _keep_carrying(
             return
         row = rows[r]
         edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
-        _split_word(words, start[row], n_sides, edges, side_start)
+        _split_word(words, int(start[row]), n_sides, edges, side_start)
         none = np.empty((0, len(edges) // 2 + 1), np.int32)
         for o in range(n_orientations):
             if allowed[r, o]:
@@ -275,7 +251,7 @@ def _solve_rows(
             return
         row = rows[r]
         edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
-        n = _split_word(words, start[row], n_sides, edges, side_start) // 2
+        n = _split_word(words, int(start[row]), n_sides, edges, side_start) // 2
         found = np.empty((keep, n + 1), np.int32)
         total = 0
         for o in range(n_orientations):

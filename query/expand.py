@@ -10,6 +10,7 @@ from __future__ import annotations
 import operator
 from collections.abc import Sequence
 from functools import lru_cache
+from itertools import accumulate
 
 import numpy as np
 from numba import njit
@@ -42,8 +43,8 @@ def expand(
             f"width {min(given)} of polychord {given.index(min(given))}: the least is 1"
         )
     sides = [sum(given[chord] for chord in side) for side in pattern.label]
-    start = np.r_[0, np.cumsum(sides)]
-    perimeter = int(start[-1])
+    start = [0, *accumulate(sides)]
+    perimeter = start[-1]
     n = pattern.n_sides
     if n == 0:
         rotation %= perimeter
@@ -51,7 +52,7 @@ def expand(
         lengths = sides
     else:
         rotation %= n
-        first = int(start[(rotation + mirrored) % n])
+        first = start[(rotation + mirrored) % n]
         lengths = [sides[(rotation - i if mirrored else rotation + i) % n] for i in range(n)]
     twin, of_edge = edges_of(pattern)
     across = np.array(given, np.int32)[of_edge]

@@ -8,9 +8,6 @@ et al. 2015, section 4, solve one integer program a pattern.
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +18,7 @@ from patterndb.halfedge import Int32Array
 from patterndb.patternclass import PatternClass
 from query.boundary import Boundary
 from query.halves import COPY_BY, QUEUE
-from query.orientation import orientations
+from query.orientation import corners_seen, sides_seen
 from query.rounding import matchable
 from query.screen import (
     BITS,
@@ -34,6 +31,7 @@ from query.screen import (
     words,
 )
 from query.systems import Signed, Systems, systems_of
+from query.threads import share_out
 
 #: Patterns that a thread takes at a time: a millisecond of work or less, so that all
 #: threads end together, and so much that handing it over costs nothing.
@@ -70,14 +68,17 @@ def _distinct(boundary: Boundary) -> tuple[Int32Array, Int32Array, Int32Array]:
     Returns ((d, max(N, 1)) int32 lengths, (d, N) int32 quads at the corners, (2N,) int32 which
     of these rows each orientation is).
     """
-    seen = [o.seen(boundary) for o in orientations(boundary.n_sides)]
-    rows = np.array([np.r_[lengths, counts] for lengths, counts in seen])
-    rows, which = np.unique(rows, axis=0, return_inverse=True)
+    lengths = np.array(boundary.lengths, np.int32)[sides_seen(max(boundary.n_sides, 1))]
+    counts = np.array(boundary.corner_counts, np.int32)[corners_seen(boundary.n_sides)]
+    rows = np.concatenate([lengths, counts.reshape(len(lengths), boundary.n_sides)], axis=1)
+    number: dict[bytes, int] = {}
+    which = np.array([number.setdefault(row.tobytes(), len(number)) for row in rows], np.int32)
+    rows = rows[np.unique(which, return_index=True)[1]]
     width = len(boundary.lengths)
     return (
         np.ascontiguousarray(rows[:, :width]),
         np.ascontiguousarray(rows[:, width:]),
-        which.ravel().astype(np.int32),
+        which,
     )
 
 
@@ -174,25 +175,7 @@ def _answer(
             fits[first:last],
         )
 
-    _share(run, range(0, len(rows), ROWS_PER_THREAD), threads or os.cpu_count() or 1)
-
-
-def _share(run: Callable[[int], None], tasks: range, threads: int) -> None:
-    """Run all tasks; each thread takes the next one when it is done with the last."""
-    ahead = iter(tasks)
-
-    def work() -> None:
-        for task in ahead:
-            run(task)
-
-    others = min(threads, len(tasks)) - 1
-    if others <= 0:
-        return work()
-    with ThreadPoolExecutor(others) as pool:
-        helpers = [pool.submit(work) for _ in range(others)]
-        work()
-        for helper in helpers:
-            helper.result()
+    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
 
 
 @njit(cache=True, nogil=True)

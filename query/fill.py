@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TypedDict
+from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from patterndb.disk import Disk
 from patterndb.halfedge import Int32Array
 from patterndb.pattern import Pattern
+
+if TYPE_CHECKING:
+    from query.placing import Placement, Surface
+    from query.placing.surface import Triangles
+    from query.stroke import Stroke
 
 
 class FillJson(TypedDict):
@@ -94,6 +101,20 @@ class Fill:
             (np.arange(first, last + 1) % self.perimeter).astype(np.int32)
             for first, last in pairwise(start.tolist())
         ]
+
+    def place(
+        self,
+        points: ArrayLike,
+        surface: Triangles | Surface | None = None,
+        strokes: Sequence[Stroke] | None = None,
+        *,
+        tolerance: int = 1,
+    ) -> Placement:
+        """Where the vertices lie, the boundary's being given; see :func:`query.placing.place`."""
+        # Imported here because placing needs scipy, which a list of fills does not.
+        from query.placing import place
+
+        return place(self, points, surface, strokes, tolerance=tolerance)
 
     def to_json(self) -> FillJson:
         """The fill as JSON takes it; the pattern goes by its name."""

@@ -101,7 +101,7 @@ def _take_shares(
             scratch[SUPPLY, j] = b - f
             left -= 2 * f
         scratch[SUPPLY, i] = a
-    return left
+    return left  # pyright: ignore[reportReturnType]
 
 
 @njit(cache=True, nogil=True, inline="always")

@@ -7,12 +7,14 @@ never collapse, and two patterns, or one in two ways, may expand to the same fil
 
 from __future__ import annotations
 
+import hashlib
+
 import numpy as np
 
 from patterndb.code import rooted_code
 from patterndb.halfedge import Int32Array
-from patterndb.quadmesh import QuadMesh
 from query.fill import Fill
+from query.weld import weld_quads
 
 
 def is_mesh(quads: Int32Array) -> bool:
@@ -29,22 +31,26 @@ def is_mesh(quads: Int32Array) -> bool:
 
 
 def fill_key(fill: Fill, closed: bool) -> bytes:
+    """:func:`quads_key` of a fill."""
+    twin, _ = weld_quads(fill.quads, fill.n_vertices, fill.perimeter)
+    return quads_key(fill.quads, twin, closed)
+
+
+def quads_key(quads: Int32Array, twin: Int32Array, closed: bool) -> bytes:
     """Equal exactly for equal fills of one boundary.
 
-    The code of the quads as read from boundary vertex 0. A closed side has no first vertex:
-    there it is the smallest code from any.
+    quads: (q, 4), twin: (4q,) their half-edges. A digest of the code as read from boundary
+    vertex 0. A closed side has no first vertex: there it is the smallest code from any.
     """
-    mesh = QuadMesh.from_quads(fill.quads)
-    tails = fill.quads.ravel()
-    border = np.flatnonzero(mesh.twin < 0)
-    starts = border if closed else border[tails[border] == 0]
-    q = fill.n_quads
+    border = np.flatnonzero(twin < 0)
+    starts = border if closed else border[quads.ravel()[border] == 0]
+    q = len(quads)
     # Wider than the codes of patterns, which name at most 16,383 quads.
     code = np.zeros(4 * q, np.int32)
     number, entry, order = (np.empty(q, np.int32) for _ in range(3))
-    for s, start in enumerate(starts.tolist()):
+    for at, start in enumerate(starts.tolist()):
         rooted_code(
-            mesh.twin,
+            twin,
             q,
             start,
             False,
@@ -52,6 +58,6 @@ def fill_key(fill: Fill, closed: bool) -> bytes:
             number,
             entry,
             order,
-            s > 0,
+            at > 0,
         )
-    return code.tobytes()
+    return hashlib.blake2b(code.tobytes(), digest_size=16).digest()

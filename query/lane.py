@@ -32,8 +32,9 @@ MOST_ROWS = 8192
 #: So many fits of a row are looked for first, GROWTH times as many whenever these run out.
 FIRST_KEPT = 4
 
-#: Of the rows that fit, so many are solved at a time: a page of fills or so.
-ROWS_SOLVED = 32
+#: Of the rows that fit, so many are solved first, then twice as many each time.
+FIRST_SOLVED = 4
+MOST_SOLVED = 64
 
 
 class Candidate(Protocol):
@@ -151,7 +152,7 @@ def lane(table: Table, listing: Listing, search: Search, cap: int | None) -> Ite
         listing = listing.take(possible)
     if not len(listing):
         return
-    at, size = 0, FIRST_ROWS
+    at, size, solve = 0, FIRST_ROWS, FIRST_SOLVED
     yield Step([], listing.rank(0, 0, -1))
     while at < len(listing):
         last = min(at + size, len(listing))
@@ -163,10 +164,12 @@ def lane(table: Table, listing: Listing, search: Search, cap: int | None) -> Ite
         hits, allowed = places[some], allowed[some]
         if not len(hits) and not search.cancelled[0]:
             yield Step([], after)
-        for begin in range(0, len(hits), ROWS_SOLVED):
+        end = 0
+        while end < len(hits):
             if search.cancelled[0]:
                 return
-            end = begin + ROWS_SOLVED
+            begin, end = end, end + solve
+            solve = min(2 * solve, MOST_SOLVED)
             bound = listing.rank(int(hits[end]), 0, -1) if end < len(hits) else after
             keep = FIRST_KEPT if search.keep is None else min(search.keep, FIRST_KEPT)
             found = _fits(table, listing, hits[begin:end], allowed[begin:end], search, keep, 0)

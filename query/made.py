@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
+from query.boundary import Boundary
 from query.construct import constructed
 from query.familylookup import FamilyLookup
 from query.fill import Fill
 from query.filters import Filters
-from query.lane import Candidate, Search, Step
+from query.lane import Found, Search, Step
 from query.ranking import Rank
 from query.stroke import Stroke
 
@@ -43,21 +44,32 @@ def constructed_lane(
     boundary = search.boundary
     if filters.ids is not None or filters.min_frequency is not None:
         return
-    # Their interior valences are 3 to 5, so that each irregular vertex makes up for one
-    # corner too many or too few, and one on the boundary for at most two.
-    turn = sum(2 - count for count in boundary.corner_counts) - 4
-    yield Step([], _rank(search, (abs(turn) + 1) // 2, 0, 0, -1))
+    fewest = _fewest(boundary)
+    yield Step([], _rank(search, fewest, 0, 0, -1))
     for place, fill in enumerate(constructed(boundary, FamilyLookup.shared(), strict=strict)):
         if search.cancelled[0] and place:
             return
-        bound = _rank(search, fill.n_irregular, fill.n_irregular_boundary, 0, place)
-        found: list[tuple[Rank, Candidate]] = []
+        irregular = max(fewest, fill.n_irregular)
+        bound = _rank(search, irregular, fill.n_irregular_boundary, 0, place)
+        found: list[Found] = []
         off = _off(fill, search, strokes)
         if off is not None and _passes(fill, filters):
-            rank = _rank(search, fill.n_irregular, fill.n_irregular_boundary, off, place)
+            rank = _rank(search, irregular, fill.n_irregular_boundary, off, place)
             distance = float(off) if strokes else None
             found.append((rank, Made(replace(fill, flow_distance=distance))))
         yield Step(found, bound)
+
+
+def _fewest(boundary: Boundary) -> int:
+    """What a constructed fill counts at least in the order of lists.
+
+    No vertex has more than two quads too many or too few, so that each irregular one makes up
+    for at most two corners. Of convex boundaries none was ever seen to have fewer than N - 6;
+    that constructions need not be tried before any fill with fewer is worth that such a one,
+    if there is, should come a little late.
+    """
+    turn = sum(2 - count for count in boundary.corner_counts) - 4
+    return max((abs(turn) + 1) // 2, boundary.n_sides - 6 if boundary.convex else 0)
 
 
 def _rank(search: Search, irregular: int, boundary: int, off: int, place: int) -> Rank:

@@ -54,7 +54,7 @@ def symmetries(fill: Fill, boundary: Boundary) -> int:
     at[tails] = border
     q = fill.n_quads
     codes = [np.zeros(4 * q, np.int32), np.zeros(4 * q, np.int32)]
-    scratch = [np.empty(q, np.int32) for _ in range(3)]
+    number, entry, order = (np.empty(q, np.int32) for _ in range(3))
 
     def code(vertex: int, mirrored: bool, into: int) -> None:
         # Mirrored, the fill is read from the edge that ends at the vertex.
@@ -65,7 +65,9 @@ def symmetries(fill: Fill, boundary: Boundary) -> int:
             int(start),
             mirrored,
             codes[into],  # pyright: ignore[reportArgumentType]
-            *scratch,
+            number,
+            entry,
+            order,
             False,
         )
 

@@ -54,7 +54,8 @@ def arc_length(points: Points) -> NDArray[np.float64]:
 def at_lengths(points: Points, lengths: ArrayLike) -> Points:
     """(m, 3) points of the polyline (k, 3) at these arc lengths (m,), the ends beyond them."""
     along = arc_length(points)
-    return np.stack([np.interp(lengths, along, points[:, d]) for d in range(3)], axis=1)
+    wanted = np.asarray(lengths, np.float64)
+    return np.stack([np.interp(wanted, along, points[:, d]) for d in range(3)], axis=1)
 
 
 def sampled(points: Points, edges: int) -> Points:

@@ -61,7 +61,7 @@ class Ranking:
             seen = seen + uses
             # What was only ever used counts as seen in one mesh.
             meshes = np.maximum(meshes, uses > 0)
-        worth = seen * meshes * table.n_symmetries[entries.row]
+        worth = meshes * seen.astype(np.float64) * table.n_symmetries[entries.row]
         worth[entries.boundary > 0] = 0.0
         ids = table.ids[entries.row]
         # Entries of one pattern stand in the order of their rows.

@@ -59,10 +59,7 @@ def welded_fill(
     # pattern begins where that edge ends.
     begin = int(head[of_half_edge[0]])
     at = int(quads.ravel()[begin])
-    if mirrored:
-        first = (at + int(length[of_half_edge[0]])) % perimeter
-    else:
-        first = -at % perimeter
+    first = (at + int(length[of_half_edge[0]]) if mirrored else -at) % perimeter
     return Fill(
         quads=quads,
         n_vertices=n_vertices,

@@ -237,7 +237,7 @@ class RelaxedTable:
         """known: the class of as many sides whose patterns a strict table lists already."""
         self.marked = marked
         patterns, of = marked.patterns, marked.pattern
-        self.labels = Labels(marked.n_sides, marked.label, marked.label_start)
+        self.labels = Labels(marked.n_sides, marked.label.astype(np.int32), marked.label_start)
         self.ids = patterns.ids[of]
         self.frequency = patterns.frequency[of]
         self.uses = np.zeros(len(marked), np.int64)

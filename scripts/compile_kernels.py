@@ -25,10 +25,18 @@ ASK = """
 import numpy as np
 from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
-from query import fills
+from query import Boundary, Stroke, best, fills
 from viewer import embed
 square = Pattern.from_code(np.zeros(4, np.uint16))
-embed(fills(PatternClass.from_patterns(4, [square]), (3, 2, 3, 2))[0].disk())
+squares = PatternClass.from_patterns(4, [square])
+fill = best(squares, (3, 2, 3, 2))
+embed(fill.disk())
+list(fills(squares, (3, 2, 3, 2), limit=5))
+list(fills(squares, (3, 2, 3, 2), strokes=[Stroke((0, 1), (2, 1))], limit=5))
+none = PatternClass.from_patterns(12, [])
+best(none, (1, 2) * 6)
+points = [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1], [3, 2], [2, 2], [1, 2], [0, 2], [0, 1]]
+fill.place(points)
 """
 
 

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from query import Boundary
 from query.boundary import CornerKind
-from query.polyline import arc_length
+from query.polyline import arc_length, sampled
 
 Points = NDArray[np.float64]
 
@@ -19,8 +20,14 @@ Points = NDArray[np.float64]
 EDGES = 24
 
 #: Radians by which a drawn boundary turns to the right at a corner that is taken for a reflex
-#: one: half-way between straight on and a right angle.
-REFLEX_TURN = math.pi / 4.0
+#: one. An angle above 180 degrees is nearer to the 270 of three quads than to the 90 of one; a
+#: straight corner that was clicked not quite straight stays convex.
+REFLEX_TURN = math.radians(10.0)
+
+
+#: Times that edge counts are scaled until rounding does not undo it: 2 edges become 4 by a
+#: fourth of 1.25.
+SCALINGS = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,11 +37,13 @@ class Contour:
     sides:   a (k, 3) float64 polyline per side, counter-clockwise.
     corners: the kind of the corner where each side begins; none for one closed side.
     lengths: edges of every side. Their sum may be odd while they are changed one by one.
+    placed:  are the points of a side the boundary's vertices, as long as its edges are as many?
     """
 
     sides: tuple[Points, ...]
     corners: tuple[CornerKind, ...]
     lengths: tuple[int, ...]
+    placed: bool = False
 
     @classmethod
     def of(cls, boundary: Boundary) -> Contour:
@@ -42,8 +51,8 @@ class Contour:
         assert boundary.points is not None
         ring = np.concatenate([boundary.points, boundary.points[:1]])
         start = boundary.side_starts
-        sides = [ring[a : b + 1] for a, b in zip(start[:-1], start[1:], strict=True)]
-        return cls(tuple(sides), boundary.corners, boundary.lengths)
+        sides = [ring[a : b + 1] for a, b in pairwise(start)]
+        return cls(tuple(sides), boundary.corners, boundary.lengths, placed=True)
 
     @classmethod
     def drawn(cls, sides: Sequence[Points], normals: Points) -> Contour:
@@ -71,8 +80,15 @@ class Contour:
         return cls(tuple(sides), tuple(kinds), lengths)
 
     def boundary(self) -> Boundary:
-        """The boundary; raises InvalidBoundaryError for an odd perimeter, say."""
-        return Boundary.from_polylines(self.sides, lengths=self.lengths, corners=self.corners)
+        """The boundary, its vertices at equal distances along each side.
+
+        Raises InvalidBoundaryError for an odd perimeter, say.
+        """
+        along: list[Points] = []
+        for side, length in zip(self.sides, self.lengths, strict=True):
+            kept = self.placed and len(side) == length + 1
+            along.append((side if kept else sampled(side, length))[:-1])
+        return Boundary(self.lengths, self.corners, np.concatenate(along))
 
     def lengthened(self, side: int, by: int) -> Contour:
         """With more or fewer edges on a side, at least 1."""
@@ -81,12 +97,19 @@ class Contour:
         return replace(self, lengths=tuple(lengths))
 
     def scaled(self, factor: float) -> Contour:
-        """With more or fewer edges on all sides; raises InvalidBoundaryError for too many."""
+        """With about so many times the edges on all sides, and at least one more or fewer
+        where that can be; raises InvalidBoundaryError for too many."""
         around = sum(float(arc_length(side)[-1]) for side in self.sides)
-        finer = Boundary.from_polylines(
-            self.sides, edge_length=around / (factor * sum(self.lengths)), corners=self.corners
-        )
-        return replace(self, lengths=finer.lengths)
+        by = factor
+        for _ in range(SCALINGS):
+            edge_length = around / (by * sum(self.lengths))
+            finer = Boundary.from_polylines(
+                self.sides, edge_length=edge_length, corners=self.corners
+            )
+            if sum(finer.lengths) != sum(self.lengths):
+                return replace(self, lengths=finer.lengths)
+            by *= factor
+        return self
 
     def toggled(self, corner: int) -> Contour:
         """With a convex corner made reflex, or a reflex one convex."""
@@ -106,7 +129,7 @@ class Contour:
             kinds = tuple[CornerKind, ...](
                 "convex" if kind == "reflex" else "reflex" for kind in kinds
             )
-        return Contour(sides, kinds, self.lengths[::-1])
+        return Contour(sides, kinds, self.lengths[::-1], self.placed)
 
 
 def flat(lengths: Sequence[int], corners: Sequence[CornerKind] | None = None) -> Boundary:
@@ -118,13 +141,7 @@ def flat(lengths: Sequence[int], corners: Sequence[CornerKind] | None = None) ->
     asked = Boundary(lengths, corners)
     n = len(asked.lengths)
     if n < 3:
-        turn = np.linspace(0.0, 2.0 * math.pi / n, 1 + 64 // n)
-        arcs: list[Points] = []
-        for i in range(n):
-            # Half a turn of a circle, or flatter: two sides meet at an angle.
-            angle = turn - math.pi / 2.0 + i * math.pi
-            arc = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            arcs.append(arc if n == 1 else _bent(i))
+        arcs = [_arc(i, n) for i in range(n)]
         return Boundary.from_polylines(arcs, lengths=asked.lengths, corners=asked.corners)
     angle = 2.0 * math.pi * (np.arange(n) - 0.5) / n - math.pi / 2.0
     inner = max(0.15, 0.55 * math.cos(2.0 * math.pi / n))
@@ -134,8 +151,10 @@ def flat(lengths: Sequence[int], corners: Sequence[CornerKind] | None = None) ->
     return Boundary.from_polylines(sides, lengths=asked.lengths, corners=asked.corners)
 
 
-def _bent(side: int) -> Points:
-    """(k, 2) one of the two sides of a lens, each a third of a circle."""
-    angle = np.linspace(-math.pi / 3.0, math.pi / 3.0, 33) - math.pi / 2.0 + side * math.pi
-    arc = np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    return arc + (0.0, 0.5 if side == 0 else -0.5)
+def _arc(side: int, n_sides: int) -> Points:
+    """(k, 2) a whole circle from its bottom, or one of the two sides of a lens."""
+    half = math.pi if n_sides == 1 else math.pi / 3.0
+    middle = math.pi / 2.0 if n_sides == 1 else math.pi * (side - 0.5)
+    angle = middle + np.linspace(-half, half, 65)
+    off = 0.0 if n_sides == 1 else 0.5 - side
+    return np.stack([np.cos(angle), np.sin(angle) + off], axis=1)

@@ -66,8 +66,9 @@ def explore(
         saver = Saver(state, Path(folder), write_obj, window_size)
         if off_screen is not None:
             state.settle(rank - 1)
-            if saver.play(pressed) is not Effect.QUIT or state.fill is not None:
-                state.settle(state.rank)
+            saver.play(pressed)
+            if state.boundary is not None:
+                state.settle()
             save_drawn(off_screen, saver.drawn(), window_size[1])
             return state
         if rank > 1:
@@ -168,19 +169,26 @@ class Window:
 
     def run(self) -> None:
         """Open the window and wait until it is closed."""
+        plotter = self._plotter
+        # Shown without pyvista's own loop, which would bring its keys and its mouse back.
+        plotter.show(auto_close=False, interactive=False)
+        interactor = plotter.iren.interactor
+        self.listen(interactor)
+        plotter.iren.initialize()
+        interactor.CreateRepeatingTimer(PATIENCE)
+        interactor.Start()
+
+    def listen(self, interactor: Any) -> None:
+        """Have an interactor's events, and none but those, change the state."""
         from vtkmodules.vtkInteractionStyle import vtkInteractorStyleUser
 
-        plotter = self._plotter
-        # pyvista's own keys and mouse would turn the picture in space, or end the program.
-        plotter.iren.interactor.SetInteractorStyle(vtkInteractorStyleUser())
-        for event in ("CharEvent", "KeyPressEvent"):
-            plotter.iren.interactor.RemoveObservers(event)
+        interactor.SetInteractorStyle(vtkInteractorStyleUser())
         for event, handler in self.handlers().items():
-            plotter.iren.add_observer(event, handler)
-        # A clock can be set only once the interactor has its window.
-        plotter.iren.initialize()
-        plotter.iren.interactor.CreateRepeatingTimer(PATIENCE)
-        plotter.show(auto_close=False)
+            if event == "KeyPressEvent":
+                # pyvista's own keys would end the program, say.
+                interactor.RemoveObservers("CharEvent")
+                interactor.RemoveObservers(event)
+            interactor.AddObserver(event, handler)
 
     def handlers(self) -> dict[str, Callable[[Any, str], None]]:
         """What is done at which event of VTK's interactor."""

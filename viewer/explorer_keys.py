@@ -6,7 +6,8 @@ from collections.abc import Callable
 from enum import Enum
 
 from viewer import keys
-from viewer.explorer_state import ExplorerState, Mode
+from viewer.explorer_state import ExplorerState
+from viewer.pen import Mode
 
 
 class Effect(Enum):

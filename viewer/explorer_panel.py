@@ -9,7 +9,8 @@ import numpy as np
 from viewer import style
 from viewer.card import plural, valence_text
 from viewer.explorer_keys import KEY_HELP, MOUSE_HELP
-from viewer.explorer_state import ExplorerState, Mode
+from viewer.explorer_state import ExplorerState
+from viewer.pen import Mode
 from viewer.scene import HEIGHT, HIGHLIGHT_LINE, RULE, Scene
 
 #: Width of the part at the right, in points.
@@ -59,8 +60,8 @@ def help_box(scene: Scene) -> None:
     """The list of keys, over the picture."""
     step = 25.0
     width, height = 430.0, step * len(KEY_HELP) + 96.0
-    left = (scene.width - PANEL - width) / 2.0
-    top = (HEIGHT + height) / 2.0
+    # At the left, so that the fill in the middle is not covered whole.
+    left, top = MARGIN, (HEIGHT + height) / 2.0
     scene.box(left, top - height, width, height, style.PAPER, HIGHLIGHT_LINE)
     scene.text(left + 24.0, top - 34.0, "Keys", 15.0, bold=True, align="left")
     for i, (keys, what) in enumerate(KEY_HELP):
@@ -147,7 +148,6 @@ def _fill(writer: _Writer, state: ExplorerState) -> None:
     writer.fact("irregular", irregular)
     disk = fill.disk()
     writer.fact("valences", valence_text(disk.valence()[disk.irregular()].tolist()))
-    writer.fact("widths", " ".join(map(str, fill.widths)))
     if fill.flow_distance is not None:
         writer.fact("off strokes", f"{fill.flow_distance:.3g}")
     placed = state.placed
@@ -172,9 +172,8 @@ def _question(writer: _Writer, state: ExplorerState) -> None:
     writer.fact("order", state.order or f"{state.default_order} (by default)")
     if state.strokes:
         loops = sum(s.is_loop for s in state.strokes)
-        text = plural(len(state.strokes), "stroke")
-        if loops:
-            text += f", {plural(loops, 'loop')} of them"
+        counts = ((len(state.strokes) - loops, "stroke"), (loops, "loop"))
+        text = ", ".join(plural(count, noun) for count, noun in counts if count)
         writer.fact("strokes", text + ("" if state.following else "; not followed"))
         off = plural(state.tolerance, "edge") if state.tolerance else "exact"
         writer.fact("tolerance", off)

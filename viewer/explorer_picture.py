@@ -38,6 +38,9 @@ def save_drawn(path: Path | str, drawn: Drawn, height: int) -> Path:
         page.axes.set_ylim(0.0, scene.height)
     for patch in scene.patches:
         page.polygons(patch.corners, faces=patch.colours)
+    for collection in page.axes.collections:
+        # Snapped to pixels, thin rims would vanish on one side.
+        collection.set_snap(False)
     for t in scene.texts:
         page.text(
             t.x, t.y, t.text, t.size, colour=t.colour, bold=t.bold, mono=t.mono, align=t.align

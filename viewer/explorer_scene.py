@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from viewer import style
 from viewer.explorer_panel import PANEL, help_box, panel
-from viewer.explorer_state import ExplorerState, Mode
+from viewer.explorer_state import ExplorerState
 from viewer.net import Net
+from viewer.pen import Mode
 from viewer.scene import HEIGHT, Patch, Scene
 from viewer.solid import Hiding, Solid
 
@@ -111,7 +113,7 @@ class _Painter:
         else:
             starts = boundary.side_starts
             edges = self._ring(boundary.points) if net is None else net.border
-            for i, (a, b) in enumerate(zip(starts[:-1], starts[1:], strict=True)):
+            for i, (a, b) in enumerate(pairwise(starts)):
                 colour = style.SELECTED if i == chosen else style.BOUNDARY
                 self._lines(self._seen(edges[a:b]), colour, BOUNDARY_WIDTH)
             ticks = self._shown(boundary.points)
@@ -131,18 +133,18 @@ class _Painter:
     def in_progress(self) -> None:
         """What is being drawn."""
         state = self.state
-        for path in state.paths:
+        for path in state.pen.paths:
             self.line(path, style.BOUNDARY, BOUNDARY_WIDTH)
-        if state.preview is not None:
-            self.line(state.preview, PREVIEW, 0.6 * BOUNDARY_WIDTH)
-        if state.clicked:
-            at = self._shown(np.stack(state.clicked))
+        if state.pen.preview is not None:
+            self.line(state.pen.preview, PREVIEW, 0.6 * BOUNDARY_WIDTH)
+        if state.pen.clicked:
+            at = self._shown(np.stack(state.pen.clicked))
             if len(at):
                 dots = at[:, None] + style.circle() * 5.0
                 self.scene.polygons(dots, face=style.BOUNDARY)
-        if len(state.line) > 1:
+        if len(state.pen.line) > 1:
             closed = state.mode is Mode.LOOP
-            self.line(np.stack(state.line), STROKE, STROKE_WIDTH, closed=closed)
+            self.line(np.stack(state.pen.line), STROKE, STROKE_WIDTH, closed=closed)
 
     def _corners(self) -> None:
         """Convex corners are discs, reflex ones diamonds; the one at the pointer has a halo."""

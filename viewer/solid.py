@@ -18,13 +18,17 @@ Grid = NDArray[np.float32]
 
 SURFACE = "#c3ccd6"
 SURFACE_BACK = "#97a2ae"
-FILL = "#fff4dc"
+FILL = "#fff8ea"
 FILL_BACK = "#d6ccb6"
 CARRIED = "#ffcb80"
 
-#: Where the light comes from, seen by the viewer; and how bright what it does not reach is.
+#: Where the light comes from, seen by the viewer; how bright is what it does not reach, of a
+#: surface and of a fill, whose lines must stand out; and how much it brightens: what faces the
+#: viewer is as good as fully lit.
 LIGHT = np.array([-0.35, 0.45, 0.82]) / np.linalg.norm([-0.35, 0.45, 0.82])
-SHADE = 0.60
+SHADE = 0.62
+FILL_SHADE = 0.78
+LIT = 1.15
 
 #: A fill's pieces cut through the surface's triangles: it is painted nearer by this part of an
 #: edge, and by so many points at least.
@@ -63,7 +67,8 @@ class Solid:
             seen = (view.seen(surface.vertices) + shift)[surface.triangles]
             normals = (surface.normals @ view.axes.T)[surface.triangles]
             corners.append(seen)
-            colours.append(_shaded(seen, normals, style.rgb(SURFACE), style.rgb(SURFACE_BACK)))
+            base, back = style.rgb(SURFACE), style.rgb(SURFACE_BACK)
+            colours.append(_shaded(seen, normals, base, back, SHADE))
         if net is not None:
             lift = max(LIFT[0] * net.edge * view.scale, LIFT[1])
             seen = _triangles(view.seen(net.patches) + shift + (0.0, 0.0, lift))
@@ -72,7 +77,7 @@ class Solid:
             base[net.carried] = style.rgb(CARRIED)
             each = np.repeat(base, len(seen) // max(len(net.patches), 1), axis=0)
             corners.append(seen)
-            colours.append(_shaded(seen, normals, each[:, None], style.rgb(FILL_BACK)))
+            colours.append(_shaded(seen, normals, each[:, None], style.rgb(FILL_BACK), FILL_SHADE))
         return cls(np.concatenate(corners), np.concatenate(colours), lift)
 
     def image(self, width: float, height: float, scale: float) -> tuple[Grid, Grid]:
@@ -104,15 +109,15 @@ class Hiding:
         return inside & (points[..., 2] >= nearest - self._slack)
 
 
-def _shaded(seen: Points, normals: Points, front: Points, back: Points) -> Grid:
+def _shaded(seen: Points, normals: Points, front: Points, back: Points, shade: float) -> Grid:
     """(t, 3, 3) colours of triangles (t, 3, 3) with normals at their corners."""
     a, b, c = (seen[:, e, :2] for e in range(3))
     along, across = b - a, c - a
     away = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0] < 0.0
     normals = np.where(away[:, None, None], -normals, normals)
     base = np.where(away[:, None, None], back, front)
-    bright = SHADE + (1.04 - SHADE) * np.clip(normals @ LIGHT, 0.0, 1.0) / LIGHT[2]
-    return np.clip(base * bright[..., None], 0.0, 1.0).astype(np.float32)
+    bright = shade + (1.0 - shade) * np.clip(LIT * (normals @ LIGHT), 0.0, 1.0)
+    return (base * bright[..., None]).astype(np.float32)
 
 
 def _triangles(patches: Points) -> Points:

@@ -119,7 +119,7 @@ def _triangles(solid: Solid, shift: float) -> Any:
     import pyvista as pv
 
     n = len(solid.corners)
-    points = solid.corners.reshape(-1, 3) + (0.0, 0.0, shift)
+    points = solid.corners.reshape(-1, 3) + np.array([0.0, 0.0, shift])
     corner = np.arange(3 * n).reshape(n, 3)
     mesh = pv.PolyData(points, np.hstack([np.full((n, 1), 3), corner]).ravel())
     colours = np.round(solid.colours.reshape(-1, 3) * 255.0)

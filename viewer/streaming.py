@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from patterndb.errors import PatternDBError
 from patterndb.patternclass import PatternClass
 from query import Fill, Fills
 from query.engine import PatternSource
@@ -28,14 +27,14 @@ class Search:
     """A query that runs in a thread of its own.
 
     ask: makes the query; it is called in the thread, too, as patterns may have to be read.
-    fills: those found so far, best first; it only grows. done: has it ended? error: why it
-    failed, if it did. reason: why there is no fill, once it has ended without one.
+    fills: those found so far, best first; it only grows. done: has it ended? failure: what it
+    was ended by, if it failed. reason: why there is no fill, once it has ended without one.
     """
 
     def __init__(self, ask: Callable[[], Fills]) -> None:
         self.fills: list[Fill] = []
         self.done = False
-        self.error: str | None = None
+        self.failure: Exception | None = None
         self.reason: str | None = None
         self.truncated = False
         self._ask = ask
@@ -68,11 +67,9 @@ class Search:
     def _run(self) -> None:
         try:
             self._stream()
-        except PatternDBError as error:
-            self.error = str(error)
         except Exception as error:
-            # A thread's traceback would be lost behind the window.
-            self.error = f"the query failed: {error!r}"
+            # Raised here it would be lost; whoever waits for fills raises it.
+            self.failure = error
         finally:
             with self._changed:
                 self.done = True

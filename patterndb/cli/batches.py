@@ -24,18 +24,19 @@ def run_batch(path: Path, database: Database, arguments: dict[str, Any]) -> int:
     no fill.
     """
     from query import fills
+    from query.errors import InvalidQueryError
 
     asked = unreadable = unanswered = 0
-    with path.open(encoding="utf-8", errors="strict") as lines:
+    with path.open("rb") as lines:
         for number, line in enumerate(lines, 1):
             if not line.strip():
                 continue
             asked += 1
             try:
-                boundary, strokes = read_line(line)
+                boundary, strokes = read_line(_text(line))
                 found = fills(database, boundary, strokes=strokes, **arguments)
                 listed = list(found)
-            except PatternDBError as error:
+            except (InvalidBoundaryError, InvalidQueryError) as error:
                 unreadable += 1
                 write_json({"line": number, "error": str(error)})
                 continue
@@ -57,6 +58,14 @@ def run_batch(path: Path, database: Database, arguments: dict[str, Any]) -> int:
     if unreadable:
         return EXIT_BAD_INPUT
     return EXIT_NOTHING if unanswered else 0
+
+
+def _text(line: bytes) -> str:
+    try:
+        # Some editors begin a file with a mark that is no text.
+        return line.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InvalidBoundaryError(f"the line is no UTF-8: {error}") from None
 
 
 def read_line(line: str) -> tuple[Boundary, list[Stroke]]:

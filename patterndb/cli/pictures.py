@@ -81,14 +81,15 @@ def show(
         else:
             assert sides is not None
             boundary = boundary_of(sides, closed)
-            listed = fills(database, boundary, limit=rank)
-            if len(listed.fills) < rank:
+            found = fills(database, boundary, limit=rank)
+            listed = list(found)
+            if len(listed) < rank:
                 raise NotFoundError(
-                    f"no fill: {listed.reason}"
-                    if not listed.fills
-                    else f"there is no fill {rank}, only {plural(len(listed.fills), 'fill')}"
+                    f"there is no fill {rank}, only {plural(len(listed), 'fill')}"
+                    if listed
+                    else f"no fill: {found.reason}"
                 )
-            fill = listed.fills[rank - 1]
+            fill = listed[rank - 1]
             card = Card.of_disk(fill.disk(), fill.pattern.name, rank)
     save_picture(output, card, tinted=not plain)
     say(f"drawn: {output}")
@@ -161,18 +162,23 @@ def gallery(
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from query import fills
-    from query.filters import Filters
+    from query.filters import NO_DOUBLETS, Filters
     from viewer import Card, save_gallery
 
     with open_database(db) as database:
         if sides is not None:
             boundary = boundary_of(sides, closed)
-            listed = fills(
-                database, boundary, limit=limit, max_irregular=max_irregular, valence=valence
+            found = fills(
+                database,
+                boundary,
+                limit=limit,
+                max_irregular=max_irregular,
+                valence=valence or NO_DOUBLETS,
             )
-            if not listed.fills:
-                raise NotFoundError(f"no fill: {listed.reason}")
-            paths = fill_sheet(output, listed.fills, boundary, per_page, tinted=not plain)
+            listed = list(found)
+            if not listed:
+                raise NotFoundError(f"no fill: {found.reason}")
+            paths = fill_sheet(output, listed, boundary, per_page, tinted=not plain)
         else:
             assert n_sides is not None
             chosen = database.pattern_class(n_sides)

@@ -98,7 +98,7 @@ def query(
     patterndb query --sides 8,8,8,8,8,8 --limit 100 --json
     patterndb query --sides 5,4,6,5 --flow 0:2-2:3 --loop --image fills.png
     patterndb query --sides 6,2,4,4,2,4 --corners c,c,c,r,c,c --order regular
-    patterndb query --batch boundaries.jsonl > fills.jsonl
+    patterndb query --batch boundaries.jsonl --limit 5
     """
     if (sides is None) == (batch is None):
         raise click.UsageError("give --sides or --batch, one of them")

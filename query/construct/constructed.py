@@ -8,22 +8,20 @@ irregular vertices that the parts need, and only then expanded.
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from heapq import heappop, heappush
 
 import numpy as np
 
-from patterndb.code import rooted_code
 from patterndb.errors import InvalidCodeError
-from patterndb.halfedge import Int32Array
 from query.boundary import Boundary
 from query.construct.lookup import Lookup
 from query.construct.plan import Plan, carry_out, least
 from query.construct.planner import Planner
 from query.errors import InvalidQueryError
 from query.fill import Fill
+from query.identity import quads_key
 from query.recognise import asked_counts, irregular_counts, quad_counts, welded_fill
 from query.weld import weld_quads
 
@@ -102,7 +100,7 @@ def _outcome(plan: Plan, boundary: Boundary, lookup: Lookup) -> _Outcome | None:
     if fault or (count[boundary.perimeter :] < 3).any() or off.max() > MOST_OFF:
         return None
     inner, outer = irregular_counts(count, boundary)
-    key = _key(quads, twin, boundary)
+    key = quads_key(quads, twin, boundary.n_sides == 0)
     return _Outcome(inner + outer, outer, len(quads), key, plan)
 
 
@@ -110,27 +108,3 @@ def _fill(plan: Plan, boundary: Boundary, lookup: Lookup) -> Fill:
     quads, n_vertices = carry_out(plan, boundary.perimeter, lookup)
     twin, _ = weld_quads(quads, n_vertices, boundary.perimeter)
     return welded_fill(quads, n_vertices, twin, boundary, ORIGIN)
-
-
-def _key(quads: Int32Array, twin: Int32Array, boundary: Boundary) -> bytes:
-    """Equal exactly for equal fills: a digest of the code of the quads as read from boundary
-    vertex 0. One closed side has no first vertex: there it is the smallest code."""
-    border = np.flatnonzero(twin < 0)
-    tails = quads.ravel()[border]
-    starts = border if boundary.n_sides == 0 else border[tails == 0]
-    q = len(quads)
-    code = np.zeros(4 * q, np.int32)
-    number, entry, order = (np.empty(q, np.int32) for _ in range(3))
-    for at, start in enumerate(starts.tolist()):
-        rooted_code(
-            twin,
-            q,
-            start,
-            False,
-            code,  # pyright: ignore[reportArgumentType]
-            number,
-            entry,
-            order,
-            at > 0,
-        )
-    return hashlib.blake2b(code.tobytes(), digest_size=16).digest()

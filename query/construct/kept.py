@@ -37,7 +37,7 @@ def choices(boundary: Boundary, most: int) -> Iterator[tuple[int, ...]]:
             if len(pool) == size < n:
                 evenly: Iterator[tuple[int, ...]] = iter([tuple(pool)])
             else:
-                evenly = (_evenly(boundary, pool, start, size) for start in range(len(pool)))
+                evenly = (evenly_spaced(boundary, pool, start, size) for start in range(len(pool)))
             for choice in evenly:
                 if len(choice) == size and choice not in seen:
                     seen.add(choice)
@@ -52,7 +52,7 @@ def choices(boundary: Boundary, most: int) -> Iterator[tuple[int, ...]]:
             yield choice
 
 
-def _evenly(boundary: Boundary, pool: list[int], start: int, size: int) -> tuple[int, ...]:
+def evenly_spaced(boundary: Boundary, pool: list[int], start: int, size: int) -> tuple[int, ...]:
     """The corners of the pool nearest to ``size`` equally spaced points, the first of them
     corner pool[start]; fewer than ``size`` where two points have the same nearest one."""
     starts = boundary.side_starts

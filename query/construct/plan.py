@@ -99,29 +99,24 @@ def dropped(boundary: Boundary, keep: Iterable[int]) -> tuple[int, Boundary]:
 def least(plan: Plan) -> int:
     """The fewest irregular vertices the plan's fill can have; seldom less than its count.
 
-    Vertices that are irregular in a part coincide with another part's, or with dropped
-    corners, along chords and the boundary: then two count once, or not at all. Strict parts
-    have none there, and within one part they are all different.
+    Vertices that are irregular in one part may meet another part's, or dropped corners, along
+    chords and the boundary: then two count once, or not at all. Strict parts have none
+    there. Those of one part are all different, and so are corners dropped one after another.
     """
-    total = most = drops = 0
-    open_plans = [plan]
+    sizes: list[int] = []
+    open_plans: list[tuple[Plan, int]] = [(plan, 0)]
     while open_plans:
-        at = open_plans.pop()
-        match at:
-            case Chord():
-                open_plans += [at.left, at.right]
-            case Dropped():
-                open_plans.append(at.then)
-                drops += at.count - at.then.count
-            case PentagonPart():
-                pass
-            case _:
-                if not (isinstance(at, TablePart) and at.strict):
-                    total += at.count
-                    most = max(most, at.count)
-    total += drops
-    most = max(most, drops)
-    return plan.count - min(total, 2 * (total - most))
+        at, drops = open_plans.pop()
+        if isinstance(at, Dropped):
+            open_plans.append((at.then, drops + at.count - at.then.count))
+            continue
+        sizes.append(drops)
+        if isinstance(at, Chord):
+            open_plans += [(at.left, 0), (at.right, 0)]
+        elif isinstance(at, RectanglePart) or (isinstance(at, TablePart) and not at.strict):
+            sizes.append(at.count)
+    total = sum(sizes)
+    return plan.count - min(total, 2 * (total - max(sizes)))
 
 
 def carry_out(plan: Plan, perimeter: int, lookup: Lookup) -> tuple[Int32Array, int]:

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from query.boundary import Boundary
-from query.construct.kept import choices
+from query.construct import trim
+from query.construct.kept import choices, evenly_spaced
 from query.construct.lookup import Lookup
 from query.construct.plan import Dropped, Plan, RectanglePart, TablePart, chord, dropped
 from query.construct.prolong import prolongations
 from query.construct.rectangle import best_rectangle
-from query.construct import trim
 
 #: Choices of corners to keep that are asked about, and how many as good as can be expected
 #: end the search sooner. Where the lookup answers none of them, all choices are tried.
 KEPT_TRIES = 40
+KEPT_TRIES_REFLEX = 12
 KEPT_PLANS = 4
 
 #: Ways to cut pentagons off: the length from which sides are long enough, and which of the
-#: best cuts comes first; and how many as good as can be expected end the search sooner.
+#: best cuts comes first; how many as good as can be expected end the search sooner; ways
+#: tried where there are reflex corners; and sides above which corners are dropped first.
 WAYS = tuple((ample, rank) for rank in range(8) for ample in (5, 3))
 GOOD_WAYS = 3
+WAYS_REFLEX = 4
+MOST_TRIMMED = 64
 
 #: Cuts through reflex corners that are followed up: of the boundary, of its parts, of theirs.
-PROLONGED = (8, 3, 1)
+PROLONGED = (8, 2, 1)
 
 
 class Planner:
@@ -35,9 +39,14 @@ class Planner:
     def plans(self, boundary: Boundary, strict: bool) -> list[Plan]:
         """Every plan for a boundary that a construction arrives at."""
         found = self.rectangle(boundary, strict)
+        # Where there are reflex corners, it is the chords through them that pay.
+        convex = boundary.convex
         if not strict:
-            found += self.kept(boundary)
-        found += self.trimmed(boundary, strict)
+            found += self.kept(boundary, KEPT_TRIES if convex else KEPT_TRIES_REFLEX)
+        ways = len(WAYS) if convex else WAYS_REFLEX
+        found += self.trimmed(boundary, strict, ways)
+        if not strict and boundary.n_sides > MOST_TRIMMED:
+            found += self.trimmed(boundary, True, ways)
         found += self.prolonged(boundary, strict)
         return found
 
@@ -102,10 +111,19 @@ class Planner:
     def trimmed(self, boundary: Boundary, strict: bool, ways: int = len(WAYS)) -> list[Plan]:
         """Pentagons cut off until the lookup knows the rest, which keeps corners as asked.
 
-        Of each way to cut, the best plan, and the best whose rest is strict.
+        Of each way to cut, the best plan, and the best whose rest is strict. Above
+        MOST_TRIMMED sides corners are dropped first, unless strict: each costs as much as the
+        pentagon it saves.
         """
         found: list[Plan] = []
         good = 0
+        begin: tuple[int, int] | None = None
+        if not strict and boundary.n_sides > MOST_TRIMMED:
+            keep = evenly_spaced(boundary, list(range(boundary.n_sides)), 0, MOST_TRIMMED)
+            turn, outline = dropped(boundary, keep)
+            begin = turn, boundary.n_sides - len(keep)
+            boundary = outline
+        # Gauss-Bonnet, with valences 3 and 5.
         expected = abs(sum(2 - k for k in boundary.corner_counts) - 4)
         for ample, rank in WAYS[:ways]:
             stages = trim.trimmed(boundary, ample, rank, self._lookup.max_sides, drop=not strict)
@@ -118,6 +136,9 @@ class Planner:
                 found.append(loose)
             if good == GOOD_WAYS:
                 break
+        if begin is not None:
+            turn, n_dropped = begin
+            return [Dropped(turn, plan, plan.count + n_dropped) for plan in found]
         return found
 
     def _best_stage(self, stages: list[trim.Trimmed], strict: bool, enough: int) -> Plan | None:

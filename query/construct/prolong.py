@@ -54,13 +54,11 @@ def prolongations(boundary: Boundary, most: int) -> list[Prolongation]:
     guess = np.empty(len(rows))
     found = prolongation_rows(lengths, counts, MAX_PERIMETER, rows, guess)
     order = np.argsort(guess[:found], kind="stable")[:most]
-    return [_prolongation(boundary, *rows[r].tolist(), float(guess[r])) for r in order]
+    return [_prolongation(boundary, rows[r], float(guess[r])) for r in order]
 
 
-def _prolongation(
-    boundary: Boundary, k: int, back: int, far: int, w: int, length: int, guess: float
-) -> Prolongation:
-    n = boundary.n_sides
+def _prolongation(boundary: Boundary, row: Int64Array, guess: float) -> Prolongation:
+    k, back, far, w, length = row.tolist()
     lengths = boundary.lengths[k:] + boundary.lengths[:k]
     corners = boundary.corners[k:] + boundary.corners[:k]
     inner = sum(lengths[:far])
@@ -78,7 +76,6 @@ def _prolongation(
         right_sides[-1] += length
         right = Boundary(right_sides, [one, *right_corners])
     end = (start + inner + w) % boundary.perimeter
-    assert len(left_corners) + len(right_corners) == n - 1
     return Prolongation(guess, start, end, length, inner + w if back else 0, left, right)
 
 

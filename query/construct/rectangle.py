@@ -6,7 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.halfedge import Index, Int32Array
 from query.boundary import Boundary
 
 
@@ -24,18 +24,18 @@ def best_rectangle(boundary: Boundary) -> tuple[int, int, int]:
         gain[list(boundary.side_starts[:-1])] = np.where(counts == 1, 2, 1)
     half = boundary.perimeter // 2
     gained, p, a = best_places(gain[:half] + gain[half:])
-    return boundary.n_sides + 4 - gained, p, a
+    return boundary.n_sides + 4 - int(gained), int(p), int(a)
 
 
 @njit(cache=True, nogil=True)
-def best_places(gain: NDArray[np.int64]) -> tuple[int, int, int]:
+def best_places(gain: NDArray[np.int64]) -> tuple[Index, Index, Index]:
     """(gain, p, a) of the best rectangle.
 
     gain: (P/2,) what a pair of opposite corners at p and p + P/2 gains.
     """
     half = len(gain)
     order = np.argsort(-gain, kind="mergesort")
-    best = (-1, 0, 0)
+    best: tuple[Index, Index, Index] = (-1, 0, 0)
     for i in range(half - 1):
         x = order[i]
         if gain[x] + gain[order[i + 1]] < best[0]:

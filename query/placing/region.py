@@ -49,6 +49,12 @@ class Region:
     around: NDArray[np.float64]
     separates: bool
 
+    @property
+    def is_disk(self) -> bool:
+        """Are its triangles one disk? Not so where the boundary comes nearer to itself than the
+        surface's triangles are large."""
+        return self.separates and _rim(self.surface) is not None
+
 
 def enclosed(surface: Surface, points: Points) -> Region:
     """The region to the left of a closed polygon (P, 3) that lies on the surface.

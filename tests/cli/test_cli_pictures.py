@@ -93,9 +93,12 @@ class TestShow:
         assert_refused(run(*asked, "--rank", 999), 1, "there is no fill 999, only ")
         assert_refused(run(*asked, "--rank", 0), 2, "--rank")
 
-    def test_no_fill(self, learned: Path, tmp_path: Path) -> None:
-        asked = ("show", "--sides=2,2", "--db", learned, "-o", tmp_path / "a.svg")
-        assert_refused(run(*asked), 1, "no fill: ")
+    def test_fewer_fills(self, learned: Path, tmp_path: Path) -> None:
+        picture = tmp_path / "a.svg"
+        asked = ("show", "--sides=2,2", "--db", learned, "-o", picture)
+        assert_refused(run(*asked, "--rank", 2), 1, "there is no fill 2, only 1 fill")
+        assert not picture.exists()
+        assert run(*asked).code == 0 and is_picture(picture)
 
     def test_one_thing_to_show(self, learned: Path, tmp_path: Path, name: str) -> None:
         asked = ("--db", learned, "-o", tmp_path / "a.svg")
@@ -117,7 +120,8 @@ class TestGallery:
         sheet = tmp_path / "fills.png"
         assert run("gallery", "--sides=3,5,4,6", "--db", learned, "-o", sheet).code == 0
         assert is_picture(sheet)
-        assert_refused(run("gallery", "--sides=2,2", "--db", learned, "-o", sheet), 1, "no fill")
+        none = ("gallery", "--sides=2,2", "--max-irregular", 0, "--db", learned, "-o", sheet)
+        assert_refused(run(*none), 1, "no fill")
 
     def test_pages_are_numbered(self, learned: Path, tmp_path: Path) -> None:
         sheet = tmp_path / "sheet.svg"

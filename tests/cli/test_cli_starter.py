@@ -14,6 +14,7 @@ from shared import CHECKOUT, SHARED
 
 import patterndb
 import patterndb.starter
+from patterndb.store.migrations import SCHEMA_VERSION
 
 
 @pytest.fixture
@@ -93,7 +94,7 @@ def test_the_real_one(pytestconfig: pytest.Config) -> None:
     # Kept between test runs, as a user's cache is, for unpacking takes its time.
     assert pytestconfig.cache is not None
     cache = pytestconfig.cache.mkdir("starter")
-    name = f"starter-{hashlib.sha256(before).hexdigest()[:16]}.db"
+    name = f"starter-{hashlib.sha256(before).hexdigest()[:16]}-{SCHEMA_VERSION}.db"
     environment = {"HOME": None, "PATTERNDB_CACHE": str(cache)}
     asked = ("query", "--sides=3,5,4,6", "--limit", 50, "--json")
     talk = (

@@ -18,12 +18,16 @@ VERBS = (
     "stats",
     "meshes",
     "query",
+    "fill",
+    "explore",
     "show",
     "gallery",
     "browse",
     "verify",
     "merge",
     "remove",
+    "import-ddq",
+    "export-ddq",
 )
 
 

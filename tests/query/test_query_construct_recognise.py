@@ -17,6 +17,7 @@ from patterndb.disk import Disk
 from patterndb.errors import InvalidMeshError
 from patterndb.pattern import Pattern
 from query import Boundary, Fill
+from query.boundary import CornerKind
 from query.expand import expand, expand_quads
 from query.recognise import as_fill
 
@@ -89,7 +90,7 @@ def test_a_disk_within_any_boundary_is_recognised(at: int, seed: int) -> None:
     disk = Disk.from_twin(np.array(small_disks()[at], np.int32))
     cuts = sorted(chance.sample(range(disk.perimeter), chance.randint(1, disk.perimeter)))
     lengths = np.diff([*cuts, cuts[0] + disk.perimeter]).tolist()
-    kinds = [chance.choice(["convex", "reflex"]) for _ in cuts]
+    kinds: list[CornerKind] = [KIND[chance.choice((1, 3))] for _ in cuts]
     quads = disk.quads.copy()
     on = quads < disk.perimeter
     quads[on] = (quads[on] - cuts[0]) % disk.perimeter

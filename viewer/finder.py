@@ -1,0 +1,233 @@
+"""A question and the fills that stream in for it: the half of the fill explorer that asks.
+
+It computes nothing itself: fills come from :func:`query.fills`, their vertices from
+:func:`query.placing.place`. A query and the placing of a fill each run in a thread; whoever
+shows them asks :meth:`Finder.poll` now and then whether there is something new.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+
+from patterndb.errors import NotFoundError
+from query import Boundary, Fill, Fills, Stroke, fills
+from query.engine import PatternSource
+from query.placing import Surface
+from query.ranking import ORDERS, Order
+from query.stroke import TOLERANCE
+from viewer.placer import Placed, Placer
+from viewer.streaming import OneAtATime, Search
+
+#: Fills asked for at first; the key m asks for twice as many each time.
+LIMIT = 100
+
+#: Most edges that a strand's ends may be off, by the key.
+MAX_TOLERANCE = 3
+
+
+class Finder:
+    """What is asked, and what was found of it so far.
+
+    Nothing is asked for until there is a boundary. tolerance, order, strict, limit: as for
+    :func:`query.fills`. following: are strands pulled onto their strokes? rank: of the fill
+    that is looked at, from 0.
+    """
+
+    def __init__(
+        self,
+        source: PatternSource,
+        surface: Surface | None,
+        strokes: Sequence[Stroke],
+        tolerance: int = TOLERANCE,
+        limit: int = LIMIT,
+    ) -> None:
+        self._source = OneAtATime(source)
+        self.boundary: Boundary | None = None
+        self.strokes: list[Stroke] = list(strokes)
+        self.tolerance = tolerance
+        self.order: Order | None = None
+        self.strict = False
+        self.limit = limit
+        self.following = True
+        self.message = ""
+        self.rank = 0
+        self._search: Search | None = None
+        self._ended: list[Search] = []
+        self._seen: tuple[object, ...] = ()
+        self._placer = Placer(surface)
+
+    @property
+    def fills(self) -> list[Fill]:
+        """The fills found so far, best first."""
+        return [] if self._search is None else self._search.fills
+
+    @property
+    def searching(self) -> bool:
+        """May there be more fills to come?"""
+        return self._search is not None and not self._search.done
+
+    @property
+    def truncated(self) -> bool:
+        """Has the list been cut off, so that the key m finds more?"""
+        return self._search is not None and self._search.truncated
+
+    @property
+    def default_order(self) -> Order:
+        """The order of the fills where none is chosen; see :func:`query.fills`."""
+        return "flow" if any(s.points is not None for s in self.strokes) else "artist"
+
+    @property
+    def fill(self) -> Fill | None:
+        """The fill that is looked at; None while there is none."""
+        found = self.fills
+        return found[self.rank] if self.rank < len(found) else None
+
+    @property
+    def placed(self) -> Placed | None:
+        """The fill that is looked at, where it lies; None while that is not known yet."""
+        future = self._placing()
+        if future is None or not future.done():
+            return None
+        if future.exception() is not None:
+            return None
+        return future.result()
+
+    @property
+    def trouble(self) -> str | None:
+        """Why nothing is shown, if something is wrong."""
+        search = self._search
+        if search is None:
+            return None
+        if search.failure is not None:
+            return f"the query failed: {search.failure}"
+        if search.done and not search.fills:
+            return search.reason
+        future = self._placing()
+        error = future.exception() if future is not None and future.done() else None
+        return None if error is None else f"this fill cannot be placed: {error}"
+
+    def poll(self) -> bool:
+        """Is there something new since the last time that this was asked?"""
+        now = (len(self.fills), self.searching, self.placed, self.trouble)
+        changed = now != self._seen
+        self._seen = now
+        return changed
+
+    def settle(self, rank: int | None = None) -> None:
+        """Wait for the fill of a rank (from 0; None: for all), look at it, wait for its place.
+
+        Raises NotFoundError if there is no such fill, and what the query or the placing raised.
+        """
+        if self._search is None:
+            raise NotFoundError("there is no boundary that can be filled; draw or change one")
+        wanted = None if rank is None else rank + 1
+        self._search.wait(wanted)
+        if self._search.failure is not None:
+            raise self._search.failure
+        if rank is not None:
+            if rank >= len(self.fills):
+                raise NotFoundError(
+                    f"no fill: {self.trouble}"
+                    if not self.fills
+                    else f"there is no fill {rank + 1}, only {len(self.fills)}"
+                )
+            self.rank = rank
+        future = self._placing()
+        if future is not None:
+            error = future.exception()
+            if error is not None:
+                raise error
+
+    def close(self) -> None:
+        """End what is going on, and wait until the source is not in use any more."""
+        if self._search is not None:
+            self._search.cancel()
+            self._ended.append(self._search)
+        for search in self._ended:
+            search.join()
+        self._placer.close()
+
+    # What keys do, see viewer.explorer_keys
+
+    def step(self, by: int) -> None:
+        """Another fill, stopping at the ends of what has been found."""
+        self.rank = max(0, min(self.rank + by, len(self.fills) - 1))
+
+    def look_at(self, rank: int) -> None:
+        """The fill of a rank from 0; from the end, if below 0."""
+        self.rank = max(0, min(rank if rank >= 0 else len(self.fills) + rank, len(self.fills) - 1))
+
+    def change_tolerance(self, by: int) -> None:
+        """How far strands may miss the strokes' ends, in edges."""
+        self.tolerance = max(0, min(self.tolerance + by, MAX_TOLERANCE))
+        self._restart()
+
+    def change_order(self) -> None:
+        """The next order that makes sense here, after the last the default."""
+        choices: list[Order | None] = [None]
+        for order in ORDERS:
+            if order != "flow" or self.default_order == "flow":
+                choices.append(order)
+        at = choices.index(self.order) if self.order in choices else 0
+        self.order = choices[(at + 1) % len(choices)]
+        self._restart()
+
+    def toggle_strict(self) -> None:
+        """Fills with the boundary's own corners only, or others too."""
+        self.strict = not self.strict
+        self._restart()
+
+    def more(self) -> None:
+        """Ask for twice as many fills."""
+        if not self.truncated:
+            self.message = "these are all the fills there are" if self.fills else ""
+            return
+        self.limit *= 2
+        self._restart(keep_rank=True)
+
+    def drop_stroke(self) -> None:
+        """Forget the last stroke."""
+        if self.strokes:
+            self.strokes.pop()
+            self._restart()
+
+    # How it is done
+
+    def _restart(self, *, keep_rank: bool = False) -> None:
+        """End the query that runs, and ask anew."""
+        if self._search is not None:
+            self._search.cancel()
+            self._ended = [s for s in self._ended if not s.done] + [self._search]
+        self._placer.forget()
+        if not keep_rank:
+            self.rank = 0
+        self._search = None if self.boundary is None else Search(self._question(self.boundary))
+
+    def _question(self, boundary: Boundary) -> Callable[[], Fills]:
+        strokes, tolerance, limit = tuple(self.strokes), self.tolerance, self.limit
+        order, strict, source = self.order, self.strict, self._source
+        if order == "flow" and self.default_order != "flow":
+            order = None
+
+        def ask() -> Fills:
+            return fills(
+                source,
+                boundary,
+                strokes=strokes,
+                tolerance=tolerance,
+                limit=limit,
+                order=order,
+                strict=strict,
+            )
+
+        return ask
+
+    def _placing(self) -> Future[Placed] | None:
+        """The work of placing the fill that is looked at; begun if it was not."""
+        fill, boundary = self.fill, self.boundary
+        if fill is None or boundary is None:
+            return None
+        return self._placer.placed(
+            self.rank, fill, boundary, self.strokes, self.tolerance, self.following
+        )
