@@ -14,7 +14,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from patterndb.halfedge import Int32Array
-from query.carry import carry
+from query.carry import carry, may_carry
+from query.flow import chord_ends
 from query.threads import share_out
 
 #: Rows that a thread takes at a time: some milliseconds of work, for which handing it over is
@@ -198,12 +199,18 @@ def _keep_carrying(
         row = rows[r]
         edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
         _split_word(words, int(start[row]), n_sides, edges, side_start)
+        end = np.empty((len(edges) // 2, 2), np.int32)
+        chord_ends(edges, end)
+        found = np.empty(2 * len(edges), np.int32)
         none = np.empty((0, len(edges) // 2 + 1), np.int32)
         for o in range(n_orientations):
             if allowed[r, o]:
-                allowed[r, o] = (
+                allowed[r, o] = may_carry(
+                    edges, end, side_start, lengths[o], flows[o], tolerance, found
+                ) and (
                     carry(
                         edges,
+                        end,
                         side_start,
                         lengths[o],
                         weights[o],
@@ -252,12 +259,15 @@ def _solve_rows(
         row = rows[r]
         edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
         n = _split_word(words, int(start[row]), n_sides, edges, side_start) // 2
+        end = np.empty((n, 2), np.int32)
+        chord_ends(edges, end)
         found = np.empty((keep, n + 1), np.int32)
         total = 0
         for o in range(n_orientations):
             if allowed[r, o]:
                 total = carry(
                     edges,
+                    end,
                     side_start,
                     lengths[o],
                     weights[o],

@@ -8,14 +8,36 @@ from numpy.typing import NDArray
 
 from patterndb.halfedge import Int32Array
 from query.evenness import most_even
-from query.flow import candidates, chord_ends, cut_system, link, solvable, unlink
+from query.flow import candidates, cut_system, link, unlink
+from query.rounding import soluble
 
 Int64Array = NDArray[np.int64]
 
 
 @njit(cache=True, nogil=True)
+def may_carry(
+    edges: Int32Array,
+    end: Int32Array,
+    side_start: Int32Array,
+    lengths: Int32Array,
+    flow: Int32Array,
+    tolerance: int,
+    found: Int32Array,
+) -> bool:
+    """Is there a strand for every stroke, for all that each place says by itself?
+
+    Arguments as in :func:`carry`; found: (>= 2 * strands,) int32 scratch.
+    """
+    for s in range(len(flow)):
+        if candidates(flow[s], side_start, lengths, tolerance, edges, end, found) == 0:
+            return False
+    return True
+
+
+@njit(cache=True, nogil=True)
 def carry(
     edges: Int32Array,
+    end: Int32Array,
     side_start: Int32Array,
     lengths: Int32Array,
     weight: Int32Array,
@@ -29,7 +51,8 @@ def carry(
 ) -> int:
     """Add the best widths under which strands lie on all the strokes; return how many there are.
 
-    edges: (p,) strand that crosses each edge, side_start: (n + 1,) where sides begin there;
+    edges: (p,) strand that crosses each edge, end: (strands, 2) of
+    :func:`query.flow.chord_ends`, side_start: (n + 1,) where sides begin there;
     lengths: (n,) edges asked for; weight: (n, n) what the square of a width counts between
     two sides; flow: (s, 4) of :func:`query.flow.flows_seen`, none for no strokes. tag, keys,
     best, order, count: the list to which they are added, see :func:`query.evenness.most_even`.
@@ -42,8 +65,6 @@ def carry(
     most_nodes = n_sides + 4 * n_flows
     most_parts = n_strands + n_flows
     most_classes = most_parts + 4 * n_flows
-    end = np.empty((n_strands, 2), np.int32)
-    chord_ends(edges, end)
     slack = np.empty(most_nodes, np.int32)
     class_i = np.empty(most_classes, np.int32)
     class_j = np.empty(most_classes, np.int32)
@@ -53,10 +74,6 @@ def carry(
     part_chord = np.empty(most_parts, np.int32)
     class_at = np.full((most_nodes, most_nodes), -1, np.int32)
     closed = np.zeros(most_classes, np.bool_)
-    units = np.empty((2, most_classes), np.int32)
-    node_scratch = np.empty((5, most_nodes), np.int32)
-    class_scratch = np.empty((3, most_classes), np.int32)
-    rows = np.empty((1, most_classes), np.int32)
 
     strand_weight = np.empty(n_strands, np.int32)
     side = 0
@@ -137,18 +154,7 @@ def carry(
             s += 1
             continue
         if keep == 0:
-            if solvable(
-                slack,
-                class_i,
-                class_j,
-                nodes,
-                m,
-                closed,
-                units,
-                node_scratch,
-                class_scratch,
-                rows,
-            ):
+            if soluble(slack[:nodes], class_i, class_j, m, closed):
                 return 1
         else:
             for c in range(n_strands):

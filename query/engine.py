@@ -75,8 +75,8 @@ def fills(
     tolerance: edges that a strand's end may be off its stroke's.
     limit: the most fills; per_pattern: the most of one pattern; None is no limit (the fills of
     long sides run into millions). time_limit: seconds after which the list ends; it has at
-    least one fill if there is any. pool: the orders "flow", "quality", "small" and
-    "symmetric" sort the first so many fills of the order before.
+    least one fill if there is any, which may take a moment longer. pool: the orders "flow",
+    "quality", "small" and "symmetric" sort the first so many fills of the order before.
     order: see :mod:`query.ranking` and docs; None is "flow" where boundary and strokes have
     points, and "artist" elsewhere.
     strict: only fills whose corners are where the boundary's are. Else corners may lie
@@ -132,7 +132,7 @@ def fills(
     return Fills(
         Query(
             patterns=_class_for(source, boundary),
-            smaller=None if isinstance(source, PatternClass) else source.pattern_class,
+            frequencies=getattr(source, "frequencies", None),
             boundary=boundary,
             strokes=tuple(strokes),
             tolerance=tolerance,

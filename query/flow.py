@@ -21,14 +21,11 @@ from collections.abc import Sequence
 
 import numpy as np
 from numba import njit
-from numpy.typing import NDArray
 
 from patterndb.halfedge import Int32Array
 from query.boundary import Boundary
-from query.matching import balanced, search, two_colour
 from query.orientation import Orientation
 from query.stroke import Stroke
-from query.transport import integral, transport
 
 #: Columns of strokes as a pattern sees them: side and edge of one end, and of the other.
 FLOW_COLUMNS = 4
@@ -259,37 +256,3 @@ def unlink(stroke: int, strand: int, first_on: Int32Array, next_on: Int32Array) 
     while next_on[f] != stroke:
         f = next_on[f]
     next_on[f] = next_on[stroke]
-
-
-@njit(cache=True, nogil=True)
-def solvable(
-    slack: Int32Array,
-    class_i: Int32Array,
-    class_j: Int32Array,
-    n_nodes: int,
-    m: int,
-    closed: NDArray[np.bool_],
-    flow: Int32Array,
-    node_scratch: Int32Array,
-    class_scratch: Int32Array,
-    rows: Int32Array,
-) -> bool:
-    """Has the system a solution? slack is spoilt.
-
-    closed: (>= m,) bool, flow: (2, >= m), node_scratch: (5, >= n_nodes), class_scratch:
-    (3, >= m), rows: (1, >= m) int32.
-    """
-    residual = slack[:n_nodes]
-    scratch = node_scratch[:, :n_nodes].copy()
-    for k in range(m):
-        closed[k] = False
-    two_colour(class_i, class_j, m, closed, scratch[2], scratch[3], scratch[0])
-    if not balanced(residual, scratch[2], scratch[3], scratch[0]):
-        return False
-    if not transport(residual, class_i, class_j, m, closed, flow, scratch):
-        return False
-    if integral(flow, m):
-        return True
-    ones = np.ones(m, np.int32)
-    found, _ = search(residual, class_i, class_j, ones, m, 0, rows, closed, scratch, class_scratch)
-    return found > 0

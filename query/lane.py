@@ -139,14 +139,11 @@ class Search:
         return self.asked.flows.shape[1] > 0
 
 
-def lane(table: Table, listing: Listing, search: Search, cap: int | None) -> Iterator[Step]:
+def lane(table: Table, listing: Listing, search: Search, least: int) -> Iterator[Step]:
     """The fits of the entries listed; the first step only says what may come.
 
-    cap: no entry has more irregular vertices on the boundary.
+    least: no fit has fewer irregular vertices.
     """
-    least = table.least(search.boundary, cap) if len(listing) else None
-    if least is None:
-        return
     possible = listing.entries.irregular >= least
     if not possible.all():
         listing = listing.take(possible)

@@ -35,16 +35,18 @@ class Made:
 
 
 def constructed_lane(
-    search: Search, filters: Filters, strict: bool, strokes: Sequence[Stroke]
+    search: Search, filters: Filters, strict: bool, strokes: Sequence[Stroke], least: int
 ) -> Iterator[Step]:
     """The constructed fills that pass the filters and follow the strokes, best first.
 
     The cap on irregular boundary vertices does not hold for them, so that none goes without.
+    least: the irregular vertices of the best fill of the complete family, or 0; whatever is
+    constructed of parts with as few would be in the family itself.
     """
     boundary = search.boundary
     if filters.ids is not None or filters.min_frequency is not None:
         return
-    fewest = _fewest(boundary)
+    fewest = max(_fewest(boundary), least)
     yield Step([], _rank(search, fewest, 0, 0, -1))
     for place, fill in enumerate(constructed(boundary, FamilyLookup.shared(), strict=strict)):
         if search.cancelled[0] and place:

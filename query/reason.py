@@ -32,7 +32,10 @@ def why_empty(
     if not strict:
         return "no fill passes the filters; relax them"
     if len(patterns) == 0:
-        return f"the database has no pattern with {sides}; learn from more meshes"
+        return (
+            f"the database has no pattern with {sides}; learn from more meshes, or let corners "
+            "fall elsewhere (relaxed matching)"
+        )
     if n_candidates == 0:
         return (
             f"none of the {len(patterns)} patterns with {sides} has these corners and passes "

@@ -15,7 +15,7 @@ from patterndb.halfedge import Int32Array
 from query.carry import carry
 from query.chords import Chords
 from query.errors import InvalidQueryError
-from query.flow import FLOW_COLUMNS
+from query.flow import FLOW_COLUMNS, chord_ends
 from query.matching import search
 from query.spread import spread
 
@@ -111,8 +111,11 @@ def _carry(
     order: NDArray[np.int64],
 ) -> int:
     weight = np.ones((chords.n_sides, chords.n_sides), np.int32)
+    end = np.empty((chords.n, 2), np.int32)
+    chord_ends(chords.edges, end)
     return carry(
         chords.edges,
+        end,
         chords.side_start,
         lengths,
         weight,

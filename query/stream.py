@@ -6,8 +6,9 @@ import heapq
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
 
 import numpy as np
 
@@ -23,7 +24,14 @@ from query.measured import measured
 from query.ranking import Listing, Order, Rank, Ranking
 from query.reason import why_empty
 from query.stroke import Stroke
-from query.table import Entries, Table, relaxed_table, strict_table
+from query.table import (
+    Entries,
+    Frequencies,
+    RelaxedTable,
+    Table,
+    relaxed_table,
+    strict_table,
+)
 
 #: The orders that need no fill to be measured.
 RANKED = ("artist", "regular")
@@ -31,7 +39,8 @@ RANKED = ("artist", "regular")
 #: Listings that a table keeps: a query needs two, and boundaries differ in their corners.
 LISTINGS_KEPT = 16
 
-#: Origins that tables are asked for by name.
+#: Origins that are asked for by name.
+LEARNED = "learned"
 FAMILY = "family"
 CONSTRUCTED = "constructed"
 
@@ -40,12 +49,12 @@ CONSTRUCTED = "constructed"
 class Query:
     """The arguments of :func:`query.engine.fills`, checked.
 
-    patterns: the class of the boundary's number of sides; smaller: gives other classes, or
-    None where only this class was given.
+    patterns: the class of the boundary's number of sides. frequencies: gives the patches in
+    which patterns of these ids, of any class, were seen; None where only the class is known.
     """
 
     patterns: PatternClass
-    smaller: Callable[[int], PatternClass] | None
+    frequencies: Frequencies | None
     boundary: Boundary
     strokes: tuple[Stroke, ...]
     tolerance: int
@@ -86,6 +95,7 @@ class Fills(Iterator[Fill]):
         self._query = query
         self._cancelled = np.zeros(1, np.uint8)
         self._listed = 0
+        self._found = False
         self._began = time.perf_counter()
         self._source = self._ordered()
 
@@ -111,7 +121,9 @@ class Fills(Iterator[Fill]):
         """How many patterns of the database pass the filters and fit the boundary strictly."""
         table = strict_table(self._query.patterns)
         entries = self._entries(table)
-        return int(feasible(table, entries, self._search(1, False)).any(axis=1).sum())
+        # Whatever ended the list, the count is of all.
+        search = replace(self._search(1, False), cancelled=np.zeros(1, np.uint8))
+        return int(feasible(table, entries, search).any(axis=1).sum())
 
     @property
     def reason(self) -> str | None:
@@ -206,10 +218,16 @@ class Fills(Iterator[Fill]):
                 fill = sieve.passed(candidate)
                 self.truncated = self.truncated or sieve.cut
                 if fill is not None:
+                    self._found = True
                     yield fill
             if self._cancelled[0]:
-                if self.stopped == "time limit" and not self._listed:
-                    yield from self._in_a_hurry(search)
+                if self.stopped == "time limit" and not self._found:
+                    yield from self._in_a_hurry(search, sieve)
+                    if not self._found:
+                        # Whoever has waited so long shall not go empty-handed.
+                        self._cancelled[0] = 0
+                        yield from islice(self._merged(search), 1)
+                        self._cancelled[0] = 1
                 return
             if nearest is None:
                 return
@@ -217,28 +235,35 @@ class Fills(Iterator[Fill]):
                 heapq.heappush(waiting, (rank, number, candidate))
                 number += 1
 
-    def _in_a_hurry(self, search: Search) -> Iterator[Fill]:
+    def _in_a_hurry(self, search: Search, sieve: _Sieve) -> Iterator[Fill]:
         """One fill that needs no search, where time is up before there was any."""
         q = self._query
-        if q.wants(CONSTRUCTED):
-            for step in constructed_lane(search, q.filters, q.strict, q.strokes):
-                for _, candidate in step.found:
-                    if not isinstance(candidate, More):
-                        yield candidate.fill()
-                        return
+        if not q.wants(CONSTRUCTED):
+            return
+        for step in constructed_lane(search, q.filters, q.strict, q.strokes, 0):
+            for _, candidate in step.found:
+                if (
+                    not isinstance(candidate, More)
+                    and (fill := sieve.passed(candidate)) is not None
+                ):
+                    self._found = True
+                    yield fill
+                    return
 
     def _lanes(self, search: Search) -> Iterator[Iterator[Step]]:
         q = self._query
-        cap = q.filters.max_boundary_irregular
         closed_with_strokes = q.boundary.n_sides == 0 and search.strokes
         if not closed_with_strokes:
             table = strict_table(q.patterns)
-            yield lane(table, self._listing(table, search.ranking), search, cap)
-        if q.wants(FAMILY):
-            table = relaxed_table(q.patterns)
-            yield lane(table, self._listing(table, search.ranking), search, cap)
+            yield lane(table, self._listing(table, search.ranking), search, 0)
+        least = None
+        if q.wants(FAMILY) or q.wants(LEARNED):
+            table = relaxed_table(q.patterns, q.frequencies)
+            least = table.least(q.boundary, q.filters.max_boundary_irregular)
+            if least is not None:
+                yield lane(table, self._listing(table, search.ranking), search, least)
         if q.wants(CONSTRUCTED):
-            yield constructed_lane(search, q.filters, q.strict, q.strokes)
+            yield constructed_lane(search, q.filters, q.strict, q.strokes, least or 0)
 
     def _entries(self, table: Table) -> Entries:
         """The rows of a table that pass the filters."""
@@ -251,10 +276,12 @@ class Fills(Iterator[Fill]):
         """
         q = self._query
         loops = any(stroke.is_loop for stroke in q.strokes)
-        asked_before = (q.boundary.corners, q.filters, loops, ranking)
+        asked_before = (q.boundary.corners, q.filters, loops, q.wants(FAMILY), ranking)
         if q.filters.ids is None and asked_before in table.listings:
             return table.listings[asked_before]
         passing = q.filters.admitted(table, table.n_corners)
+        if isinstance(table, RelaxedTable) and not q.wants(FAMILY):
+            passing &= table.frequency > 0
         if loops:
             passing &= table.n_loops > 0
         entries = table.entries(q.boundary, passing)

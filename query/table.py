@@ -7,7 +7,8 @@ the same: labels of strands, and for each row and orientation a count of irregul
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Protocol
 from weakref import WeakKeyDictionary
@@ -29,6 +30,9 @@ from query.identity import is_mesh
 from query.marked import MarkedClass
 from query.marking import family_marked
 from query.orientation import corners_seen, orientations, symmetries_of_chords
+
+#: Ids (k,) int64 -> the patches (k,) int64 in which these patterns were seen.
+Frequencies = Callable[[NDArray[np.int64]], NDArray[np.int64]]
 
 #: Quads that a place without a corner asks for: where a closed side's vertex 0 falls.
 FLAT = 2
@@ -97,11 +101,6 @@ class Table(Protocol):
         threads: int | None,
     ) -> NDArray[np.bool_]:
         """(e, o) those of the allowed orientations in which the lengths can be met."""
-        ...
-
-    def least(self, boundary: Boundary, cap: int | None) -> int | None:
-        """A bound: no fill of these rows has fewer irregular vertices, as far as can be told
-        at once; None where there is no fill with at most ``cap`` of them on the boundary."""
         ...
 
     def pattern(self, row: int) -> Pattern:
@@ -177,9 +176,6 @@ class StrictTable:
         )
         return found & entries.allowed
 
-    def least(self, boundary: Boundary, cap: int | None) -> int | None:
-        return 0
-
     def fill(
         self, row: int, orientation: int, widths: tuple[int, ...], loops: tuple[int, ...]
     ) -> Fill:
@@ -233,13 +229,17 @@ def _distinct(patterns: PatternClass) -> NDArray[np.bool_]:
 class RelaxedTable:
     """Marked patterns; those that are strict too are left out where a class holds them."""
 
-    def __init__(self, marked: MarkedClass, known: PatternClass | None = None) -> None:
-        """known: the class of as many sides whose patterns a strict table lists already."""
+    def __init__(
+        self, marked: MarkedClass, known: PatternClass, frequencies: Frequencies | None
+    ) -> None:
+        """known: the class of as many sides whose patterns a strict table lists already.
+        frequencies: how often artists made the patterns."""
         self.marked = marked
         patterns, of = marked.patterns, marked.pattern
+        seen = patterns.frequency if frequencies is None else frequencies(patterns.ids)
         self.labels = Labels(marked.n_sides, marked.label.astype(np.int32), marked.label_start)
         self.ids = patterns.ids[of]
-        self.frequency = patterns.frequency[of]
+        self.frequency = seen[of]
         self.uses = np.zeros(len(marked), np.int64)
         self.n_meshes = np.zeros(len(marked), np.int32)
         self.n_symmetries = np.ones(len(marked), np.int32)
@@ -250,13 +250,13 @@ class RelaxedTable:
         self.max_valence = patterns.max_valence[of]
         self.listings: dict[Any, Any] = {}
         self._index: MarkedIndex | None = None
-        self.fresh = np.ones(len(marked), np.bool_)
-        if known is not None:
-            self.fresh = ~(marked.strict & np.isin(self.ids, known.ids))
+        self.fresh = ~(marked.strict & np.isin(self.ids, known.ids))
         self.pattern = lru_cache(maxsize=4096)(self._pattern)
 
     def _pattern(self, row: int) -> Pattern:
-        return self.marked.patterns.pattern(int(self.marked.pattern[row]))
+        pattern = self.marked.patterns.pattern(int(self.marked.pattern[row]))
+        seen = int(self.frequency[row])
+        return replace(pattern, frequency=seen, origin="learned") if seen else pattern
 
     def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> Entries:
         marked = self.marked
@@ -299,6 +299,10 @@ class RelaxedTable:
         return found & entries.allowed
 
     def least(self, boundary: Boundary, cap: int | None) -> int | None:
+        """The fewest irregular vertices of a fill with at most ``cap`` on the boundary.
+
+        None where there is no such fill; 0 where that cannot be told at once.
+        """
         if self.marked.n_sides > MOST_SIDES:
             return 0
         if self._index is None:
@@ -316,12 +320,12 @@ class RelaxedTable:
             quads=got.quads,
             n_vertices=got.n_vertices,
             lengths=got.lengths,
-            pattern=got.pattern,
+            pattern=self.pattern(row),
             widths=got.widths,
             rotation=(got.first - o.mirrored) % sum(got.lengths),
             mirrored=o.mirrored,
             n_irregular=got.pattern.n_irregular,
-            origin=got.pattern.origin,
+            origin=self.pattern(row).origin,
         )
 
     def copies(self, rows: NDArray[np.int64]) -> int:
@@ -346,10 +350,13 @@ def strict_table(patterns: PatternClass) -> StrictTable:
     return _STRICT[patterns]
 
 
-def relaxed_table(patterns: PatternClass) -> RelaxedTable:
-    """The complete family's marked patterns of as many sides, less the strict ones of the class."""
+def relaxed_table(patterns: PatternClass, frequencies: Frequencies | None = None) -> RelaxedTable:
+    """The complete family's marked patterns of as many sides, less the strict ones of the class.
+
+    frequencies: of the database that the class is of.
+    """
     if patterns not in _RELAXED:
         n = patterns.n_sides
         marked = family_marked(max(n, 1), free=n == 0)
-        _RELAXED[patterns] = RelaxedTable(marked, patterns)
+        _RELAXED[patterns] = RelaxedTable(marked, patterns, frequencies)
     return _RELAXED[patterns]

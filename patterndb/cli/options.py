@@ -96,9 +96,12 @@ class Numbers(ParamType):
 
 
 class Range(ParamType):
-    """Two whole numbers from 1 on: 3..5; one number means from it to itself."""
+    """Two whole numbers, 3..5, from ``least`` on; one number means from it to itself."""
 
     name = "a..b"
+
+    def __init__(self, least: int = 1) -> None:
+        self.least = least
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -112,8 +115,8 @@ class Range(ParamType):
         high = int(match[2] or match[1])
         if low > high:
             self.fail(f"the range {value} runs backwards; write {high}..{low}", param, ctx)
-        if low < 1:
-            self.fail("every vertex has a quad: the least valence is 1", param, ctx)
+        if low < self.least:
+            self.fail(f"{low} is too few; the least is {self.least}", param, ctx)
         return low, high
 
 

@@ -87,7 +87,7 @@ _OPTIONS = (
     click.option("--max-quads", type=click.IntRange(1), metavar="N", help="At most N quads."),
     click.option(
         "--pattern-corners",
-        type=Range(),
+        type=Range(least=0),
         help="Only patterns with so many corners.",
     ),
     click.option(
@@ -139,7 +139,7 @@ _OPTIONS = (
     ),
     click.option(
         "--time-limit",
-        type=click.FloatRange(0, min_open=True),
+        type=click.FloatRange(0, 1e6, min_open=True),
         metavar="SECONDS",
         help="End the list after so long.",
     ),

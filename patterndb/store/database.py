@@ -99,6 +99,10 @@ class Database:
             self._classes[n_sides] = self._ask(reading.pattern_class, n_sides)
         return self._classes[n_sides]
 
+    def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+        """(k,) int64 patches that reduce to the patterns of these ids (k,); 0 for unknown ones."""
+        return self._ask(reading.frequencies, ids)
+
     def pattern_ids(
         self,
         n_sides: int,

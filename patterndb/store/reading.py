@@ -24,6 +24,10 @@ def id_range(n_sides: int) -> tuple[int, int]:
     return first, first + (1 << 56) - 1
 
 
+#: Well below the fewest parameters that SQLite takes in one statement.
+IDS_AT_A_TIME = 500
+
+
 def pattern_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
     """All patterns of ``n_sides`` sides, in default order."""
     low, high = id_range(n_sides)
@@ -88,6 +92,19 @@ def _or_regular(
 def _flat(blobs: Sequence[bytes]) -> NDArray[np.int32]:
     """The numbers of many packed blobs, one after the other."""
     return unpack(b"".join(blobs))
+
+
+def frequencies(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(k,) int64 frequency of every pattern; 0 for those that are not there."""
+    found: dict[int, int] = {}
+    wanted = ids.tolist()
+    for first in range(0, len(wanted), IDS_AT_A_TIME):
+        some = wanted[first : first + IDS_AT_A_TIME]
+        marks = ",".join("?" * len(some))
+        found.update(
+            connection.execute(f"SELECT id, frequency FROM pattern WHERE id IN ({marks})", some)  # noqa: S608
+        )
+    return np.array([found.get(number, 0) for number in wanted], np.int64)
 
 
 _PATTERN = "SELECT code, frequency, origin FROM pattern WHERE id "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shlex
 from pathlib import Path
 
 import click
@@ -57,7 +58,7 @@ def test_examples_are_in_order(verb: str) -> None:
     examples = [line for line in lines if line.startswith("patterndb ")]
     assert examples
     for line in examples:
-        words = line.replace('"n Right ] Up"', "n").split()
+        words = shlex.split(line)
         assert words[1] == verb
         command = cli.commands[verb]
         context = command.make_context(verb, words[2:], resilient_parsing=True)
