@@ -25,11 +25,12 @@ from numpy.typing import NDArray
 
 import patterndb
 from patterndb.patternclass import PatternClass
-from query import Boundary, cpsat
-from query.chords import Chords
-from query.feasibility import feasible_orientations, feasible_rows
-from query.filters import Filters
+from query import Boundary
+from query.listing.filters import Filters
 from query.orientation import orientations
+from query.solving import cpsat
+from query.solving.chords import Chords
+from query.solving.feasibility import feasible_orientations, feasible_rows
 
 THREADS = (1, 2)
 

@@ -22,11 +22,12 @@ import numpy as np
 
 import patterndb
 from patterndb.store import Database
-from query import Boundary, Fill, Stroke, cpsat, fills
-from query.asking import asked
-from query.feasibility import feasible_orientations
+from query import Boundary, Fill, Stroke, fills
+from query.listing.asking import asked
+from query.listing.table import strict_table
 from query.placing import strand
-from query.table import strict_table
+from query.solving import cpsat
+from query.solving.feasibility import feasible_orientations
 
 SIDES = range(3, 13)
 SHORTEST, LONGEST = 2, 10

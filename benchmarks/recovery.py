@@ -37,7 +37,7 @@ from patterndb.pattern import Pattern
 from patterndb.quadmesh import QuadMesh
 from patterndb.reduction import reduce_disk
 from query import Boundary, Fill, Stroke, fills
-from query.ranking import Order
+from query.listing.ranking import Order
 
 #: Seed, number and size of the splits.
 SEED = "report"

@@ -1,8 +1,8 @@
 """Ask for the fills of a boundary: the way from a question to fills, best first.
 
-The question is put in the patterns' terms (:mod:`query.asking`), tables of patterns are
-searched in lanes (:mod:`query.lane`), and a stream merges what the lanes find
-(:mod:`query.stream`). A boundary for which no table has anything is constructed.
+The question is put in the patterns' terms (:mod:`query.listing.asking`), tables of patterns are
+searched in lanes (:mod:`query.listing.lane`), and a stream merges what the lanes find
+(:mod:`query.listing.stream`). A boundary for which no table has anything is constructed.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ from patterndb.patternclass import PatternClass
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.filters import NO_DOUBLETS, Filters, Range
-from query.ranking import ORDERS, Order
-from query.stream import Fills, Query
+from query.listing.filters import NO_DOUBLETS, Filters, Range
+from query.listing.ranking import ORDERS, Order
+from query.listing.stream import Fills, Query
 from query.stroke import TOLERANCE, Stroke
 
 SolverName = Literal["kernel", "cp-sat"]
@@ -77,13 +77,13 @@ def fills(
     long sides run into millions). time_limit: seconds after which the list ends; it has at
     least one fill if there is any, which may take a moment longer. pool: the orders "flow",
     "quality", "small" and "symmetric" sort the first so many fills of the order before.
-    order: see :mod:`query.ranking` and docs; None is "flow" where boundary and strokes have
+    order: see :mod:`query.listing.ranking` and docs; None is "flow" where boundary and strokes have
     points, and "artist" elsewhere.
     strict: only fills whose corners are where the boundary's are. Else corners may lie
     elsewhere (relaxed matching), each such place counting as an irregular vertex of the
     boundary, of which a fill has at most max_boundary_irregular, unless it is constructed.
     max_irregular, valence, max_quads, corners, has_loop, min_frequency: see
-    :class:`query.filters.Filters`; by default interior vertices have at least 3 quads.
+    :class:`query.listing.filters.Filters`; by default interior vertices have at least 3 quads.
     meshes, licences: only patterns that were learned from such meshes, see
     :meth:`patterndb.store.Database.pattern_ids`; source must be a database.
     origins: only fills of these origins. use_counts: let recorded uses of a pattern count

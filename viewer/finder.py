@@ -13,8 +13,8 @@ from concurrent.futures import Future
 from patterndb.errors import NotFoundError
 from query import Boundary, Fill, Fills, Stroke, fills
 from query.engine import PatternSource
+from query.listing.ranking import ORDERS, Order
 from query.placing import Surface
-from query.ranking import ORDERS, Order
 from query.stroke import TOLERANCE
 from viewer.placer import Placed, Placer
 from viewer.streaming import OneAtATime, Search

@@ -162,7 +162,7 @@ def gallery(
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from query import fills
-    from query.filters import NO_DOUBLETS, Filters
+    from query.listing.filters import NO_DOUBLETS, Filters
     from viewer import Card, save_gallery
 
     with open_database(db) as database:

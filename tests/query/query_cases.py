@@ -22,7 +22,7 @@ from patterndb.quadmesh import QuadMesh
 from patterndb.reduction import reduce_disk
 from query import Boundary, Fill, Fills
 from query.boundary import CornerKind
-from query.chords import Chords
+from query.solving.chords import Chords
 
 KIND: dict[int, CornerKind] = {1: "convex", 3: "reflex"}
 

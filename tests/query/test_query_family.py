@@ -16,7 +16,7 @@ from patterndb.disk import Disk
 from patterndb.packing import unpack
 from patterndb.reduction import reduce_disk
 from query.errors import InvalidQueryError
-from query.family import Family, family
+from query.families.family import Family, family
 
 
 @pytest.fixture(autouse=True)

@@ -19,11 +19,12 @@ from query_cases import (
 )
 
 from patterndb.pattern import Pattern
-from query import Boundary, cpsat, feasibility
-from query.asking import asked
-from query.chords import Chords
-from query.filters import Filters
-from query.table import strict_table
+from query import Boundary
+from query.listing.asking import asked
+from query.listing.filters import Filters
+from query.listing.table import strict_table
+from query.solving import cpsat, feasibility
+from query.solving.chords import Chords
 
 
 def fits_somehow(pattern: Pattern, boundary: Boundary) -> bool:

@@ -32,12 +32,13 @@ from patterndb.errors import InvalidBoundaryError, PatternDBError
 from patterndb.pattern import Pattern
 from patterndb.quadmesh import QuadMesh
 from patterndb.reduction import reduce_disk
-from query import Boundary, Fill, batch, feasibility
+from query import Boundary, Fill
 from query.boundary import CornerKind
 from query.errors import InvalidQueryError
-from query.filters import NO_DOUBLETS, Filters
 from query.identity import is_mesh
-from query.reason import why_impossible
+from query.listing.filters import NO_DOUBLETS, Filters
+from query.listing.reason import why_impossible
+from query.solving import batch, feasibility
 
 #: As a query is without options.
 ANYTHING = {

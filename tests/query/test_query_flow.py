@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from query_cases import Widths, brute_force
 
-from query import cpsat, solve
-from query.chords import Chords
-from query.solve import Flows, Solutions
+from query.solving import cpsat, solve
+from query.solving.chords import Chords
+from query.solving.solve import Flows, Solutions
 
 #: Random systems to compare all solvers on; a release is held to 5,000.
 SYSTEMS = int(os.environ.get("QUERY_SYSTEMS", "300"))

@@ -22,15 +22,15 @@ from patterndb.pattern import Pattern
 from patterndb.quadmesh import QuadMesh
 from patterndb.reduction import reduce_disk
 from query import Boundary
-from query.bestmarked import BOUNDARY_CAP, BestMarked, MarkedIndex, best_marked, family_index
 from query.errors import InvalidQueryError
-from query.expandmarked import Expanded, expand_marked
-from query.family import family
-from query.marked import MarkedClass
-from query.marking import family_marked, family_table, marked_class
+from query.families.family import family
+from query.marks.bestmarked import BOUNDARY_CAP, BestMarked, MarkedIndex, best_marked, family_index
+from query.marks.expandmarked import Expanded, expand_marked
+from query.marks.marked import MarkedClass
+from query.marks.marking import family_marked, family_table, marked_class
+from query.marks.patterntable import PatternTable
+from query.marks.strands import Partings
 from query.orientation import Orientation
-from query.patterntable import PatternTable
-from query.strands import Partings
 
 
 @pytest.fixture(autouse=True, scope="module")

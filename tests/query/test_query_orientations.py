@@ -10,12 +10,13 @@ from query_cases import brute_force, small_class, small_patterns
 from test_query_feasibility import boundaries
 
 from patterndb.pattern import Pattern
-from query import Boundary, cpsat, feasibility
-from query.chords import Chords
-from query.filters import Filters
+from query import Boundary
+from query.listing.filters import Filters
 from query.orientation import orientations
-from query.screen import LANES, is_refused, lane_of, negative, words
-from query.systems import systems_of
+from query.solving import cpsat, feasibility
+from query.solving.chords import Chords
+from query.solving.screen import LANES, is_refused, lane_of, negative, words
+from query.solving.systems import systems_of
 
 
 def fitting_orientations(pattern: Pattern, boundary: Boundary) -> list[bool]:

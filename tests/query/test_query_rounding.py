@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from query_cases import brute_force
 
 from patterndb.halfedge import Int32Array
-from query import cpsat, solve
-from query.chords import Chords
-from query.halves import COPY_BY, QUEUE
-from query.rounding import matchable, soluble
-from query.systems import make_systems
+from query.solving import cpsat, solve
+from query.solving.chords import Chords
+from query.solving.halves import COPY_BY, QUEUE
+from query.solving.rounding import matchable, soluble
+from query.solving.systems import make_systems
 
 Edges = list[tuple[int, int]]
 

@@ -11,12 +11,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from query_cases import Widths, brute_force, random_system
 
-from query import cpsat, solve
-from query.chords import Chords
 from query.errors import InvalidQueryError
-from query.matching import MANY, splits
-from query.solve import Solutions
-from query.spread import even_cost
+from query.solving import cpsat, solve
+from query.solving.chords import Chords
+from query.solving.matching import MANY, splits
+from query.solving.solve import Solutions
+from query.solving.spread import even_cost
 
 #: Random systems to compare all solvers on; a release is held to 5,000.
 SYSTEMS = int(os.environ.get("QUERY_SYSTEMS", "300"))

@@ -1,0 +1,1 @@
+"""Complete families of patterns, grown instead of learned."""

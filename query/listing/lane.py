@@ -1,0 +1,257 @@
+"""Lanes: the fits of one table, found bit by bit and in order.
+
+A lane takes the table's rows in the order in which their fits may come, a share at a time:
+small shares first, so that the first fit does not wait for the last pattern.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import pairwise
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from query.boundary import Boundary
+from query.fill import Fill
+from query.listing.loops import loop_widths
+from query.listing.ranking import Listing, Rank, Ranking
+from query.listing.table import Entries, Table
+from query.solving import cpsat
+from query.solving.batch import Asked, keep_carrying, solve_rows
+from query.solving.evenness import OFF
+
+#: Rows of the first share; each share is GROWTH times the one before, up to MOST_ROWS.
+FIRST_ROWS = 24
+GROWTH = 4
+MOST_ROWS = 8192
+
+#: So many fits of a row are looked for first, GROWTH times as many whenever these run out.
+FIRST_KEPT = 4
+
+#: Of the rows that fit, so many are solved first, then twice as many each time.
+FIRST_SOLVED = 4
+MOST_SOLVED = 64
+
+
+class Candidate(Protocol):
+    """A fill that is yet to be made."""
+
+    def fill(self) -> Fill: ...
+
+    @property
+    def may_repeat(self) -> bool:
+        """May it equal another, or be no mesh?"""
+        ...
+
+    @property
+    def pattern_id(self) -> int:
+        """What ``per_pattern`` counts by."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class More:
+    """Fits that are yet to be found; they rank where this stands, or after it."""
+
+    find: Callable[[], list[Found]]
+
+
+Found = tuple[Rank, "Candidate | More"]
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """What a lane has found, and what may still come.
+
+    found: candidates with their ranks, in any order.
+    bound: nothing that comes later ranks before it; None where nothing comes any more.
+    """
+
+    found: list[Found]
+    bound: Rank | None
+
+
+@dataclass(frozen=True, slots=True)
+class Fit:
+    """A row of a table with the widths that make it meet a boundary.
+
+    table, row:  what is to be expanded.
+    orientation: number of the orientation in :func:`query.orientation.orientations`.
+    widths:      of the strands.
+    loops:       of the loop polychords.
+    n_boundary:  irregular vertices on the boundary.
+    off:         edges by which strands miss strokes, or None where there are none.
+    """
+
+    table: Table
+    row: int
+    orientation: int
+    widths: tuple[int, ...]
+    loops: tuple[int, ...]
+    n_boundary: int
+    off: int | None
+
+    def fill(self) -> Fill:
+        """Expand it."""
+        fill = self.table.fill(self.row, self.orientation, self.widths, self.loops)
+        return replace(
+            fill,
+            n_irregular=fill.pattern.n_irregular + self.n_boundary,
+            n_irregular_boundary=self.n_boundary,
+            flow_distance=None if self.off is None else float(self.off),
+        )
+
+    @property
+    def may_repeat(self) -> bool:
+        return self.table.may_repeat(self.row)
+
+    @property
+    def pattern_id(self) -> int:
+        return int(self.table.ids[self.row])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Search:
+    """What all lanes of a query need to know.
+
+    keep:      the most fits of one row; None for all.
+    n_loops:   loop strokes.
+    cancelled: (1,) uint8, 1 once nobody waits for the answer any more.
+    by_cpsat:  solve with CP-SAT instead of the kernels.
+    """
+
+    boundary: Boundary
+    asked: Asked
+    ranking: Ranking
+    keep: int | None
+    n_loops: int
+    cancelled: NDArray[np.uint8]
+    by_cpsat: bool
+    threads: int | None
+
+    @property
+    def strokes(self) -> bool:
+        """Are there strokes that end on the boundary?"""
+        return self.asked.flows.shape[1] > 0
+
+
+def lane(table: Table, listing: Listing, search: Search, least: int) -> Iterator[Step]:
+    """The fits of the entries listed; the first step only says what may come.
+
+    least: no fit has fewer irregular vertices.
+    """
+    possible = listing.entries.irregular >= least
+    if not possible.all():
+        listing = listing.take(possible)
+    if not len(listing):
+        return
+    at, size, solve = 0, FIRST_ROWS, FIRST_SOLVED
+    yield Step([], listing.rank(0, 0, -1))
+    while at < len(listing):
+        last = min(at + size, len(listing))
+        after = listing.rank(last, 0, -1) if last < len(listing) else None
+        places = np.arange(at, last)
+        allowed = feasible(table, listing.entries.take(slice(at, last)), search)
+        at, size = last, min(size * GROWTH, MOST_ROWS)
+        some = allowed.any(axis=1)
+        hits, allowed = places[some], allowed[some]
+        if not len(hits) and not search.cancelled[0]:
+            yield Step([], after)
+        end = 0
+        while end < len(hits):
+            if search.cancelled[0]:
+                return
+            begin, end = end, end + solve
+            solve = min(2 * solve, MOST_SOLVED)
+            bound = listing.rank(int(hits[end]), 0, -1) if end < len(hits) else after
+            keep = FIRST_KEPT if search.keep is None else min(search.keep, FIRST_KEPT)
+            found = _fits(table, listing, hits[begin:end], allowed[begin:end], search, keep, 0)
+            yield Step(found, bound)
+
+
+def feasible(table: Table, entries: Entries, search: Search) -> NDArray[np.bool_]:
+    """(e, o) the orientations in which lengths are met and strands can lie on the strokes."""
+    if search.by_cpsat:
+        return cpsat.keep_carrying(
+            table.labels, entries.row, entries.allowed, search.asked, search.threads
+        )
+    found = table.feasible(entries, search.boundary, search.cancelled, search.threads)
+    if search.strokes:
+        some = np.flatnonzero(found.any(axis=1))
+        found[some] = keep_carrying(
+            table.labels,
+            entries.row[some],
+            found[some],
+            search.asked,
+            search.cancelled,
+            search.threads,
+        )
+    return found
+
+
+def _fits(
+    table: Table,
+    listing: Listing,
+    hits: NDArray[np.int64],
+    allowed: NDArray[np.bool_],
+    search: Search,
+    keep: int,
+    known: int,
+) -> list[Found]:
+    """The first ``keep`` fits of the entries at these places, but for the first ``known`` of each.
+
+    Where an entry has more fits, and they are wanted, the last found says how to get them.
+    """
+    rows = listing.entries.row[hits]
+    solve_most = keep * table.copies(rows)
+    if search.by_cpsat:
+        solved = cpsat.solve_rows(table.labels, rows, allowed, search.asked, solve_most)
+    else:
+        solved = solve_rows(
+            table.labels,
+            rows,
+            allowed,
+            search.asked,
+            solve_most,
+            search.cancelled,
+            search.threads,
+        )
+    found: list[Found] = []
+    ends = np.searchsorted(solved.row, np.arange(len(hits) + 1)).tolist()
+    widths = solved.widths.tolist()
+    offs = (solved.key // OFF).tolist()
+    turned = solved.orientation.tolist()
+    for hit, (first, last) in enumerate(pairwise(ends)):
+        at = int(hits[hit])
+        row = int(rows[hit])
+        single = table.one_of_each(row, solved.widths[first:last]).tolist()
+        loops = loop_widths(int(table.n_loops[row]), search.n_loops)
+        place = 0
+        for f in range(first, last):
+            if not single[f - first]:
+                continue
+            for wide in loops:
+                if place >= known:
+                    off = offs[f] if search.strokes or search.n_loops else None
+                    on_boundary = int(listing.entries.boundary[at])
+                    fit = Fit(table, row, turned[f], tuple(widths[f]), wide, on_boundary, off)
+                    found.append((listing.rank(at, offs[f], place), fit))
+                place += 1
+        wanted = search.keep is None or keep < search.keep
+        if wanted and last - first >= solve_most and not search.cancelled[0]:
+            later = partial(
+                _fits,
+                table,
+                listing,
+                hits[hit : hit + 1],
+                allowed[hit : hit + 1],
+                search,
+                keep * GROWTH if search.keep is None else min(keep * GROWTH, search.keep),
+                place,
+            )
+            found.append((listing.rank(at, offs[last - 1], place), More(later)))
+    return found

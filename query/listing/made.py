@@ -1,0 +1,102 @@
+"""The lane of constructed fills, and the table that constructions look parts up in."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+from query.boundary import Boundary
+from query.construct import constructed
+from query.fill import Fill
+from query.listing.familylookup import FamilyLookup
+from query.listing.filters import Filters
+from query.listing.lane import Found, Search, Step
+from query.listing.ranking import Rank
+from query.stroke import Stroke
+
+#: Constructed fills come after all others with as many irregular vertices: their boundary ones
+#: count from here.
+AFTER = 1000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Made:
+    """A fill that is there already."""
+
+    made: Fill
+    may_repeat: bool = True
+
+    def fill(self) -> Fill:
+        return self.made
+
+    @property
+    def pattern_id(self) -> int:
+        return self.made.pattern.id
+
+
+def constructed_lane(
+    search: Search, filters: Filters, strict: bool, strokes: Sequence[Stroke], least: int
+) -> Iterator[Step]:
+    """The constructed fills that pass the filters and follow the strokes, best first.
+
+    The cap on irregular boundary vertices does not hold for them, so that none goes without.
+    least: the irregular vertices of the best fill of the complete family, or 0; whatever is
+    constructed of parts with as few would be in the family itself.
+    """
+    boundary = search.boundary
+    if filters.ids is not None or filters.min_frequency is not None:
+        return
+    fewest = max(_fewest(boundary), least)
+    yield Step([], _rank(search, fewest, 0, 0, -1))
+    for place, fill in enumerate(constructed(boundary, FamilyLookup.shared(), strict=strict)):
+        if search.cancelled[0] and place:
+            return
+        irregular = max(fewest, fill.n_irregular)
+        bound = _rank(search, irregular, fill.n_irregular_boundary, 0, place)
+        found: list[Found] = []
+        off = _off(fill, search, strokes)
+        if off is not None and _passes(fill, filters):
+            rank = _rank(search, irregular, fill.n_irregular_boundary, off, place)
+            distance = float(off) if strokes else None
+            found.append((rank, Made(replace(fill, flow_distance=distance))))
+        yield Step(found, bound)
+
+
+def _fewest(boundary: Boundary) -> int:
+    """What a constructed fill counts at least in the order of lists.
+
+    No vertex has more than two quads too many or too few, so that each irregular one makes up
+    for at most two corners. Of convex boundaries none was ever seen to have fewer than N - 6;
+    that constructions need not be tried before any fill with fewer is worth that such a one,
+    if there is, should come a little late.
+    """
+    turn = sum(2 - count for count in boundary.corner_counts) - 4
+    return max((abs(turn) + 1) // 2, boundary.n_sides - 6 if boundary.convex else 0)
+
+
+def _rank(search: Search, irregular: int, boundary: int, off: int, place: int) -> Rank:
+    return search.ranking.made(irregular, AFTER + boundary, off, place)
+
+
+def _passes(fill: Fill, filters: Filters) -> bool:
+    if filters.max_irregular is not None and fill.n_irregular > filters.max_irregular:
+        return False
+    valences = fill.pattern.valences
+    if filters.valence is not None and valences:
+        least, greatest = filters.valence
+        if min(valences) < least or max(valences) > greatest:
+            return False
+    if filters.corners is not None:
+        least, greatest = filters.corners
+        if not least <= fill.pattern.n_sides <= greatest:
+            return False
+    return filters.has_loop is None or (fill.pattern.n_loops > 0) == filters.has_loop
+
+
+def _off(fill: Fill, search: Search, strokes: Sequence[Stroke]) -> int | None:
+    """Edges by which the fill's strands miss the strokes; None beyond the tolerance."""
+    if not strokes:
+        return 0
+    from query.listing.edgesoff import edges_off
+
+    return edges_off(fill, strokes, search.asked.tolerance)

@@ -1,0 +1,369 @@
+"""A stream of fills: what the lanes find, merged, looked through and made."""
+
+from __future__ import annotations
+
+import heapq
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import islice
+
+import numpy as np
+
+from patterndb.patternclass import PatternClass
+from query.boundary import Boundary
+from query.fill import Fill
+from query.identity import fill_key, is_mesh
+from query.listing.asking import asked
+from query.listing.filters import Filters
+from query.listing.lane import Candidate, Found, More, Search, Step, feasible, lane
+from query.listing.made import constructed_lane
+from query.listing.measured import measured
+from query.listing.ranking import Listing, Order, Rank, Ranking
+from query.listing.reason import why_empty
+from query.listing.table import (
+    Entries,
+    Frequencies,
+    RelaxedTable,
+    Table,
+    relaxed_table,
+    strict_table,
+)
+from query.stroke import Stroke
+
+#: The orders that need no fill to be measured.
+RANKED = ("artist", "regular")
+
+#: Listings that a table keeps: a query needs two, and boundaries differ in their corners.
+LISTINGS_KEPT = 16
+
+#: Origins that are asked for by name.
+LEARNED = "learned"
+FAMILY = "family"
+CONSTRUCTED = "constructed"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Query:
+    """The arguments of :func:`query.engine.fills`, checked.
+
+    patterns: the class of the boundary's number of sides. frequencies: gives the patches in
+    which patterns of these ids, of any class, were seen; None where only the class is known.
+    """
+
+    patterns: PatternClass
+    frequencies: Frequencies | None
+    boundary: Boundary
+    strokes: tuple[Stroke, ...]
+    tolerance: int
+    limit: int | None
+    per_pattern: int | None
+    order: Order
+    filters: Filters
+    strict: bool
+    origins: frozenset[str] | None
+    use_counts: bool
+    time_limit: float | None
+    pool: int
+    by_cpsat: bool
+    threads: int | None
+
+    def wants(self, origin: str) -> bool:
+        """May fills have this origin?"""
+        return self.origins is None or origin in self.origins
+
+
+class Fills(Iterator[Fill]):
+    """An iterator over the fills of a boundary, best first; see :func:`query.engine.fills`.
+
+    boundary:  the boundary they fill.
+    truncated: are there more fills than were listed, by whichever limit? Known once the
+               iterator has ended.
+    seconds:   spent in finding what was listed so far.
+    stopped:   "cancelled" or "time limit" where one of these ended the list, else None.
+
+    Another thread may call :meth:`cancel` at any time.
+    """
+
+    def __init__(self, query: Query) -> None:
+        self.boundary = query.boundary
+        self.truncated = False
+        self.seconds = 0.0
+        self.stopped: str | None = None
+        self._query = query
+        self._cancelled = np.zeros(1, np.uint8)
+        self._listed = 0
+        self._found = False
+        self._began = time.perf_counter()
+        self._source = self._ordered()
+
+    def __iter__(self) -> Fills:
+        return self
+
+    def __next__(self) -> Fill:
+        begin = time.perf_counter()
+        try:
+            fill = next(self._source)
+        finally:
+            self.seconds += time.perf_counter() - begin
+        self._listed += 1
+        return fill
+
+    def cancel(self) -> None:
+        """End the list as soon as may be, from whichever thread."""
+        self.stopped = "cancelled"
+        self._cancelled[0] = 1
+
+    @property
+    def feasible_patterns(self) -> int:
+        """How many patterns of the database pass the filters and fit the boundary strictly."""
+        table = strict_table(self._query.patterns)
+        entries = self._entries(table)
+        # Whatever ended the list, the count is of all.
+        search = replace(self._search(1, False), cancelled=np.zeros(1, np.uint8))
+        return int(feasible(table, entries, search).any(axis=1).sum())
+
+    @property
+    def reason(self) -> str | None:
+        """Why nothing was listed, in a sentence; None where something was."""
+        if self._listed:
+            return None
+        if self.stopped is not None:
+            return f"the query was ended before the first fill was found ({self.stopped})"
+        q = self._query
+        candidates = len(self._entries(strict_table(q.patterns)))
+        return why_empty(
+            q.patterns,
+            q.boundary,
+            q.filters,
+            candidates,
+            strict=q.filters.max_boundary_irregular == 0,
+            strokes=bool(q.strokes),
+        )
+
+    # How the list comes about.
+
+    def _ordered(self) -> Iterator[Fill]:
+        q = self._query
+        timer = None
+        if q.time_limit is not None:
+            timer = threading.Timer(q.time_limit, self._time_out)
+            timer.daemon = True
+            timer.start()
+        try:
+            source = self._ranked(q.limit) if q.order in RANKED else self._measured()
+            for count, fill in enumerate(source):
+                if count == q.limit:
+                    self.truncated = True
+                    return
+                yield fill
+            self.truncated = self.truncated or self.stopped is not None
+        finally:
+            if timer is not None:
+                timer.cancel()
+
+    def _time_out(self) -> None:
+        self.stopped = self.stopped or "time limit"
+        self._cancelled[0] = 1
+
+    def _measured(self) -> Iterator[Fill]:
+        """The fills of the pool, by what is measured on them."""
+        q = self._query
+        pool: list[tuple[float, int, Fill]] = []
+        for place, fill in enumerate(self._ranked(q.pool)):
+            if place == q.pool:
+                self.truncated = True
+                break
+            value, fill = measured(q.order, fill, q.boundary, q.strokes, q.tolerance)
+            pool.append((value, place, fill))
+        for _, _, fill in sorted(pool, key=lambda entry: entry[:2]):
+            yield fill
+
+    def _ranked(self, wanted: int | None) -> Iterator[Fill]:
+        """The fills in an order that needs no geometry; about ``wanted`` will be taken."""
+        q = self._query
+        if q.order == "regular" or q.strokes:
+            yield from self._merged(self._search(wanted, q.order != "regular"))
+            return
+        # The most regular fill is always worth a look; after it come those that artists made.
+        first = next(self._merged(self._search(1, False)), None)
+        if first is None:
+            return
+        yield first
+        key = fill_key(first, q.boundary.n_sides == 0)
+        for fill in self._merged(self._search(wanted, True)):
+            if fill.n_quads != first.n_quads or self._key(fill) != key:
+                yield fill
+
+    def _merged(self, search: Search) -> Iterator[Fill]:
+        """The fills of all lanes, by rank."""
+        lanes = [step for step in map(_Ahead, self._lanes(search)) if step.bound is not None]
+        waiting: list[tuple[Rank, int, Candidate | More]] = []
+        number = 0
+        sieve = _Sieve(self._query)
+        while True:
+            lanes = [ahead for ahead in lanes if ahead.bound is not None]
+            nearest = min(lanes, key=lambda ahead: ahead.bound or (), default=None)
+            while waiting and (nearest is None or waiting[0][0] <= (nearest.bound or ())):
+                if self._cancelled[0]:
+                    break
+                candidate = heapq.heappop(waiting)[2]
+                if isinstance(candidate, More):
+                    for rank, found in candidate.find():
+                        heapq.heappush(waiting, (rank, number, found))
+                        number += 1
+                    continue
+                fill = sieve.passed(candidate)
+                self.truncated = self.truncated or sieve.cut
+                if fill is not None:
+                    self._found = True
+                    yield fill
+            if self._cancelled[0]:
+                if self.stopped == "time limit" and not self._found:
+                    yield from self._in_a_hurry(search, sieve)
+                    if not self._found:
+                        # Whoever has waited so long shall not go empty-handed.
+                        self._cancelled[0] = 0
+                        yield from islice(self._merged(search), 1)
+                        self._cancelled[0] = 1
+                return
+            if nearest is None:
+                return
+            for rank, candidate in nearest.advance():
+                heapq.heappush(waiting, (rank, number, candidate))
+                number += 1
+
+    def _in_a_hurry(self, search: Search, sieve: _Sieve) -> Iterator[Fill]:
+        """One fill that needs no search, where time is up before there was any."""
+        q = self._query
+        if not q.wants(CONSTRUCTED):
+            return
+        for step in constructed_lane(search, q.filters, q.strict, q.strokes, 0):
+            for _, candidate in step.found:
+                if (
+                    not isinstance(candidate, More)
+                    and (fill := sieve.passed(candidate)) is not None
+                ):
+                    self._found = True
+                    yield fill
+                    return
+
+    def _lanes(self, search: Search) -> Iterator[Iterator[Step]]:
+        q = self._query
+        closed_with_strokes = q.boundary.n_sides == 0 and search.strokes
+        if not closed_with_strokes:
+            table = strict_table(q.patterns)
+            yield lane(table, self._listing(table, search.ranking), search, 0)
+        least = None
+        if q.wants(FAMILY) or q.wants(LEARNED):
+            table = relaxed_table(q.patterns, q.frequencies)
+            least = table.least(q.boundary, q.filters.max_boundary_irregular)
+            if least is not None:
+                yield lane(table, self._listing(table, search.ranking), search, least)
+        if q.wants(CONSTRUCTED):
+            yield constructed_lane(search, q.filters, q.strict, q.strokes, least or 0)
+
+    def _entries(self, table: Table) -> Entries:
+        """The rows of a table that pass the filters."""
+        return self._listing(table, Ranking(False, False)).entries
+
+    def _listing(self, table: Table, ranking: Ranking) -> Listing:
+        """The rows of a table that pass the filters, in order.
+
+        Kept with the table: whoever asks often asks much the same way.
+        """
+        q = self._query
+        loops = any(stroke.is_loop for stroke in q.strokes)
+        asked_before = (q.boundary.corners, q.filters, loops, q.wants(FAMILY), ranking)
+        if q.filters.ids is None and asked_before in table.listings:
+            return table.listings[asked_before]
+        passing = q.filters.admitted(table, table.n_corners)
+        if isinstance(table, RelaxedTable) and not q.wants(FAMILY):
+            passing &= table.frequency > 0
+        if loops:
+            passing &= table.n_loops > 0
+        entries = table.entries(q.boundary, passing)
+        kept = np.ones(len(entries), np.bool_)
+        if q.filters.max_irregular is not None:
+            kept &= entries.irregular <= q.filters.max_irregular
+        if q.filters.max_boundary_irregular is not None:
+            kept &= entries.boundary <= q.filters.max_boundary_irregular
+        listing = ranking.listed(table, entries if kept.all() else entries.take(kept))
+        if q.filters.ids is None:
+            while len(table.listings) >= LISTINGS_KEPT:
+                table.listings.pop(next(iter(table.listings)))
+            table.listings[asked_before] = listing
+        return listing
+
+    def _search(self, wanted: int | None, artist: bool) -> Search:
+        q = self._query
+        most = min((n for n in (wanted, q.per_pattern) if n is not None), default=None)
+        return Search(
+            boundary=q.boundary,
+            asked=asked(q.boundary, q.strokes, q.tolerance),
+            ranking=Ranking(artist, q.use_counts),
+            # One more than is asked for tells whether there are more.
+            keep=None if most is None else most + 1,
+            n_loops=sum(s.is_loop for s in q.strokes),
+            cancelled=self._cancelled,
+            by_cpsat=q.by_cpsat,
+            threads=q.threads,
+        )
+
+    def _key(self, fill: Fill) -> bytes:
+        return fill_key(fill, self.boundary.n_sides == 0)
+
+
+class _Ahead:
+    """A lane and the bound on what it has not told yet; None at its end."""
+
+    def __init__(self, steps: Iterator[Step]) -> None:
+        self._steps = steps
+        self.bound: Rank | None = None
+        first = next(steps, None)
+        if first is not None:
+            assert not first.found, "a lane begins with a bound"
+            self.bound = first.bound
+
+    def advance(self) -> list[Found]:
+        """What the lane finds next."""
+        step = next(self._steps, Step([], None))
+        self.bound = step.bound
+        return step.found
+
+
+class _Sieve:
+    """Makes candidates fills, and lets pass what is new and was asked for."""
+
+    def __init__(self, query: Query) -> None:
+        self._query = query
+        self._closed = query.boundary.n_sides == 0
+        self._of_pattern: Counter[int] = Counter()
+        self._passed: list[Fill] = []
+        self._keys: set[bytes] = set()
+        self.cut = False
+
+    def passed(self, candidate: Candidate) -> Fill | None:
+        """The fill, or None where it is not to be listed."""
+        q = self._query
+        if q.per_pattern is not None and self._of_pattern[candidate.pattern_id] >= q.per_pattern:
+            self.cut = True
+            return None
+        fill = candidate.fill()
+        if not q.wants(fill.origin):
+            return None
+        if q.filters.max_quads is not None and fill.n_quads > q.filters.max_quads:
+            return None
+        if candidate.may_repeat and (not is_mesh(fill.quads) or self._is_known(fill)):
+            return None
+        self._of_pattern[candidate.pattern_id] += 1
+        self._passed.append(fill)
+        return fill
+
+    def _is_known(self, fill: Fill) -> bool:
+        for other in self._passed:
+            self._keys.add(fill_key(other, self._closed))
+        self._passed.clear()
+        return fill_key(fill, self._closed) in self._keys

@@ -1,0 +1,362 @@
+"""Tables: what a boundary can be matched with, one row for every pattern and set of marks.
+
+A strict table holds the patterns of one class, whose corners fall on the boundary's corners.
+A relaxed one holds marked patterns (:mod:`query.marks.marked`), whose marks do. To a query both are
+the same: labels of strands, and for each row and orientation a count of irregular vertices.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any, Protocol
+from weakref import WeakKeyDictionary
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.halfedge import Int32Array
+from patterndb.pattern import Pattern
+from patterndb.patternclass import PatternClass
+from query.boundary import QUADS_AT, Boundary
+from query.expand import expand
+from query.fill import Fill
+from query.identity import is_mesh
+from query.marks.bestmarked import MOST_SIDES, MarkedIndex, best_marked
+from query.marks.expandmarked import expand_marked
+from query.marks.marked import MarkedClass
+from query.marks.marking import family_marked
+from query.orientation import corners_seen, orientations, symmetries_of_chords
+from query.solving.batch import Labels
+from query.solving.feasibility import feasible_orientations, lengths_met
+
+#: Ids (k,) int64 -> the patches (k,) int64 in which these patterns were seen.
+Frequencies = Callable[[NDArray[np.int64]], NDArray[np.int64]]
+
+#: Quads that a place without a corner asks for: where a closed side's vertex 0 falls.
+FLAT = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Entries:
+    """Rows of a table as candidates for one boundary, in no order.
+
+    A row whose orientations cost unlike numbers of irregular vertices comes once for each.
+
+    row:       (e,) int64 row of the table.
+    irregular: (e,) int32 irregular vertices in all, the same in all allowed orientations.
+    boundary:  (e,) int32 those of them on the boundary.
+    allowed:   (e, o) bool, the orientations, without those that the pattern's own symmetries
+               make equal.
+    """
+
+    row: NDArray[np.int64]
+    irregular: Int32Array
+    boundary: Int32Array
+    allowed: NDArray[np.bool_]
+
+    def __len__(self) -> int:
+        return len(self.row)
+
+    def take(self, at: NDArray[np.int64] | NDArray[np.bool_] | slice) -> Entries:
+        """Those of the entries, in that order."""
+        return Entries(self.row[at], self.irregular[at], self.boundary[at], self.allowed[at])
+
+
+class Table(Protocol):
+    """See the module.
+
+    labels:    of the rows.
+    ids, frequency, uses: (r,) int64 of the rows' patterns; frequency is 0 for those that no
+               mesh has shown.
+    n_meshes:  (r,) int32 meshes in which the rows' patterns were seen.
+    n_symmetries: (r,) int32 rotations and mirror images that map them onto themselves.
+    n_quads, n_loops, n_corners, min_valence, max_valence: (r,) int32 of the rows' patterns.
+    listings:  what queries keep with the table.
+    """
+
+    labels: Labels
+    ids: NDArray[np.int64]
+    frequency: NDArray[np.int64]
+    uses: NDArray[np.int64]
+    n_meshes: Int32Array
+    n_symmetries: Int32Array
+    n_quads: Int32Array
+    n_loops: Int32Array
+    n_corners: Int32Array
+    min_valence: Int32Array
+    max_valence: Int32Array
+    listings: dict[Any, Any]
+
+    def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> Entries:
+        """The rows that pass (r,) and have corners that the boundary may take."""
+        ...
+
+    def feasible(
+        self,
+        entries: Entries,
+        boundary: Boundary,
+        cancelled: NDArray[np.uint8],
+        threads: int | None,
+    ) -> NDArray[np.bool_]:
+        """(e, o) those of the allowed orientations in which the lengths can be met."""
+        ...
+
+    def pattern(self, row: int) -> Pattern:
+        """The pattern of a row."""
+        ...
+
+    def fill(
+        self, row: int, orientation: int, widths: tuple[int, ...], loops: tuple[int, ...]
+    ) -> Fill:
+        """Expand a row. widths: of its strands; loops: of its loop polychords."""
+        ...
+
+    def copies(self, rows: NDArray[np.int64]) -> int:
+        """How many widths at most are the same fill of one of these rows."""
+        ...
+
+    def one_of_each(self, row: int, widths: Int32Array) -> NDArray[np.bool_]:
+        """(k,) which of the widths (k, n) of a row stand for all that are the same fill."""
+        ...
+
+    def may_repeat(self, row: int) -> bool:
+        """May fills of this row equal others', or be no meshes?"""
+        ...
+
+
+class StrictTable:
+    """The patterns of a class."""
+
+    def __init__(self, patterns: PatternClass) -> None:
+        self.patterns = patterns
+        n = max(patterns.n_sides, 1)
+        self.labels = Labels(n, patterns.words, patterns.word_start)
+        self.ids = patterns.ids
+        self.frequency = patterns.frequency
+        self.uses = patterns.uses
+        self.n_meshes = patterns.n_meshes
+        self.n_symmetries = patterns.rotations * np.where(patterns.chiral, 1, 2).astype(np.int32)
+        self.n_quads = patterns.n_quads
+        self.n_loops = patterns.n_loops
+        self.n_corners = np.full(len(patterns), patterns.n_sides, np.int32)
+        self.min_valence = patterns.min_valence
+        self.max_valence = patterns.max_valence
+        self.listings: dict[Any, Any] = {}
+        self.distinct = _distinct(patterns)
+        self._repeats: dict[int, bool] = {}
+        # Queries expand few patterns, many times each.
+        self.pattern = lru_cache(maxsize=4096)(patterns.pattern)
+
+    def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> Entries:
+        patterns = self.patterns
+        reflex = boundary.corners.count("reflex")
+        rows = np.flatnonzero(passing & (patterns.n_reflex == reflex))
+        allowed = self.distinct[rows]
+        if reflex:
+            wanted = np.array(boundary.corner_counts, np.uint8)[corners_seen(boundary.n_sides)]
+            corners = patterns.corners[rows]
+            for o in range(len(wanted)):
+                allowed[:, o] &= (corners == wanted[o]).all(axis=1)
+            some = allowed.any(axis=1)
+            rows, allowed = rows[some], allowed[some]
+        zeros = np.zeros(len(rows), np.int32)
+        return Entries(rows, patterns.n_irregular[rows], zeros, allowed)
+
+    def feasible(
+        self,
+        entries: Entries,
+        boundary: Boundary,
+        cancelled: NDArray[np.uint8],
+        threads: int | None,
+    ) -> NDArray[np.bool_]:
+        found = feasible_orientations(
+            self.patterns, boundary, entries.row, threads=threads, cancel=cancelled
+        )
+        return found & entries.allowed
+
+    def fill(
+        self, row: int, orientation: int, widths: tuple[int, ...], loops: tuple[int, ...]
+    ) -> Fill:
+        o = orientations(self.patterns.n_sides)[orientation]
+        pattern = self.pattern(row)
+        return expand(
+            pattern,
+            widths[: pattern.n_chords] + loops,
+            rotation=o.rotation,
+            mirrored=o.mirrored,
+        )
+
+    def copies(self, rows: NDArray[np.int64]) -> int:
+        return 1 if self.patterns.n_sides else int(self.patterns.rotations[rows].max(initial=1))
+
+    def one_of_each(self, row: int, widths: Int32Array) -> NDArray[np.bool_]:
+        smallest = np.ones(len(widths), np.bool_)
+        if self.patterns.n_sides or self.patterns.rotations[row] == 1:
+            return smallest
+        # One closed side has no first edge: fits that differ by a rotation of it are one.
+        pattern = self.pattern(row)
+        widths = widths[:, : pattern.n_chords]
+        for moved in symmetries_of_chords(pattern):
+            turned = widths[:, moved]
+            differ = turned != widths
+            first = differ.argmax(axis=1)
+            at = np.arange(len(widths))
+            smallest &= ~differ.any(axis=1) | (widths[at, first] < turned[at, first])
+        return smallest
+
+    def may_repeat(self, row: int) -> bool:
+        if row not in self._repeats:
+            pattern = self.pattern(row)
+            self._repeats[row] = pattern.self_crossing or not is_mesh(pattern.disk().quads)
+        return self._repeats[row]
+
+
+def _distinct(patterns: PatternClass) -> NDArray[np.bool_]:
+    """(p, o) bool: the orientations less those that the patterns' own symmetries make equal.
+
+    ``rotations`` of the N rotations map a pattern onto itself, so only the first N / rotations
+    differ; its mirror image differs only where it is chiral.
+    """
+    every = orientations(patterns.n_sides)
+    rotation = np.array([o.rotation for o in every])
+    mirrored = np.array([o.mirrored for o in every])
+    turns = np.maximum(patterns.n_sides // patterns.rotations, 1)
+    return (rotation < turns[:, None]) & (patterns.chiral[:, None] | ~mirrored)
+
+
+class RelaxedTable:
+    """Marked patterns; those that are strict too are left out where a class holds them."""
+
+    def __init__(
+        self, marked: MarkedClass, known: PatternClass, frequencies: Frequencies | None
+    ) -> None:
+        """known: the class of as many sides whose patterns a strict table lists already.
+        frequencies: how often artists made the patterns."""
+        self.marked = marked
+        patterns, of = marked.patterns, marked.pattern
+        seen = patterns.frequency if frequencies is None else frequencies(patterns.ids)
+        self.labels = Labels(marked.n_sides, marked.label.astype(np.int32), marked.label_start)
+        self.ids = patterns.ids[of]
+        self.frequency = seen[of]
+        self.uses = np.zeros(len(marked), np.int64)
+        self.n_meshes = np.zeros(len(marked), np.int32)
+        self.n_symmetries = np.ones(len(marked), np.int32)
+        self.n_quads = np.array([len(code) for code in patterns.codes], np.int32)[of] // 4
+        self.n_loops = patterns.n_loops[of]
+        self.n_corners = patterns.n_sides[of]
+        self.min_valence = patterns.min_valence[of]
+        self.max_valence = patterns.max_valence[of]
+        self.listings: dict[Any, Any] = {}
+        self._index: MarkedIndex | None = None
+        self.fresh = ~(marked.strict & np.isin(self.ids, known.ids))
+        self.pattern = lru_cache(maxsize=4096)(self._pattern)
+
+    def _pattern(self, row: int) -> Pattern:
+        pattern = self.marked.patterns.pattern(int(self.marked.pattern[row]))
+        seen = int(self.frequency[row])
+        return replace(pattern, frequency=seen, origin="learned") if seen else pattern
+
+    def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> Entries:
+        marked = self.marked
+        rows = np.flatnonzero(passing & self.fresh)
+        counts = marked.counts[rows]
+        every = orientations(marked.n_sides)
+        if boundary.convex or self.marked.free:
+            target = FLAT if self.marked.free else QUADS_AT["convex"]
+            wrong = np.broadcast_to(
+                (counts != target).sum(axis=1)[:, None], (len(rows), len(every))
+            )
+        else:
+            wrong = np.stack([(counts != o.seen(boundary)[1]).sum(axis=1) for o in every], axis=1)
+        at_boundary = (marked.n_unmarked[rows][:, None] + wrong).astype(np.int32)
+        parts: list[Entries] = []
+        for level in np.unique(at_boundary).tolist():
+            allowed = at_boundary == level
+            some = np.flatnonzero(allowed.any(axis=1))
+            interior = marked.cost[rows[some]] - marked.n_unmarked[rows[some]]
+            on_boundary = np.full(len(some), level, np.int32)
+            parts.append(Entries(rows[some], interior + on_boundary, on_boundary, allowed[some]))
+        if not parts:
+            none = np.zeros(0, np.int32)
+            return Entries(rows[:0], none, none, np.zeros((0, len(every)), np.bool_))
+        return Entries(
+            np.concatenate([p.row for p in parts]),
+            np.concatenate([p.irregular for p in parts]),
+            np.concatenate([p.boundary for p in parts]),
+            np.concatenate([p.allowed for p in parts]),
+        )
+
+    def feasible(
+        self,
+        entries: Entries,
+        boundary: Boundary,
+        cancelled: NDArray[np.uint8],
+        threads: int | None,
+    ) -> NDArray[np.bool_]:
+        found = lengths_met(self.marked, boundary, entries.row, threads=threads, cancel=cancelled)
+        return found & entries.allowed
+
+    def least(self, boundary: Boundary, cap: int | None) -> int | None:
+        """The fewest irregular vertices of a fill with at most ``cap`` on the boundary.
+
+        None where there is no such fill; 0 where that cannot be told at once.
+        """
+        if self.marked.n_sides > MOST_SIDES:
+            return 0
+        if self._index is None:
+            self._index = MarkedIndex.of(self.marked)
+        found = best_marked(self._index, boundary, cap=boundary.perimeter if cap is None else cap)
+        return None if found is None else found.n_irregular
+
+    def fill(
+        self, row: int, orientation: int, widths: tuple[int, ...], loops: tuple[int, ...]
+    ) -> Fill:
+        o = orientations(self.marked.n_sides)[orientation]
+        n = len(self.marked.chords(row))
+        got = expand_marked(self.marked, row, widths[:n], o, loops)
+        return Fill(
+            quads=got.quads,
+            n_vertices=got.n_vertices,
+            lengths=got.lengths,
+            pattern=self.pattern(row),
+            widths=got.widths,
+            rotation=(got.first - o.mirrored) % sum(got.lengths),
+            mirrored=o.mirrored,
+            n_irregular=got.pattern.n_irregular,
+            origin=self.pattern(row).origin,
+        )
+
+    def copies(self, rows: NDArray[np.int64]) -> int:
+        return 1
+
+    def one_of_each(self, row: int, widths: Int32Array) -> NDArray[np.bool_]:
+        return np.ones(len(widths), np.bool_)
+
+    def may_repeat(self, row: int) -> bool:
+        # Marks that a symmetry of the pattern moves onto each other are tried in all orientations.
+        return True
+
+
+_STRICT: WeakKeyDictionary[PatternClass, StrictTable] = WeakKeyDictionary()
+_RELAXED: WeakKeyDictionary[PatternClass, RelaxedTable] = WeakKeyDictionary()
+
+
+def strict_table(patterns: PatternClass) -> StrictTable:
+    """The table of a class, kept as long as the class is."""
+    if patterns not in _STRICT:
+        _STRICT[patterns] = StrictTable(patterns)
+    return _STRICT[patterns]
+
+
+def relaxed_table(patterns: PatternClass, frequencies: Frequencies | None = None) -> RelaxedTable:
+    """The complete family's marked patterns of as many sides, less the strict ones of the class.
+
+    frequencies: of the database that the class is of.
+    """
+    if patterns not in _RELAXED:
+        n = patterns.n_sides
+        marked = family_marked(max(n, 1), free=n == 0)
+        _RELAXED[patterns] = RelaxedTable(marked, patterns, frequencies)
+    return _RELAXED[patterns]

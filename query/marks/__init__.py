@@ -1,0 +1,1 @@
+"""Marked patterns: relaxed matching as strict matching of patterns with marks."""

@@ -1,0 +1,1 @@
+"""Widths that make patterns meet lengths and strokes: kernels, and CP-SAT as second opinion."""

@@ -1,0 +1,287 @@
+"""Many patterns at once: which of them the strokes leave, and the best widths of each.
+
+The kernels run over rows of a class, whose boundary labels lie one after the other in one
+array; each thread takes its share of the rows. What a row's answer is does not depend on the
+others, nor on the number of threads.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from patterndb.halfedge import Int32Array
+from query.solving.carry import carry, may_carry
+from query.solving.flow import chord_ends
+from query.solving.threads import share_out
+
+#: Rows that a thread takes at a time: some milliseconds of work, for which handing it over is
+#: worth while.
+ROWS_PER_THREAD = 64
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Labels:
+    """The boundary labels of many patterns, as a query solves them.
+
+    n_sides: at least 1.
+    words:   int32, for every row its label as a word: for every side its length, then the
+             strand that crosses each edge (:mod:`patterndb.label`).
+    start:   (r + 1,) int64, where each word begins.
+    """
+
+    n_sides: int
+    words: Int32Array
+    start: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Asked:
+    """A boundary and strokes, once for every orientation.
+
+    lengths: (o, n) int32 edges of every side in the pattern's order.
+    weights: (o, n, n) int32, what the square of a width counts between two sides.
+    flows:   (o, s, 4) int32, see :func:`query.solving.flow.flows_seen`.
+    tolerance: edges that a strand's end may be off.
+    """
+
+    lengths: Int32Array
+    weights: Int32Array
+    flows: Int32Array
+    tolerance: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solved:
+    """The best fits of some rows, best first: at most ``keep`` of each.
+
+    row:    (f,) int64, index into the rows asked for, ascending.
+    key:    (f,) int64, see :mod:`query.solving.evenness`.
+    orientation: (f,) int32.
+    widths: (f, w) int32, of the strands in label order, 0 beyond the last.
+    """
+
+    row: NDArray[np.int64]
+    key: NDArray[np.int64]
+    orientation: Int32Array
+    widths: Int32Array
+
+
+def keep_carrying(
+    labels: Labels,
+    rows: NDArray[np.int64],
+    allowed: NDArray[np.bool_],
+    asked: Asked,
+    cancelled: NDArray[np.uint8],
+    threads: int | None = None,
+) -> NDArray[np.bool_]:
+    """(r, o) bool: those of the allowed orientations in which strands can lie on all strokes.
+
+    rows: (r,) rows of the labels; allowed: (r, o). Cancelled, the answer is of no use.
+    """
+    result = allowed.copy()
+
+    def run(first: int) -> None:
+        last = min(first + ROWS_PER_THREAD, len(rows))
+        _keep_carrying(
+            labels.words,
+            labels.start,
+            rows,
+            result,
+            asked.lengths,
+            asked.weights,
+            asked.flows,
+            asked.tolerance,
+            first,
+            last,
+            cancelled,
+        )
+
+    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
+    return result
+
+
+def solve_rows(
+    labels: Labels,
+    rows: NDArray[np.int64],
+    allowed: NDArray[np.bool_],
+    asked: Asked,
+    keep: int,
+    cancelled: NDArray[np.uint8],
+    threads: int | None = None,
+) -> Solved:
+    """The ``keep`` best fits of each row over the allowed orientations.
+
+    Arguments as in :func:`keep_carrying`. Cancelled, rows are missing.
+    """
+    longest = _most_strands(labels.start, rows, labels.n_sides)
+    count = np.zeros(len(rows), np.int64)
+    key = np.empty((len(rows), keep), np.int64)
+    best = np.zeros((len(rows), keep, longest + 1), np.int32)
+
+    def run(first: int) -> None:
+        last = min(first + ROWS_PER_THREAD, len(rows))
+        _solve_rows(
+            labels.words,
+            labels.start,
+            rows,
+            allowed,
+            asked.lengths,
+            asked.weights,
+            asked.flows,
+            asked.tolerance,
+            first,
+            last,
+            count,
+            key,
+            best,
+            cancelled,
+        )
+
+    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
+    at = np.arange(keep) < count[:, None]
+    return Solved(
+        row=np.repeat(np.arange(len(rows)), count),
+        key=key[at],
+        orientation=best[at][:, longest],
+        widths=best[at][:, :longest],
+    )
+
+
+def _most_strands(start: NDArray[np.int64], rows: NDArray[np.int64], n_sides: int) -> int:
+    """Strands of the longest label."""
+    return (int((start[rows + 1] - start[rows]).max(initial=n_sides)) - n_sides) // 2
+
+
+@njit(cache=True, nogil=True)
+def _split_word(
+    words: Int32Array, begin: int, n_sides: int, edges: Int32Array, side_start: Int32Array
+) -> int:
+    """Write a word's strands and where its sides begin; return the number of edges."""
+    at = begin
+    p = 0
+    for s in range(n_sides):
+        side_start[s] = p
+        length = words[at]
+        at += 1
+        for _ in range(length):
+            edges[p] = words[at]
+            at += 1
+            p += 1
+    side_start[n_sides] = p
+    return p
+
+
+@njit(cache=True, nogil=True)
+def _keep_carrying(
+    words: Int32Array,
+    start: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    allowed: NDArray[np.bool_],
+    lengths: Int32Array,
+    weights: Int32Array,
+    flows: Int32Array,
+    tolerance: int,
+    first: int,
+    last: int,
+    cancelled: NDArray[np.uint8],
+) -> None:
+    """Kernel of :func:`keep_carrying` for rows first..last - 1; clears ``allowed``."""
+    n_orientations, n_sides = lengths.shape
+    side_start = np.empty(n_sides + 1, np.int32)
+    no_keys = np.empty(0, np.int64)
+    for r in range(first, last):
+        if cancelled[0]:
+            return
+        row = rows[r]
+        edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
+        _split_word(words, int(start[row]), n_sides, edges, side_start)
+        end = np.empty((len(edges) // 2, 2), np.int32)
+        chord_ends(edges, end)
+        found = np.empty(2 * len(edges), np.int32)
+        none = np.empty((0, len(edges) // 2 + 1), np.int32)
+        for o in range(n_orientations):
+            if allowed[r, o]:
+                allowed[r, o] = may_carry(
+                    edges, end, side_start, lengths[o], flows[o], tolerance, found
+                ) and (
+                    carry(
+                        edges,
+                        end,
+                        side_start,
+                        lengths[o],
+                        weights[o],
+                        flows[o],
+                        tolerance,
+                        0,
+                        no_keys,
+                        none,
+                        no_keys,
+                        0,
+                    )
+                    > 0
+                )
+
+
+@njit(cache=True, nogil=True)
+def _solve_rows(
+    words: Int32Array,
+    start: NDArray[np.int64],
+    rows: NDArray[np.int64],
+    allowed: NDArray[np.bool_],
+    lengths: Int32Array,
+    weights: Int32Array,
+    flows: Int32Array,
+    tolerance: int,
+    first: int,
+    last: int,
+    count: NDArray[np.int64],
+    key: NDArray[np.int64],
+    best: NDArray[np.int32],
+    cancelled: NDArray[np.uint8],
+) -> None:
+    """Kernel of :func:`solve_rows` for rows first..last - 1.
+
+    count: (r,), key: (r, keep), best: (r, keep, longest + 1), with the orientation last.
+    """
+    n_orientations, n_sides = lengths.shape
+    keep = key.shape[1]
+    longest = best.shape[2] - 1
+    side_start = np.empty(n_sides + 1, np.int32)
+    keys = np.empty(keep, np.int64)
+    order = np.empty(keep, np.int64)
+    for r in range(first, last):
+        if cancelled[0]:
+            return
+        row = rows[r]
+        edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
+        n = _split_word(words, int(start[row]), n_sides, edges, side_start) // 2
+        end = np.empty((n, 2), np.int32)
+        chord_ends(edges, end)
+        found = np.empty((keep, n + 1), np.int32)
+        total = 0
+        for o in range(n_orientations):
+            if allowed[r, o]:
+                total = carry(
+                    edges,
+                    end,
+                    side_start,
+                    lengths[o],
+                    weights[o],
+                    flows[o],
+                    tolerance,
+                    o,
+                    keys,
+                    found,
+                    order,
+                    total,
+                )
+        count[r] = total
+        for f in range(total):
+            key[r, f] = keys[order[f]]
+            for c in range(n):
+                best[r, f, c] = found[order[f], c]
+            best[r, f, longest] = found[order[f], n]

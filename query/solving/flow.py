@@ -1,0 +1,258 @@
+"""Strokes on a pattern: which strands carry them, and the system that then is to be solved.
+
+A stroke asks for a strand of quads that leaves side a at edge i and side b at edge j, give
+or take the tolerance K. If polychord q carries it, q is a strand 1 wide between two parts of
+any width >= 0: x_q = u + 1 + w. The strand cuts side a in two *pieces*, of i + d and
+L_a - i - 1 - d edges with \\|d\\| <= K, and side b likewise. So strokes only cut sides: what is
+left is the same matching as without them, with pieces in the place of sides, and classes of
+polychords that join pieces. A tolerance is one more node, of slack 2 K, joined to the two
+pieces of its cut: what it gives to one it does not give to the other.
+
+Several strokes may lie on one polychord, in any order; its two ends see that order reversed.
+
+Source: Marcias et al. 2015, section 4, "Edge-flow constraints". Differs from the paper: one
+system of the matching instead of an integer program per polychord, every assignment of
+strokes to polychords is tried, and each of several strokes has a strand of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numba import njit
+
+from patterndb.halfedge import Int32Array
+from query.boundary import Boundary
+from query.orientation import Orientation
+from query.stroke import Stroke
+
+#: Columns of strokes as a pattern sees them: side and edge of one end, and of the other.
+FLOW_COLUMNS = 4
+
+
+def flows_seen(
+    strokes: Sequence[Stroke], boundary: Boundary, orientation: Orientation
+) -> Int32Array:
+    """(s, 4) int32 side, edge, side, edge of the strokes in the pattern's own order.
+
+    Loops are left out: no side sees them.
+    """
+    n = max(boundary.n_sides, 1)
+    rows: list[list[int]] = []
+    for stroke in strokes:
+        if stroke.start is None or stroke.end is None:
+            continue
+        row: list[int] = []
+        for side, edge in (stroke.start, stroke.end):
+            if orientation.mirrored:
+                row += [(orientation.rotation - side) % n, boundary.lengths[side] - 1 - edge]
+            else:
+                row += [(orientation.rotation + side) % n, edge]
+        rows.append(row)
+    return np.array(rows, np.int32).reshape(-1, FLOW_COLUMNS)
+
+
+@njit(cache=True, nogil=True)
+def chord_ends(edges: Int32Array, end: Int32Array) -> None:
+    """Write the two positions, ascending, at which each strand meets the boundary.
+
+    edges: (p,) strand that crosses each edge; end: (>= strands, 2) int32.
+    """
+    end[:] = -1
+    for at in range(len(edges)):
+        c = edges[at]
+        end[c, 0 if end[c, 0] < 0 else 1] = at
+
+
+@njit(cache=True, nogil=True)
+def candidates(
+    flow: Int32Array,
+    side_start: Int32Array,
+    lengths: Int32Array,
+    tolerance: int,
+    edges: Int32Array,
+    end: Int32Array,
+    found: Int32Array,
+) -> int:
+    """The strands that may carry one stroke, for all that its own place says.
+
+    flow: (4,); side_start: (n + 1,) first edge of each side of the pattern; lengths: (n,)
+    edges asked for. found: (>= 2 * strands,) int32, overwritten with 2 * strand + flip, where
+    flip says that the stroke's first end is the strand's second. Returns how many.
+    """
+    a, i, b, j = flow[0], flow[1], flow[2], flow[3]
+    count = 0
+    for at in range(side_start[a], side_start[a + 1]):
+        c = edges[at]
+        flip = 0 if end[c, 0] == at else 1
+        other = end[c, 1 - flip]
+        if not side_start[b] <= other < side_start[b + 1]:
+            continue
+        if at - side_start[a] > i + tolerance or other - side_start[b] > j + tolerance:
+            continue
+        if side_start[a + 1] - at > lengths[a] - i + tolerance:
+            continue
+        if side_start[b + 1] - other > lengths[b] - j + tolerance:
+            continue
+        found[count] = 2 * c + flip
+        count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def cut_system(
+    edges: Int32Array,
+    end: Int32Array,
+    side_start: Int32Array,
+    lengths: Int32Array,
+    weight: Int32Array,
+    flow: Int32Array,
+    carrier: Int32Array,
+    n_flows: int,
+    next_on: Int32Array,
+    first_on: Int32Array,
+    tolerance: int,
+    slack: Int32Array,
+    class_i: Int32Array,
+    class_j: Int32Array,
+    class_n: Int32Array,
+    class_weight: Int32Array,
+    part_class: Int32Array,
+    part_chord: Int32Array,
+    class_at: Int32Array,
+) -> tuple[int, int, int]:
+    """The system of the pieces, when the first ``n_flows`` strokes are carried as said.
+
+    weight: (n, n) what the square of a width counts between two sides.
+    carrier: (s,) 2 * strand + flip for every stroke; first_on: (strands,) the stroke on each
+    strand that comes first as its first end sees them, or -1; next_on: (s,) the stroke after
+    each, or -1. Other inputs as in :func:`candidates`.
+
+    Overwritten: slack: (nodes,) of pieces and tolerances; class_i, class_j, class_n,
+    class_weight: (m,) with class_n 0 for those of a tolerance, the first of each two having
+    the weight 1 and the other 0, as :mod:`.evenness` takes them; part_class, part_chord:
+    (parts,) class and strand of every part, in order of the strands, whose own width is 1 or,
+    where strokes divide the strand, 0. class_at: (nodes, nodes) int32 scratch, -1 throughout
+    before and after.
+    Returns (nodes, classes, parts); (0, 0, 0) where a piece is too short for its strands.
+    """
+    n_sides = len(lengths)
+    n_strands = len(first_on)
+    # Parts are numbered strand by strand, in the order their first ends see.
+    parts = 0
+    part_first = np.empty(n_strands + 1, np.int32)
+    for c in range(n_strands):
+        part_first[c] = parts
+        parts += 1
+        f = first_on[c]
+        while f >= 0:
+            parts += 1
+            f = next_on[f]
+    part_first[n_strands] = parts
+    piece = np.empty((parts, 2), np.int32)
+    side_of = np.empty(n_sides + 2 * n_flows, np.int32)
+    nodes = 0
+    n_cuts = 0
+    before = np.empty(2 * n_flows, np.int32)
+    on_chord = np.empty(n_flows, np.int32)
+    for s in range(n_sides):
+        left = 0
+        freedom = 0
+        base = 0
+        side_of[nodes] = s
+        for at in range(side_start[s], side_start[s + 1]):
+            c = edges[at]
+            second = 1 if end[c, 1] == at else 0
+            if first_on[c] < 0:
+                piece[part_first[c], second] = nodes
+                base += 1
+                continue
+            m = 0
+            f = first_on[c]
+            while f >= 0:
+                on_chord[m] = f
+                m += 1
+                f = next_on[f]
+            for t in range(m):
+                part = part_first[c] + (m - t if second else t)
+                piece[part, second] = nodes
+                f = on_chord[m - 1 - t if second else t]
+                begins = (carrier[f] & 1) == second
+                place = flow[f, 1] if begins else flow[f, 3]
+                slack[nodes] = place - left + freedom + tolerance - base
+                if slack[nodes] < 0:
+                    return 0, 0, 0
+                before[n_cuts] = nodes
+                n_cuts += 1
+                nodes += 1
+                side_of[nodes] = s
+                left = place + 1
+                freedom = tolerance
+                base = 0
+            piece[part_first[c] + (0 if second else m), second] = nodes
+        slack[nodes] = lengths[s] - left + freedom - base
+        if slack[nodes] < 0:
+            return 0, 0, 0
+        nodes += 1
+    m = 0
+    for c in range(n_strands):
+        for part in range(part_first[c], part_first[c + 1]):
+            i = min(piece[part, 0], piece[part, 1])
+            j = max(piece[part, 0], piece[part, 1])
+            k = class_at[i, j]
+            if k < 0:
+                k = m
+                class_at[i, j] = k
+                class_i[k] = i
+                class_j[k] = j
+                class_n[k] = 0
+                class_weight[k] = weight[side_of[i], side_of[j]]
+                m += 1
+            class_n[k] += 1
+            part_class[part] = k
+            part_chord[part] = c
+    for k in range(m):
+        class_at[class_i[k], class_j[k]] = -1
+    if tolerance > 0:
+        for cut in range(n_cuts):
+            for side in range(2):
+                class_i[m] = before[cut] + side
+                class_j[m] = nodes
+                class_n[m] = 0
+                class_weight[m] = 1 - side
+                m += 1
+            slack[nodes] = 2 * tolerance
+            nodes += 1
+    return nodes, m, parts
+
+
+@njit(cache=True, nogil=True)
+def link(stroke: int, strand: int, rank: int, first_on: Int32Array, next_on: Int32Array) -> bool:
+    """Insert a stroke on a strand as its number ``rank``; False where there are fewer."""
+    if rank == 0:
+        next_on[stroke] = first_on[strand]
+        first_on[strand] = stroke
+        return True
+    f = first_on[strand]
+    for _ in range(rank - 1):
+        if f < 0:
+            return False
+        f = next_on[f]
+    if f < 0:
+        return False
+    next_on[stroke] = next_on[f]
+    next_on[f] = stroke
+    return True
+
+
+@njit(cache=True, nogil=True)
+def unlink(stroke: int, strand: int, first_on: Int32Array, next_on: Int32Array) -> None:
+    """Undo :func:`link`."""
+    if first_on[strand] == stroke:
+        first_on[strand] = next_on[stroke]
+        return
+    f = first_on[strand]
+    while next_on[f] != stroke:
+        f = next_on[f]
+    next_on[f] = next_on[stroke]
