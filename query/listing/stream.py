@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import heapq
+import math
 import threading
 import time
 from collections import Counter
@@ -96,7 +97,8 @@ class Fills(Iterator[Fill]):
         self._cancelled = np.zeros(1, np.uint8)
         self._listed = 0
         self._found = False
-        self._began = time.perf_counter()
+        self._late = False
+        self._deadline = math.inf
         self._source = self._ordered()
 
     def __iter__(self) -> Fills:
@@ -149,6 +151,8 @@ class Fills(Iterator[Fill]):
         q = self._query
         timer = None
         if q.time_limit is not None:
+            self._deadline = time.perf_counter() + q.time_limit
+            # Another thread tells the kernels, which look at nothing but their flag.
             timer = threading.Timer(q.time_limit, self._time_out)
             timer.daemon = True
             timer.start()
@@ -205,6 +209,8 @@ class Fills(Iterator[Fill]):
         sieve = _Sieve(self._query)
         while True:
             lanes = [ahead for ahead in lanes if ahead.bound is not None]
+            if time.perf_counter() >= self._deadline and not self._late:
+                self._time_out()
             nearest = min(lanes, key=lambda ahead: ahead.bound or (), default=None)
             while waiting and (nearest is None or waiting[0][0] <= (nearest.bound or ())):
                 if self._cancelled[0]:
@@ -226,6 +232,7 @@ class Fills(Iterator[Fill]):
                     if not self._found:
                         # Whoever has waited so long shall not go empty-handed.
                         self._cancelled[0] = 0
+                        self._late = True
                         yield from islice(self._merged(search), 1)
                         self._cancelled[0] = 1
                 return
