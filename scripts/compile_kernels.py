@@ -1,8 +1,9 @@
 """Compile the kernels, on two cores, so that the first real use need not wait for it.
 
-    python scripts/compile_kernels.py
+    python scripts/compile_kernels.py [--times]
 
-Numba keeps compiled code beside the sources and compiles again where they have changed.
+Numba keeps compiled code beside the sources and compiles again where they have changed. Each
+part below uses kernels of one kind; what two parts share is compiled by both if they run at once.
 """
 
 from __future__ import annotations
@@ -10,42 +11,96 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "jug.obj"
 
-#: What uses the kernels of learning, and what uses those of queries and pictures.
+#: Learning, and the exchange with the authors' layout.
 LEARN = """
 import patterndb, ingest
-with patterndb.open({folder!r} + "/a.db", "create") as database:
-    ingest.ingest(database, [{example!r}])
+from patterndb.store import read_table
+with patterndb.open(folder + "/a.db", "create") as database:
+    ingest.ingest(database, [example])
     assert not database.verify()
+    database.export_ddq(folder + "/ddq.db")
+with patterndb.open(folder + "/b.db", "create") as database:
+    database.import_ddq(read_table(folder + "/ddq.db"))
 """
-ASK = """
+
+#: Placing in the plane and on a surface, along strokes and out of tangles, and pictures of it.
+#: The fills are put together by hand, so that no query is waited for.
+PLACE = """
 import numpy as np
+from patterndb.pattern import Pattern
+from query import Boundary, Fill, Stroke
+from query.expand import expand
+from query.placing import Surface, flow_distance, laid, loops, place, quality
+from viewer import embed
+from viewer.raster import paint
+square = Pattern.from_code(np.zeros(4, np.uint16))
+fill = expand(square, (3, 2), rotation=0, mirrored=False)
+embed(fill.disk())
+points = [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1], [3, 2], [2, 2], [1, 0.2], [0, 2], [0, 1]]
+boundary = Boundary((3, 2, 3, 2), points=points)
+stroke = Stroke((0, 1), (2, 1), [[1.5, 0, 0], [1.7, 1, 0], [1.5, 2, 0]])
+flat = laid(fill, boundary.points)
+flow_distance(fill, flat, [stroke], 1)
+quality(fill.quads, flat)
+place(fill, points, None, [stroke])
+x, y = np.meshgrid(np.linspace(-1, 4, 9), np.linspace(-1, 4, 9))
+vertices = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3)
+quads = np.array([(i, i + 1, i + 10, i + 9) for i in range(71) if i % 9 < 8])
+surface = Surface.from_arrays(vertices, np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]]))
+place(fill, points, surface, [stroke])
+ring = Fill(
+    quads=np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]], np.int32),
+    n_vertices=8, lengths=(4,), pattern=square, widths=(1,), rotation=0, mirrored=False,
+    n_irregular=4, origin="constructed",
+)
+assert len(loops(ring)) == 1
+outline = [[0, 0], [3, 0], [3, 3], [0, 3]]
+loop = Stroke.loop([[0.5, 0.5, 0], [2.5, 0.5, 0], [2.5, 2.5, 0], [0.5, 2.5, 0]])
+place(ring, outline, None, [loop])
+picture = np.zeros((4, 4, 3), np.float32)
+triangle = np.array([[[0, 0, 0], [4, 0, 0], [0, 4, 0]]], np.float64)
+paint(triangle, np.zeros((1, 3, 3), np.float32), np.full((4, 4), -np.inf, np.float32), picture)
+"""
+
+#: Queries: strict, relaxed, of the complete family, constructed, with strokes and loops.
+ASK = """
+import os
+import numpy as np
+import patterndb
+# The family may be in the cache folder already; here it is grown. (Numba has its folder by now.)
+os.environ["PATTERNDB_CACHE"] = folder
 from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
 from query import Boundary, Stroke, best, fills
-from viewer import embed
 square = Pattern.from_code(np.zeros(4, np.uint16))
 squares = PatternClass.from_patterns(4, [square])
-fill = best(squares, (3, 2, 3, 2))
-embed(fill.disk())
-list(fills(squares, (3, 2, 3, 2), limit=5))
+list(fills(squares, (3, 2, 3, 2), limit=5, order="symmetric"))
 list(fills(squares, (3, 2, 3, 2), strokes=[Stroke((0, 1), (2, 1))], limit=5))
-none = PatternClass.from_patterns(12, [])
-best(none, (1, 2) * 6)
-points = [[0, 0], [1, 0], [2, 0], [3, 0], [3, 1], [3, 2], [2, 2], [1, 2], [0, 2], [0, 1]]
-fill.place(points)
+def ask(boundary, **options):
+    return best(PatternClass.from_patterns(boundary.n_sides, []), boundary, **options)
+ask(Boundary.closed(8))
+ask(Boundary((3, 5, 4, 6)), strokes=[Stroke.loop()])
+ask(Boundary((1, 2) * 6))
+corners = ["reflex" if i in (2, 5, 9) else "convex" for i in range(10)]
+ask(Boundary((4, 3, 4, 3, 5, 4, 3, 4, 3, 5), corners), origins=("constructed",))
 """
+
+#: What runs side by side, about as long each.
+RUNS = (LEARN + PLACE, ASK)
 
 
 def main() -> None:
+    times = "--times" in sys.argv[1:]
     with tempfile.TemporaryDirectory() as folder:
-        runs = [
-            subprocess.Popen([sys.executable, "-c", text])
-            for text in (LEARN.format(folder=folder, example=str(EXAMPLE)), ASK)
-        ]
+        head = f"folder, example = {folder!r}, {str(EXAMPLE)!r}\n"
+        tail = "\nimport time; print(time.perf_counter() - begun, 's')\n" if times else ""
+        head = "import time; begun = time.perf_counter()\n" + head if times else head
+        runs = [subprocess.Popen([sys.executable, "-c", head + text + tail]) for text in RUNS]
         codes = [run.wait() for run in runs]
     if any(codes):
         sys.exit("the kernels could not be compiled; see above")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,10 +14,9 @@ from patterndb.cli.options import (
     ParamType,
     as_json,
     db_to_read,
-    max_irregular_option,
     open_database,
-    valence_option,
 )
+from patterndb.cli.searching import search_arguments, search_options
 from patterndb.cli.text import plural, say, write_json
 from patterndb.errors import NotFoundError
 
@@ -65,14 +63,6 @@ OBJ: ParamType = ObjPath()
     help="Strokes in a JSON file of their own, added to the boundary's.",
 )
 @click.option(
-    "--tolerance",
-    type=click.IntRange(0),
-    default=1,
-    show_default=True,
-    metavar="K",
-    help="Edges that a strand's ends may be off its stroke's.",
-)
-@click.option(
     "--rank",
     type=click.IntRange(1),
     default=1,
@@ -81,8 +71,12 @@ OBJ: ParamType = ObjPath()
     help="Place the K-th fill.",
 )
 @db_to_read
-@max_irregular_option
-@valence_option
+@click.option(
+    "--record",
+    is_flag=True,
+    help="Record in --db that the fill was accepted, for --use-counts.",
+)
+@search_options
 @click.option(
     "-o", "--output", type=OBJ, required=True, metavar="FILE", help="The placed fill, OBJ."
 )
@@ -91,13 +85,12 @@ def fill(
     boundary: Path,
     surface: Path | None,
     strokes: Path | None,
-    tolerance: int,
     rank: int,
     db: Path | None,
-    max_irregular: int | None,
-    valence: tuple[int, int] | None,
+    record: bool,
     output: Path,
     as_json: bool,
+    **search: Any,
 ) -> int:
     """Fill a boundary in space: place its best fill, or the K-th, and write it as OBJ.
 
@@ -117,7 +110,10 @@ def fill(
     \b
     patterndb fill boundary.json -o fill.obj
     patterndb fill cheek.json --surface head.obj --rank 2 -o cheek.obj --json
+    patterndb fill cheek.json --db my.db --record -o cheek.obj
     """
+    if record and db is None:
+        raise click.UsageError("--record needs --db: the starter database cannot be changed")
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from query import fills
     from query.boundaryfile import read_boundary, read_strokes
@@ -132,14 +128,11 @@ def fill(
         from ingest.read import read_mesh
 
         ground = Surface.from_polygons(read_mesh(surface))
-    options: dict[str, Any] = {"limit": rank, "max_irregular": max_irregular}
-    if valence is not None:
-        options["valence"] = valence
-    if drawn:
-        options |= {"strokes": drawn, "tolerance": tolerance}
+    options: dict[str, Any] = {"limit": rank, "strokes": drawn, **search_arguments(search)}
+    tolerance = options["tolerance"]
     with open_database(db) as database:
         started = time.perf_counter()
-        listed = list(islice(fills(database, asked, **options), rank))
+        listed = list(fills(database, asked, **options))
         found_at = time.perf_counter()
     if len(listed) < rank:
         count = plural(len(listed), "fill")
@@ -154,6 +147,10 @@ def fill(
     from patterndb.cli.obj import write_placed_fill
 
     write_placed_fill(output, chosen, placement.vertices)
+    if record:
+        with open_database(db, "write") as database:
+            uses = database.record_use(chosen.pattern)
+        say(f"recorded: {plural(uses, 'use')} of pattern {chosen.pattern.name}")
     if as_json:
         write_json(_document(chosen, placement, rank, output, seconds))
     _tell(chosen, placement, seconds)

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from commandline import assert_refused, run
 
+import patterndb
 from ingest.read import read_mesh
 from patterndb.errors import InvalidBoundaryError
 from query.boundaryfile import parse_boundary, read_boundary, read_strokes
@@ -65,6 +66,28 @@ class TestFill:
             assert run("fill", boundary, "--rank", rank, "--db", learned, "-o", output).code == 0
             found.add(output.read_text())
         assert len(found) == 3
+
+    def test_an_accepted_fill_is_recorded(self, db: Path, tmp_path: Path) -> None:
+        boundary = write(tmp_path, square())
+        output = tmp_path / "fill.obj"
+        for uses in (1, 2):
+            result = run("fill", boundary, "--db", db, "--record", "--json", "-o", output)
+            assert result.code == 0, result.err
+            name = result.document()["fill"]["pattern"]
+            assert f"recorded: {uses} use" in result.err
+        with patterndb.open(db) as database:
+            assert database.uses() == {int(name, 16): 2}
+        assert_refused(run("fill", boundary, "--record", "-o", output), 2, "--db")
+
+    def test_filters_are_those_of_query(self, learned: Path, tmp_path: Path) -> None:
+        boundary = write(tmp_path, square())
+        output = tmp_path / "fill.obj"
+        wanted = ("--rank", 2, "--strict", "--learned-only", "--order", "small")
+        result = run("fill", boundary, *wanted, "--db", learned, "--json", "-o", output)
+        placed = result.document()["fill"]
+        asked = ("query", "--sides", "4,4,4,4", "--db", learned, "--json", *wanted[2:])
+        assert run(*asked).document()["fills"][1]["n_irregular"] == placed["n_irregular"]
+        assert placed["strict"] and placed["origin"] == "learned"
 
     def test_on_a_surface_with_strokes(self, learned: Path, tmp_path: Path) -> None:
         n = 25
