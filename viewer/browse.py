@@ -6,24 +6,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from viewer import style
 from viewer.browser_state import BrowserState, Expand, PatternSource
 from viewer.keys import ACTIONS, ALIASES, Effect, check_keys, press
 from viewer.opengl import prepare_opengl
 from viewer.paper import PictureFormatError
-from viewer.scene import Meshes, Scene, cell_at, compose
+from viewer.scene import Meshes, cell_at, compose
+from viewer.stage import CAMERA, layered, text_of
 
 #: Pixels of a new window.
 WINDOW = (1400, 860)
-
-#: Distance between layers and from the camera to the first; any will do.
-LAYER = 1e-3
-CAMERA = 10.0
-
-#: VTK's number (VTK_FONT_FILE) for a typeface that is read from a file.
-FONT_FROM_FILE = 4
 
 
 def browse(
@@ -103,14 +95,17 @@ class Window:
         from vtkmodules.vtkInteractionStyle import vtkInteractorStyleUser
 
         plotter = self._plotter
-        # pyvista's own keys and mouse would turn the page in space, or end the program.
+        # Shown without pyvista's own loop, which would bring its keys and its mouse back: they
+        # turn the page in space, or end the program.
+        plotter.show(auto_close=False, interactive=False)
         plotter.iren.interactor.SetInteractorStyle(vtkInteractorStyleUser())
         for event in ("CharEvent", "KeyPressEvent"):
             plotter.iren.interactor.RemoveObservers(event)
         plotter.iren.add_observer("KeyPressEvent", self._on_key)
         plotter.iren.add_observer("LeftButtonPressEvent", self._on_click)
         plotter.iren.add_observer("ConfigureEvent", self._on_resize)
-        plotter.show(auto_close=False)
+        plotter.iren.initialize()
+        plotter.iren.interactor.Start()
 
     def save(self, path: Path) -> None:
         """Write what is shown to a PNG."""
@@ -128,9 +123,11 @@ class Window:
         plotter = self._plotter
         plotter.clear_actors()
         plotter.add_mesh(
-            _mesh(scene), scalars="colour", rgb=True, lighting=False, reset_camera=False
+            layered(scene), scalars="colour", rgb=True, lighting=False, reset_camera=False
         )
-        _write(plotter, scene, height / scene.height)
+        for line in scene.texts:
+            text = text_of(line, scene, height / scene.height)
+            plotter.add_actor(text, reset_camera=False, name=f"text-{id(text)}", render=False)
         x, y = scene.width / 2.0, scene.height / 2.0
         plotter.camera.position = (x, y, CAMERA)
         plotter.camera.focal_point = (x, y, 0.0)
@@ -173,44 +170,3 @@ class Window:
     def _on_resize(self, _interactor: Any, _event: str) -> None:
         if tuple(self._plotter.window_size) != self._size:
             self.redraw()
-
-
-def _mesh(scene: Scene) -> Any:
-    """All polygons of a scene as one surface, later ones nearer to the camera."""
-    import pyvista as pv
-
-    points, faces, colours = [], [], []
-    count = 0
-    for layer, patch in enumerate(scene.patches):
-        n, c = patch.corners.shape[:2]
-        z = np.full((n * c, 1), layer * LAYER)
-        points.append(np.hstack([patch.corners.reshape(-1, 2), z]))
-        corner = count + np.arange(n * c).reshape(n, c)
-        faces.append(np.hstack([np.full((n, 1), c), corner]).ravel())
-        colours.append(patch.colours)
-        count += n * c
-    mesh = pv.PolyData(np.vstack(points), np.concatenate(faces))
-    mesh.cell_data["colour"] = np.round(np.vstack(colours) * 255.0).astype(np.uint8)
-    # OpenGL fills a concave polygon wrongly; the triangulation fills it as it is.
-    return mesh.triangulate()
-
-
-def _write(plotter: Any, scene: Scene, unit: float) -> None:
-    """Write a scene's texts; unit: pixels per point."""
-    import pyvista as pv
-    from matplotlib import get_data_path
-
-    # VTK's own typefaces have no arrows; matplotlib brings one that has.
-    fonts = Path(get_data_path()) / "fonts" / "ttf"
-    for t in scene.texts:
-        text = pv.Text(t.text)
-        text.GetPositionCoordinate().SetCoordinateSystemToNormalizedViewport()
-        text.SetPosition(t.x / scene.width, t.y / scene.height)
-        family = "DejaVuSansMono" if t.mono else "DejaVuSans"
-        prop: Any = text.prop
-        prop.SetFontFamily(FONT_FROM_FILE)
-        prop.SetFontFile(str(fonts / f"{family}{'-Bold' if t.bold else ''}.ttf"))
-        prop.font_size = max(1, round(t.size * unit))
-        prop.color = t.colour
-        prop.justification_horizontal = t.align
-        plotter.add_actor(text, reset_camera=False, name=f"text-{id(t)}", render=False)

@@ -46,11 +46,14 @@ class Ranking:
     """How fits are ranked before they are expanded.
 
     artist: does what artists did most come first? Else what is most regular does.
+    worth:  where equally many vertices are irregular, does what a fill is worth decide, as in the
+            order "artist", instead of how often its pattern was seen?
     used:   do recorded uses of a pattern count as much as patches of meshes?
     """
 
     artist: bool
     used: bool
+    worth: bool = False
 
     def listed(self, table: Table, entries: Entries) -> Listing:
         """The entries in the order in which their fits may come."""
@@ -65,7 +68,8 @@ class Ranking:
         worth[entries.boundary > 0] = 0.0
         ids = table.ids[entries.row]
         # Entries of one pattern stand in the order of their rows.
-        keys = (entries.row, ids, -seen, entries.boundary, entries.irregular)
+        common = worth if self.worth else seen
+        keys = (entries.row, ids, -common, entries.boundary, entries.irregular)
         order = np.lexsort((*keys, -worth) if self.artist else keys)
         return Listing(self, entries.take(order), worth[order], seen[order], ids[order])
 
@@ -109,7 +113,7 @@ class Listing:
         regular = (
             int(entries.irregular[at]),
             int(entries.boundary[at]),
-            -int(self.seen[at]),
+            -float(self.worth[at] if self.ranking.worth else self.seen[at]),
             int(self.ids[at]),
             int(entries.row[at]),
             off,

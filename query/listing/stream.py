@@ -192,7 +192,7 @@ class Fills(Iterator[Fill]):
             yield from self._merged(self._search(wanted, q.order != "regular"))
             return
         # The most regular fill is always worth a look; after it come those that artists made.
-        first = next(self._merged(self._search(1, False)), None)
+        first = next(self._merged(self._search(1, False, True)), None)
         if first is None:
             return
         yield first
@@ -304,13 +304,13 @@ class Fills(Iterator[Fill]):
             table.listings[asked_before] = listing
         return listing
 
-    def _search(self, wanted: int | None, artist: bool) -> Search:
+    def _search(self, wanted: int | None, artist: bool, worth: bool = False) -> Search:
         q = self._query
         most = min((n for n in (wanted, q.per_pattern) if n is not None), default=None)
         return Search(
             boundary=q.boundary,
             asked=asked(q.boundary, q.strokes, q.tolerance),
-            ranking=Ranking(artist, q.use_counts),
+            ranking=Ranking(artist, q.use_counts, worth),
             # One more than is asked for tells whether there are more.
             keep=None if most is None else most + 1,
             n_loops=sum(s.is_loop for s in q.strokes),
