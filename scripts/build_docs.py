@@ -2,8 +2,9 @@
 
     python scripts/build_docs.py              write both pages
     python scripts/build_docs.py --check      exit code 1 and a diff if they are stale
-    python scripts/build_docs.py --walk       do what README and tutorial say (a minute), and
-                                              keep the pictures and the output that they show
+    python scripts/build_docs.py --walk       do what README, tutorial and queries say (two
+                                              minutes), and keep the pictures and the output
+                                              that they show
 
 The pages are put together here, not by click's or inspect's own formatting, so that they
 are the same under every version of Python and click.
@@ -18,6 +19,7 @@ import inspect
 import re
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
@@ -35,12 +37,15 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "patterndb.store": None,
     "ingest": None,
     "query": None,
+    "query.placing": None,
+    "query.boundaryfile": ("parse_boundary", "read_boundary", "read_strokes"),
     "viewer": None,
     "patterndb.pattern": ("Pattern",),
     "patterndb.patternclass": ("PatternClass",),
     "patterndb.disk": ("Disk",),
     "patterndb.polygonmesh": ("PolygonMesh",),
-    "query.engine": ("FillList",),
+    "query.listing.filters": ("Filters",),
+    "query.families.family": ("Family", "family"),
     "patterndb.errors": (
         "InvalidMeshError",
         "MeshFileError",
@@ -55,7 +60,10 @@ MODULES: dict[str, tuple[str, ...] | None] = {
 }
 
 #: The pages whose steps draw pictures; they show them as images/NAME.
-ILLUSTRATED = (ROOT / "README.md", DOCS / "tutorial.md")
+ILLUSTRATED = (ROOT / "README.md", DOCS / "tutorial.md", DOCS / "queries.md")
+
+#: How the names of pictures begin that scripts/draw_NAME.py draw, and no step does.
+DRAWN_APART = ("explorer-", "placing-")
 
 #: Bytes that a picture of the documentation may have.
 LARGEST_PICTURE = 300_000
@@ -143,16 +151,18 @@ def api_page() -> str:
     ]
     body: list[str] = []
     home: dict[Any, str] = {}
+    taken: list[str] = []
     for module_name, names in MODULES.items():
         module = importlib.import_module(module_name)
         listed: list[str] = []
         for name in names or sorted(module.__all__):
             thing = getattr(module, name)
             title = f"{module_name}.{name}"
-            link = home.setdefault(thing, title)
-            listed.append(f"[`{name}`](#{anchor(link)})")
-            if link == title:
+            if thing not in home:
+                taken.append(title)
+                home[thing] = anchors(taken)[-1]
                 body += [f"### {title}\n", *describe(name, thing)]
+            listed.append(f"[`{name}`](#{home[thing]})")
         lines.append(f"- `{module_name}`: {', '.join(listed)}")
     return "\n".join([*lines, "", *tidy(body)]).rstrip() + "\n"
 
@@ -164,9 +174,15 @@ def tidy(lines: list[str]) -> Iterator[str]:
             yield line
 
 
-def anchor(title: str) -> str:
-    """The anchor that Markdown renderers give a heading."""
-    return re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+def anchors(titles: Iterable[str]) -> list[str]:
+    """The anchors that Markdown renderers give headings; one that is taken gets a number."""
+    found: list[str] = []
+    seen: Counter[str] = Counter()
+    for title in titles:
+        plain = re.sub(r"[^\w -]", "", title.lower()).replace(" ", "-")
+        found.append(f"{plain}-{seen[plain]}" if seen[plain] else plain)
+        seen[plain] += 1
+    return found
 
 
 def describe(name: str, thing: Any) -> list[str]:
@@ -299,7 +315,7 @@ def walk(page: Path) -> None:
                 old = said + step.shown
                 assert text.count(old) == 1, f"{page.name}:{step.line} stands there twice"
                 text = text.replace(old, said + shortened(written, step.shown))
-        for picture in re.findall(r"images/([\w-]+\.png)", text):
+        for picture in pictures_of_steps(text):
             # Few colours are used: a palette makes the file a third as large.
             image = Image.open(folder / picture).convert("RGB").quantize(128)
             image.save(IMAGES / picture, optimize=True)
@@ -308,6 +324,12 @@ def walk(page: Path) -> None:
             if size > LARGEST_PICTURE:
                 sys.exit(f"{picture} has over {LARGEST_PICTURE:,} bytes; draw less in it")
     page.write_text(text, encoding="utf-8")
+
+
+def pictures_of_steps(text: str) -> list[str]:
+    """The names of the pictures that a page shows and its steps draw."""
+    shown = re.findall(r"images/([\w-]+\.png)", text)
+    return [name for name in shown if not name.startswith(DRAWN_APART)]
 
 
 def shortened(written: str, shown: str) -> str:
@@ -327,7 +349,7 @@ def shortened(written: str, shown: str) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--check", action="store_true", help="only say whether they are stale")
-    parser.add_argument("--walk", action="store_true", help="do what README and tutorial say")
+    parser.add_argument("--walk", action="store_true", help="do what the pages say")
     arguments = parser.parse_args()
     if arguments.walk:
         for page in ILLUSTRATED:

@@ -6,7 +6,7 @@ from functools import cache, lru_cache
 
 from query.boundary import Boundary
 from query.construct.lookup import PartFill
-from query.marks.bestmarked import BestMarked, best_marked, family_index
+from query.marks.bestmarked import BOUNDARY_CAP, BestMarked, best_marked, family_index
 from query.marks.expandmarked import expand_marked
 
 #: Sides up to which the family has marked patterns worth looking through.
@@ -44,4 +44,6 @@ class FamilyLookup:
 
     def _find(self, boundary: Boundary, strict: bool) -> BestMarked | None:
         index = family_index(boundary.n_sides)
-        return best_marked(index, boundary, cap=0) if strict else best_marked(index, boundary)
+        # Each reflex corner may cost one more than the marks of a convex boundary do.
+        most = index.marked.most + boundary.corners.count("reflex")
+        return best_marked(index, boundary, cap=0 if strict else BOUNDARY_CAP, most=most)

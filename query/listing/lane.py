@@ -173,8 +173,13 @@ def lane(table: Table, listing: Listing, search: Search, least: int) -> Iterator
             yield Step(found, bound)
 
 
-def feasible(table: Table, entries: Entries, search: Search) -> NDArray[np.bool_]:
-    """(e, o) the orientations in which lengths are met and strands can lie on the strokes."""
+def feasible(
+    table: Table, entries: Entries, search: Search, *, once: bool = False
+) -> NDArray[np.bool_]:
+    """(e, o) the orientations in which lengths are met and strands can lie on the strokes.
+
+    once: some of them, where there are any.
+    """
     if search.by_cpsat:
         return cpsat.keep_carrying(
             table.labels, entries.row, entries.allowed, search.asked, search.threads
@@ -189,6 +194,7 @@ def feasible(table: Table, entries: Entries, search: Search) -> NDArray[np.bool_
             search.asked,
             search.cancelled,
             search.threads,
+            once=once,
         )
     return found
 

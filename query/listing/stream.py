@@ -125,7 +125,7 @@ class Fills(Iterator[Fill]):
         entries = self._entries(table)
         # Whatever ended the list, the count is of all.
         search = replace(self._search(1, False), cancelled=np.zeros(1, np.uint8))
-        return int(feasible(table, entries, search).any(axis=1).sum())
+        return int(feasible(table, entries, search, once=True).any(axis=1).sum())
 
     @property
     def reason(self) -> str | None:

@@ -77,10 +77,13 @@ def keep_carrying(
     asked: Asked,
     cancelled: NDArray[np.uint8],
     threads: int | None = None,
+    *,
+    once: bool = False,
 ) -> NDArray[np.bool_]:
     """(r, o) bool: those of the allowed orientations in which strands can lie on all strokes.
 
-    rows: (r,) rows of the labels; allowed: (r, o). Cancelled, the answer is of no use.
+    rows: (r,) rows of the labels; allowed: (r, o). once: at most one of each row, for those who
+    only ask whether there is any. Cancelled, the answer is of no use.
     """
     result = allowed.copy()
 
@@ -98,6 +101,7 @@ def keep_carrying(
             first,
             last,
             cancelled,
+            once,
         )
 
     share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
@@ -188,6 +192,7 @@ def _keep_carrying(
     first: int,
     last: int,
     cancelled: NDArray[np.uint8],
+    once: bool,
 ) -> None:
     """Kernel of :func:`keep_carrying` for rows first..last - 1; clears ``allowed``."""
     n_orientations, n_sides = lengths.shape
@@ -224,6 +229,9 @@ def _keep_carrying(
                     )
                     > 0
                 )
+            if once and allowed[r, o]:
+                allowed[r, o + 1 :] = False
+                break
 
 
 @njit(cache=True, nogil=True)

@@ -14,7 +14,8 @@ sys.path.insert(0, str(ROOT / "scripts"))
 import build_docs  # noqa: E402
 import walkthrough  # noqa: E402
 
-PAGES = [ROOT / "README.md", ROOT / "docs" / "tutorial.md", ROOT / "docs" / "database.md"]
+PAGES = [ROOT / "README.md"]
+PAGES += [ROOT / "docs" / f"{name}.md" for name in ("tutorial", "queries", "database")]
 ALL_PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -54,7 +55,7 @@ def test_the_steps_of_a_page_work_and_write_what_it_shows(page: Path, tmp_path: 
             compare(step.shown, written)
         elif step.language == "sql":
             assert written, f"{page.name}:{step.line} finds nothing"
-    for picture in re.findall(r"images/([\w-]+\.png)", page.read_text(encoding="utf-8")):
+    for picture in build_docs.pictures_of_steps(page.read_text(encoding="utf-8")):
         assert (tmp_path / picture).stat().st_size > 0, f"no step draws {picture}"
 
 
@@ -75,7 +76,7 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert path.exists(), f"{page.name}: there is no {target}"
         if heading and path.suffix == ".md":
             titles = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
-            assert heading in map(build_docs.anchor, titles), f"{page.name}: no heading {target}"
+            assert heading in build_docs.anchors(titles), f"{page.name}: no heading {target}"
 
 
 def test_pictures_are_small_and_all_shown() -> None:
