@@ -1,6 +1,6 @@
 """Compile the kernels, on two cores, so that the first real use need not wait for it.
 
-    python scripts/compile_kernels.py [--times]
+    python scripts/compile_kernels.py [--times]     --times: say how long each process took
 
 Numba keeps compiled code beside the sources and compiles again where they have changed. Each
 part below uses kernels of one kind; what two parts share is compiled by both if they run at once.
@@ -11,7 +11,6 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
-import time
 from pathlib import Path
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "jug.obj"
@@ -53,9 +52,9 @@ vertices = np.stack([x, y, 0 * x], axis=-1).reshape(-1, 3)
 quads = np.array([(i, i + 1, i + 10, i + 9) for i in range(71) if i % 9 < 8])
 surface = Surface.from_arrays(vertices, np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]]))
 place(fill, points, surface, [stroke])
+five = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]]
 ring = Fill(
-    quads=np.array([[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]], np.int32),
-    n_vertices=8, lengths=(4,), pattern=square, widths=(1,), rotation=0, mirrored=False,
+    quads=np.array(five, np.int32), n_vertices=8, lengths=(4,), pattern=square, widths=(1,), rotation=0, mirrored=False,
     n_irregular=4, origin="constructed",
 )
 assert len(loops(ring)) == 1

@@ -29,6 +29,7 @@ from query.listing.table import (
     Frequencies,
     RelaxedTable,
     Table,
+    begun_table,
     relaxed_table,
     strict_table,
 )
@@ -259,10 +260,10 @@ class Fills(Iterator[Fill]):
 
     def _lanes(self, search: Search) -> Iterator[Iterator[Step]]:
         q = self._query
-        closed_with_strokes = q.boundary.n_sides == 0 and search.strokes
-        if not closed_with_strokes:
-            table = strict_table(q.patterns)
-            yield lane(table, self._listing(table, search.ranking), search, 0)
+        table: Table = strict_table(q.patterns)
+        if q.boundary.n_sides == 0 and search.strokes:
+            table = begun_table(q.patterns)
+        yield lane(table, self._listing(table, search.ranking), search, 0)
         least = None
         if q.wants(FAMILY) or q.wants(LEARNED):
             table = relaxed_table(q.patterns, q.frequencies)

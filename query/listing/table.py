@@ -26,7 +26,9 @@ from query.identity import is_mesh
 from query.marks.bestmarked import MOST_SIDES, MarkedIndex, best_marked
 from query.marks.expandmarked import expand_marked
 from query.marks.marked import MarkedClass
-from query.marks.marking import family_marked
+from query.marks.marking import family_marked, marked_class
+from query.marks.patterntable import PatternTable
+from query.marks.strands import MOST_SLOTS
 from query.orientation import corners_seen, orientations, symmetries_of_chords
 from query.solving.batch import Labels
 from query.solving.feasibility import feasible_orientations, lengths_met
@@ -230,10 +232,10 @@ class RelaxedTable:
     """Marked patterns; those that are strict too are left out where a class holds them."""
 
     def __init__(
-        self, marked: MarkedClass, known: PatternClass, frequencies: Frequencies | None
+        self, marked: MarkedClass, known: PatternClass | None, frequencies: Frequencies | None
     ) -> None:
         """known: the class of as many sides whose patterns a strict table lists already.
-        frequencies: how often artists made the patterns."""
+        frequencies: how often artists made the patterns; None where the table knows."""
         self.marked = marked
         patterns, of = marked.patterns, marked.pattern
         seen = patterns.frequency if frequencies is None else frequencies(patterns.ids)
@@ -250,7 +252,9 @@ class RelaxedTable:
         self.max_valence = patterns.max_valence[of]
         self.listings: dict[Any, Any] = {}
         self._index: MarkedIndex | None = None
-        self.fresh = ~(marked.strict & np.isin(self.ids, known.ids))
+        self.fresh = np.ones(len(marked), np.bool_)
+        if known is not None:
+            self.fresh = ~(marked.strict & np.isin(self.ids, known.ids))
         self.pattern = lru_cache(maxsize=4096)(self._pattern)
 
     def _pattern(self, row: int) -> Pattern:
@@ -341,6 +345,7 @@ class RelaxedTable:
 
 _STRICT: WeakKeyDictionary[PatternClass, StrictTable] = WeakKeyDictionary()
 _RELAXED: WeakKeyDictionary[PatternClass, RelaxedTable] = WeakKeyDictionary()
+_BEGUN: WeakKeyDictionary[PatternClass, RelaxedTable] = WeakKeyDictionary()
 
 
 def strict_table(patterns: PatternClass) -> StrictTable:
@@ -360,3 +365,16 @@ def relaxed_table(patterns: PatternClass, frequencies: Frequencies | None = None
         marked = family_marked(max(n, 1), free=n == 0)
         _RELAXED[patterns] = RelaxedTable(marked, patterns, frequencies)
     return _RELAXED[patterns]
+
+
+def begun_table(patterns: PatternClass) -> RelaxedTable:
+    """The patterns of one closed side, begun at every place where its vertex 0 may fall.
+
+    Without strokes it does not matter where a closed side begins; a stroke's ends are counted
+    from there. Patterns of more than MOST_SLOTS irregular vertices are left out.
+    """
+    if patterns not in _BEGUN:
+        table = PatternTable.from_class(patterns, MOST_SLOTS)
+        marked = marked_class(table, 1, most=MOST_SLOTS, free=True)
+        _BEGUN[patterns] = RelaxedTable(marked, None, None)
+    return _BEGUN[patterns]

@@ -238,3 +238,32 @@ def test_strokes_that_are_none_are_refused() -> None:
         Stroke((0, 0), (1, 0), [[0, 0, 0], [0, 0, 0]])  # pyright: ignore
     with pytest.raises(InvalidQueryError, match="finite"):
         Stroke.loop([[0, 0, 0], [float("inf"), 0, 0]])
+
+
+def test_strokes_on_a_closed_side_are_counted_from_its_vertex_0() -> None:
+    """Every rotation of a fill is another answer once strokes say where edges are."""
+    boundary = Boundary.closed(12)
+    whole = list(query.fills(Source(), boundary, limit=None, max_irregular=4, origins=("learned",)))
+    for end in (4, 6):
+        strokes = [Stroke((0, 0), (0, end))]
+        found = list(
+            query.fills(
+                Source(),
+                boundary,
+                strokes=strokes,
+                tolerance=0,
+                limit=None,
+                max_irregular=4,
+                origins=("learned",),
+            )
+        )
+        assert found
+        assert all(edges_off(fill, strokes, 0) == 0 for fill in found)
+        # By hand: of all fills, turned by every number of edges, those with such a strand.
+        wanted = set()
+        for fill in whole:
+            for turn in range(12):
+                start = Stroke((0, turn), (0, (turn + end) % 12))
+                if fill.strict and edges_off(fill, [start], 0) == 0:
+                    wanted.add((code_of(fill, True), fill.n_quads))
+        assert {(code_of(f, True), f.n_quads) for f in found if f.strict} == wanted
