@@ -16,6 +16,7 @@ from patterndb.pattern import Pattern
 
 if TYPE_CHECKING:
     from query.placing import Placement, Surface
+    from query.placing.region import Region
     from query.placing.surface import Triangles
     from query.stroke import Stroke
 
@@ -105,7 +106,7 @@ class Fill:
     def place(
         self,
         points: ArrayLike,
-        surface: Triangles | Surface | None = None,
+        surface: Triangles | Surface | Region | None = None,
         strokes: Sequence[Stroke] | None = None,
         *,
         tolerance: int = 1,

@@ -193,7 +193,9 @@ def describe(name: str, thing: Any) -> list[str]:
     head = f"class {name}" + (f"({', '.join(bases)})" if bases else "")
     made_of: Iterable[str] = ()
     if "__init__" in vars(thing) and not getattr(thing, "_is_protocol", False):
-        made_of = list(inspect.signature(thing.__init__).parameters)[1:]
+        # What a constructor sets is told of like what it takes.
+        made_of = [*inspect.signature(thing.__init__).parameters][1:]
+        made_of += [name for name in thing.__init__.__code__.co_names if name not in made_of]
         if not issubclass(thing, Exception):
             head = "class " + signature(name, thing.__init__, drop_first=True)
     lines = [*fence("python", head), *prose(thing.__doc__, [*made_of, *vars(thing)])]

@@ -54,8 +54,8 @@ surface = Surface.from_arrays(vertices, np.concatenate([quads[:, :3], quads[:, [
 place(fill, points, surface, [stroke])
 five = [[0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7], [4, 5, 6, 7]]
 ring = Fill(
-    quads=np.array(five, np.int32), n_vertices=8, lengths=(4,), pattern=square, widths=(1,), rotation=0, mirrored=False,
-    n_irregular=4, origin="constructed",
+    quads=np.array(five, np.int32), n_vertices=8, lengths=(4,), pattern=square, widths=(1,),
+    rotation=0, mirrored=False, n_irregular=4, origin="constructed",
 )
 assert len(loops(ring)) == 1
 outline = [[0, 0], [3, 0], [3, 3], [0, 3]]

@@ -197,17 +197,14 @@ class Fills(Iterator[Fill]):
         if first is None:
             return
         yield first
-        key = fill_key(first, q.boundary.n_sides == 0)
-        for fill in self._merged(self._search(wanted, True)):
-            if fill.n_quads != first.n_quads or self._key(fill) != key:
-                yield fill
+        yield from self._merged(self._search(wanted, True), first)
 
-    def _merged(self, search: Search) -> Iterator[Fill]:
-        """The fills of all lanes, by rank."""
+    def _merged(self, search: Search, first: Fill | None = None) -> Iterator[Fill]:
+        """The fills of all lanes, by rank, but for one that is listed already."""
         lanes = [step for step in map(_Ahead, self._lanes(search)) if step.bound is not None]
         waiting: list[tuple[Rank, int, Candidate | More]] = []
         number = 0
-        sieve = _Sieve(self._query)
+        sieve = _Sieve(self._query, first)
         while True:
             lanes = [ahead for ahead in lanes if ahead.bound is not None]
             if time.perf_counter() >= self._deadline and not self._late:
@@ -320,9 +317,6 @@ class Fills(Iterator[Fill]):
             threads=q.threads,
         )
 
-    def _key(self, fill: Fill) -> bytes:
-        return fill_key(fill, self.boundary.n_sides == 0)
-
 
 class _Ahead:
     """A lane and the bound on what it has not told yet; None at its end."""
@@ -345,21 +339,35 @@ class _Ahead:
 class _Sieve:
     """Makes candidates fills, and lets pass what is new and was asked for."""
 
-    def __init__(self, query: Query) -> None:
+    def __init__(self, query: Query, first: Fill | None) -> None:
         self._query = query
         self._closed = query.boundary.n_sides == 0
         self._of_pattern: Counter[int] = Counter()
         self._passed: list[Fill] = []
+        self._first = first
+        self._first_key = b""
+        if first is not None:
+            self._of_pattern[first.pattern.id] += 1
+            self._passed.append(first)
+            self._first_key = fill_key(first, self._closed)
         self._keys: set[bytes] = set()
         self.cut = False
 
     def passed(self, candidate: Candidate) -> Fill | None:
         """The fill, or None where it is not to be listed."""
         q = self._query
-        if q.per_pattern is not None and self._of_pattern[candidate.pattern_id] >= q.per_pattern:
+        full = q.per_pattern is not None and self._of_pattern[candidate.pattern_id] >= q.per_pattern
+        first = self._first
+        maybe_first = first is not None and candidate.pattern_id == first.pattern.id
+        if full and not maybe_first:
             self.cut = True
             return None
         fill = candidate.fill()
+        if maybe_first and fill_key(fill, self._closed) == self._first_key:
+            return None
+        if full:
+            self.cut = True
+            return None
         if not q.wants(fill.origin):
             return None
         if q.filters.max_quads is not None and fill.n_quads > q.filters.max_quads:

@@ -88,6 +88,8 @@ def test_pictures_are_small_and_all_shown() -> None:
         for name in re.findall(r"images/([\w-]+\.png)", page.read_text(encoding="utf-8"))
     }
     assert shown == set(pictures)
+    for name in build_docs.DRAWN_APART:
+        assert (ROOT / "scripts" / f"draw_{name.rstrip('-')}.py").exists()
 
 
 def test_every_difference_from_the_paper_is_told() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import Counter
 
 import numpy as np
 import pytest
@@ -267,3 +268,18 @@ def test_strokes_on_a_closed_side_are_counted_from_its_vertex_0() -> None:
                 if fill.strict and edges_off(fill, [start], 0) == 0:
                     wanted.add((code_of(fill, True), fill.n_quads))
         assert {(code_of(f, True), f.n_quads) for f in found if f.strict} == wanted
+
+
+@pytest.mark.parametrize("per_pattern", [1, 2, 3])
+def test_no_pattern_has_more_fills_than_asked_for(per_pattern: int) -> None:
+    """In the default order too, whose first fill is found apart from the others."""
+    options = {"strict": True, "origins": ("learned",), "limit": None}
+    for boundary in ((4, 4, 5, 4, 5), (4, 5, 6, 5), (5, 6, 5)):
+        whole = list(query.fills(Source(), boundary, **options))  # pyright: ignore
+        stream = query.fills(Source(), boundary, per_pattern=per_pattern, **options)  # pyright: ignore
+        found = list(stream)
+        counts = Counter(fill.pattern.id for fill in found)
+        every = Counter(fill.pattern.id for fill in whole)
+        assert counts == {p: min(n, per_pattern) for p, n in every.items()}
+        assert stream.truncated == (max(every.values()) > per_pattern)
+        assert len({code_of(fill) for fill in found}) == len(found)
