@@ -24,7 +24,7 @@ help:
 	@echo "make types       pyright: strict for patterndb/, basic for the rest"
 	@echo "make docs        write docs/cli.md and docs/api.md anew"
 	@echo "make docs-check  are they up to date?"
-	@echo "make docs-walk   do what README and tutorial say; keep their pictures and output"
+	@echo "make docs-walk   do what README, tutorial and queries say; keep their pictures and output"
 	@echo "make starter     learn the starter database anew from MESHES=$(MESHES)"
 	@echo "make dist        build the sdist and the wheel into dist/"
 	@echo "make clean       remove what these have made, .venv included"

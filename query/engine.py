@@ -128,7 +128,8 @@ def fills(
         raise InvalidQueryError('order="quality" needs points of the boundary')
     ids = None
     if meshes is not None or licences is not None:
-        ids = _ids_of(source, boundary.n_sides, meshes, licences)
+        # A relaxed fill's pattern may have another number of sides.
+        ids = _ids_of(source, boundary.n_sides if strict else None, meshes, licences)
     return Fills(
         Query(
             patterns=_class_for(source, boundary),
@@ -183,7 +184,7 @@ def _class_for(source: PatternSource | PatternClass, boundary: Boundary) -> Patt
 
 def _ids_of(
     source: PatternSource | PatternClass,
-    n_sides: int,
+    n_sides: int | None,
     meshes: Sequence[str] | None,
     licences: Sequence[str] | None,
 ) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

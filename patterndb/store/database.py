@@ -105,12 +105,12 @@ class Database:
 
     def pattern_ids(
         self,
-        n_sides: int,
+        n_sides: int | None,
         meshes: Sequence[str] | None = None,
         licences: Sequence[str] | None = None,
     ) -> NDArray[np.int64]:
-        """Ids (k,) int64, ascending, of the patterns of ``n_sides`` sides that occur in meshes
-        of these names (or first digits of hashes) and of these licences.
+        """Ids (k,) int64, ascending, of the patterns of ``n_sides`` sides (None: of any number)
+        that occur in meshes of these names (or first digits of hashes) and of these licences.
 
         ``*`` in a licence stands for anything, and letters' case does not matter. Raises
         NotFoundError, naming what comes near, if no mesh has a name or licence. More at

@@ -20,11 +20,12 @@ OFFERED = 3
 
 def pattern_ids(
     connection: sqlite3.Connection,
-    n_sides: int,
+    n_sides: int | None,
     meshes: Sequence[str] | None = None,
     licences: Sequence[str] | None = None,
 ) -> NDArray[np.int64]:
-    """Ids (k,) int64, ascending, of the patterns of ``n_sides`` sides in certain meshes.
+    """Ids (k,) int64, ascending, of the patterns of ``n_sides`` sides (None: of any number)
+    in certain meshes.
 
     meshes: names, or first digits (8 and more) of SHA-256 hashes; a name that several meshes
     have stands for all of them. licences: of these licences, letters' case aside; ``*``,
@@ -34,6 +35,8 @@ def pattern_ids(
 
     Raises NotFoundError if no mesh has one of the names or licences; it tells which come near.
     """
+    if n_sides is None:
+        return _of_any_class(connection, meshes, licences)
     low, high = reading.id_range(n_sides)
     if meshes is None and licences is None:
         rows = connection.execute(
@@ -48,6 +51,20 @@ def pattern_ids(
             "AND mesh_id IN (SELECT value FROM json_each(?)) AND (? >> 56 < ? OR "
             "(SELECT n_sides FROM pattern WHERE id = pattern_id) = ?) ORDER BY pattern_id",
             (low, high, json.dumps(sorted(chosen)), low, reading.MAX_CLASS, n_sides),
+        )
+    return np.array([row[0] for row in rows.fetchall()], np.int64)
+
+
+def _of_any_class(
+    connection: sqlite3.Connection, meshes: Sequence[str] | None, licences: Sequence[str] | None
+) -> NDArray[np.int64]:
+    if meshes is None and licences is None:
+        rows = connection.execute("SELECT id FROM pattern ORDER BY id")
+    else:
+        rows = connection.execute(
+            "SELECT DISTINCT pattern_id FROM occurrence "
+            "WHERE mesh_id IN (SELECT value FROM json_each(?)) ORDER BY pattern_id",
+            (json.dumps(sorted(_chosen(connection, meshes, licences))),),
         )
     return np.array([row[0] for row in rows.fetchall()], np.int64)
 
