@@ -4,7 +4,9 @@ float() and int() accept more than any mesh format does ('1_000', 'nan', 'infini
 digits of other scripts), and each library a different surplus. So text is matched
 against these expressions first, and only then converted.
 
-All quantifiers are possessive: matching is linear in the text, whatever the text.
+Quantifiers of single characters are possessive, and what a group may give back fails at
+once: matching is linear in the text, whatever the text. Groups are not possessive: before
+Python 3.11.5 such a group that fails half-way leaves what it has read behind as matched.
 """
 
 from __future__ import annotations
@@ -20,7 +22,7 @@ from numpy.typing import NDArray
 from patterndb.errors import MeshFileError
 
 BLANK = rb"[ \t\v\f]"
-NUMBER = rb"[+-]?+(?:[0-9]++(?:\.[0-9]*+)?+|\.[0-9]++)(?:[eE][+-]?+[0-9]++)?+"
+NUMBER = rb"[+-]?+(?:[0-9]++(?:\.[0-9]*+)?|\.[0-9]++)(?:[eE][+-]?+[0-9]++)?"
 # Nine digits always fit int32 arithmetic in 64 bits; longer ones are left to the line parsers.
 SHORT_NATURAL = rb"[0-9]{1,9}+"
 

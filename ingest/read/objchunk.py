@@ -19,17 +19,17 @@ from ingest.read.objrecords import SKIPPED_NUMERIC, SKIPPED_TEXT, ObjRecords
 
 
 def _ordinary_lines() -> re.Pattern[bytes]:
-    reference = rb"(?:-?+[0-9]++)?+"
-    corner = rb"-?+[1-9][0-9]{0,8}+(?:/R(?:/R)?+)?+".replace(b"R", reference)
+    reference = rb"(?:-?+[0-9]++)?"
+    corner = rb"-?+[1-9][0-9]{0,8}+(?:/R(?:/R)?)?".replace(b"R", reference)
     number = BLANK + rb"++" + NUMBER
     # 3 numbers, 4 with a weight, 6 with a colour, 7 with both
-    vertex = rb"v(?:N){3}(?:N(?:(?:N){2,3}+)?+)?+".replace(b"N", number)
-    face = rb"f(?:" + BLANK + rb"++" + corner + rb"){3,}+"
+    vertex = rb"v(?:N){3}(?:N(?:(?:N){2,3})?)?".replace(b"N", number)
+    face = rb"f(?:" + BLANK + rb"++" + corner + rb"){3,}"
     # No backslash: it could continue the line.
-    numeric = rb"(?:" + _either(SKIPPED_NUMERIC) + rb")(?:" + BLANK + rb"[^\n\\]*+)?+"
-    text = rb"(?:" + _either(SKIPPED_TEXT) + rb")(?:" + BLANK + rb"[^\n]*+)?+"
+    numeric = rb"(?:" + _either(SKIPPED_NUMERIC) + rb")(?:" + BLANK + rb"[^\n\\]*+)?"
+    text = rb"(?:" + _either(SKIPPED_TEXT) + rb")(?:" + BLANK + rb"[^\n]*+)?"
     line = b"|".join([face, vertex, numeric, text, rb"#[^\n]*+", b""])
-    return re.compile(rb"(?:(?:" + line + rb")" + BLANK + rb"*+\n)*+")
+    return re.compile(rb"(?:(?:" + line + rb")" + BLANK + rb"*+\n)*")
 
 
 def _either(keywords: frozenset[bytes]) -> bytes:

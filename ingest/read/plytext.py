@@ -20,7 +20,7 @@ from ingest.read.plyrows import FaceRows
 
 
 def _lines_of(token: bytes) -> re.Pattern[bytes]:
-    row = rb"(?:B*+T(?:B++T)*+B*+\n)*+".replace(b"B", BLANK)
+    row = rb"(?:B*+T(?:B++T)*B*+\n)*".replace(b"B", BLANK)
     return re.compile(row.replace(b"T", rb"(?:" + token + rb")"))
 
 
