@@ -66,12 +66,12 @@ def _fewest(boundary: Boundary) -> int:
     """What a constructed fill counts at least in the order of lists.
 
     No vertex has more than two quads too many or too few, so that each irregular one makes up
-    for at most two corners. Of convex boundaries none was ever seen to have fewer than N - 6;
-    that constructions need not be tried before any fill with fewer is worth that such a one,
-    if there is, should come a little late.
+    for at most two corners. Of 100,000 random convex boundaries none had one with fewer than
+    N - 8 (benchmarks/answers.py); that constructions need not be tried before any fill with
+    fewer is worth that such a one, if there is, should come a little late.
     """
     turn = sum(2 - count for count in boundary.corner_counts) - 4
-    return max((abs(turn) + 1) // 2, boundary.n_sides - 6 if boundary.convex else 0)
+    return max((abs(turn) + 1) // 2, boundary.n_sides - 8 if boundary.convex else 0)
 
 
 def _rank(search: Search, irregular: int, boundary: int, off: int, place: int) -> Rank:
