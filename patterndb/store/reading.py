@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Sequence
 from typing import Any
@@ -22,10 +23,6 @@ def id_range(n_sides: int) -> tuple[int, int]:
     """Smallest and largest id of the class (of all classes from MAX_CLASS on together)."""
     first = min(n_sides, MAX_CLASS) << 56
     return first, first + (1 << 56) - 1
-
-
-#: Well below the fewest parameters that SQLite takes in one statement.
-IDS_AT_A_TIME = 500
 
 
 def pattern_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
@@ -96,14 +93,13 @@ def _flat(blobs: Sequence[bytes]) -> NDArray[np.int32]:
 
 def frequencies(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> NDArray[np.int64]:
     """(k,) int64 frequency of every pattern; 0 for those that are not there."""
-    found: dict[int, int] = {}
     wanted = ids.tolist()
-    for first in range(0, len(wanted), IDS_AT_A_TIME):
-        some = wanted[first : first + IDS_AT_A_TIME]
-        marks = ",".join("?" * len(some))
-        found.update(
-            connection.execute(f"SELECT id, frequency FROM pattern WHERE id IN ({marks})", some)  # noqa: S608
+    found: dict[int, int] = dict(
+        connection.execute(
+            "SELECT id, frequency FROM pattern WHERE id IN (SELECT value FROM json_each(?))",
+            (json.dumps(wanted),),
         )
+    )
     return np.array([found.get(number, 0) for number in wanted], np.int64)
 
 

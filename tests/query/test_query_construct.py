@@ -248,8 +248,6 @@ def test_parts_that_do_not_join_to_a_mesh_are_left_out() -> None:
 
 def test_fills_pass_the_independent_checker() -> None:
     checker = SHARED / "oracle" / "check_fill.py"
-    if not checker.exists():
-        pytest.skip("the independent checker is not here")
     lines: list[str] = []
     n = 0
     for seed in range(8):
