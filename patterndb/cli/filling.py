@@ -9,13 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from patterndb.cli.options import (
-    FileName,
-    ParamType,
-    as_json,
-    db_to_read,
-    open_database,
-)
+from patterndb.cli.options import OBJ, FileName, as_json, db_to_read, open_database
 from patterndb.cli.searching import search_arguments, search_options
 from patterndb.cli.text import plural, say, write_json
 from patterndb.errors import NotFoundError
@@ -29,23 +23,6 @@ if TYPE_CHECKING:
 
 #: A boundary that encloses more of its surface than this may well run the wrong way round.
 MOST_OF_SURFACE = 0.5
-
-
-class ObjPath(FileName):
-    """An OBJ file to write."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
-        path = super().convert(value, param, ctx)
-        if path.suffix.lower() != ".obj":
-            self.fail(f"{value} must end in .obj", param, ctx)
-        if path.is_dir():
-            self.fail(f"{value} is a folder; name a file in it", param, ctx)
-        if not path.absolute().parent.is_dir():
-            self.fail(f"there is no folder {path.parent} to write into", param, ctx)
-        return path
-
-
-OBJ: ParamType = ObjPath()
 
 
 @click.command()

@@ -1,17 +1,20 @@
-"""Fills as OBJ files."""
+"""Fills and surfaces as OBJ files."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from patterndb.cli.text import printable
 from patterndb.files import replace_file
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from query import Boundary, Fill
+    from sketch.surfacing import Surfacing
 
 
 def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
@@ -40,4 +43,24 @@ def write_placed_fill(path: Path, fill: Fill, vertices: NDArray[np.float64]) -> 
         *(f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()),
         *(f"f {a} {b} {c} {d}" for a, b, c, d in (fill.quads + 1).tolist()),
     ]
+    replace_file(path, "\n".join(lines) + "\n")
+
+
+def write_surface(path: Path, surfacing: Surfacing) -> None:
+    """Write the surface of a network, a group per patch, named by its curves and its method.
+
+    Neighbouring patches share vertices. Every number reads back as it was.
+    """
+    faces = [face for patch in surfacing.patches for face in patch.faces]
+    used = np.unique(np.concatenate([face.ravel() for face in faces])) if faces else []
+    name = np.zeros(len(surfacing.points), np.int64)
+    name[used] = np.arange(1, len(used) + 1)
+    lines = [f"# surface of a curve network: {len(surfacing.patches)} patches"]
+    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in surfacing.points[used].tolist()]
+    for number, patch in enumerate(surfacing.patches, 1):
+        curves = " ".join(str(c) for c in surfacing.network.names(patch.cycle))
+        lines.append(f"g patch_{number}")
+        lines.append(f"# {patch.method or 'no method'}, curves {printable(curves)}")
+        for face in patch.faces:
+            lines += [f"f {' '.join(map(str, row))}" for row in name[face].tolist()]
     replace_file(path, "\n".join(lines) + "\n")

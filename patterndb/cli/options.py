@@ -35,6 +35,23 @@ class FileName(ParamType):
         return Path(value)
 
 
+class ObjPath(FileName):
+    """An OBJ file to write."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = super().convert(value, param, ctx)
+        if path.suffix.lower() != ".obj":
+            self.fail(f"{value} must end in .obj", param, ctx)
+        if path.is_dir():
+            self.fail(f"{value} is a folder; name a file in it", param, ctx)
+        if not path.absolute().parent.is_dir():
+            self.fail(f"there is no folder {path.parent} to write into", param, ctx)
+        return path
+
+
+OBJ = ObjPath()
+
+
 def is_text(name: str) -> bool:
     """Can the name be kept in a database? Those that are no UTF-8 cannot."""
     return not any("\ud800" <= c <= "\udfff" for c in name)

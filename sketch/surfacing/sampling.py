@@ -22,6 +22,9 @@ CORNER_ANGLE = math.radians(20)
 #: then turns by 7.5 degrees from edge to edge, well below a corner.
 EDGES_OF_MEDIAN_CURVE = 12
 
+#: With quads the median curve has this many: artists' quads are as coarse as the shape allows.
+EDGES_OF_MEDIAN_QUADS = 4
+
 #: However short it is, a stretch turns by no more than this from edge to edge, in radians: a
 #: small half circle is not to become its own diameter.
 MOST_TURNING_OF_EDGE = math.radians(30)
@@ -61,15 +64,15 @@ class Loop:
     vertices: NDArray[np.int64] = field(repr=False)
 
 
-def default_spacing(network: Network) -> float:
-    """The spacing at which the median curve has EDGES_OF_MEDIAN_CURVE edges.
+def default_spacing(network: Network, edges: int = EDGES_OF_MEDIAN_CURVE) -> float:
+    """The spacing at which the median curve has so many edges.
 
     Raises InvalidNetworkError for a network without curves.
     """
     if not network.curves:
         raise InvalidNetworkError("the network has no curves; there is nothing to sample")
     lengths = [curve.length for curve in network.curves]
-    return float(np.median(lengths)) / EDGES_OF_MEDIAN_CURVE
+    return float(np.median(lengths)) / edges
 
 
 def stretches(curve: Curve) -> list[Points]:
@@ -167,11 +170,18 @@ def _inside(curve: Curve, counts: Sequence[int]) -> tuple[Points, NDArray[np.boo
             f"curve {curve.id!r} has {len(parts)} stretches between corners, and {list(counts)} "
             "as their edges; give one number >= 1 for each"
         )
-    pieces = [sampled(part, count)[:-1] for part, count in zip(parts, counts, strict=True)]
+    pieces = [_sampled(part, count)[:-1] for part, count in zip(parts, counts, strict=True)]
     points = np.concatenate(pieces)
     is_corner = np.zeros(len(points), bool)
     is_corner[np.cumsum([0, *counts[:-1]])] = True
     return points[1:], is_corner[1:]
+
+
+def _sampled(part: Points, count: int) -> Points:
+    """The stretch in ``count`` edges, the same to the last bit whichever way it was drawn."""
+    if part.tolist() <= part[::-1].tolist():
+        return sampled(part, count)
+    return sampled(part[::-1], count)[::-1]
 
 
 def _turning_between(network: Network, before: tuple[int, bool], step: tuple[int, bool]) -> float:

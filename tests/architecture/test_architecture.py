@@ -29,7 +29,8 @@ ALLOWED = {
 WORLDLY_MODULES = ("patterndb.cli", "patterndb.store", "ingest.read")
 WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.files")
 WORLDLY_MODULES += ("patterndb.starter", "patterndb.kernelcache", "ingest.pipeline")
-WORLDLY_MODULES += ("patterndb.cachefolder", "query.boundaryfile")
+WORLDLY_MODULES += ("patterndb.cachefolder", "query.boundaryfile", "patterndb.jsonread")
+WORLDLY_MODULES += ("sketch.surfacing.networkfile",)
 
 #: What the others do not import, and functions they do not call.
 WORLDLY = {"sqlite3", "pathlib", "io", "shutil", "tempfile", "subprocess", "json"}

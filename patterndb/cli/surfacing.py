@@ -1,0 +1,291 @@
+"""The verb that surfaces a curve network: surface."""
+
+from __future__ import annotations
+
+import time
+from contextlib import nullcontext
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from patterndb.cli.options import (
+    OBJ,
+    FileName,
+    ParamType,
+    as_json,
+    db_to_read,
+    open_database,
+)
+from patterndb.cli.text import plural, say, shortened, table, write, write_json
+from patterndb.errors import NotFoundError
+
+if TYPE_CHECKING:
+    from sketch.surfacing import Cycle, FoundCycles, Network, Patch, Surfacing
+
+METHODS = ("chords", "area", "quads")
+
+#: Columns that a table leaves for the curves of a cycle.
+CURVES_WIDTH = 24
+
+
+class CurveNames(ParamType):
+    """A cycle by the names of its curves in order: 4,7,12."""
+
+    name = "id,id,..."
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, ...]:
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        names = tuple(name.strip() for name in str(value).split(","))
+        if not all(names):
+            self.fail(f"{value!r} is not a list of curve ids like 4,7,12", param, ctx)
+        return names
+
+
+@click.command()
+@click.argument("network", type=FileName())
+@click.option("-o", "--output", type=OBJ, metavar="FILE", help="The surface, OBJ.")
+@click.option(
+    "--method",
+    type=click.Choice(METHODS),
+    default="chords",
+    show_default=True,
+    help="Cut along chords, take the triangulation of least area, or fill with quads.",
+)
+@click.option(
+    "--alpha",
+    type=click.FloatRange(0),
+    default=0.1,
+    show_default=True,
+    help="The price of a chord: more makes fewer and larger pieces.",
+)
+@click.option(
+    "--spacing",
+    type=click.FloatRange(0, min_open=True),
+    help="How far vertices are apart, in the network's unit.",
+)
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(0),
+    help="How far apart curves may pass and still meet, in the network's unit.",
+)
+@click.option("--cycles-only", is_flag=True, help="Tell the cycles, make no surface.")
+@click.option(
+    "--find-cycles", is_flag=True, help="Find the cycles afresh even if the file has some."
+)
+@click.option(
+    "--ban",
+    type=CurveNames(),
+    multiple=True,
+    metavar="CYCLE",
+    help="No patch for this cycle, the ids of its curves: 4,7,12. May be repeated.",
+)
+@click.option(
+    "--keep",
+    type=CurveNames(),
+    multiple=True,
+    metavar="CYCLE",
+    help="A patch for this cycle, whatever else there is. May be repeated.",
+)
+@db_to_read
+@as_json
+def surface(
+    network: Path,
+    output: Path | None,
+    method: Any,
+    alpha: float,
+    spacing: float | None,
+    tolerance: float | None,
+    cycles_only: bool,
+    find_cycles: bool,
+    ban: tuple[tuple[str, ...], ...],
+    keep: tuple[tuple[str, ...], ...],
+    db: Path | None,
+    as_json: bool,
+) -> int:
+    """Surface a network of curves in space: a patch for each of its cycles.
+
+    NETWORK is a JSON file, a stroke graph of the CASSIE data set, or a file of loops (.lop,
+    .sdm, .curves). Curves meet where they end or cross.
+
+    \b
+    {"curves": [{"id": "rim", "points": [[0,0,0],[1,0,0.2],[2,0,0]]}, ...],
+     "cycles": [["rim", 4, 7], ...]}        the patches; may be left out
+
+    Cycles that the file has are used; else, or with --find-cycles, they are found. Patches
+    share the vertices of the curves. A table tells for each patch which method answered, how
+    many chords were candidates and were chosen, how many sub-problems the search had and how
+    long all took, pieces, area, and pairs of faces that pass through each other.
+
+    Exit code 1 where there is no cycle, 3 for a file that is not what it must be.
+
+    \b
+    patterndb surface sketch.json -o surface.obj
+    patterndb surface sketch.json --find-cycles --ban 4,7,12 -o surface.obj --json
+    patterndb surface sketch.json --cycles-only --json
+    patterndb surface sketch.json --method quads --spacing 0.2 -o quads.obj
+    """
+    if cycles_only and output is not None:
+        raise click.UsageError("--cycles-only makes no surface; leave -o out")
+    # Imported here because compiled kernels take a moment that --help need not wait for.
+    from sketch.surfacing import Settings, read_network
+    from sketch.surfacing import surface as surface_of
+
+    given = read_network(network, tolerance=tolerance)
+    started = time.perf_counter()
+    cycles, found = _cycles(given, find_cycles, ban, keep)
+    seconds_finding = time.perf_counter() - started
+    if not cycles:
+        raise NotFoundError(
+            f"{network}: no closed cycle among {plural(len(given.curves), 'curve')}; curves that "
+            "should meet may pass each other: try a greater --tolerance"
+        )
+    document: dict[str, object] = {
+        "network": str(network),
+        "curves": len(given.curves),
+        "nodes": len(given.nodes),
+        "cycles": [given.names(cycle) for cycle in cycles],
+        "cycles_found": found is not None,
+        "seconds_finding": round(seconds_finding, 6),
+        **({} if found is None else _told(given, found)),
+    }
+    if found is not None:
+        _say_found(given, found, seconds_finding)
+    if cycles_only:
+        if as_json:
+            write_json(document)
+        else:
+            for cycle in cycles:
+                write(",".join(str(name) for name in given.names(cycle)))
+        return 0
+    settings = Settings(method=method, alpha=alpha)
+    with open_database(db) if method == "quads" else nullcontext() as database:
+        started = time.perf_counter()
+        made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
+        seconds = time.perf_counter() - started
+    if output is not None:
+        from patterndb.cli.obj import write_surface
+
+        write_surface(output, made)
+    if as_json:
+        document |= {
+            "method": method,
+            "alpha": alpha,
+            "spacing": made.sampling.spacing,
+            "patches": [_patch(made, patch) for patch in made.patches],
+            "area": made.area,
+            "intersections_between_patches": made.intersections,
+            "seconds": round(seconds, 6),
+            "output": None if output is None else str(output),
+        }
+        write_json(document)
+    else:
+        write(table(HEADS, [_row(given, i, p) for i, p in enumerate(made.patches, 1)]), end="")
+    _say_made(made, seconds)
+    if output is not None:
+        say(f"written: {output}")
+    return 0
+
+
+HEADS = (
+    "patch",
+    "method",
+    "candidates",
+    "chosen",
+    "sub-problems",
+    "ms",
+    "pieces",
+    "area",
+    "intersections",
+    "curves",
+)
+
+
+def _cycles(
+    network: Network,
+    afresh: bool,
+    ban: tuple[tuple[str, ...], ...],
+    keep: tuple[tuple[str, ...], ...],
+) -> tuple[tuple[Cycle, ...], FoundCycles | None]:
+    """The cycles to surface, and how they were found if the file does not give them."""
+    from sketch.surfacing import find_cycles, named_cycle
+
+    banned = [named_cycle(network, names) for names in ban]
+    kept = [named_cycle(network, names) for names in keep]
+    if afresh or not network.cycles:
+        found = find_cycles(network, added=kept, banned=banned)
+        return found.cycles, found
+    keys = {cycle.key for cycle in network.cycles}
+    for cycle in banned:
+        if cycle.key not in keys:
+            say(f"--ban {_named(network, cycle)}: the file has no such cycle")
+    refused = {cycle.key for cycle in banned}
+    cycles = [cycle for cycle in network.cycles if cycle.key not in refused]
+    cycles += [cycle for cycle in kept if cycle.key not in keys]
+    return tuple(cycles), None
+
+
+def _named(network: Network, cycle: Cycle) -> str:
+    return ",".join(str(name) for name in network.names(cycle))
+
+
+def _patch(made: Surfacing, patch: Patch) -> dict[str, object]:
+    document: dict[str, object] = {
+        "cycle": made.network.names(patch.cycle),
+        "method": patch.method,
+        "note": patch.note,
+    }
+    result = patch.surface
+    if result is None:
+        return document
+    return document | {
+        "candidates": result.candidates,
+        "chosen": len(result.chords),
+        "chords": made.points[patch.chords].tolist(),
+        "subproblems": result.n_subproblems,
+        "cost": None if result.cost != result.cost else result.cost,
+        "seconds": round(result.seconds, 6),
+        "pieces": len(patch.faces),
+        "faces": sum(map(len, patch.faces)),
+        "area": result.area,
+        "self_intersections": result.self_intersections,
+    }
+
+
+def _row(network: Network, number: int, patch: Patch) -> tuple[object, ...]:
+    names = shortened(_named(network, patch.cycle), CURVES_WIDTH)
+    result = patch.surface
+    if result is None:
+        return number, "none", 0, 0, 0, "", 0, "", 0, names
+    return (
+        number,
+        result.method,
+        result.candidates,
+        len(result.chords),
+        result.n_subproblems,
+        f"{1e3 * result.seconds:.2f}",
+        len(patch.faces),
+        f"{result.area:.4g}",
+        result.self_intersections,
+        names,
+    )
+
+
+def _say_made(made: Surfacing, seconds: float) -> None:
+    for number, patch in enumerate(made.patches, 1):
+        if patch.note:
+            say(f"patch {number}: {patch.note}")
+    faces = sum(len(piece) for patch in made.patches for piece in patch.faces)
+    say(
+        f"{plural(len(made.patches), 'patch', 'patches')}, {plural(faces, 'face')}, area "
+        f"{made.area:.6g}, in {seconds:.2f} s"
+    )
+    within = sum(patch.surface.self_intersections for patch in made.patches if patch.surface)
+    if within or made.intersections:
+        say(
+            f"faces that pass through each other: {plural(within, 'pair')} within patches, "
+            f"{made.intersections:,} between patches; the method does not exclude them"
+        )

@@ -1,0 +1,180 @@
+"""Loop -> surface, by the method asked for or, where that cannot answer, by the next."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from patterndb.store import Database
+from query.polyline import Points
+from sketch.surfacing.chords import (
+    ALPHA,
+    MAX_SUBPROBLEMS,
+    TURNING_BOUND,
+    Flatness,
+    decompose,
+)
+from sketch.surfacing.errors import InvalidNetworkError
+from sketch.surfacing.patch import Faces, LoopSurface, Method, as_triangles
+from sketch.surfacing.quads import fill_with_quads
+from sketch.surfacing.sampling import Loop
+from sketch.surfacing.tessellation import (
+    area,
+    minimal_area,
+    self_intersections,
+    tessellate_patch,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How loops are surfaced.
+
+    method:           chords, area or quads, see :data:`sketch.surfacing.patch.Method`.
+    alpha:            the price of chords (section 3.2); more makes fewer, larger pieces.
+    flatness:         "relative", or "printed" as in the paper: the product of eigenvalues.
+    turning_bound:    radians by which a loop may turn between two chord endpoints.
+    max_subproblems:  what the search for chords may score.
+    """
+
+    method: Method = "chords"
+    alpha: float = ALPHA
+    flatness: Flatness = "relative"
+    turning_bound: float = TURNING_BOUND
+    max_subproblems: int = MAX_SUBPROBLEMS
+
+    def __post_init__(self) -> None:
+        if self.method not in ("chords", "area", "quads"):
+            raise InvalidNetworkError(
+                f'the method is {self.method!r}; give "chords", "area" or "quads"'
+            )
+        if not (math.isfinite(self.alpha) and self.alpha >= 0):
+            raise InvalidNetworkError(f"alpha is {self.alpha}; give a number from 0 on")
+
+
+def surface_loop(
+    loop: Loop, settings: Settings, spacing: float, db: Database | None = None
+) -> LoopSurface:
+    """The surface of a loop: the method asked for, else chords, else the least area.
+
+    spacing: about how far inner vertices are apart. db: where quads come from. Never fails on
+    a valid loop: the triangulation of least area always exists.
+    """
+    started = time.perf_counter()
+    if settings.method == "area":
+        found = _by_area(loop, "")
+    elif settings.method == "chords" or db is None:
+        found = _by_chords(loop, settings, spacing, "")
+    else:
+        found = _by_quads(loop, settings, spacing, db)
+    return _measured(loop, found, time.perf_counter() - started)
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    method: Method
+    note: str
+    points: Points
+    faces: tuple[Faces, ...]
+    candidates: int = 0
+    chords: np.ndarray | None = None
+    n_subproblems: int = 0
+    cost: float = math.nan
+
+
+def _by_area(loop: Loop, note: str, candidates: int = 0, n_subproblems: int = 0) -> _Found:
+    triangles, _ = minimal_area(loop.points)
+    return _Found(
+        "area",
+        note,
+        np.zeros((0, 3)),
+        (triangles,),
+        candidates=candidates,
+        n_subproblems=n_subproblems,
+    )
+
+
+def _by_chords(loop: Loop, settings: Settings, spacing: float, note: str) -> _Found:
+    cut = decompose(
+        loop,
+        settings.alpha,
+        flatness=settings.flatness,
+        turning_bound=settings.turning_bound,
+        max_subproblems=settings.max_subproblems,
+    )
+    if cut.exhausted:
+        why = (
+            f"the search for chords passed {settings.max_subproblems:,} sub-problems; the "
+            "triangulation of least area stands in"
+        )
+        return _by_area(loop, _joined(note, why), len(cut.candidates), cut.n_subproblems)
+    if cut.n_dropped:
+        note = _joined(
+            note, f"the {cut.n_dropped} longest candidates were left out of a search too large"
+        )
+    mesh = tessellate_patch(loop, cut.chords, cut.pieces, spacing)
+    return _Found(
+        "chords",
+        _joined(note, *mesh.notes),
+        mesh.points,
+        mesh.faces,
+        len(cut.candidates),
+        cut.chords,
+        cut.n_subproblems,
+        cut.cost,
+    )
+
+
+def _by_quads(loop: Loop, settings: Settings, spacing: float, db: Database) -> _Found:
+    ground = _by_chords(loop, settings, spacing, "")
+    triangles = as_triangles(ground.faces)
+    points = np.concatenate([loop.points, ground.points])
+    try:
+        filled = fill_with_quads(db, loop, points, triangles)
+    except InvalidNetworkError as error:
+        return _by_chords(loop, settings, spacing, f"no quads: {error}")
+    return _Found("quads", _joined(ground.note, filled.note), filled.points, (filled.quads,))
+
+
+def _measured(loop: Loop, found: _Found, seconds: float) -> LoopSurface:
+    points = np.concatenate([loop.points, found.points])
+    triangles = as_triangles(found.faces)
+    chords = np.zeros((0, 2), np.int64) if found.chords is None else found.chords
+    return LoopSurface(
+        found.method,
+        found.note,
+        found.points,
+        found.faces,
+        found.candidates,
+        chords,
+        found.n_subproblems,
+        found.cost,
+        sum(area(points, piece) for piece in found.faces),
+        len(self_intersections(points, triangles)),
+        seconds,
+    )
+
+
+def _joined(*notes: str) -> str:
+    return "; ".join(note for note in notes if note)
+
+
+def start_of(points: Points) -> tuple[int, bool]:
+    """Where, and in which sense, a closed loop (n, 3) is walked by convention.
+
+    It begins at its lowest vertex by x, then y, then z, and goes on to the lower of the two
+    beside: that depends on the loop alone, not on how it was handed over.
+    """
+    n = len(points)
+    start = int(np.lexsort(points.T[::-1])[0])
+    after, before = points[(start + 1) % n].tolist(), points[start - 1].tolist()
+    return start, before < after
+
+
+def turned(loop: Loop, start: int, backward: bool) -> Loop:
+    """The same loop from vertex ``start`` on, walked the other way round if ``backward``."""
+    order = (start + np.arange(len(loop.points)) * (-1 if backward else 1)) % len(loop.points)
+    return Loop(loop.points[order], loop.corners[order], loop.vertices[order])

@@ -1,0 +1,96 @@
+"""Strict reading of JSON: every refusal names its place."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from patterndb.errors import InvalidMeshError
+from patterndb.jsonread import JsonValue, parse_json, read_limited
+
+VALUES = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
+    lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
+    max_leaves=20,
+)
+
+
+def parsed(text: str) -> JsonValue:
+    return parse_json(text, InvalidMeshError, "a test")
+
+
+@given(VALUES)
+def test_values_are_those_of_the_document(value: object) -> None:
+    text = json.dumps(value)
+    if "Infinity" in text:
+        with pytest.raises(InvalidMeshError, match="finite"):
+            parsed(text)
+    else:
+        assert parsed(text).value == json.loads(text)
+
+
+def test_places_are_named_all_the_way_down() -> None:
+    document = parsed('{"a": [{"b": [[0, 1], [2, 3, 4]]}]}')
+    inner = document.entries(("a",))["a"].items()[0].entries(("b",))["b"]
+    assert inner.where == "a[0].b"
+    assert inner.polyline() == [[0.0, 1.0, 0.0], [2.0, 3.0, 4.0]]
+    assert inner.items()[1].items()[2].where == "a[0].b[1][2]"
+
+
+@pytest.mark.parametrize(
+    ("text", "call", "message"),
+    [
+        ('"x"', "number", '"x" is not a number'),
+        ("true", "number", "true is not a number"),
+        ("1e999", "number", "Infinity is not a finite number"),
+        ("1" + "0" * 400, "number", "is not a finite number"),
+        ("2.5", "whole", "2.5 is not a whole number"),
+        ("1e999", "whole", "Infinity is not a whole number"),
+        ("1", "truth", "1 is not true or false"),
+        ("1", "text", "1 is not a text"),
+        ("1.5", "name", "1.5 is not a name"),
+        ("true", "name", "true is not a name"),
+        ("{}", "items", "an object is not a list"),
+        ("[]", "entries", "a list is not an object"),
+        ("[1]", "point", r"a list is not a point \[x, y, z\]"),
+        ("[[0, 0]]", "polyline", "a polyline needs two points or more"),
+        ('[[0, 0], [1, "a"]]', "polyline", r'\[1\]\[1\]: "a" is not a number'),
+    ],
+)
+def test_refusals(text: str, call: str, message: str) -> None:
+    with pytest.raises(InvalidMeshError, match=message):
+        getattr(parsed(text), call)()
+
+
+def test_unknown_entries_are_named_with_the_known() -> None:
+    with pytest.raises(InvalidMeshError, match=r"^a\.c: there is no such entry; entries are b, d$"):
+        parsed('{"a": {"b": 1, "c": 2}}').entries()["a"].entries(("b", "d"))
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        ("{", "line 1, column 2: this is no JSON"),
+        ('{"a": 1, "b": 2, "a": 3}', 'the entry "a" is there twice'),
+        ("[NaN]", "NaN is no number"),
+        ("[-Infinity]", "-Infinity is no number"),
+        ("[" * 100_000, "nested deeper than a test is"),
+        ("9" * 10_000, "no JSON that can be read"),
+        (b'"\xff"', "byte 1: this is no JSON: the text is not UTF-8"),
+    ],
+)
+def test_what_is_no_json(data: str | bytes, message: str) -> None:
+    with pytest.raises(InvalidMeshError, match=message):
+        parse_json(data, InvalidMeshError, "a test")
+
+
+def test_a_file_of_the_limit_is_read_and_a_larger_one_is_not(tmp_path: Path) -> None:
+    path = tmp_path / "file.json"
+    path.write_bytes(b"x" * 1000)
+    assert read_limited(path, 1000, InvalidMeshError, "make it small") == b"x" * 1000
+    with pytest.raises(InvalidMeshError, match="larger than 999 bytes; make it small"):
+        read_limited(path, 999, InvalidMeshError, "make it small")
