@@ -107,8 +107,8 @@ def _by_chords(loop: Loop, settings: Settings, spacing: float, note: str) -> _Fo
     )
     if cut.exhausted:
         why = (
-            f"the search for chords passed {settings.max_subproblems:,} sub-problems; the "
-            "triangulation of least area stands in"
+            f"half of the candidate chords already make more than "
+            f"{settings.max_subproblems:,} sub-problems; the triangulation of least area stands in"
         )
         return _by_area(loop, _joined(note, why), len(cut.candidates), cut.n_subproblems)
     if cut.n_dropped:

@@ -76,6 +76,16 @@ class TestPieces:
         given_up = sum(method == "area" for method in mesh.methods)
         assert len(mesh.notes) == given_up
 
+    @pytest.mark.parametrize("seed", range(20))
+    def test_in_one_line_pieces_do_not_join_the_same_points_of_a_chord(self, seed: int) -> None:
+        # Where nothing has area, triangles along a chord cost nothing on either side of it.
+        chance = np.random.default_rng(seed)
+        loop = as_loop(np.outer(chance.uniform(size=9), [3.0, 4.0, 5.0]))
+        chords, pieces = chorded(9, 4, seed)
+        mesh = tessellate_patch(loop, chords, pieces, 0.3)
+        assert len(mesh.points) and set(mesh.methods) <= {"area", "laplacian"}
+        check_disk(mesh.triangles, list(range(9)))
+
     def test_notes_name_the_piece(self) -> None:
         turn = 4.0 * np.pi * np.arange(40) / 40
         radius = 1.0 + 0.3 * np.cos(turn / 2.0)

@@ -1,4 +1,4 @@
-"""Every sub-cycle solved once, from those with the shortest paths' numbers up."""
+"""Every sub-cycle solved once, in an order in which its parts come first."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def stroke_graph_drawing(document: JsonValue) -> Drawing:
         values = _all(node, NODE_KEYS, optional=("neighbor_edges",))
         numbers[_new(values["id"], numbers)] = len(places)
         places.append(values["position"].point())
-    nodes = as_places(np.array(places, np.float64).reshape(-1, 3), "nodes")
+    nodes = as_places(np.array(places, np.float64).reshape(-1, 3), "the list of nodes")
     strokes: dict[int, list[int]] = {}
     for stroke in _listed(document, entries, "strokes"):
         strokes[_new(_all(stroke, STROKE_KEYS, optional=("segments",))["id"], strokes)] = []

@@ -32,7 +32,7 @@ from sketch.surfacing.errors import InvalidNetworkError
 from sketch.surfacing.junctions import joined
 from sketch.surfacing.naming import Named, Step, Walks, named_cycle, parts_of, walks_of
 from sketch.surfacing.network import Curve, CurveId, Cycle, Network
-from sketch.surfacing.polylines import as_curve, bent, diagonal_of
+from sketch.surfacing.polylines import as_curve, as_places, bent, diagonal_of
 
 KEYS = ("curves", "cycles", "stages", "tolerance", "nodes", "source")
 CURVE_KEYS = ("id", "points", "stroke", "nodes", "bezier")
@@ -133,7 +133,7 @@ def _at_given_nodes(
     ids: Sequence[CurveId],
     strokes: Sequence[CurveId],
 ) -> Network:
-    places = np.array(nodes.points(), np.float64).reshape(-1, 3)
+    places = as_places(np.array(nodes.points(), np.float64).reshape(-1, 3), "the list of nodes")
     reach = NEAR_NODE * diagonal_of(polylines)
     curves: list[Curve] = []
     for curve, entries, points, name, stroke in zip(

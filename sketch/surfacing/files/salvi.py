@@ -79,7 +79,9 @@ def patches_network(words: Words) -> Network:
     middles: list[list[float]] = []
     for number in range(n_patches):
         n = words.count(f"the number of sides of patch {number}", 1)
-        corners += words.points(n, f"patch {number}")
+        of_patch = words.points(n, f"patch {number}")
+        # In the order in which the sides begin.
+        corners += of_patch[-1:] + of_patch[:-1]
         middles += words.points(n, f"patch {number}")
         # The centre shapes the patch within its boundary, and is no part of the network.
         words.points(1, f"patch {number}")
@@ -96,8 +98,8 @@ def patches_network(words: Words) -> Network:
     for patch, n in enumerate(sides):
         steps: list[tuple[int, bool]] = []
         for side in range(n):
-            first = int(corner_nodes[begin + (side - 1) % n])
-            last = int(corner_nodes[begin + side])
+            first = int(corner_nodes[begin + side])
+            last = int(corner_nodes[begin + (side + 1) % n])
             middle = int(middle_places[begin + side])
             key = (min(first, last), max(first, last), middle)
             if key not in numbers:

@@ -12,7 +12,7 @@ from query.polyline import Points, as_points
 from sketch.surfacing.errors import InvalidNetworkError
 
 #: The most vertices of a polyline that is triangulated. The table takes 8 n**2 bytes (32 MB
-#: here), and time grows with n**3: some two seconds here (benchmarks/minimal_area.py).
+#: here), and time grows with n**3: some three seconds here (benchmarks/minimal_area.py).
 MAX_VERTICES = 2_000
 
 #: Areas that differ by less than this part of the whole are equal: rounding is below it, and a

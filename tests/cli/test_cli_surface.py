@@ -1,0 +1,155 @@
+"""patterndb surface: a network of curves in, its cycles and their surface out."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commandline import assert_refused, run
+from shared import CHECKOUT
+
+from ingest.read import read_mesh
+from sketch.surfacing.network import Network
+from sketch.surfacing.networkfile import write_network
+
+sys.path.insert(0, str(CHECKOUT / "tests" / "sketch"))
+
+from networks import cube
+
+#: Cycles of the cube as sets of its curves, which are numbered from 0.
+FACES = {frozenset(cycle.curves) for cycle in cube().cycles}
+
+
+@pytest.fixture
+def with_cycles(tmp_path: Path) -> Path:
+    path = tmp_path / "cube.json"
+    write_network(path, cube())
+    return path
+
+
+@pytest.fixture
+def bare(tmp_path: Path) -> Path:
+    path = tmp_path / "bare.json"
+    network = cube()
+    write_network(path, Network(network.curves, network.nodes))
+    return path
+
+
+def document(*args: object) -> dict[str, Any]:
+    result = run("surface", *args, "--json")
+    assert result.code == 0, result.err
+    return result.document()
+
+
+def faces(cycles: list[list[int]]) -> set[frozenset[int]]:
+    return {frozenset(cycle) for cycle in cycles}
+
+
+@pytest.mark.parametrize("method", ["chords", "area", "quads"])
+def test_writes_what_it_says(
+    method: str, with_cycles: Path, tmp_path: Path, learned: Path
+) -> None:
+    output = tmp_path / "out.obj"
+    told = document(with_cycles, "-o", output, "--method", method, "--db", learned)
+    assert faces(told["cycles"]) == FACES
+    assert told["cycles_found"] is False
+    assert told["output"] == str(output)
+    mesh = read_mesh(output)
+    assert mesh.n_faces == sum(patch["faces"] for patch in told["patches"])
+    assert set(mesh.arities()) == ({4} if method == "quads" else {3})
+    assert told["area"] == pytest.approx(6.0)
+    for patch, cycle in zip(told["patches"], told["cycles"], strict=True):
+        assert patch["cycle"] == cycle
+        assert patch["method"] == method
+        assert patch["note"] == ""
+        assert patch["area"] == pytest.approx(1.0)
+        assert patch["self_intersections"] == 0
+        assert patch["pieces"] == 1 + patch["chosen"] == 1 + len(patch["chords"])
+        assert patch["seconds"] >= 0
+        if method == "chords":
+            assert patch["subproblems"] >= 1
+    # Neighbours share vertices: the file's mesh is closed as it stands.
+    corners = mesh.corners.reshape(mesh.n_faces, -1)
+    ahead = {(int(a), int(b)) for f in corners for a, b in zip(f, np.roll(f, -1), strict=True)}
+    assert all((b, a) in ahead for a, b in ahead)
+    groups = [line for line in output.read_text().splitlines() if line.startswith("g ")]
+    assert groups == [f"g patch_{i}" for i in range(1, 7)]
+
+
+def test_finds_cycles_where_the_file_has_none(bare: Path) -> None:
+    told = document(bare, "--cycles-only")
+    assert faces(told["cycles"]) == FACES
+    assert told["cycles_found"] is True
+    assert "patches" not in told
+
+
+def test_finds_cycles_afresh_when_asked(tmp_path: Path) -> None:
+    network = cube()
+    path = tmp_path / "half.json"
+    write_network(path, Network(network.curves, network.nodes, network.cycles[:3]))
+    assert len(document(path, "--cycles-only")["cycles"]) == 3
+    assert faces(document(path, "--cycles-only", "--find-cycles")["cycles"]) == FACES
+
+
+@pytest.mark.parametrize("given", [True, False])
+def test_cycles_are_banned_and_kept(given: bool, with_cycles: Path, bare: Path) -> None:
+    path = with_cycles if given else bare
+    banned = sorted(min(FACES, key=sorted))
+    walk = next(c for c in cube().cycles if set(c.curves) == set(banned))
+    name = ",".join(map(str, walk.curves))
+    told = document(path, "--cycles-only", "--ban", name)
+    assert faces(told["cycles"]) == FACES - {frozenset(banned)}
+    again = document(path, "--cycles-only", "--keep", name)
+    assert faces(again["cycles"]) == FACES
+
+
+def test_alpha_makes_fewer_pieces_of_the_same_sub_problems(tmp_path: Path) -> None:
+    t = np.linspace(0, 1, 60)
+    rail = np.c_[4 * t, 0.3 * np.cos(4 * t), 0.3 * np.sin(4 * t)]
+    other = np.c_[4 * t, -0.3 * np.cos(4 * t), -0.3 * np.sin(4 * t)]
+    ring = np.concatenate([rail, other[::-1], rail[:1]])
+    path = tmp_path / "ribbon.json"
+    path.write_text(json.dumps({"curves": [{"id": "ribbon", "points": ring.tolist()}]}))
+    pieces, problems = [], set()
+    for alpha in (0, 0.1, 0.4, 2):
+        (patch,) = document(path, "--alpha", alpha)["patches"]
+        pieces.append(patch["pieces"])
+        problems.add(patch["subproblems"])
+    assert pieces == sorted(pieces, reverse=True)
+    assert pieces[0] > pieces[-1] == 1
+    assert len(problems) == 1
+
+
+def test_the_table_names_the_method_of_every_patch(with_cycles: Path) -> None:
+    result = run("surface", with_cycles)
+    assert result.code == 0
+    head, *rows = result.out.splitlines()
+    assert head.split()[:4] == ["patch", "method", "candidates", "chosen"]
+    assert [row.split()[:2] for row in rows] == [[str(i), "chords"] for i in range(1, 7)]
+    assert "6 patches" in result.err
+
+
+def test_no_cycle_is_nothing_found(tmp_path: Path) -> None:
+    path = tmp_path / "open.json"
+    path.write_text(json.dumps({"curves": [{"points": [[0, 0, 0], [1, 0, 0], [1, 1, 1]]}]}))
+    result = run("surface", path)
+    assert result.code == 1
+    assert "no closed cycle" in result.err
+    assert result.out == ""
+
+
+def test_slips_are_refused(with_cycles: Path, tmp_path: Path) -> None:
+    output = tmp_path / "out.obj"
+    assert_refused(run("surface", with_cycles, "--cycles-only", "-o", output), 2, "leave -o out")
+    assert_refused(run("surface", with_cycles, "--ban", "0,,1"), 2, "curve ids")
+    assert_refused(run("surface", with_cycles, "--ban", "0,99"), 3, "99")
+    assert_refused(run("surface", with_cycles, "--spacing", "0"), 2, "spacing")
+    assert_refused(run("surface", with_cycles, "--alpha", "-1"), 2, "alpha")
+    broken = tmp_path / "broken.json"
+    broken.write_text('{"curves": [{"points": [[0, 0, 0], [1, "x", 0]]}]}')
+    assert_refused(run("surface", broken), 3, "curves[0].points[1][1]")
+    assert not output.exists()
