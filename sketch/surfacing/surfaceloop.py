@@ -12,6 +12,7 @@ from patterndb.store import Database
 from query.polyline import Points
 from sketch.surfacing.chords import (
     ALPHA,
+    AREA_PRICE,
     MAX_SUBPROBLEMS,
     TURNING_BOUND,
     Flatness,
@@ -35,6 +36,8 @@ class Settings:
 
     method:           chords, area or quads, see :data:`sketch.surfacing.patch.Method`.
     alpha:            the price of chords (section 3.2); more makes fewer, larger pieces.
+    area_price:       the area that chords may add, see :func:`sketch.surfacing.chords.affordable`;
+                      None, as in the paper: any.
     flatness:         "relative", or "printed" as in the paper: the product of eigenvalues.
     turning_bound:    radians by which a loop may turn between two chord endpoints.
     max_subproblems:  what the search for chords may score.
@@ -42,6 +45,7 @@ class Settings:
 
     method: Method = "chords"
     alpha: float = ALPHA
+    area_price: float | None = AREA_PRICE
     flatness: Flatness = "relative"
     turning_bound: float = TURNING_BOUND
     max_subproblems: int = MAX_SUBPROBLEMS
@@ -101,6 +105,7 @@ def _by_chords(loop: Loop, settings: Settings, spacing: float, note: str) -> _Fo
     cut = decompose(
         loop,
         settings.alpha,
+        area_price=settings.area_price,
         flatness=settings.flatness,
         turning_bound=settings.turning_bound,
         max_subproblems=settings.max_subproblems,

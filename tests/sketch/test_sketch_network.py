@@ -75,7 +75,7 @@ def test_a_walk_that_passes_a_node_twice_is_refused() -> None:
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
     network = Network.from_edges(points, [[0, 1], [1, 2], [2, 0], [0, 3], [3, 4], [4, 0]])
     network.walk(Cycle(((0, False), (1, False), (2, False))))
-    with pytest.raises(InvalidNetworkError, match="passes node 0 .* twice"):
+    with pytest.raises(InvalidNetworkError, match=r"passes node 0 .* twice"):
         network.walk(Cycle(tuple((i, False) for i in range(6))))
 
 

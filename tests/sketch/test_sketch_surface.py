@@ -148,7 +148,8 @@ def test_a_search_too_large_is_answered_by_the_least_area() -> None:
     t = np.linspace(0, 2 * math.pi, 60, endpoint=False)
     wavy = np.c_[3 * np.cos(t), np.sin(t), np.sin(4 * t)]
     network = ring(wavy)
-    (patch,) = surface(network, settings=Settings(max_subproblems=3)).patches
+    settings = Settings(area_price=None, max_subproblems=3)
+    (patch,) = surface(network, settings=settings).patches
     assert patch.method == "area"
     assert "3 sub-problems" in patch.note
     (patch,) = surface(network).patches

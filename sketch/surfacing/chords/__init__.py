@@ -3,6 +3,7 @@
 After Abbasinejad et al. 2013, section 3.
 """
 
+from sketch.surfacing.chords.addedarea import AREA_PRICE, added_area, affordable
 from sketch.surfacing.chords.candidates import Candidates, candidate_chords
 from sketch.surfacing.chords.decompose import (
     ALPHA,
@@ -18,6 +19,7 @@ from sketch.surfacing.chords.subcycles import MOST_COUNTED, n_subproblems
 
 __all__ = [
     "ALPHA",
+    "AREA_PRICE",
     "MAX_SUBPROBLEMS",
     "MOST_COUNTED",
     "TURNING_BOUND",
@@ -25,6 +27,8 @@ __all__ = [
     "Cuts",
     "Decomposition",
     "Flatness",
+    "added_area",
+    "affordable",
     "candidate_chords",
     "decompose",
     "endpoints",

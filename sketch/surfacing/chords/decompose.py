@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from query.polyline import Points
+from sketch.surfacing.chords.addedarea import AREA_PRICE, affordable
 from sketch.surfacing.chords.candidates import candidate_chords
 from sketch.surfacing.chords.endpoints import TURNING_BOUND, endpoints
 from sketch.surfacing.chords.flatness import Flatness, is_planar
@@ -34,7 +35,7 @@ MOST_DROPPED = 0.5
 class Decomposition:
     """A cycle cut by chords.
 
-    candidates:    (c, 2) int64 positions i < j in the loop, all chords that were found.
+    candidates:    (c, 2) int64 positions i < j in the loop, the chords found that are worth their area.
     chords:        (m, 2) int64, those of them that cut.
     pieces:        m + 1 closed loops of positions int64, in the loop's own sense. A step between
                    positions that are no neighbours in the loop is a chord.
@@ -43,6 +44,7 @@ class Decomposition:
     seconds:       how long the search for the chords took, without that for candidates.
     n_dropped:     how many candidates, the longest, were not searched, to keep to the budget.
     n_unmatched:   how many ends have no candidate, before any was dropped.
+    n_costly:      how many candidates were left out because they add too much area.
     exhausted:     was the search given up, because half of the candidates already exceed the
                    budget? Then all are dropped, and the loop is in one piece, flat or not.
     """
@@ -55,6 +57,7 @@ class Decomposition:
     seconds: float
     n_dropped: int
     n_unmatched: int
+    n_costly: int
     exhausted: bool
 
 
@@ -62,44 +65,49 @@ def decompose(
     loop: Loop,
     alpha: float = ALPHA,
     *,
+    area_price: float | None = AREA_PRICE,
     flatness: Flatness = "relative",
     turning_bound: float = TURNING_BOUND,
     max_subproblems: int = MAX_SUBPROBLEMS,
 ) -> Decomposition:
     """Cut a loop into nearly flat pieces by few, short chords.
 
-    alpha: the larger, the fewer pieces. flatness: see :func:`flatness`. turning_bound: radians,
-    see :func:`endpoints`. max_subproblems: the budget; where the candidates make more, the
-    longest are left out, and where that would be more than half of them, the search is given up
-    and says so. The number of sub-problems does not depend on alpha.
+    alpha: the larger, the fewer pieces. area_price: what chords may cost in area, see
+    :func:`affordable`; None, as in the paper: anything. flatness: see :func:`flatness`.
+    turning_bound: radians, see :func:`endpoints`. max_subproblems: the budget; where the
+    candidates make more, the longest are left out, and where that would be more than half of
+    them, the search is given up and says so. The number of sub-problems does not depend on alpha.
 
     The cost does not depend on where the loop starts and which way it runs.
     Raises InvalidNetworkError for an alpha below 0, a bound not above 0, a budget below 1.
     Source: Abbasinejad et al. 2013, section 3. Differs from the paper: it has no budget, and
-    worst cases take exponential time.
+    worst cases take exponential time; and it searches chords whatever area they add.
     """
     if max_subproblems < 1:
         raise InvalidNetworkError(f"the budget is {max_subproblems} sub-problems; give at least 1")
     found = candidate_chords(loop, endpoints(loop, turning_bound))
+    worth = found.chords
+    # A planar loop is never cut: nothing takes time, whatever the candidates.
+    planar = is_planar(loop.points)
+    if area_price is not None and not planar:
+        worth = worth[affordable(loop.points, worth, area_price)]
     started = time.perf_counter()
-    kept = found.chords
-    # A planar loop is never cut: the search takes no time, whatever the candidates.
-    if not is_planar(loop.points):
-        kept = within_budget(loop.points, kept, max_subproblems)
-    exhausted = len(found.chords) - len(kept) > MOST_DROPPED * len(found.chords)
+    kept = worth if planar else within_budget(loop.points, worth, max_subproblems)
+    exhausted = len(worth) - len(kept) > MOST_DROPPED * len(worth)
     if exhausted:
         kept = kept[:0]
     counted = time.perf_counter() - started
     cuts = search(loop.points, kept, alpha, flatness)
     return Decomposition(
-        candidates=found.chords,
+        candidates=worth,
         chords=kept[cuts.chosen],
         pieces=cuts.pieces,
         cost=cuts.cost,
         n_subproblems=cuts.n_subproblems,
         seconds=counted + cuts.seconds,
-        n_dropped=len(found.chords) - len(kept),
+        n_dropped=len(worth) - len(kept),
         n_unmatched=found.n_unmatched,
+        n_costly=len(found.chords) - len(worth),
         exhausted=exhausted,
     )
 

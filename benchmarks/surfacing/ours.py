@@ -1,0 +1,63 @@
+"""Our methods as the benchmark calls them: loop and spacing in, triangles out."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import numpy as np
+from filling import Filling
+
+from sketch.surfacing.chords import ALPHA, AREA_PRICE, decompose
+from sketch.surfacing.sampling import Loop
+from sketch.surfacing.tessellation import minimal_area, tessellate_patch
+
+
+def chords(
+    loop: Loop, spacing: float, alpha: float = ALPHA, area_price: float | None = AREA_PRICE
+) -> Filling:
+    """Cut along chords that are worth the area they add, every piece relaxed.
+
+    Where the search for chords runs out of its budget, the least area, as everywhere.
+    """
+    started = time.perf_counter()
+    cut = decompose(loop, alpha, area_price=area_price)
+    if cut.exhausted:
+        triangles, _ = minimal_area(loop.points)
+        seconds = time.perf_counter() - started
+        return Filling(loop.points, triangles, seconds, "search for chords exhausted")
+    mesh = tessellate_patch(loop, cut.chords, cut.pieces, spacing)
+    seconds = time.perf_counter() - started
+    return Filling(
+        np.r_[loop.points, mesh.points], np.concatenate(mesh.faces), seconds, "; ".join(mesh.notes)
+    )
+
+
+def any_chords(loop: Loop, spacing: float) -> Filling:
+    """Cut along chords whatever area they add: the paper's way."""
+    return chords(loop, spacing, area_price=None)
+
+
+def whole(loop: Loop, spacing: float) -> Filling:
+    """The whole loop as one piece: the linearised Laplacian of the paper's Fig. 2 (c)."""
+    started = time.perf_counter()
+    none = np.zeros((0, 2), np.int64)
+    mesh = tessellate_patch(loop, none, (np.arange(len(loop.points)),), spacing)
+    seconds = time.perf_counter() - started
+    return Filling(np.r_[loop.points, mesh.points], np.concatenate(mesh.faces), seconds)
+
+
+def area(loop: Loop, spacing: float) -> Filling:
+    """The exact triangulation of least area; it needs no spacing."""
+    started = time.perf_counter()
+    triangles, _ = minimal_area(loop.points)
+    return Filling(loop.points, triangles, time.perf_counter() - started)
+
+
+#: Our methods by name.
+OURS: dict[str, Callable[[Loop, float], Filling]] = {
+    "chords": chords,
+    "any chords": any_chords,
+    "area": area,
+    "one piece": whole,
+}
