@@ -1,4 +1,4 @@
-"""Models the example meshes and writes them as OBJ files.
+"""Models the example meshes and writes them as OBJ files, and the example network as JSON.
 
     python examples/make_examples.py [--out DIR]
 
@@ -16,6 +16,7 @@ from hand import hand
 from head import head
 from jug import jug
 from modelling import Mesh, write_obj
+from teacup import write as write_teacup
 
 HERE = Path(__file__).resolve().parent
 
@@ -50,6 +51,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         path = out / f"{name}.obj"
         write_obj(path, mesh, COMMENT.format(what=what[0].upper() + what[1:]))
         print(f"{path}\t{len(mesh.quads)} quads")
+    networks = out / "networks"
+    networks.mkdir(exist_ok=True)
+    print(f"{networks / 'teacup.json'}\t{write_teacup(networks / 'teacup.json')} strokes")
 
 
 if __name__ == "__main__":

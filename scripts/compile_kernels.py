@@ -89,8 +89,22 @@ corners = ["reflex" if i in (2, 5, 9) else "convex" for i in range(10)]
 ask(Boundary((4, 3, 4, 3, 5, 4, 3, 4, 3, 5), corners), origins=("constructed",))
 """
 
+#: Surfacing: curves joined, cycles found, cut along chords and made into meshes.
+SURFACE = """
+import numpy as np
+from sketch.surfacing import Canvas, Settings, find_cycles, network_of_polylines, surface
+bent = [[x, 0, x * x] for x in np.linspace(-1, 1, 9)]
+ends = [[[x, y, 1] for y in np.linspace(0, 1, 5)] for x in (-1, 1)]
+sides = [bent, [[x, 1, z] for x, _, z in bent], *ends]
+network = network_of_polylines([*sides, [[0, -1, 0], [0, 2, 0]], bent])
+cycles = find_cycles(network).cycles
+made = surface(network, cycles, settings=Settings(area_price=None, alpha=0.0))
+surface(network, cycles, settings=Settings(method="area"))
+Canvas.of(made.points, made.triangles).pick([0.5, 0.5, 5], [0, 0, -1])
+"""
+
 #: What runs side by side, about as long each.
-RUNS = (LEARN + PLACE, ASK)
+RUNS = (LEARN + PLACE + SURFACE, ASK)
 
 
 def main() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from collections import Counter
@@ -101,6 +102,17 @@ def test_regenerating_gives_the_committed_file(
     assert again.comment == mesh.comment
     np.testing.assert_array_equal(again.quads, mesh.quads)
     np.testing.assert_allclose(again.points, mesh.points, rtol=0, atol=SAME_PLACE)
+
+
+def test_regenerating_gives_the_committed_network(regenerated: list[Path]) -> None:
+    first, second = (directory / "networks" / "teacup.json" for directory in regenerated)
+    assert first.read_bytes() == second.read_bytes()
+    again = json.loads(first.read_text(encoding="ascii"))
+    committed = json.loads((EXAMPLES / "networks" / "teacup.json").read_text(encoding="ascii"))
+    assert again["stages"] == committed["stages"]
+    for ours, theirs in zip(again["curves"], committed["curves"], strict=True):
+        assert ours["id"] == theirs["id"]
+        np.testing.assert_allclose(ours["points"], theirs["points"], rtol=0, atol=SAME_PLACE)
 
 
 def test_the_comment_says_what_it_is(mesh: Obj) -> None:

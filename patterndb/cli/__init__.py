@@ -12,7 +12,16 @@ from typing import Any
 import click
 
 import patterndb
-from patterndb.cli import asking, exchanging, exploring, filling, learning, pictures, querying
+from patterndb.cli import (
+    asking,
+    exchanging,
+    exploring,
+    filling,
+    learning,
+    pictures,
+    querying,
+    surfacing,
+)
 from patterndb.cli.failure import (
     EXIT_BAD_INPUT,
     EXIT_INTERRUPTED,
@@ -71,6 +80,7 @@ for command in (
     *filling.COMMANDS,
     *pictures.COMMANDS,
     *exploring.COMMANDS,
+    *surfacing.COMMANDS,
     *exchanging.COMMANDS,
 ):
     cli.add_command(command)

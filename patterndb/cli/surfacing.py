@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,6 +64,11 @@ class CurveNames(ParamType):
     help="The price of a chord: more makes fewer and larger pieces.",
 )
 @click.option(
+    "--any-chord",
+    is_flag=True,
+    help="Take chords whatever area they add, as the paper does.",
+)
+@click.option(
     "--spacing",
     type=click.FloatRange(0, min_open=True),
     help="How far vertices are apart, in the network's unit.",
@@ -97,6 +103,7 @@ def surface(
     output: Path | None,
     method: Any,
     alpha: float,
+    any_chord: bool,
     spacing: float | None,
     tolerance: float | None,
     cycles_only: bool,
@@ -131,10 +138,13 @@ def surface(
     if cycles_only and output is not None:
         raise click.UsageError("--cycles-only makes no surface; leave -o out")
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from sketch.surfacing import Settings, read_network
+    from sketch.surfacing import Settings, read_drawing
     from sketch.surfacing import surface as surface_of
 
-    given = read_network(network, tolerance=tolerance)
+    drawing = read_drawing(network, tolerance=tolerance)
+    for note in drawing.notes:
+        say(note)
+    given = drawing.network
     started = time.perf_counter()
     cycles, found = _cycles(given, find_cycles, ban, keep)
     seconds_finding = time.perf_counter() - started
@@ -162,6 +172,8 @@ def surface(
                 write(",".join(str(name) for name in given.names(cycle)))
         return 0
     settings = Settings(method=method, alpha=alpha)
+    if any_chord:
+        settings = replace(settings, area_price=None)
     with open_database(db) if method == "quads" else nullcontext() as database:
         started = time.perf_counter()
         made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
@@ -243,6 +255,8 @@ def _patch(made: Surfacing, patch: Patch) -> dict[str, object]:
         return document
     return document | {
         "candidates": result.candidates,
+        "costly": result.costly,
+        "unmatched": result.unmatched,
         "chosen": len(result.chords),
         "chords": made.points[patch.chords].tolist(),
         "subproblems": result.n_subproblems,
@@ -289,3 +303,6 @@ def _say_made(made: Surfacing, seconds: float) -> None:
             f"faces that pass through each other: {plural(within, 'pair')} within patches, "
             f"{made.intersections:,} between patches; the method does not exclude them"
         )
+
+
+COMMANDS = (surface,)

@@ -30,7 +30,9 @@ class LoopSurface:
     points:        (k, 3) float64, the vertices inside.
     faces:         per piece (f, 3) triangles or (f, 4) quads, int64, in the loop's sense. An
                    index below n is a position in the loop, n + i is row i of ``points``.
-    candidates:    how many chords were candidates, 0 unless chords were looked for.
+    candidates:    how many chords the search chose from, 0 unless chords were looked for.
+    costly:        how many more were left out since they add too much area.
+    unmatched:     how many ends of chords found no partner.
     chords:        (m, 2) int64, the chords that were chosen, as positions in the loop.
     n_subproblems: how many sub-cycles the search has scored.
     cost:          what the chosen cuts cost (Abbasinejad et al. 2013, Eq. 2), nan without any.
@@ -44,6 +46,8 @@ class LoopSurface:
     points: Points = field(repr=False)
     faces: tuple[Faces, ...] = field(repr=False)
     candidates: int
+    costly: int
+    unmatched: int
     chords: NDArray[np.int64] = field(repr=False)
     n_subproblems: int
     cost: float

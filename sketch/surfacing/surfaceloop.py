@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from sketch.surfacing.chords import (
     AREA_PRICE,
     MAX_SUBPROBLEMS,
     TURNING_BOUND,
+    Decomposition,
     Flatness,
     decompose,
 )
@@ -24,7 +25,7 @@ from sketch.surfacing.quads import fill_with_quads
 from sketch.surfacing.sampling import Loop
 from sketch.surfacing.tessellation import (
     area,
-    minimal_area,
+    patch_of_least_area,
     self_intersections,
     tessellate_patch,
 )
@@ -79,26 +80,18 @@ def surface_loop(
 
 @dataclass(frozen=True, slots=True)
 class _Found:
+    """What a method made, before it is measured. cut: how the loop was cut, if it was."""
+
     method: Method
     note: str
     points: Points
     faces: tuple[Faces, ...]
-    candidates: int = 0
-    chords: np.ndarray | None = None
-    n_subproblems: int = 0
-    cost: float = math.nan
+    cut: Decomposition | None = None
 
 
-def _by_area(loop: Loop, note: str, candidates: int = 0, n_subproblems: int = 0) -> _Found:
-    triangles, _ = minimal_area(loop.points)
-    return _Found(
-        "area",
-        note,
-        np.zeros((0, 3)),
-        (triangles,),
-        candidates=candidates,
-        n_subproblems=n_subproblems,
-    )
+def _by_area(loop: Loop, note: str, cut: Decomposition | None = None) -> _Found:
+    mesh = patch_of_least_area(loop)
+    return _Found("area", note, mesh.points, mesh.faces, cut)
 
 
 def _by_chords(loop: Loop, settings: Settings, spacing: float, note: str) -> _Found:
@@ -112,54 +105,45 @@ def _by_chords(loop: Loop, settings: Settings, spacing: float, note: str) -> _Fo
     )
     if cut.exhausted:
         why = (
-            f"half of the candidate chords already make more than "
+            "half of the candidate chords already make more than "
             f"{settings.max_subproblems:,} sub-problems; the triangulation of least area stands in"
         )
-        return _by_area(loop, _joined(note, why), len(cut.candidates), cut.n_subproblems)
+        return _by_area(loop, _joined(note, why), cut)
     if cut.n_dropped:
         note = _joined(
             note, f"the {cut.n_dropped} longest candidates were left out of a search too large"
         )
     mesh = tessellate_patch(loop, cut.chords, cut.pieces, spacing)
-    return _Found(
-        "chords",
-        _joined(note, *mesh.notes),
-        mesh.points,
-        mesh.faces,
-        len(cut.candidates),
-        cut.chords,
-        cut.n_subproblems,
-        cut.cost,
-    )
+    return _Found("chords", _joined(note, *mesh.notes), mesh.points, mesh.faces, cut)
 
 
 def _by_quads(loop: Loop, settings: Settings, spacing: float, db: Database) -> _Found:
     ground = _by_chords(loop, settings, spacing, "")
-    triangles = as_triangles(ground.faces)
     points = np.concatenate([loop.points, ground.points])
     try:
-        filled = fill_with_quads(db, loop, points, triangles)
+        filled = fill_with_quads(db, loop, points, as_triangles(ground.faces))
     except InvalidNetworkError as error:
-        return _by_chords(loop, settings, spacing, f"no quads: {error}")
+        return replace(ground, note=_joined(f"no quads: {error}", ground.note))
     return _Found("quads", _joined(ground.note, filled.note), filled.points, (filled.quads,))
 
 
 def _measured(loop: Loop, found: _Found, seconds: float) -> LoopSurface:
     points = np.concatenate([loop.points, found.points])
-    triangles = as_triangles(found.faces)
-    chords = np.zeros((0, 2), np.int64) if found.chords is None else found.chords
+    cut = found.cut
     return LoopSurface(
-        found.method,
-        found.note,
-        found.points,
-        found.faces,
-        found.candidates,
-        chords,
-        found.n_subproblems,
-        found.cost,
-        sum(area(points, piece) for piece in found.faces),
-        len(self_intersections(points, triangles)),
-        seconds,
+        method=found.method,
+        note=found.note,
+        points=found.points,
+        faces=found.faces,
+        candidates=0 if cut is None else len(cut.candidates),
+        costly=0 if cut is None else cut.n_costly,
+        unmatched=0 if cut is None else cut.n_unmatched,
+        chords=np.zeros((0, 2), np.int64) if cut is None else cut.chords,
+        n_subproblems=0 if cut is None else cut.n_subproblems,
+        cost=math.nan if cut is None else cut.cost,
+        area=sum(area(points, piece) for piece in found.faces),
+        self_intersections=len(self_intersections(points, as_triangles(found.faces))),
+        seconds=seconds,
     )
 
 

@@ -21,6 +21,7 @@ VERBS = (
     "query",
     "fill",
     "explore",
+    "surface",
     "show",
     "gallery",
     "browse",

@@ -35,7 +35,7 @@ MOST_DROPPED = 0.5
 class Decomposition:
     """A cycle cut by chords.
 
-    candidates:    (c, 2) int64 positions i < j in the loop, the chords found that are worth their area.
+    candidates:    (c, 2) int64 positions i < j in the loop, chords worth their area.
     chords:        (m, 2) int64, those of them that cut.
     pieces:        m + 1 closed loops of positions int64, in the loop's own sense. A step between
                    positions that are no neighbours in the loop is a chord.

@@ -1,0 +1,175 @@
+"""What pulls a curve along its ribs: bends of the surface, and the angle of its normals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from query.polyline import Points
+from sketch.features.errors import InvalidFeatureError
+from sketch.features.fishbone.fishbone import Fishbone
+
+Floats = NDArray[np.float64]
+
+#: The percentile of a term over all samples that counts as 1: a few outliers, at spikes of the
+#: model, do not make a feature look flat.
+PERCENTILE = 99.5
+
+#: A surface that bends by less than this within a window, in radians, is flat, and normals that
+#: all meet the angle as nearly meet it: rounding is not stretched to the whole range.
+FLAT = 1e-4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Terms:
+    """The terms of a fishbone, each from 0 to 1, inf where there is no sample.
+
+    curvature: (m, k) float64, 1 where the rib bends most. isophote: (m, k) float64, 0 where
+    normals have the angle.
+    n_flat: of the two terms, those without any differences to follow, named in ``flat``.
+    """
+
+    curvature: Floats
+    isophote: Floats
+    flat: tuple[str, ...]
+
+
+def terms(fishbone: Fishbone, window: float, axis: ArrayLike, beta: float) -> Terms:
+    """Both terms of a fishbone; see :func:`curvature` and :func:`isophote`."""
+    bends = curvature(fishbone, window)
+    angles = isophote(fishbone, axis, beta)
+    flat = tuple(
+        name
+        for name, values, floor in (
+            ("curvature", bends, FLAT / window),
+            ("isophote", angles, FLAT),
+        )
+        if _reach(values, fishbone.valid) < floor
+    )
+    return Terms(
+        _scaled(bends, fishbone.valid, FLAT / window),
+        _scaled(angles, fishbone.valid, FLAT),
+        flat,
+    )
+
+
+def tau(found: Terms, alpha: float) -> Floats:
+    """(m, k) the cost of cutting a rib at its samples: 0 at the best, 1 at the worst.
+
+    alpha (1 - curvature) + (1 - alpha) isophote. Inf where there is no sample.
+
+    Source: feature curve recovery paper, section 4.3.3, equation 1. Differs from the paper: the
+    cut is the cheapest one, so the printed sum would avoid curvature; it is turned round.
+    """
+    if not 0.0 <= alpha <= 1.0:
+        raise InvalidFeatureError(f"alpha is {alpha}; give a number from 0 to 1")
+    result = np.full(found.curvature.shape, np.inf)
+    valid = np.isfinite(found.curvature)
+    bends, angles = found.curvature[valid], found.isophote[valid]
+    result[valid] = alpha * (1.0 - bends) + (1.0 - alpha) * angles
+    return result
+
+
+def curvature(fishbone: Fishbone, window: float) -> Floats:
+    """(m, k) float64 how much ribs bend, in radians per length; 0 where there is no sample.
+
+    The mean of |kappa| of the chords to both sides, kappa = 2 (b' - b) . n / |b' - b|^2, over
+    the length ``window`` along the rib rather than to the next sample, so that neither the
+    sampling nor facets narrower than the window count. On a circle it is 1 / radius whatever
+    the window; at a corner that turns by phi it is 2 sin(phi / 2) / window, and falls to 0 at a
+    window's distance. It is at most 2 / window, a turn right round. Within a window of a rib's
+    end it fades, since less of the surface is known there.
+
+    Source: feature curve recovery paper, section 4.3.3. Differs from the paper: with the normal
+    of the edge, as printed, kappa is 0 everywhere; n is the normal of the vertex b, and that of
+    the chord between the window's ends: normals of the contour jump at facets.
+
+    Raises InvalidFeatureError for a window that is not positive.
+    """
+    if not (np.isfinite(window) and window > 0.0):
+        raise InvalidFeatureError(f"the window of curvature is {window}; give a positive length")
+    return _bends(fishbone.points, fishbone.first, fishbone.stop, fishbone.spacing, window)
+
+
+def isophote(fishbone: Fishbone, axis: ArrayLike, beta: float) -> Floats:
+    """(m, k) float64 |arccos(n . a) - beta| in radians; 0 where there is no sample.
+
+    axis: (3,) of any length. beta: radians from 0 to pi. The better of n and -n.
+
+    Ribs know the normals of their contours, which lie in the ribs' planes: they are the
+    surface's normals projected along the backbone. Where the curve itself is they agree, since
+    its tangent lies in the surface.
+
+    Source: feature curve recovery paper, section 4.3.3. Differs from the paper: models have no
+    sides, so either side of the surface may have the angle.
+
+    Raises InvalidFeatureError for an axis without length, or an angle out of range.
+    """
+    along = np.asarray(axis, np.float64)
+    if along.shape != (3,) or not np.isfinite(along).all() or not np.linalg.norm(along) > 0.0:
+        raise InvalidFeatureError(f"the axis of isophotes is {axis}; give a direction (x, y, z)")
+    if not 0.0 <= beta <= np.pi:
+        raise InvalidFeatureError(f"the angle of isophotes is {beta}; give radians from 0 to pi")
+    angle = np.arccos(np.clip(fishbone.normals @ (along / np.linalg.norm(along)), -1.0, 1.0))
+    off = np.minimum(np.abs(angle - beta), np.abs(np.pi - angle - beta))
+    return np.where(fishbone.valid, off, 0.0)
+
+
+def _reach(values: Floats, valid: NDArray[np.bool_]) -> float:
+    return float(np.percentile(values[valid], PERCENTILE))
+
+
+def _scaled(values: Floats, valid: NDArray[np.bool_], floor: float) -> Floats:
+    reach = _reach(values, valid)
+    scaled = np.clip(values / reach, 0.0, 1.0) if reach >= floor else np.zeros_like(values)
+    return np.where(valid, scaled, np.inf)
+
+
+@njit(cache=True, nogil=True)
+def _bends(
+    points: Points,
+    first: NDArray[np.int64],
+    stop: NDArray[np.int64],
+    spacing: Floats,
+    window: float,
+) -> Floats:
+    m, k = points.shape[:2]
+    result = np.zeros((m, k))
+    for i in range(m):
+        # A window between two whole numbers of samples is a mixture of both: a circle's
+        # curvature is exact for either.
+        steps = max(window / spacing[i], 1.0) if spacing[i] > 0.0 else 1.0
+        fewer = int(np.floor(min(steps, 1.0 * k)))
+        share = min(steps, 1.0 * k) - fewer
+        limit = 2.0 / window
+        for j in range(first[i] + 1, stop[i] - 1):
+            room = min(j - first[i], stop[i] - 1 - j)
+            low = _bend(points[i], j, min(fewer, room)) * min(room / steps, 1.0)
+            high = _bend(points[i], j, min(fewer + 1, room)) * min(room / steps, 1.0)
+            result[i, j] = min((1.0 - share) * low + share * high, limit)
+    return result
+
+
+@njit(cache=True, nogil=True)
+def _bend(rib: Points, j: int, reach: int) -> float:
+    """Mean |kappa| of the chords from sample j to the samples ``reach`` before and after it."""
+    # (b' - b) . n for the normal n of the chord between both: the distance of b from it.
+    chord = 0.0
+    before = 0.0
+    after = 0.0
+    along = 0.0
+    for c in range(3):
+        span = rib[j + reach, c] - rib[j - reach, c]
+        back = rib[j - reach, c] - rib[j, c]
+        chord += span * span
+        before += back * back
+        after += (rib[j + reach, c] - rib[j, c]) ** 2
+        along += back * span
+    if before == 0.0 or after == 0.0:
+        return 0.0
+    height = before if chord == 0.0 else before - along * along / chord
+    height = np.sqrt(max(height, 0.0))
+    return height / before + height / after

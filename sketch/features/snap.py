@@ -1,0 +1,315 @@
+"""Snapping: a sketched curve moves to the feature beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from query.polyline import Points, as_points
+from sketch.features.errors import InvalidFeatureError
+from sketch.features.fishbone import Fishbone, Terms, cut, held_rows, synchronised, tau, terms
+from sketch.features.fishbone.constraints import with_held
+from sketch.features.initial import initial_curve
+from sketch.features.model import Model
+from sketch.features.ribs import Rib, build_ribs
+from sketch.features.splines import Constraint, Spline, fit_spline
+
+Floats = NDArray[np.float64]
+
+#: How far ribs reach to either side, as a share of the model's diagonal: see ribs.slicing.
+RADIUS = 0.05
+
+#: Samples of a rib.
+SAMPLES = 201
+
+#: The length over which bends are measured, as a share of the diagonal.
+WINDOW = 0.005
+
+#: Cost of moving across by as much as along: see :meth:`SnapSettings.cross`.
+THETA = 0.05
+
+#: Ribs kept when the curve is dragged have moved by at most this share of their radius, and
+#: turned by at most this, in radians.
+MOVED = 0.02
+TURNED = 0.035
+
+
+@dataclass(frozen=True, slots=True)
+class SnapSettings:
+    """What a curve is drawn to, and how stiff it is.
+
+    alpha:     1 for bends of the surface alone, 0 for the angle of its normals alone.
+    axis:      (3,) the direction that normals are measured from. beta: the angle, in radians.
+    stiffness: at least 1; the cost of moving across, as a multiple.
+    theta:     that cost as such: moving across by some length costs theta times what the worst
+               sample costs over the same length along the curve.
+    strict:    rather, as the paper has it, moving by one sample costs as much as the worst
+               sample: the curve hardly leaves the row that it is in.
+    window:    length over which bends are measured, as a share of the model's diagonal.
+    degree:    of the curve.
+    radius:    reach of ribs to either side, as a share of the diagonal. n_samples: of each.
+    rounds:    how often the ribs are built about the curve and cut.
+
+    Raises InvalidFeatureError for numbers out of range.
+    """
+
+    alpha: float = 1.0
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    beta: float = np.pi / 2.0
+    stiffness: float = 1.0
+    theta: float = THETA
+    strict: bool = False
+    window: float = WINDOW
+    degree: int = 3
+    radius: float = RADIUS
+    n_samples: int = SAMPLES
+    rounds: int = 2
+
+    def __post_init__(self) -> None:
+        for name, value, low, high in (
+            ("alpha", self.alpha, 0.0, 1.0),
+            ("beta", self.beta, 0.0, np.pi),
+            ("stiffness", self.stiffness, 1.0, 1e6),
+            ("theta", self.theta, 0.0, 1e6),
+            ("window", self.window, 1e-9, 1.0),
+            ("radius", self.radius, 1e-6, 1.0),
+            ("n_samples", self.n_samples, 5, 100_001),
+            ("rounds", self.rounds, 1, 100),
+        ):
+            if not low <= value <= high:
+                raise InvalidFeatureError(f"{name} is {value}; give {low:g} to {high:g}")
+
+    def cross(self, fishbone: Fishbone, costs: Floats) -> Floats:
+        """(m - 1,) capacities of the cross edges of a fishbone with sample costs (m, k).
+
+        Source: feature curve recovery paper, section 4.3.3. Differs from the paper unless
+        strict: capacities above all samples' make a curve that goes straight on whatever the
+        surface is. Per length, rather than per sample, the result does not depend on how
+        densely ribs are sampled: a cross edge costs theta f s / d where samples are s apart on
+        ribs d apart.
+        """
+        count = len(costs) - 1
+        if self.strict:
+            return np.full(count, self.stiffness * costs[np.isfinite(costs)].max())
+        spacing, gaps = fishbone.spacing, fishbone.gaps
+        if not (count and gaps.mean() > 0.0):
+            return np.zeros(count)
+        step = (spacing[1:] + spacing[:-1]) / 2.0
+        return self.theta * self.stiffness * step / gaps.mean()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FeatureCurve:
+    """A curve on a feature of a model.
+
+    samples:     (m, 3) float64, where it was found, on the model; its constraints at theirs.
+    parameters:  (m,) float64, of the samples on the spline.
+    constraints: numbers of samples and the points that the spline meets exactly there.
+    repaired:    numbers of ribs that were mended in the raster.
+    failed:      numbers of ribs without a contour: samples there lie between their neighbours.
+    ended:       numbers of ribs that were cut at an end: the feature may be farther off.
+    notes:       what else is not as asked for.
+    """
+
+    spline: Spline
+    samples: Points
+    parameters: Floats
+    constraints: tuple[Constraint, ...]
+    settings: SnapSettings
+    repaired: tuple[int, ...]
+    failed: tuple[int, ...]
+    ended: tuple[int, ...]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snap:
+    """A curve with all that it was found by, so that it can be changed while one looks on.
+
+    stroke:   (k, 3) the clicked points.
+    origins, tangents: (m, 3) where each rib was built, and across which direction.
+    backbone: the spline about which the ribs are.
+    ribs:     of it, None where there is no contour. fishbone: of them, synchronised.
+    terms:    what pulls the curve.
+    notes:    on the stroke.
+    """
+
+    model: Model
+    stroke: Points
+    settings: SnapSettings
+    backbone: Spline
+    parameters: Floats
+    origins: Points
+    tangents: Points
+    ribs: tuple[Rib | None, ...]
+    fishbone: Fishbone
+    terms: Terms
+    curve: FeatureCurve
+    notes: tuple[str, ...]
+
+    @classmethod
+    def begin(
+        cls,
+        model: Model,
+        stroke: ArrayLike,
+        settings: SnapSettings | None = None,
+        constraints: Sequence[Constraint] = (),
+    ) -> Snap:
+        """The curve of a stroke after ``settings.rounds`` rounds; see :func:`snap`."""
+        chosen = SnapSettings() if settings is None else settings
+        clicked = as_points(stroke, "points of a stroke", InvalidFeatureError)
+        sketch = initial_curve(model, clicked)
+        far = int((sketch.lengths > chosen.radius * model.diagonal).sum())
+        notes = (
+            (f"{far} of {len(sketch.samples)} samples of the stroke were far off the model",)
+            if far
+            else ()
+        )
+        first = _about(model, clicked, chosen, sketch.samples, tuple(constraints), notes)
+        return first.again(chosen.rounds - 1)
+
+    def again(self, rounds: int = 1) -> Snap:
+        """After more rounds: ribs about the curve as it is now."""
+        snapped = self
+        for _ in range(rounds):
+            now = snapped.curve
+            snapped = _about(
+                self.model, self.stroke, self.settings, now.samples, now.constraints, self.notes
+            )
+        return snapped
+
+    def with_settings(self, settings: SnapSettings) -> Snap:
+        """With other settings: the same ribs are cut again, unless they would differ."""
+        old = self.settings
+        if (settings.radius, settings.n_samples, settings.rounds) != (
+            old.radius,
+            old.n_samples,
+            old.rounds,
+        ):
+            return Snap.begin(self.model, self.stroke, settings, self.curve.constraints)
+        found = self.terms
+        if (settings.window, settings.axis, settings.beta) != (old.window, old.axis, old.beta):
+            found = _terms(self.model, self.fishbone, settings)
+        changed = replace(self, settings=settings, terms=found)
+        return changed._cut(self.curve.constraints)
+
+    def with_constraints(self, constraints: Sequence[Constraint]) -> Snap:
+        """With other constraints: only the ribs are built again that the curve leaves.
+
+        The backbone is bent to meet the constraints, so that each is in the plane of its rib.
+        """
+        wanted = tuple(constraints)
+        samples = self.backbone.evaluate(self.parameters)
+        fit = fit_spline(
+            samples, degree=self.settings.degree, constraints=wanted, parameters=self.parameters,
+            rounds=0,
+        )  # fmt: skip
+        origins = fit.spline.evaluate(self.parameters)
+        tangents = fit.spline.tangent(self.parameters)
+        reach = self.settings.radius * self.model.diagonal
+        moved = np.linalg.norm(origins - self.origins, axis=1) > MOVED * reach
+        turned = np.einsum("mc,mc->m", tangents, self.tangents) < np.cos(TURNED)
+        stale = np.flatnonzero(moved | turned)
+        ribs = list(self.ribs)
+        for i, rib in zip(
+            stale, _ribs(self.model, origins[stale], tangents[stale], self.settings), strict=True
+        ):
+            ribs[i] = rib
+        origins[~(moved | turned)] = self.origins[~(moved | turned)]
+        tangents[~(moved | turned)] = self.tangents[~(moved | turned)]
+        fishbone = synchronised(Fishbone.from_ribs(ribs))
+        changed = replace(
+            self, backbone=fit.spline, origins=origins, tangents=tangents, ribs=tuple(ribs),
+            fishbone=fishbone, terms=_terms(self.model, fishbone, self.settings),
+        )  # fmt: skip
+        return changed._cut(wanted)
+
+    def _cut(self, constraints: tuple[Constraint, ...]) -> Snap:
+        """With the curve through the minimum cut of the ribs as they are."""
+        bone = self.fishbone
+        held = held_rows(bone, constraints)
+        costs = with_held(tau(self.terms, self.settings.alpha), held)
+        rows = cut(costs, self.settings.cross(bone, costs)).rows
+        found = bone.at(rows)
+        everywhere = np.arange(len(self.ribs))
+        between = np.stack([np.interp(everywhere, bone.ribs, found[:, c]) for c in range(3)], 1)
+        samples = self.model.nearest(between).points
+        for number, place in constraints:
+            samples[number] = place
+        fit = fit_spline(samples, degree=self.settings.degree, constraints=constraints)
+        ended = (rows == bone.first) | (rows == bone.stop - 1)
+        failed = [i for i, rib in enumerate(self.ribs) if rib is None]
+        notes = [*self.notes, fit.note]
+        if failed:
+            notes.append(f"{len(failed)} of {len(self.ribs)} ribs have no contour: interpolated")
+        used = ("curvature",) if self.settings.alpha > 0.0 else ()
+        used += ("isophote",) if self.settings.alpha < 1.0 else ()
+        notes += [f"the {name} is the same everywhere" for name in self.terms.flat if name in used]
+        curve = FeatureCurve(
+            fit.spline,
+            samples,
+            fit.parameters,
+            constraints,
+            self.settings,
+            tuple(i for i, rib in enumerate(self.ribs) if rib is not None and rib.repaired),
+            tuple(failed),
+            tuple(bone.ribs[ended & (held < 0)].tolist()),
+            tuple(note for note in notes if note),
+        )
+        return replace(self, curve=curve)
+
+
+def snap(
+    model: Model,
+    stroke: ArrayLike,
+    settings: SnapSettings | None = None,
+    constraints: Sequence[Constraint] = (),
+) -> FeatureCurve:
+    """The curve on the feature that a stroke (k, 3) was drawn along.
+
+    constraints: (number of a sample, point (3,)) that the curve meets; samples are numbered as
+                 those of the initial curve, and keep their numbers.
+
+    The stroke's initial curve carries ribs; the cheapest way across them is reprojected onto the
+    model and fitted, and carries the ribs of the next round.
+
+    Source: feature curve recovery paper, section 4.3. Raises InvalidFeatureError for a stroke
+    that is none, and if no rib has a contour.
+    """
+    return Snap.begin(model, stroke, settings, constraints).curve
+
+
+def _about(
+    model: Model,
+    stroke: Points,
+    settings: SnapSettings,
+    samples: Points,
+    constraints: tuple[Constraint, ...],
+    notes: tuple[str, ...],
+) -> Snap:
+    """One round: ribs about the spline through the samples, cut."""
+    fit = fit_spline(samples, degree=settings.degree, constraints=constraints)
+    origins, tangents = fit.spline.evaluate(fit.parameters), fit.spline.tangent(fit.parameters)
+    ribs = _ribs(model, origins, tangents, settings)
+    fishbone = synchronised(Fishbone.from_ribs(ribs))
+    curve = FeatureCurve(
+        fit.spline, samples, fit.parameters, constraints, settings, (), (), (), notes
+    )
+    return Snap(
+        model, stroke, settings, fit.spline, fit.parameters, origins, tangents, ribs, fishbone,
+        _terms(model, fishbone, settings), curve, notes,
+    )._cut(constraints)  # fmt: skip
+
+
+def _ribs(
+    model: Model, origins: Points, tangents: Points, settings: SnapSettings
+) -> tuple[Rib | None, ...]:
+    reach = settings.radius * model.diagonal
+    return tuple(build_ribs(model, origins, tangents, radius=reach, n_samples=settings.n_samples))
+
+
+def _terms(model: Model, fishbone: Fishbone, settings: SnapSettings) -> Terms:
+    return terms(fishbone, settings.window * model.diagonal, settings.axis, settings.beta)
