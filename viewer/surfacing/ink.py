@@ -1,0 +1,208 @@
+"""Strokes drawn on a surface, and what they are to the network: new curves from curve to curve."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from query.polyline import arc_length
+from sketch.surfacing.drawing import Drawing
+from sketch.surfacing.errors import InvalidNetworkError
+from sketch.surfacing.junctions import joined
+from sketch.surfacing.naming import Step
+from sketch.surfacing.network import Curve, Network, without_repeats
+from sketch.surfacing.patch import Surfacing
+from sketch.surfacing.polylines import bent
+from viewer.surfacing.body import Body
+from viewer.view import View
+
+Points = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+#: A stroke is looked up on the surface every so many points of the picture, however fast the
+#: pointer moves.
+STEP = 3.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ink:
+    """One stroke as it lies on a surface.
+
+    surfacing: the surface.
+    parts:  each (k, 3) float64, k >= 1, on the surface; the stroke broke where it left it.
+    owners: for every part the patch (k,) that each of its points is on.
+    missed: how many of its rays met nothing. rays: how many it had.
+    """
+
+    surfacing: Surfacing = field(repr=False)
+    parts: tuple[Points, ...] = field(repr=False)
+    owners: tuple[Ints, ...] = field(repr=False)
+    missed: int
+    rays: int
+
+
+class Quill:
+    """Draws on a body: rays so far, through places of the picture."""
+
+    def __init__(self) -> None:
+        self.lift()
+
+    def lift(self) -> None:
+        """Forget what was not finished."""
+        self._origins: list[Points] = []
+        self._directions: list[Points] = []
+        self._last: tuple[float, float] | None = None
+
+    @property
+    def down(self) -> bool:
+        """Has a stroke been begun?"""
+        return self._last is not None
+
+    def extend(self, view: View, x: float, y: float, reach: float) -> None:
+        """The stroke goes on to here; reach: how far from the focus a ray begins."""
+        places = np.array([[x, y]])
+        if self._last is not None:
+            way = np.hypot(x - self._last[0], y - self._last[1])
+            if way < STEP:
+                return
+            share = np.linspace(0.0, 1.0, 1 + int(np.ceil(way / STEP)))[1:, None]
+            places = np.array(self._last) * (1.0 - share) + places * share
+        for place in places.tolist():
+            origin, direction = ray(view, place[0], place[1], reach)
+            self._origins.append(origin)
+            self._directions.append(direction)
+        self._last = (x, y)
+
+    def ink(self, surfacing: Surfacing, body: Body) -> Ink:
+        """What has been drawn so far, on a surface; body: that of the surface."""
+        origins, directions = np.stack(self._origins), np.stack(self._directions)
+        drawn = body.canvas.draw(origins, directions)
+        faces, _, _ = body.canvas.picks(origins, directions)
+        owners = tuple(body.owners[faces[rays]] for rays in drawn.rays)
+        return Ink(surfacing, drawn.strokes, owners, len(drawn.missed), len(origins))
+
+
+def ray(view: View, x: float, y: float, reach: float) -> tuple[Points, Points]:
+    """Origin (3,) and direction (3,) of what is seen at a place of the picture."""
+    toward = view.axes[2]
+    return view.under(x, y) + reach * toward, -toward
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grown:
+    """A drawing with new curves.
+
+    drawing: without cycles. walks: for every curve of before the steps that it has become.
+    curves:  the new ones.
+    """
+
+    drawing: Drawing
+    walks: tuple[tuple[Step, ...], ...]
+    curves: tuple[int, ...]
+
+
+def with_curves(drawing: Drawing, ink: Ink, reach: float, stage: int) -> Grown:
+    """The drawing with a stroke as new curves, which end on curves that are there.
+
+    The stroke is cut where it goes from one patch to the next, and its ends are moved onto the
+    nearest place of the curves around their patch. drawing: the whole one. reach: how far an
+    end may be off a curve, in units of the points. stage: after how many stages of the drawing
+    the stroke comes; of no matter if it has none.
+
+    Raises InvalidNetworkError for an end that meets no curve, and for a stroke that is none
+    but the curves that are there.
+    """
+    whole = drawing.network
+    lines = _from_curve_to_curve(ink, reach)
+    names = [curve.stroke for curve in whole.curves]
+    new = _new_name(names)
+    strokes = [*names, *(new for _ in lines)]
+    made = joined([*(c.points for c in whole.curves), *lines], None, strokes)
+    n = len(whole.curves)
+    lost = [left for left in made.left_out if left.curve not in range(n)]
+    if lost:
+        raise InvalidNetworkError(f"the stroke runs along curves: {lost[0]}")
+    walks = made.walks[:n]
+    added = tuple(dict.fromkeys(c for walk in made.walks[n:] for c, _ in walk))
+    # Joined, curves are called by their number; they keep the names of before.
+    curves = tuple(_renamed(curve, whole, new) for curve in made.network.curves)
+    after = Network(curves, made.network.nodes)
+    stages: tuple[tuple[int, ...], ...] = ()
+    if drawing.stages:
+        moved = [
+            tuple(dict.fromkeys(c for old in one for c, _ in walks[old])) for one in drawing.stages
+        ]
+        stages = (*moved[:stage], added, *moved[stage:])
+    return Grown(Drawing(after, stages, (*drawing.notes, *made.notes)), walks, added)
+
+
+def _from_curve_to_curve(ink: Ink, reach: float) -> list[Points]:
+    """The stroke's runs, each within one patch, with their ends on curves."""
+    network, cycles = ink.surfacing.network, ink.surfacing.cycles
+    runs: list[tuple[int, Points]] = []
+    for part, owner in zip(ink.parts, ink.owners, strict=True):
+        cuts = np.flatnonzero(np.diff(owner)) + 1
+        for points, owners in zip(np.split(part, cuts), np.split(owner, cuts), strict=True):
+            runs.append((int(owners[0]), points))
+    ends: list[list[Points]] = []
+    for patch, points in runs:
+        around = [network.curves[curve].points for curve in cycles[patch].curves]
+        ends.append([_foot(around, points[0], reach), _foot(around, points[-1], reach)])
+    for i in range(len(runs) - 1):
+        # Where the stroke goes over a curve, one run ends where the next begins.
+        gap = np.linalg.norm(runs[i][1][-1] - runs[i + 1][1][0])
+        shared = set(cycles[runs[i][0]].curves) & set(cycles[runs[i + 1][0]].curves)
+        if gap <= 2.0 * reach and shared:
+            halfway = (runs[i][1][-1] + runs[i + 1][1][0]) / 2.0
+            both = [network.curves[curve].points for curve in sorted(shared)]
+            ends[i][1] = ends[i + 1][0] = _foot(both, halfway, reach)
+    lines: list[Points] = []
+    for (_, points), (start, end) in zip(runs, ends, strict=True):
+        line = without_repeats(points)
+        if len(line) < 2 or arc_length(line)[-1] <= reach:
+            # A run as short as this only grazes its patch.
+            continue
+        lines.append(bent(line, start, end))
+    if not lines:
+        raise InvalidNetworkError("the stroke is too short to be a curve; draw a longer one")
+    return lines
+
+
+def _foot(lines: Sequence[Points], place: Points, reach: float) -> Points:
+    """(3,) the nearest place to ``place`` of some polylines, an end of theirs if one is near."""
+    best, least = place, np.inf
+    for points in lines:
+        a, along = points[:-1], np.diff(points, axis=0)
+        t = np.clip(((place - a) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
+        feet = a + t[:, None] * along
+        off = np.linalg.norm(feet - place, axis=1)
+        i = int(off.argmin())
+        if off[i] < least:
+            best, least = feet[i], float(off[i])
+    if least > reach:
+        raise InvalidNetworkError(
+            f"the stroke ends {least:.3g} away from the curves around its patch, further than "
+            f"{reach:.3g}; begin and end it on curves"
+        )
+    ends = np.concatenate([points[[0, -1]] for points in lines])
+    off = np.linalg.norm(ends - best, axis=1)
+    return ends[off.argmin()] if off.min() <= reach / 2.0 else best
+
+
+def _new_name(names: Sequence[int | str]) -> str:
+    taken = set(map(str, names))
+    count = 1
+    while f"drawn {count}" in taken:
+        count += 1
+    return f"drawn {count}"
+
+
+def _renamed(curve: Curve, before: Network, new: str) -> Curve:
+    number = curve.id
+    assert isinstance(number, int)
+    if number >= len(before.curves):
+        return replace(curve, id=new, stroke=new)
+    return replace(curve, id=before.curves[number].id, stroke=before.curves[number].stroke)

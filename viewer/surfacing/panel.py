@@ -1,0 +1,209 @@
+"""What the viewer of surfaces says beside its picture: counts, the slider, the patch in hand."""
+
+from __future__ import annotations
+
+import textwrap
+
+import numpy as np
+
+from sketch.surfacing.patch import Patch
+from viewer import style
+from viewer.card import plural
+from viewer.scene import HEIGHT, HIGHLIGHT_LINE, RULE, Scene
+from viewer.surfacing.edits import METHODS
+from viewer.surfacing.keys import KEY_HELP, MOUSE_HELP
+from viewer.surfacing.layout import MARGIN, PANEL, SLIDER, SLIDER_Y, share_of
+from viewer.surfacing.state import SurfacingState
+
+LINE = 21.0
+SIZE = 12.5
+NAMES = 108.0
+
+#: Width of DejaVu Sans as a part of its size, on average.
+LETTER = 0.58
+
+#: Lines that a note may take; the command line's --json has all of it.
+MOST_LINES = 7
+
+KNOB = 8.0
+TRACK = "#c9d0d9"
+
+
+def panel(scene: Scene, state: SurfacingState) -> None:
+    """Write the panel, and a hint above the picture while strokes are drawn."""
+    left = scene.width - PANEL
+    corners = np.array([[left, 0.0], [scene.width, 0.0], [scene.width, HEIGHT], [left, HEIGHT]])
+    scene.polygons(corners[None], face=style.PAPER)
+    scene.box(left, 30.0, 0.0, HEIGHT - 60.0, RULE, RULE)
+    writer = _Writer(scene, left + MARGIN, HEIGHT - 46.0)
+    _counts(writer, state)
+    _slider(scene, state, left)
+    writer.y = SLIDER_Y - 52.0
+    _methods(writer, state)
+    _patch(writer, state)
+    for text in (state.message, state.trouble):
+        if text:
+            writer.skip(0.5)
+            writer.paragraph(text, style.MESSAGE)
+    right = scene.width - MARGIN
+    scene.text(right, 30.0, "h  keys      q  quit", 11.5, colour=style.FAINT_TEXT, align="right")
+    if state.drawing_mode and not state.helping:
+        hint = "drag a stroke on the surface    Enter: make it a curve    u: undo    Esc: leave"
+        scene.text(left / 2.0, HEIGHT - 40.0, hint, 13.0, colour=style.MESSAGE)
+
+
+def help_box(scene: Scene) -> None:
+    """The list of keys, over the picture."""
+    step = 25.0
+    width, height = 450.0, step * len(KEY_HELP) + 96.0
+    left, top = MARGIN, (HEIGHT + height) / 2.0
+    scene.box(left, top - height, width, height, style.PAPER, HIGHLIGHT_LINE)
+    scene.text(left + 24.0, top - 34.0, "Keys", 15.0, bold=True, align="left")
+    for i, (keys, what) in enumerate(KEY_HELP):
+        y = top - 62.0 - step * i
+        scene.text(left + 24.0, y, keys, SIZE, bold=True, align="left")
+        scene.text(left + 130.0, y, what, SIZE, align="left")
+    y = top - height + 20.0
+    scene.text(left + 24.0, y, MOUSE_HELP, 10.5, colour=style.FAINT_TEXT, align="left")
+
+
+class _Writer:
+    """Writes line under line."""
+
+    def __init__(self, scene: Scene, left: float, y: float) -> None:
+        self.scene, self.left, self.y = scene, left, y
+        self.room = PANEL - 2.0 * MARGIN
+
+    def skip(self, lines: float) -> None:
+        self.y -= lines * LINE
+
+    def heading(self, text: str, size: float = 13.5) -> None:
+        self.scene.text(self.left, self.y, text, size, bold=True, align="left")
+        self.y -= 1.15 * LINE
+
+    def fact(self, name: str, value: str) -> None:
+        size = max(min(SIZE, (self.room - NAMES) / (LETTER * max(len(value), 1))), 8.5)
+        grey = style.FAINT_TEXT
+        self.scene.text(self.left, self.y, name, 12.0, colour=grey, align="left")
+        self.scene.text(self.left + NAMES, self.y, value, size, align="left")
+        self.y -= LINE
+
+    def paragraph(self, text: str, colour: str) -> None:
+        lines = textwrap.wrap(text, int(self.room / (LETTER * 12.0)))
+        if len(lines) > MOST_LINES:
+            lines = [*lines[: MOST_LINES - 1], lines[MOST_LINES - 1] + " …"]
+        for line in lines:
+            self.scene.text(self.left, self.y, line, 12.0, colour=colour, align="left")
+            self.y -= 0.82 * LINE
+
+
+def _counts(writer: _Writer, state: SurfacingState) -> None:
+    made, patches = state.made, state.patches
+    writer.heading(_patches(len(patches)), 18.0)
+    pieces = sum(len(patch.faces) for patch in patches)
+    faces = sum(len(piece) for patch in patches for piece in patch.faces)
+    network = state.network
+    nodes = len({node for curve in network.curves for node in curve.nodes})
+    writer.fact("curves", f"{len(network.curves):,}, {plural(nodes, 'node')}")
+    if state.n_stages:
+        writer.fact("stage", f"{state.edits.stage} of {state.n_stages}    ← →")
+    if state.off:
+        writer.fact("switched off", f"{len(state.off)}")
+    writer.fact("pieces", f"{pieces:,}, {plural(faces, 'face')}")
+    known = [patch.surface for patch in patches if patch.surface is not None]
+    chords = sum(len(one.chords) for one in known)
+    candidates = sum(one.candidates for one in known)
+    if candidates:
+        writer.fact("chords", f"{chords:,} of {plural(candidates, 'candidate')}")
+        writer.fact("sub-problems", f"{sum(one.n_subproblems for one in known):,}")
+    if made is not None and made.surfacing is not None:
+        within = sum(one.self_intersections for one in known)
+        between = made.surfacing.intersections
+        text = "none" if not within + between else f"{within:,} within, {between:,} between"
+        writer.fact("intersections", text)
+    if state.making:
+        writer.fact("made in", "working …")
+    elif made is not None:
+        finding = f" + {1e3 * made.finding:,.0f} ms for cycles" if made.finding > 5e-4 else ""
+        writer.fact("made in", f"{1e3 * made.seconds:,.0f} ms{finding}")
+
+
+def _slider(scene: Scene, state: SurfacingState, left: float) -> None:
+    """The line, its knob, and alpha above it."""
+    alpha = state.settings.alpha
+    start, end = left + SLIDER[0], left + SLIDER[1]
+    scene.text(left + MARGIN, SLIDER_Y + 22.0, "alpha", 13.5, bold=True, align="left")
+    scene.text(end + 6.0, SLIDER_Y + 22.0, f"{alpha:.3g}", 13.5, align="right")
+    low, high = SLIDER_Y - 2.0, SLIDER_Y + 2.0
+    line = np.array([[start, low], [end, low], [end, high], [start, high]])
+    scene.polygons(line[None], face=TRACK)
+    at = start + (end - start) * share_of(alpha)
+    knob = style.circle() * KNOB + (at, SLIDER_Y)
+    scene.polygons(knob[None], face=style.BOUNDARY)
+    scene.polygons((style.circle() * 0.45 * KNOB + (at, SLIDER_Y))[None], face=style.PAPER)
+    grey = style.FAINT_TEXT
+    scene.text(start - 6.0, SLIDER_Y - 24.0, "0  more chords", 11.0, colour=grey, align="left")
+    scene.text(end + 6.0, SLIDER_Y - 24.0, "fewer  1", 11.0, colour=grey, align="right")
+
+
+def _methods(writer: _Writer, state: SurfacingState) -> None:
+    """The methods in a row, the one asked for in bold."""
+    grey = style.FAINT_TEXT
+    writer.scene.text(writer.left, writer.y, "method", 13.5, bold=True, align="left")
+    x = writer.left + NAMES
+    for method in METHODS:
+        if method == "quads" and not state.quads_known:
+            continue
+        chosen = method == state.edits.method
+        colour = style.TEXT if chosen else grey
+        writer.scene.text(x, writer.y, method, SIZE, colour=colour, bold=chosen, align="left")
+        x += 62.0
+    writer.skip(1.6)
+
+
+def _patch(writer: _Writer, state: SurfacingState) -> None:
+    """The patch under the pointer, or what there is to say of the whole."""
+    under = state.under()
+    made = state.made
+    if under is None:
+        for note in () if made is None else made.notes:
+            writer.paragraph(note, style.FAINT_TEXT)
+        failed = [p for p in state.patches if p.surface is None]
+        others = [p for p in state.patches if p.note and p.surface is not None]
+        if failed:
+            text = f"{_patches(len(failed))} without a surface: {failed[0].note}"
+            writer.paragraph(text, style.MESSAGE)
+        if others:
+            text = f"{_patches(len(others))} with a note: point at them"
+            writer.paragraph(text, style.FAINT_TEXT)
+        return
+    if not under.on:
+        writer.heading("Switched off")
+        writer.paragraph("a click on its ring switches it on", style.FAINT_TEXT)
+        return
+    _facts(writer, state, state.patches[under.number])
+
+
+def _facts(writer: _Writer, state: SurfacingState, patch: Patch) -> None:
+    writer.heading("Patch at the pointer")
+    names = ", ".join(str(name) for name in state.network_made.names(patch.cycle))
+    writer.fact("curves", names if len(names) < 46 else names[:44] + " …")
+    result = patch.surface
+    if result is not None:
+        writer.fact("method", result.method + ("  (as before)" if patch.reused else ""))
+        if result.method == "chords" or result.candidates:
+            writer.fact(
+                "chords", f"{len(result.chords)} of {plural(result.candidates, 'candidate')}"
+            )
+            writer.fact("sub-problems", f"{result.n_subproblems:,}")
+        faces = sum(len(piece) for piece in patch.faces)
+        writer.fact("pieces", f"{len(patch.faces)}, {plural(faces, 'face')}")
+        writer.fact("area", f"{result.area:.4g}")
+        writer.fact("intersections", f"{result.self_intersections:,}")
+        writer.fact("made in", f"{1e3 * result.seconds:.1f} ms")
+    if patch.note:
+        writer.paragraph(patch.note, style.FAINT_TEXT)
+
+
+def _patches(count: int) -> str:
+    return f"{count:,} patch" + ("" if count == 1 else "es")

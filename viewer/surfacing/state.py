@@ -1,0 +1,300 @@
+"""What the viewer of surfaces shows and how that changes: no window in here."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.errors import PatternDBError
+from patterndb.store import Database
+from sketch.surfacing.drawing import Drawing
+from sketch.surfacing.network import Cycle, Network
+from sketch.surfacing.surfaceloop import Settings
+from viewer.scene import HEIGHT
+from viewer.surfacing.body import Body
+from viewer.surfacing.camera import framed
+from viewer.surfacing.choices import Choices
+from viewer.surfacing.edits import Edits, next_method
+from viewer.surfacing.finding import Find, found
+from viewer.surfacing.ink import Ink, Quill, ray
+from viewer.surfacing.layout import alpha_at, on_slider
+from viewer.view import View
+
+Points = NDArray[np.float64]
+
+#: A press and a release this near to each other, in points, are a click.
+CLICK = 4.0
+
+#: How near the pointer must be to the ring of a patch that is switched off, in points.
+RING = 12.0
+
+#: How far a stroke's end may be off a curve and still be meant to be on it, in points.
+REACH = 16.0
+
+#: From where a network is looked at: a little from the right and from above.
+TOWARD, UP = (0.55, 0.42, 1.0), (0.0, 1.0, 0.0)
+
+#: What the pointer drags.
+Drag = Literal["view", "alpha", "stroke"]
+
+
+class Under(NamedTuple):
+    """What the pointer is on: a patch that is on or off, and which of these."""
+
+    on: bool
+    number: int
+
+
+class SurfacingState(Choices):
+    """A network, the surface that is made of it, and how it is looked at.
+
+    source: a drawing or a network. settings: the method and alpha to begin with. spacing: about
+    how far vertices are apart; by default that of
+    :func:`sketch.surfacing.surface.surface` for the whole drawing, in every stage. db: where
+    quads come from; without it there are none. afresh: find cycles even if the network has
+    some. added, banned: cycles that shall, or shall not, be patches. find: how cycles are found.
+    toward, up: (3,) from where it is looked at, and what is upright.
+    """
+
+    def __init__(
+        self,
+        source: Drawing | Network,
+        *,
+        settings: Settings | None = None,
+        spacing: float | None = None,
+        db: Database | None = None,
+        afresh: bool = False,
+        added: Sequence[Cycle] = (),
+        banned: Sequence[Cycle] = (),
+        find: Find = found,
+        toward: ArrayLike = TOWARD,
+        up: ArrayLike = UP,
+    ) -> None:
+        drawing = source if isinstance(source, Drawing) else Drawing(source)
+        wanted = Settings() if settings is None else settings
+        given = None if afresh or not drawing.network.cycles else drawing.network.cycles
+        first = Edits(
+            drawing, len(drawing.stages), given, tuple(added), tuple(banned), wanted.method
+        )
+        self.drawing_mode = False
+        self.pointer: tuple[float, float] | None = None
+        #: Width and height of the picture without the panel, in points.
+        self.room = (HEIGHT, HEIGHT)
+        self._facing = (toward, up)
+        self._quill = Quill()
+        self._drag: Drag | None = None
+        self._pressed: tuple[float, float] | None = None
+        super().__init__(first, wanted, spacing, db, find)
+        self._moved = False
+        self.view = self._framed()
+
+    @property
+    def ink(self) -> Ink | None:
+        """The stroke that is being drawn, as it lies so far."""
+        made = self.made
+        if not self._quill.down or made is None or made.surfacing is None or made.body is None:
+            return None
+        return self._quill.ink(made.surfacing, made.body)
+
+    def fill(self, width: float, height: float) -> None:
+        """The picture has this size without the panel; a view not yet moved is fitted into it."""
+        if self.room != (width, height):
+            self.room = (width, height)
+            if not self._moved:
+                self.view = self._framed()
+
+    # What keys do, see viewer.surfacing.keys
+
+    def next_method_here(self) -> None:
+        """The next method for the patch under the pointer."""
+        under = self.under()
+        if under is None or not under.on:
+            self.message = "put the pointer on a patch"
+            return
+        cycle = self.cycle_of(under.on, under.number)
+        method = self.edits.methods.get(cycle.key, self.edits.method)
+        self._edit(self.edits.with_method_of(cycle, next_method(method, quads=self.quads_known)))
+
+    def go_to_stage(self, stage: int) -> None:
+        """As the drawing was after so many stages; what was being drawn is forgotten."""
+        self.leave()
+        super().go_to_stage(stage)
+
+    def toggle_patch(self) -> None:
+        """Switch the patch under the pointer off, or on again."""
+        under = self.under()
+        if under is None:
+            self.message = "put the pointer on a patch"
+            return
+        cycle = self.cycle_of(under.on, under.number)
+        self._edit(self.edits.switched_off(cycle) if under.on else self.edits.switched_on(cycle))
+
+    def begin_drawing(self) -> None:
+        """Draw strokes with the pointer, or end that."""
+        if not self.drawing_mode and not self.patches:
+            self.message = "there is no surface to draw on"
+            return
+        self._quill.lift()
+        self.drawing_mode = not self.drawing_mode
+
+    def leave(self) -> None:
+        """Back to looking; what was not finished is forgotten."""
+        self.drawing_mode = False
+        self._quill.lift()
+
+    def add_curves(self) -> None:
+        """Make the last stroke curves of the network; cycles are found anew, or cut."""
+        made = self.made
+        if not self.edits.inks or made is None or made.surfacing is None:
+            self.message = "draw a stroke from curve to curve first"
+            return
+        ink = self.edits.inks[-1]
+        if made.surfacing is not ink.surfacing:
+            self.message = "the surface has changed since the stroke was drawn; draw it anew"
+            return
+        try:
+            after = self.edits.with_stroke(ink, REACH / self.view.scale)
+        except PatternDBError as error:
+            self.message = str(error)
+            return
+        self.leave()
+        self._edit(after)
+
+    def fit(self) -> None:
+        """The whole drawing back into the middle, as it was seen at first."""
+        self.view = self._framed()
+        self._moved = False
+
+    def roll(self) -> None:
+        """A quarter turn about the line of sight."""
+        self.view = self.view.rolled()
+        self._moved = True
+
+    # The pointer, at places of the picture in points from its middle
+
+    def move(self, x: float, y: float) -> bool:
+        """The pointer moves; True if that changes the picture."""
+        before = self.under()
+        last, self.pointer = self.pointer, (x, y)
+        if self._drag == "alpha":
+            self.change_alpha(alpha_at(self.room, x))
+        elif self._drag == "stroke":
+            self._quill.extend(self.view, x, y, self._far())
+        elif self._drag == "view" and last is not None and self._pressed is None:
+            self.view = self.view.turned(x - last[0], y - last[1])
+            self._moved = True
+        elif self._drag == "view" and self._pressed is not None:
+            dx, dy = x - self._pressed[0], y - self._pressed[1]
+            if np.hypot(dx, dy) < CLICK:
+                return False
+            # What began as a click turns the view by all that it has moved.
+            self._pressed = None
+            self.view = self.view.turned(dx, dy)
+            self._moved = True
+        else:
+            return before != self.under()
+        return True
+
+    def press(self, x: float, y: float, *, turn: bool = False) -> bool:
+        """A button goes down. turn: it is the one that always turns the view."""
+        self.pointer = (x, y)
+        self.message = ""
+        if turn:
+            self._drag, self._pressed = "view", None
+            return False
+        if on_slider(self.room, x, y):
+            self._drag = "alpha"
+            self.change_alpha(alpha_at(self.room, x))
+            return True
+        if self.drawing_mode:
+            self._drag = "stroke"
+            self._quill.extend(self.view, x, y, self._far())
+            return True
+        self._drag, self._pressed = "view", (x, y)
+        return False
+
+    def release(self, x: float, y: float) -> bool:
+        """The button goes up: a drag ends, or it was a click."""
+        drag, pressed = self._drag, self._pressed
+        self._drag = self._pressed = None
+        if drag == "stroke":
+            self._quill.extend(self.view, x, y, self._far())
+            self._end_stroke()
+            return True
+        if drag == "view" and pressed is not None:
+            if self.under() is None:
+                return False
+            self.toggle_patch()
+            return True
+        return False
+
+    def wheel(self, steps: float) -> bool:
+        """The wheel turns: nearer, or farther off, about the pointer."""
+        self.view = self.view.zoomed(1.15**steps, *(self.pointer or (0.0, 0.0)))
+        self._moved = True
+        return True
+
+    def drag_view(self, dx: float, dy: float) -> bool:
+        """Shift the picture."""
+        self.view = self.view.moved(dx, dy)
+        self._moved = True
+        return True
+
+    def under(self) -> Under | None:
+        """What the pointer is on, the patch that is seen there; rings and outlines before."""
+        if self.pointer is None or abs(self.pointer[0]) > self.room[0] / 2.0:
+            return None
+        if self.made is None or self.made.wish.drawing is not self.edits.drawing:
+            # Until its surface is there, patches go by the curves of the drawing before.
+            return None
+        hit = self._hit(self.body) if self.surface_shown else None
+        if not self.off_shown or self.off_body is None:
+            return None if hit is None else Under(True, hit[0])
+        nearness = -np.inf if hit is None else hit[1]
+        for number, middle in enumerate(self.rings()):
+            seen = self.view.seen(middle)
+            if np.hypot(*(seen[:2] - self.pointer)) <= RING and seen[2] >= nearness - RING:
+                return Under(False, number)
+        if hit is not None:
+            return Under(True, hit[0])
+        off = self._hit(self.off_body)
+        return None if off is None else Under(False, off[0])
+
+    # How it is done
+
+    def _hit(self, body: Body | None) -> tuple[int, float] | None:
+        """The patch of a body under the pointer, and how near to the viewer it is there."""
+        if body is None or self.pointer is None:
+            return None
+        pick = body.canvas.pick(*ray(self.view, *self.pointer, self._far()))
+        if pick is None:
+            return None
+        return int(body.owners[pick.face]), float(self.view.seen(pick.point)[2])
+
+    def _end_stroke(self) -> None:
+        ink = self.ink
+        self._quill.lift()
+        if ink is None:
+            return
+        if not ink.parts:
+            self.message = "the stroke is beside the surface"
+            return
+        if ink.missed:
+            self.message = (
+                f"the stroke left the surface: {ink.missed} of {ink.rays} places are beside it, "
+                f"it is in {len(ink.parts)} part{'' if len(ink.parts) == 1 else 's'}"
+            )
+        self._history.append(self.edits)
+        self.edits = replace(self.edits, inks=(*self.edits.inks, ink))
+
+    def _far(self) -> float:
+        """From the focus to where rays begin: before anything that can be seen."""
+        return 2.0 * self.extent + float(np.linalg.norm(self.view.focus - self.centre))
+
+    def _framed(self) -> View:
+        toward, up = self._facing
+        return framed(self.all_points, toward, up, *self.room)
