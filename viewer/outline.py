@@ -30,6 +30,9 @@ LENGTH_POWER = 0.5
 #: inequality wants < 1; near 1 the polygon is a sliver).
 LONGEST_SIDE = 0.7
 
+#: Every cut takes two long sides and a short one three tenths of the way to their limit.
+MOST_CUTS = 200
+
 
 @dataclass(frozen=True, slots=True)
 class Outline:
@@ -76,9 +79,13 @@ def convex_outline(disk: Disk) -> Outline:
 
 def _drawn_lengths(lengths: NDArray[np.int32]) -> NDArray[np.float64]:
     drawn = lengths.astype(np.float64) ** LENGTH_POWER
-    longest = int(drawn.argmax())
-    others = drawn.sum() - drawn[longest]
-    drawn[longest] = min(drawn[longest], LONGEST_SIDE * others)
+    # Cutting one side short may leave another too long beside it: they give way in turn.
+    for _ in range(MOST_CUTS):
+        longest = int(drawn.argmax())
+        limit = LONGEST_SIDE * (drawn.sum() - drawn[longest])
+        if drawn[longest] <= limit * (1.0 + 1e-9):
+            break
+        drawn[longest] = limit
     return drawn
 
 
@@ -102,11 +109,14 @@ def _inscribed(lengths: NDArray[np.float64]) -> NDArray[np.complex128]:
             return float(half[longest] - (half.sum() - half[longest]))
         return float(half.sum()) - math.pi
 
+    # The excess falls with the radius. A circle must be wide for a longest side that is almost
+    # as long as the others together.
     low, high = smallest, float(lengths.sum())
-    falling = not outside
+    while excess(high) > 0.0:
+        low, high = high, 2.0 * high
     for _ in range(60):
         middle = (low + high) / 2.0
-        if (excess(middle) > 0.0) == falling:
+        if excess(middle) > 0.0:
             low = middle
         else:
             high = middle

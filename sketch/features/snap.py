@@ -14,22 +14,19 @@ from sketch.features.fishbone import Fishbone, Terms, cut, held_rows, synchronis
 from sketch.features.fishbone.constraints import with_held
 from sketch.features.initial import initial_curve
 from sketch.features.model import Model
-from sketch.features.ribs import Rib, build_ribs
+from sketch.features.ribs import RADIUS, SAMPLES, Rib, build_ribs
 from sketch.features.splines import Constraint, Spline, fit_spline
 
 Floats = NDArray[np.float64]
 
-#: How far ribs reach to either side, as a share of the model's diagonal: see ribs.slicing.
-RADIUS = 0.05
-
-#: Samples of a rib.
-SAMPLES = 201
-
 #: The length over which bends are measured, as a share of the diagonal.
 WINDOW = 0.005
 
+#: How near the backbone bends count, as a share of the diagonal: see :func:`terms`.
+NEARNESS = 0.012
+
 #: Cost of moving across by as much as along: see :meth:`SnapSettings.cross`.
-THETA = 0.05
+THETA = 0.1
 
 #: Ribs kept when the curve is dragged have moved by at most this share of their radius, and
 #: turned by at most this, in radians.
@@ -49,6 +46,8 @@ class SnapSettings:
     strict:    rather, as the paper has it, moving by one sample costs as much as the worst
                sample: the curve hardly leaves the row that it is in.
     window:    length over which bends are measured, as a share of the model's diagonal.
+    nearness:  bends at this distance from the backbone count 0.6 times, at twice it 0.14 times; a
+               share of the diagonal, inf where all count alike.
     degree:    of the curve.
     radius:    reach of ribs to either side, as a share of the diagonal. n_samples: of each.
     rounds:    how often the ribs are built about the curve and cut.
@@ -63,6 +62,7 @@ class SnapSettings:
     theta: float = THETA
     strict: bool = False
     window: float = WINDOW
+    nearness: float = NEARNESS
     degree: int = 3
     radius: float = RADIUS
     n_samples: int = SAMPLES
@@ -75,6 +75,7 @@ class SnapSettings:
             ("stiffness", self.stiffness, 1.0, 1e6),
             ("theta", self.theta, 0.0, 1e6),
             ("window", self.window, 1e-9, 1.0),
+            ("nearness", self.nearness, 1e-9, np.inf),
             ("radius", self.radius, 1e-6, 1.0),
             ("n_samples", self.n_samples, 5, 100_001),
             ("rounds", self.rounds, 1, 100),
@@ -109,7 +110,8 @@ class FeatureCurve:
     parameters:  (m,) float64, of the samples on the spline.
     constraints: numbers of samples and the points that the spline meets exactly there.
     repaired:    numbers of ribs that were mended in the raster.
-    failed:      numbers of ribs without a contour: samples there lie between their neighbours.
+    failed:      numbers of ribs without a contour, or with one of another surface alone: samples
+                 there moved as those of their neighbours.
     ended:       numbers of ribs that were cut at an end: the feature may be farther off.
     notes:       what else is not as asked for.
     """
@@ -191,7 +193,12 @@ class Snap:
         ):
             return Snap.begin(self.model, self.stroke, settings, self.curve.constraints)
         found = self.terms
-        if (settings.window, settings.axis, settings.beta) != (old.window, old.axis, old.beta):
+        if (settings.window, settings.nearness, settings.axis, settings.beta) != (
+            old.window,
+            old.nearness,
+            old.axis,
+            old.beta,
+        ):
             found = _terms(self.model, self.fishbone, settings)
         changed = replace(self, settings=settings, terms=found)
         return changed._cut(self.curve.constraints)
@@ -234,17 +241,22 @@ class Snap:
         costs = with_held(tau(self.terms, self.settings.alpha), held)
         rows = cut(costs, self.settings.cross(bone, costs)).rows
         found = bone.at(rows)
-        everywhere = np.arange(len(self.ribs))
-        between = np.stack([np.interp(everywhere, bone.ribs, found[:, c]) for c in range(3)], 1)
-        samples = self.model.nearest(between).points
+        # Samples of ribs that are not there are as far from the backbone as their neighbours.
+        numbers = np.arange(len(self.ribs))
+        moved = found - bone.origins
+        between = [np.interp(numbers, bone.ribs, moved[:, c]) for c in range(3)]
+        samples = self.model.nearest(self.origins + np.stack(between, axis=1)).points
         for number, place in constraints:
             samples[number] = place
         fit = fit_spline(samples, degree=self.settings.degree, constraints=constraints)
         ended = (rows == bone.first) | (rows == bone.stop - 1)
-        failed = [i for i, rib in enumerate(self.ribs) if rib is None]
+        failed = np.setdiff1d(numbers, bone.ribs).tolist()
         notes = [*self.notes, fit.note]
         if failed:
-            notes.append(f"{len(failed)} of {len(self.ribs)} ribs have no contour: interpolated")
+            notes.append(
+                f"{len(failed)} of {len(numbers)} ribs have no contour on this surface: "
+                "their samples are as far off the sketch as those of the next ribs"
+            )
         used = ("curvature",) if self.settings.alpha > 0.0 else ()
         used += ("isophote",) if self.settings.alpha < 1.0 else ()
         notes += [f"the {name} is the same everywhere" for name in self.terms.flat if name in used]
@@ -308,8 +320,14 @@ def _ribs(
     model: Model, origins: Points, tangents: Points, settings: SnapSettings
 ) -> tuple[Rib | None, ...]:
     reach = settings.radius * model.diagonal
-    return tuple(build_ribs(model, origins, tangents, radius=reach, n_samples=settings.n_samples))
+    if not len(origins):
+        return ()
+    ribs = build_ribs(model, origins, tangents, reach, settings.n_samples)
+    return tuple(rib if len(rib) else None for rib in ribs)
 
 
 def _terms(model: Model, fishbone: Fishbone, settings: SnapSettings) -> Terms:
-    return terms(fishbone, settings.window * model.diagonal, settings.axis, settings.beta)
+    size = model.diagonal
+    return terms(
+        fishbone, settings.window * size, settings.nearness * size, settings.axis, settings.beta
+    )

@@ -110,6 +110,8 @@ def test_flipped_tells_flipped_quads() -> None:
     assert one((0, 0), (1, 0), (2, 0), (3, 0))  # no area
 
 
+@example([2, 4, 10, 21])
+@example([39, 1, 39])
 @given(st.lists(st.integers(1, 40), min_size=3, max_size=12))
 def test_the_outline_closes_whatever_the_lengths(lengths: list[int]) -> None:
     # A strip of quads is a stand-in: only corners and lengths matter to the outline.

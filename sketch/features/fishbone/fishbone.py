@@ -19,6 +19,11 @@ class RibLike(Protocol):
     """What a fishbone takes of a rib."""
 
     @property
+    def origin(self) -> Points:
+        """(3,) the point of the backbone."""
+        ...
+
+    @property
     def points(self) -> Points:
         """(k, 3) samples at equal steps along the contour."""
         ...
@@ -43,6 +48,7 @@ class Fishbone:
     valid:    (m, k) bool, is there a sample? In each rib one run, which holds its backbone.
     backbone: (m,) int64, the row of the sample that the curve runs through.
     ribs:     (m,) int64, ascending, the numbers of the ribs: those that failed are not there.
+    origins:  (m, 3) float64, where the ribs' planes meet the curve, which may be off the model.
 
     Raises InvalidFeatureError for arrays that do not agree.
     """
@@ -52,6 +58,7 @@ class Fishbone:
     valid: NDArray[np.bool_]
     backbone: NDArray[np.int64]
     ribs: NDArray[np.int64]
+    origins: Points
 
     def __post_init__(self) -> None:
         m, k = self.valid.shape
@@ -62,8 +69,8 @@ class Fishbone:
                 f"a fishbone of {m} ribs with {k} rows has points {self.points.shape} and "
                 f"normals {self.normals.shape}; both must be ({m}, {k}, 3)"
             )
-        if self.backbone.shape != (m,) or self.ribs.shape != (m,):
-            raise InvalidFeatureError(f"give one backbone row and one number for each of {m} ribs")
+        if not self.backbone.shape == self.ribs.shape == (m,) or self.origins.shape != (m, 3):
+            raise InvalidFeatureError(f"give a backbone row, number and origin for each of {m} ribs")
         if not ((self.backbone >= 0) & (self.backbone < k)).all():
             raise InvalidFeatureError(f"a fishbone's backbone leaves its rows 0..{k - 1}")
         broken = np.diff(self.valid.astype(np.int8), axis=1, prepend=0) > 0
@@ -104,7 +111,9 @@ class Fishbone:
             if np.einsum("kc,kc->", normals[i], normals[i - 1]) < 0.0:
                 normals[i] *= -1.0
         valid = np.ones(points.shape[:2], np.bool_)
-        return cls(points, normals, valid, backbone, np.array([i for i, _ in there], np.int64))
+        numbers = np.array([i for i, _ in there], np.int64)
+        origins = np.stack([rib.origin for _, rib in there]).astype(np.float64)
+        return cls(points, normals, valid, backbone, numbers, origins)
 
     @property
     def first(self) -> NDArray[np.int64]:
@@ -130,8 +139,8 @@ class Fishbone:
 
     @property
     def gaps(self) -> Floats:
-        """(m - 1,) the distances between neighbouring ribs along the backbone."""
-        return np.linalg.norm(np.diff(self.backbone_points, axis=0), axis=1)
+        """(m - 1,) the distances between the origins of neighbouring ribs."""
+        return np.linalg.norm(np.diff(self.origins, axis=0), axis=1)
 
     def at(self, rows: NDArray[np.int64]) -> Points:
         """(m, 3) one sample of every rib."""

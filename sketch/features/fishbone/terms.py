@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,9 +28,9 @@ FLAT = 1e-4
 class Terms:
     """The terms of a fishbone, each from 0 to 1, inf where there is no sample.
 
-    curvature: (m, k) float64, 1 where the rib bends most. isophote: (m, k) float64, 0 where
+    curvature: (m, k) float64, 1 where the rib bends most, and near the backbone. isophote: (m, k) float64, 0 where
     normals have the angle.
-    n_flat: of the two terms, those without any differences to follow, named in ``flat``.
+    flat: of the two terms, those without any differences to follow.
     """
 
     curvature: Floats
@@ -37,9 +38,18 @@ class Terms:
     flat: tuple[str, ...]
 
 
-def terms(fishbone: Fishbone, window: float, axis: ArrayLike, beta: float) -> Terms:
-    """Both terms of a fishbone; see :func:`curvature` and :func:`isophote`."""
-    bends = curvature(fishbone, window)
+def terms(
+    fishbone: Fishbone, window: float, nearness: float, axis: ArrayLike, beta: float
+) -> Terms:
+    """Both terms of a fishbone; see :func:`curvature` and :func:`isophote`.
+
+    nearness: bends s along the rib from the backbone count exp(-(s / nearness)^2 / 2) times; inf
+              for no difference.
+
+    Differs from the paper: there all bends within the radius count alike, and a blunt feature
+    is left for any sharper one beside it that the stroke did not mean.
+    """
+    bends = curvature(fishbone, window) * _near(fishbone, nearness)
     angles = isophote(fishbone, axis, beta)
     flat = tuple(
         name
@@ -76,16 +86,18 @@ def tau(found: Terms, alpha: float) -> Floats:
 def curvature(fishbone: Fishbone, window: float) -> Floats:
     """(m, k) float64 how much ribs bend, in radians per length; 0 where there is no sample.
 
-    The mean of |kappa| of the chords to both sides, kappa = 2 (b' - b) . n / |b' - b|^2, over
-    the length ``window`` along the rib rather than to the next sample, so that neither the
-    sampling nor facets narrower than the window count. On a circle it is 1 / radius whatever
-    the window; at a corner that turns by phi it is 2 sin(phi / 2) / window, and falls to 0 at a
-    window's distance. It is at most 2 / window, a turn right round. Within a window of a rib's
-    end it fades, since less of the surface is known there.
+    The mean of |kappa| over the chords to both sides, each ``window`` long along the rib rather
+    than up to the next sample: neither the sampling nor facets narrower than the window count.
+    Of a chord b' - b at the angle x to the tangent, kappa is 2 x / window. So the mean is the
+    angle between both chords per window: 1 / radius on a circle whatever the window, and
+    phi / window at a corner that turns by phi, from where it falls to 0 at a window's distance.
+    Within a window of a rib's end it fades, since less of the surface is known there.
 
-    Source: feature curve recovery paper, section 4.3.3. Differs from the paper: with the normal
-    of the edge, as printed, kappa is 0 everywhere; n is the normal of the vertex b, and that of
-    the chord between the window's ends: normals of the contour jump at facets.
+    Source: feature curve recovery paper, section 4.3.3, where kappa = 2 (b' - b) . n / |b' - b|^2.
+    Differs from the paper: with the normal of the edge, as printed, kappa is 0 everywhere; n is
+    the normal of the vertex b, halfway between the chords. And the printed kappa, which is
+    2 sin(x) / |b' - b|, has a flat top at corners, as chords across a corner are shorter; the
+    angle over the length along the rib has a peak there, and is the same on circles.
 
     Raises InvalidFeatureError for a window that is not positive.
     """
@@ -118,6 +130,14 @@ def isophote(fishbone: Fishbone, axis: ArrayLike, beta: float) -> Floats:
     return np.where(fishbone.valid, off, 0.0)
 
 
+def _near(fishbone: Fishbone, nearness: float) -> Floats:
+    """(m, k) weights of samples, 1 at the backbone."""
+    if not nearness > 0.0:
+        raise InvalidFeatureError(f"the nearness of bends is {nearness}; give a positive length")
+    rows = np.arange(fishbone.valid.shape[1]) - fishbone.backbone[:, None]
+    return np.exp(-0.5 * (rows * fishbone.spacing[:, None] / nearness) ** 2)
+
+
 def _reach(values: Floats, valid: NDArray[np.bool_]) -> float:
     return float(np.percentile(values[valid], PERCENTILE))
 
@@ -141,35 +161,29 @@ def _bends(
     for i in range(m):
         # A window between two whole numbers of samples is a mixture of both: a circle's
         # curvature is exact for either.
-        steps = max(window / spacing[i], 1.0) if spacing[i] > 0.0 else 1.0
+        if spacing[i] <= 0.0:
+            continue
+        steps = max(window / spacing[i], 1.0)
         fewer = int(np.floor(min(steps, 1.0 * k)))
         share = min(steps, 1.0 * k) - fewer
-        limit = 2.0 / window
         for j in range(first[i] + 1, stop[i] - 1):
             room = min(j - first[i], stop[i] - 1 - j)
-            low = _bend(points[i], j, min(fewer, room)) * min(room / steps, 1.0)
-            high = _bend(points[i], j, min(fewer + 1, room)) * min(room / steps, 1.0)
-            result[i, j] = min((1.0 - share) * low + share * high, limit)
+            low = _turn(points[i], j, min(fewer, room)) / min(fewer, room)
+            high = _turn(points[i], j, min(fewer + 1, room)) / min(fewer + 1, room)
+            fade = min(room / steps, 1.0) / spacing[i]
+            result[i, j] = ((1.0 - share) * low + share * high) * fade
     return result
 
 
 @njit(cache=True, nogil=True)
-def _bend(rib: Points, j: int, reach: int) -> float:
-    """Mean |kappa| of the chords from sample j to the samples ``reach`` before and after it."""
-    # (b' - b) . n for the normal n of the chord between both: the distance of b from it.
-    chord = 0.0
-    before = 0.0
-    after = 0.0
+def _turn(rib: Points, j: int, reach: int) -> float:
+    """The angle between the chords to and from sample j, ``reach`` samples long."""
     along = 0.0
+    across = 0.0
     for c in range(3):
-        span = rib[j + reach, c] - rib[j - reach, c]
-        back = rib[j - reach, c] - rib[j, c]
-        chord += span * span
-        before += back * back
-        after += (rib[j + reach, c] - rib[j, c]) ** 2
-        along += back * span
-    if before == 0.0 or after == 0.0:
-        return 0.0
-    height = before if chord == 0.0 else before - along * along / chord
-    height = np.sqrt(max(height, 0.0))
-    return height / before + height / after
+        d = (c + 1) % 3
+        along += (rib[j, c] - rib[j - reach, c]) * (rib[j + reach, c] - rib[j, c])
+        turn = (rib[j, c] - rib[j - reach, c]) * (rib[j + reach, d] - rib[j, d])
+        turn -= (rib[j, d] - rib[j - reach, d]) * (rib[j + reach, c] - rib[j, c])
+        across += turn * turn
+    return math.atan2(math.sqrt(across), along)

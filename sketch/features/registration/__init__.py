@@ -1,13 +1,14 @@
 """Curve networks, templates of quads that follow them, and templates laid onto models."""
 
 from sketch.features.registration.boxes import box_template, template_of_name
-from sketch.features.registration.curvenetwork import CurveNetwork, Joint, resolved
+from sketch.features.registration.curvenetwork import CurveNetwork, DrawnNetwork, Joint, resolved
 from sketch.features.registration.register import Feature, Registration, register
 from sketch.features.registration.template import Chain, Part, Step, Template
 
 __all__ = [
     "Chain",
     "CurveNetwork",
+    "DrawnNetwork",
     "Feature",
     "Joint",
     "Part",

@@ -55,7 +55,7 @@ def approaches(first: Spline, second: Spline, tolerance: float) -> list[Approach
     """
     one, two = _sampled(first), _sampled(second)
     places = first(one), second(two)
-    distance = cdist(*places)
+    distance = np.asarray(cdist(*places), np.float64)
     # Between samples curves may be closer than at them, by half a step of each.
     steps = sum(float(np.linalg.norm(np.diff(at, axis=0), axis=1).max()) for at in places)
     i, j = np.nonzero(_lowest(distance) & (distance <= tolerance + steps))

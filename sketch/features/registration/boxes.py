@@ -18,6 +18,9 @@ LEAST, MOST = 2, 128
 #: What hides parts of what.
 YIELDS = {"body": ("roof", "front_wheelhouse", "rear_wheelhouse")}
 
+#: What is seen from inside.
+HOLLOW = ("front_wheelhouse", "rear_wheelhouse")
+
 #: Corners where one curve of an edge goes on as the next, by the two curves.
 BREAKS = {
     ("hood_profile", "cabin_profile"): "windscreen_base_centre",
@@ -83,7 +86,7 @@ def box_template(
         owner.append(np.full(grid.count, number, np.int32))
         first += grid.count
     parts = tuple(
-        Part(name, tuple(one for one in YIELDS.get(name, ()) if one in components))
+        Part(name, tuple(one for one in YIELDS.get(name, ()) if one in components), name in HOLLOW)
         for name in components
     )
     title = "car" if tuple(components) == tuple(COMPONENTS) else "+".join(components)
@@ -140,7 +143,9 @@ class _Grid:
         self.faces: list[np.ndarray] = []
         for face in box.faces:
             a, b, c, d = face.corners
-            bottom, right, upper, left = (self.side(*ends) for ends in ((a, b), (b, c), (d, c), (a, d)))
+            bottom, right, upper, left = (
+                self.side(*ends) for ends in ((a, b), (b, c), (d, c), (a, d))
+            )
             grid = np.empty((len(bottom), len(right)), np.int64)
             inner = np.arange(top, top + max(grid.shape[0] - 2, 0) * max(grid.shape[1] - 2, 0))
             grid[1:-1, 1:-1] = inner.reshape(grid.shape[0] - 2, grid.shape[1] - 2)
@@ -160,7 +165,7 @@ class _Grid:
         curves = [edge.curves[0] for edge in self.box.edges]
         result: list[Chain] = []
         for i, edge in enumerate(self.box.edges):
-            name = TOGETHER[edge.curves] if len(edge.curves) > 1 else edge.curves[0]
+            name = TOGETHER.get(edge.curves, curves[i])
             if curves.count(name) > 1:
                 name = f"{name}/{1 + curves[:i].count(name)}"
             vertices = self.edges[edge.start, edge.end].astype(np.int32)
@@ -186,7 +191,8 @@ def _sizes(box: Box, r: int, along: int) -> dict[tuple[str, str], int]:
 
     for _ in edges:
         for face in box.faces:
-            sides = [known(a, b) for a, b in pairwise([*face.corners, face.corners[0]])]
+            a, b, c, d = face.corners
+            sides = known(a, b), known(b, c), known(c, d), known(d, a)
             for one, two in ((sides[0], sides[2]), (sides[1], sides[3])):
                 group[one] = group[two] = min(group[one], group[two])
     # The second side of a top runs along the car.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -41,6 +41,19 @@ class Joint:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class DrawnNetwork:
+    """Curves as drawn, by name, and what else is known of where they meet.
+
+    meet, near, tolerance: as :func:`resolved` takes them; None: by default.
+    """
+
+    curves: Mapping[str, Spline]
+    meet: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    near: Mapping[str, Points] = field(default_factory=dict)
+    tolerance: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class CurveNetwork:
     """Curves that meet exactly.
 
@@ -73,12 +86,15 @@ def resolved(
     *,
     tolerance: float | None = None,
     near: Mapping[str, ArrayLike] | None = None,
+    meet: Mapping[str, Sequence[str]] | None = None,
     plane: tuple[Collection[str], Collection[str]] = ((), ()),
 ) -> CurveNetwork:
     """The network of drawn curves that meet in the joints.
 
     tolerance: how far curves may pass and still meet, by default TOLERANCE of the diagonal.
     near:      by joint, a point (3,) near it, where the same curves meet more than once.
+    meet:      by joint, those of its curves that say where it is, by default all: the others
+               are drawn up to it, as one that ends short.
     plane:     curves and joints that lie in the plane y = 0; their y becomes exactly 0.
 
     A joint is the mean of the pairwise intersections of its curves; an intersection is midway
@@ -102,13 +118,17 @@ def resolved(
     if tolerance is None:
         tolerance = TOLERANCE * _diagonal(curves[name] for name in wanted)
     hints = {
-        name: as_points([place], f"the point near {name}", InvalidFeatureError)[0]
+        name: as_points(np.atleast_2d(place), f"the point near {name}", InvalidFeatureError)[0]
         for name, place in (near or {}).items()
     }
     unknown = sorted(set(hints) - {joint.name for joint in joints})
     if unknown:
         raise InvalidFeatureError(f"there is no joint {unknown[0]!r} that a point could be near")
-    found = {joint.name: _meeting(curves, joint, tolerance, hints) for joint in joints}
+    counted = _counted(joints, meet or {})
+    found = {
+        joint.name: _meeting(curves, joint, counted[joint.name], tolerance, hints)
+        for joint in joints
+    }
     nodes: dict[str, Points] = {}
     for name, (node, _, _) in found.items():
         if name in plane[1]:
@@ -130,6 +150,22 @@ def _diagonal(curves: Iterable[Spline]) -> float:
     return float(np.linalg.norm(np.ptp(every, axis=0)))
 
 
+def _counted(joints: Sequence[Joint], meet: Mapping[str, Sequence[str]]) -> dict[str, Joint]:
+    """By name, the joints with those of their curves that say where they are."""
+    result = {joint.name: joint for joint in joints}
+    for name, curves in meet.items():
+        if name not in result:
+            raise InvalidFeatureError(f"there is no joint {name!r} where curves could meet")
+        known = result[name].curves
+        other = [curve for curve in curves if curve not in known]
+        if other or len(set(curves)) < 2:
+            raise InvalidFeatureError(
+                f"at {name} two or more of the curves {', '.join(known)} meet, got {list(curves)}"
+            )
+        result[name] = Joint(name, tuple(dict.fromkeys(curves)))
+    return result
+
+
 def _check_plane(what: str, points: Points, tolerance: float) -> None:
     off = float(np.abs(points[:, 1]).max())
     if off > tolerance:
@@ -140,9 +176,13 @@ def _check_plane(what: str, points: Points, tolerance: float) -> None:
 
 
 def _meeting(
-    curves: Mapping[str, Spline], joint: Joint, tolerance: float, hints: Mapping[str, Points]
+    curves: Mapping[str, Spline],
+    every: Joint,
+    joint: Joint,
+    tolerance: float,
+    hints: Mapping[str, Points],
 ) -> tuple[Points, dict[str, float], float]:
-    """The node (3,), where it is on each curve, and the largest gap there."""
+    """The node (3,), where it is on every curve, and the largest gap there."""
     pairs: dict[tuple[str, str], list[Approach]] = {}
     for one, two in combinations(joint.curves, 2):
         pairs[one, two] = approaches(curves[one], curves[two], tolerance)
@@ -160,7 +200,7 @@ def _meeting(
     crossing = {pair: found for pair, found in crossing.items() if found} or pairs
     chosen = _together(joint, list(crossing.values()), tolerance, hints.get(joint.name))
     node = np.mean([one.middle for one in chosen], axis=0)
-    where = {name: foot(curves[name], node) for name in joint.curves}
+    where = {name: foot(curves[name], node) for name in every.curves}
     return node, where, max(one.gap for one in chosen)
 
 
@@ -169,10 +209,10 @@ def _together(
 ) -> list[Approach]:
     """One approach of every pair, all about one place."""
     if hint is not None:
-        return [min(pair, key=lambda one: _apart(one.middle, hint)) for pair in found]
+        return [_closest(pair, hint) for pair in found]
     places: list[tuple[float, list[Approach]]] = []
     for pole in found[0]:
-        near = [min(pair, key=lambda one: _apart(one.middle, pole.middle)) for pair in found]
+        near = [_closest(pair, pole.middle) for pair in found]
         spread = max(_apart(one.middle, pole.middle) for one in near)
         # Each of two curves may be off by the tolerance, and the pole too.
         if spread <= 2.0 * tolerance:
@@ -194,6 +234,10 @@ def _together(
     return best
 
 
+def _closest(pair: list[Approach], place: Points) -> Approach:
+    return min(pair, key=lambda one: _apart(one.middle, place))
+
+
 def _apart(a: Points, b: Points) -> float:
     return float(np.linalg.norm(a - b))
 
@@ -213,7 +257,9 @@ def _cut(
     low, high = curve.domain
     for a, b in pairwise(order):
         if at[b] - at[a] <= 1e-6 * (high - low):
-            raise InvalidFeatureError(f"the joints {a} and {b} are at one place of the curve {name}")
+            raise InvalidFeatureError(
+                f"the joints {a} and {b} are at one place of the curve {name}"
+            )
     share = (at[order[-1]] - at[order[0]]) / (high - low)
     count = max(FEWEST_SAMPLES, round(SAMPLES_PER_CONTROL * share * len(curve.control)))
     parts: list[Floats] = []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,16 +11,24 @@ from scipy.sparse import csr_array, diags_array, vstack
 from scipy.sparse.linalg import splu
 
 from query.polyline import Points
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.model import Model
+from sketch.features.model import Feet, Model
 from sketch.features.registration.membrane import Membrane
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
 
-#: Which of a normal's hits counts: the outermost of all, or the outermost of those near enough
-#: to have a weight.
-Hit = Literal["outermost", "within reach"]
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lines:
+    """Lines through points (v, 3) along normals (v, 3).
+
+    asked: (v,) bool, those that a model is asked about. hollow: (v,) bool, of hollow parts.
+    """
+
+    points: Points
+    normals: Points
+    asked: Bools
+    hollow: Bools
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,43 +44,52 @@ class Hits:
     found: Bools
     doubt: Floats
 
+    @classmethod
+    def nothing(cls, v: int) -> Hits:
+        """No hit at any of v vertices."""
+        return cls(np.full((v, 3), np.nan), np.zeros(v, np.bool_), np.ones(v))
+
     @property
     def trusted(self) -> Bools:
         """(v,) bool, does the hit count at all?"""
         return self.found & (self.doubt < 1.0)
 
 
-def hits(
-    model: Model, points: Points, normals: Points, asked: Bools, reach: Floats, hit: Hit
-) -> Hits:
-    """The hits of the lines along normals (v, 3) of vertices (v, 3) that are asked for, (v,).
+def hits(model: Model, lines: Lines, reach: Floats) -> Hits:
+    """The hits of the lines along vertices' normals.
 
     reach: (v,) from which distance on a hit is no more believed: delta times the shortest edge.
 
-    Source: feature curve recovery paper, section 5.1.2. Differs from the paper, with hit =
-    "within reach": it takes the outermost hit of all, also where that is beyond reach and so
-    counts for nothing; here the outermost of those that do count is taken, as the pane behind a
-    mirror. A wheelhouse could not be mapped otherwise: beyond it there is the rest of the car.
+    Source: feature curve recovery paper, section 5.1.2. Differs from the paper: of hollow
+    parts it takes the nearest hit, not the outermost. The outermost hit of a wheelhouse is
+    the wheel in it, or the far end of the car.
     """
-    v = len(points)
+    v = len(reach)
     places, found, doubt = np.full((v, 3), np.nan), np.zeros(v, np.bool_), np.ones(v)
-    lines = np.flatnonzero(asked & (normals != 0.0).any(axis=1))
-    if hit == "outermost":
-        feet = model.outermost(points[lines], normals[lines])
-        met, at, length = lines[feet.found], feet.points[feet.found], feet.lengths[feet.found]
-    elif hit == "within reach":
-        crossings = model.all_hits(points[lines], normals[lines])
-        line = np.repeat(lines, np.diff(crossings.offsets))
-        near = np.flatnonzero(np.abs(crossings.lengths) < reach[line])
-        # Hits are ascending along each line: of equal lines the last.
-        last = near[np.r_[line[near][1:] != line[near][:-1], True]] if len(near) else near
-        met, at, length = line[last], crossings.points[last], crossings.lengths[last]
-    else:
-        raise InvalidFeatureError(f"hit is {hit!r}; give 'outermost' or 'within reach'")
-    places[met], found[met] = at, True
-    span = np.where(reach[met] > 0.0, reach[met], 1.0)
-    doubt[met] = np.where(reach[met] > 0.0, np.minimum(np.abs(length) / span, 1.0), 1.0)
+    asked = lines.asked & (lines.normals != 0.0).any(axis=1)
+    length = np.full(v, np.inf)
+    for chosen, ask in (
+        (np.flatnonzero(asked & ~lines.hollow), model.outermost),
+        (np.flatnonzero(asked & lines.hollow), partial(_nearest, model)),
+    ):
+        feet = ask(lines.points[chosen], lines.normals[chosen])
+        places[chosen], length[chosen] = feet.points, np.abs(feet.lengths)
+        found[chosen] = feet.found
+    near = found & (length < reach)
+    doubt[near] = length[near] / reach[near]
     return Hits(places, found, doubt)
+
+
+def _nearest(model: Model, origins: Points, directions: Points) -> Feet:
+    """The hits of lines nearest to their origins, before or behind them."""
+    ahead = model.first_hits(origins, directions)
+    behind = model.first_hits(origins, -directions)
+    first = ahead.lengths <= behind.lengths
+    return Feet(
+        np.where(first[:, None], ahead.points, behind.points),
+        np.where(first, ahead.triangles, behind.triangles),
+        np.where(first, ahead.lengths, -behind.lengths),
+    )
 
 
 def mapped(membrane: Membrane, features: Points, found: Hits) -> Points:

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from patterndb.halfedge import Int32Array
 from query.polyline import Points
 from sketch.features.errors import InvalidFeatureError
 from sketch.features.model import Model
-from sketch.features.registration.curvenetwork import CurveNetwork, resolved
-from sketch.features.registration.mapping import Hit, hits, mapped
+from sketch.features.registration.curvenetwork import CurveNetwork, DrawnNetwork, resolved
+from sketch.features.registration.mapping import Hits, Lines, hits, mapped
 from sketch.features.registration.membrane import Membrane, shortest_edges, vertex_normals
 from sketch.features.registration.occlusion import occluded
 from sketch.features.registration.symmetry import Mirroring
@@ -69,22 +69,17 @@ class Registration:
 
 def register(
     model: Model,
-    curves: Mapping[str, Spline],
+    drawn: DrawnNetwork | Mapping[str, Spline],
     template: Template,
     *,
     delta: float = DELTA,
-    hit: Hit = "within reach",
     rounds: int = ROUNDS,
-    tolerance: float | None = None,
-    near: Mapping[str, ArrayLike] | None = None,
 ) -> Registration:
     """The template on a model, along its curves; of a half, mirrored in the plane y = 0.
 
-    curves:    as drawn, by the names that the template asks for; others are not looked at.
+    drawn:     curves by the names that the template asks for; others are not looked at.
     delta:     how far vertices may go from the membrane, in their shortest edges.
-    hit:       which hit of a normal counts, see :func:`sketch.features.registration.mapping.hits`.
     rounds:    of mapping; each takes the surface of the one before for its membrane.
-    tolerance, near: see :func:`sketch.features.registration.curvenetwork.resolved`.
 
     Source: feature curve recovery paper, section 5.1. Differs from the paper: see hits,
     occluded, resolved, and rounds, of which the paper has one. Raises InvalidFeatureError for
@@ -94,23 +89,29 @@ def register(
         raise InvalidFeatureError(f"delta is {delta}; give a number above 0, such as {DELTA:g}")
     if not 1 <= rounds <= MOST_ROUNDS:
         raise InvalidFeatureError(f"rounds are {rounds}; give 1 to {MOST_ROUNDS}")
-    there = [name for name in template.curves if name in curves]
+    if not isinstance(drawn, DrawnNetwork):
+        drawn = DrawnNetwork(drawn)
+    joints = template.joints([name for name in template.curves if name in drawn.curves])
     network = resolved(
-        curves, template.joints(there), tolerance=tolerance, near=near, plane=template.in_plane()
+        drawn.curves,
+        joints,
+        tolerance=drawn.tolerance,
+        near=drawn.near,
+        meet=drawn.meet,
+        plane=template.in_plane(),
     )
     features, notes = sampled(template, network)
     membrane, mirroring = prepared(template)
     spanned = membrane.spanned(features)
     fixed = template.fixed
     hidden = occluded(template, spanned, vertex_normals(spanned, template.quads))
-    points = spanned
+    asked = ~fixed & ~hidden
+    points, found = spanned, Hits.nothing(len(spanned))
     for _ in range(rounds):
-        normals = vertex_normals(points, template.quads)
-        reach = delta * shortest_edges(points, template.quads)
-        found = hits(model, points, normals, ~fixed & ~hidden, reach, hit)
+        lines = Lines(points, vertex_normals(points, template.quads), asked, template.hollow)
+        found = hits(model, lines, delta * shortest_edges(points, template.quads))
         points = mapped(membrane, features, found)
-    open_ = ~fixed & ~hidden
-    notes += _notes(found.found, found.trusted, open_, hidden)  # type: ignore[possibly-unbound]
+    notes += _notes(found, asked, hidden)
     return Registration(
         mirroring.whole(points),
         mirroring.quads,
@@ -131,11 +132,11 @@ def prepared(template: Template) -> tuple[Membrane, Mirroring]:
     return Membrane.of(template), Mirroring.of(template)
 
 
-def _notes(found: Bools, trusted: Bools, asked: Bools, hidden: Bools) -> tuple[str, ...]:
+def _notes(found: Hits, asked: Bools, hidden: Bools) -> tuple[str, ...]:
     count = int(asked.sum())
     counts = (
-        (int((asked & ~found).sum()), "have no hit on the model"),
-        (int((found & ~trusted).sum()), "have a hit too far off to count"),
+        (int((asked & ~found.found).sum()), "have no hit on the model"),
+        (int((found.found & ~found.trusted).sum()), "have a hit too far off to count"),
     )
     notes = [f"{n} of {count} free vertices {what}: smoothness alone" for n, what in counts if n]
     if hidden.any():

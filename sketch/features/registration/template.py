@@ -42,10 +42,15 @@ class Chain:
 
 @dataclass(frozen=True, slots=True)
 class Part:
-    """A component: its name, and those that hide parts of it, as a roof hides a body's top."""
+    """A component.
+
+    yields_to: those that hide parts of it, as a roof hides a body's top.
+    hollow:    is it a well seen from inside, as a wheelhouse?
+    """
 
     name: str
     yields_to: tuple[str, ...] = ()
+    hollow: bool = False
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -111,7 +116,10 @@ class Template:
         steps = [step for chain in chains for step in chain.steps]
         corners = {corner for step in steps for corner in (step.start, step.end)}
         for chain in self.chains:
-            ends = (chain.vertices[0], chain.steps[0].start), (chain.vertices[-1], chain.steps[-1].end)
+            ends = (
+                (chain.vertices[0], chain.steps[0].start),
+                (chain.vertices[-1], chain.steps[-1].end),
+            )
             corners |= {corner for vertex, corner in ends if self.plane[vertex]}
         return {step.curve for step in steps}, corners
 
@@ -121,6 +129,11 @@ class Template:
         ones = np.ones(2 * len(tail))
         both = np.r_[tail, head], np.r_[head, tail]
         return coo_array((ones, both), (self.n_vertices, self.n_vertices)).tocsr()
+
+    @property
+    def hollow(self) -> Bools:
+        """(v,) bool, is the vertex of a hollow part?"""
+        return np.array([part.hollow for part in self.parts], np.bool_)[self.of_part]
 
     def part_quads(self, part: str) -> Int32Array:
         """(k, 4) the quads of a part."""

@@ -120,21 +120,50 @@ def nearest_segment(points: Points, offsets: Int32Array) -> tuple[int, int, floa
 
 
 @njit(cache=True, nogil=True)
+def _note_touch(
+    points: Points, offsets: Int32Array, s: Index, e: Index, f: Index, most: float, free: Points
+) -> None:
+    """Lowers free[s] to the lengths from the ends of segment s to where its edge e touches edge
+    f, as far as they are below ``most``."""
+    share = crossed(points, e, f)
+    if share < 0.0:
+        one, two = foot(points, e, points[f, 0], points[f, 1]), foot(
+            points, e, points[f + 1, 0], points[f + 1, 1]
+        )
+        share = one[1] if one[0] < two[0] else two[1]
+    size = math.hypot(points[e + 1, 0] - points[e, 0], points[e + 1, 1] - points[e, 1])
+    for side in range(2):
+        length = share * size if side == 0 else (1.0 - share) * size
+        k = e if side == 0 else e + 1
+        step = -1 if side == 0 else 1
+        while length <= most and offsets[s] <= k + step < offsets[s + 1]:
+            length += math.hypot(
+                points[k + step, 0] - points[k, 0], points[k + step, 1] - points[k, 1]
+            )
+            k += step
+        free[s, side] = min(free[s, side], length)
+
+
+@njit(cache=True, nogil=True)
 def related(
     points: Points, offsets: Int32Array, closed: Bools, rims: Bools, reach: float, gap: float
-) -> tuple[Int32Array, Bools, Floats]:
+) -> tuple[Int32Array, Bools, Floats, Points]:
     """Segments that cross or touch one another, or have ends near others.
 
     reach: edges this close touch. gap: ends this close to another segment, or to a far part of
-    their own, belong to it; ends on the circle do not count.
+    their own, belong to it; not ends on the circle, nor those that only hang over from where the
+    segment touches another, by no more than this.
 
     (s,) int32 groups by their first segment; (s,) bool, does the segment touch another or
-    itself?; (s,) float64 the widest gap at an end of the segment, 0 without one.
+    itself?; (s,) float64 the widest gap at an end of the segment, 0 without one; (s, 2) how far
+    the segment hangs over at its ends, 0 where it does not.
     """
     n = len(closed)
     label = np.arange(n).astype(np.int32)
     touching = np.zeros(n, np.bool_)
     gaps = np.zeros(n)
+    # The least length of each segment from either end to where it touches another.
+    free = np.full((n, 2), np.inf)
     first, owner = edges_of(offsets)
     low = np.empty(len(first))
     for i in range(len(first)):
@@ -168,16 +197,22 @@ def related(
                 met = _touch(points, e, f, reach)
             if met:
                 touching[s] = touching[t] = True
+                if s != t:
+                    _note_touch(points, offsets, s, e, f, gap, free)
+                    _note_touch(points, offsets, t, f, e, gap, free)
                 _unite(label, s, t)
     for s in range(n):
         for side in range(2):
-            if closed[s] or rims[s, side]:
+            if closed[s] or rims[s, side] or free[s, side] <= gap:
                 continue
             near = _neighbour(points, offsets, closed, rims, s, side, gap, label)
             gaps[s] = max(gaps[s], near)
     for s in range(n):
         label[s] = _root(label, s)
-    return label, touching, gaps
+        for side in range(2):
+            if closed[s] or rims[s, side] or free[s, side] > gap:
+                free[s, side] = 0.0
+    return label, touching, gaps, free
 
 
 @njit(cache=True, nogil=True)

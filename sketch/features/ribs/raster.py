@@ -26,7 +26,7 @@ MARGIN = 12
 _ONE = np.uint64(1)
 _EIGHT = np.uint64(8)
 _ROW = np.uint64(56)
-_SIX3 = np.uint64(63)
+_NONE = np.uint64(0)
 _NOT_FIRST = np.uint64(0xFEFEFEFEFEFEFEFE)
 _NOT_LAST = np.uint64(0x7F7F7F7F7F7F7F7F)
 _SEVEN = np.uint64(7)
@@ -113,23 +113,32 @@ def dilated(picture: Picture) -> Picture:
 
 
 @njit(cache=True, nogil=True)
-def _enclosed(picture: Picture, r: Index, c: Index) -> np.uint64:
-    """Pixels of a cell whose four neighbours at their sides are all set."""
+def _inner(picture: Picture) -> Picture:
+    """Every pixel that is set as are all its neighbours, by sides and corners."""
     rows, columns = picture.shape
-    word = picture[r, c]
-    left = (word << _ONE) & _NOT_FIRST
-    right = (word >> _ONE) & _NOT_LAST
-    below = word << _EIGHT
-    above = word >> _EIGHT
-    if c > 0:
-        left |= (picture[r, c - 1] >> _SEVEN) & ~_NOT_FIRST
-    if c + 1 < columns:
-        right |= (picture[r, c + 1] << _SEVEN) & ~_NOT_LAST
-    if r > 0:
-        below |= picture[r - 1, c] >> _ROW
-    if r + 1 < rows:
-        above |= picture[r + 1, c] << _ROW
-    return word & left & right & below & above
+    wide = np.empty_like(picture)
+    for r in range(rows):
+        for c in range(columns):
+            word = picture[r, c]
+            left = (word << _ONE) & _NOT_FIRST
+            right = (word >> _ONE) & _NOT_LAST
+            if c > 0:
+                left |= (picture[r, c - 1] >> _SEVEN) & ~_NOT_FIRST
+            if c + 1 < columns:
+                right |= (picture[r, c + 1] << _SEVEN) & ~_NOT_LAST
+            wide[r, c] = word & left & right
+    result = np.empty_like(picture)
+    for r in range(rows):
+        for c in range(columns):
+            word = wide[r, c]
+            below = word << _EIGHT
+            above = word >> _EIGHT
+            if r > 0:
+                below |= wide[r - 1, c] >> _ROW
+            if r + 1 < rows:
+                above |= wide[r + 1, c] << _ROW
+            result[r, c] = word & below & above
+    return result
 
 
 @njit(cache=True, nogil=True)
@@ -137,25 +146,28 @@ def erode(picture: Picture, first: Picture) -> None:
     """Takes one layer off a picture, in place, but no pixel of ``first``, and no part or hole
     comes, goes or changes.
 
-    The layer is what touches background by a side at the beginning; its pixels are looked at one
-    by one, since two of a bridge may not go at once.
+    The layer is what touches background at the beginning, by a side or a corner, just as
+    dilation adds it. Pixels are looked at one by one, since two of a bridge may not go at once,
+    and twice, since those at corners can go only after those at sides.
     """
+    layer = _inner(picture)
     rows, columns = picture.shape
-    layer = np.empty_like(picture)
     for r in range(rows):
         for c in range(columns):
-            layer[r, c] = picture[r, c] & ~first[r, c]
-            if layer[r, c] != np.uint64(0):
-                layer[r, c] &= ~_enclosed(picture, r, c)
-    for r in range(rows):
-        for c in range(columns):
-            if layer[r, c] == np.uint64(0):
-                continue
-            for b in range(64):
-                if (layer[r, c] >> np.uint64(b)) & _ONE == np.uint64(0):
+            layer[r, c] = picture[r, c] & ~first[r, c] & ~layer[r, c]
+    for _ in range(2):
+        for r in range(rows):
+            for c in range(columns):
+                rest = layer[r, c]
+                if rest == _NONE:
                     continue
-                if MAY_GO[ring(picture, 8 * c + (b & 7), 8 * r + (b >> 3))]:
-                    picture[r, c] &= ~(_ONE << np.uint64(b))
+                for b in range(64):
+                    bit = _ONE << np.uint64(b)
+                    if rest & bit == _NONE:
+                        continue
+                    if MAY_GO[ring(picture, 8 * c + (b & 7), 8 * r + (b >> 3))]:
+                        picture[r, c] &= ~bit
+                        layer[r, c] &= ~bit
 
 
 @njit(cache=True, nogil=True)

@@ -75,14 +75,16 @@ def walk(
     way: Index,
     s: Index,
     t: float,
+    taken: Runs,
 ) -> tuple[Int32Array, Floats, Floats, int]:
-    """Follows a contour from pixel ``start``, at place t of segment s, with way +1 or -1.
+    """Follows a contour from pixel ``start``, at place t of segment s, with way +1 or -1, until
+    it comes upon runs that are taken, its own or those given.
 
     The runs along segments, and how the walk ended. The contour stays on a segment as long as
     that is in its pixels, then changes to the one that it will stay on longest: where segments
     lie within one pixel it does not change to and fro. Where it comes back along a segment from a
-    free end, a fin that it had changed to is left out; any other end of a sheet ends the rib,
-    for behind it the other side begins.
+    free end, a fin on another segment is left out; any other end of a sheet ends the rib, for
+    behind it the other side begins.
 
     Source: feature curve recovery paper, section 4.3.2, figure 4. Differs from the paper: it
     changes at once to the first segment on a cell's border, cell by cell, and takes both sides of
@@ -115,10 +117,14 @@ def walk(
         expected = t - sense[r] * steps if back else t + sense[r] * steps
         found = place_of(known, q[0], q[1], s, t, expected, 2.0 * steps + AHEAD)
         if math.isnan(found) and back:
-            if r == 0 or abs(t - entry[r]) > AHEAD + SLACK:
+            if abs(t - entry[r]) > AHEAD + SLACK:
                 ended = SHEET_END
                 break
-            r -= 1
+            if r == 0:
+                # The walk began on a fin, beside its foot.
+                end[0], sense[0] = begin[0], 0.0
+            else:
+                r -= 1
             s, t, farthest, back = segment[r], end[r], end[r], False
             found = place_of(
                 known, q[0], q[1], s, t, t + sense[r], 2.0 * steps + AHEAD + SLACK
@@ -129,7 +135,8 @@ def walk(
             )
             if following < 0:
                 continue
-            if _covered(known, runs, r + 1, following, place):
+            own = _covered(known, runs, r + 1, following, place)
+            if own or _covered(known, taken, len(taken[0]), following, place):
                 ended = MET_ITSELF
                 break
             low = high = t
@@ -152,15 +159,19 @@ def walk(
             saved = (segment[:0], begin[:0], end[:0])
         else:
             t = found
+            if _covered(known, taken, len(taken[0]), s, t):
+                ended = MET_ITSELF
+                break
             if sense[r] == 0.0 and abs(t - entry[r]) > 2.0:
                 sense[r] = 1.0 if t > entry[r] else -1.0
                 farthest = t
                 end[r] = t
             if back:
-                if (t - entry[r]) * sense[r] <= SLACK:
-                    if r == 0:
-                        ended = SHEET_END
-                        break
+                over = (t - entry[r]) * sense[r]
+                if r == 0 and over <= -SLACK:
+                    ended = SHEET_END
+                    break
+                if r > 0 and over <= SLACK:
                     r -= 1
                     s, t, farthest, back = segment[r], end[r], end[r], False
             elif (t - farthest) * sense[r] > 0.0:
