@@ -1,7 +1,7 @@
 """A teacup drawn as curves in space: a network to surface, in the order of its strokes.
 
-Two silhouettes, rim, waist and foot, and the two edges of a handle. Strokes meet where they
-cross; the rim is open. Centimetres.
+Two silhouettes, rim, waist and foot, which meet where they cross, and the outline of a handle,
+which touches nothing. Centimetres.
 """
 
 from __future__ import annotations
@@ -20,6 +20,10 @@ QUARTER = 10
 
 WAIST = 2.4
 HEIGHT = 6.0
+
+#: Width of the handle, and how far its ends stay away from the wall.
+WIDTH = 1.2
+GAP = 0.15
 
 Point = tuple[float, float, float]
 
@@ -66,18 +70,19 @@ def silhouette(turn: float) -> list[Point]:
     return [*reversed(side), (0.0, 0.0, 0.0), *other]
 
 
-def handle(y: float) -> list[Point]:
-    """One edge of the handle: from the rim out, down and back to the waist."""
-    upper = on_cup(math.asin(y / radius(HEIGHT)), HEIGHT)
-    lower = on_cup(math.asin(y / radius(WAIST)), WAIST)
+def handle() -> list[Point]:
+    """The outline of a band along a C, from below the rim to the waist, closed."""
+    upper, lower = radius(5.2) + GAP, radius(WAIST) + GAP
+    middle, half = (5.2 + WAIST) / 2, (5.2 - WAIST) / 2
     n = 24
-    points = [upper]
-    for i in range(1, n):
+    edge: list[tuple[float, float]] = []
+    for i in range(n + 1):
         t = math.pi * i / n
-        x = upper[0] + (lower[0] - upper[0]) * i / n + 3.0 * math.sin(t) ** 0.8
-        z = (HEIGHT + WAIST) / 2 + (HEIGHT - WAIST) / 2 * math.cos(t)
-        points.append((x, y, z + 0.5 * math.sin(t)))
-    return [*points, lower]
+        x = upper + (lower - upper) * i / n + 2.8 * math.sin(t) ** 0.8
+        edge.append((x, middle + half * math.cos(t)))
+    left = [(x, WIDTH / 2, z) for x, z in edge]
+    right = [(x, -WIDTH / 2, z) for x, z in reversed(edge)]
+    return [*left, *right, left[0]]
 
 
 def strokes() -> dict[str, list[Point]]:
@@ -88,15 +93,14 @@ def strokes() -> dict[str, list[Point]]:
         "rim": ring(HEIGHT),
         "foot": ring(0.0),
         "waist": ring(WAIST),
-        "handle left": handle(0.6),
-        "handle right": handle(-0.6),
+        "handle": handle(),
     }
 
 
 def write(path: Path) -> int:
-    """Write the network as JSON; returns the number of strokes."""
+    """Write the network as JSON, the second axis up; returns the number of strokes."""
     curves = [
-        {"id": name, "points": [[round(c, 4) for c in point] for point in points]}
+        {"id": name, "points": [[round(c, 4) for c in (x, z, -y)] for x, y, z in points]}
         for name, points in strokes().items()
     ]
     document = {"curves": curves, "tolerance": 0.02, "stages": [[name] for name in strokes()]}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -17,12 +18,21 @@ from patterndb.cli.options import (
     as_json,
     db_to_read,
     open_database,
+    picture_path,
 )
 from patterndb.cli.text import plural, say, shortened, table, write, write_json
 from patterndb.errors import NotFoundError
 
 if TYPE_CHECKING:
-    from sketch.surfacing import Cycle, FoundCycles, Network, Patch, Surfacing
+    from sketch.surfacing import (
+        Cycle,
+        Drawing,
+        FoundCycles,
+        Network,
+        Patch,
+        Settings,
+        Surfacing,
+    )
 
 METHODS = ("chords", "area", "quads")
 
@@ -78,6 +88,15 @@ class CurveNames(ParamType):
     type=click.FloatRange(0),
     help="How far apart curves may pass and still meet, in the network's unit.",
 )
+@click.option(
+    "--picture",
+    type=picture_path(".png"),
+    metavar="FILE",
+    help="Draw the surface into a PNG, without a window.",
+)
+@click.option(
+    "--view", is_flag=True, help="Look at the surface in a window; the key h lists the keys."
+)
 @click.option("--cycles-only", is_flag=True, help="Tell the cycles, make no surface.")
 @click.option(
     "--find-cycles", is_flag=True, help="Find the cycles afresh even if the file has some."
@@ -106,6 +125,8 @@ def surface(
     any_chord: bool,
     spacing: float | None,
     tolerance: float | None,
+    picture: Path | None,
+    view: bool,
     cycles_only: bool,
     find_cycles: bool,
     ban: tuple[tuple[str, ...], ...],
@@ -135,8 +156,9 @@ def surface(
     patterndb surface sketch.json --cycles-only --json
     patterndb surface sketch.json --method quads --spacing 0.2 -o quads.obj
     """
-    if cycles_only and output is not None:
-        raise click.UsageError("--cycles-only makes no surface; leave -o out")
+    for name, given in (("-o", output), ("--picture", picture), ("--view", view)):
+        if cycles_only and given:
+            raise click.UsageError(f"--cycles-only makes no surface; leave {name} out")
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from sketch.surfacing import Settings, read_drawing
     from sketch.surfacing import surface as surface_of
@@ -163,7 +185,7 @@ def surface(
         **({} if found is None else _told(given, found)),
     }
     if found is not None:
-        _say_found(given, found, seconds_finding)
+        _say_found(found, seconds_finding)
     if cycles_only:
         if as_json:
             write_json(document)
@@ -199,7 +221,43 @@ def surface(
     _say_made(made, seconds)
     if output is not None:
         say(f"written: {output}")
+    if picture is not None or view:
+        _look(drawing, settings, spacing, db, find_cycles, (ban, keep), picture, view)
     return 0
+
+
+def _look(
+    drawing: Drawing,
+    settings: Settings,
+    spacing: float | None,
+    db: Path | None,
+    afresh: bool,
+    named: tuple[tuple[tuple[str, ...], ...], tuple[tuple[str, ...], ...]],
+    picture: Path | None,
+    view: bool,
+) -> None:
+    """Draw the surface, or open its window; named: the cycles to ban and to keep."""
+    from patterndb.cli.obj import write_surface
+    from sketch.surfacing import named_cycle
+    from viewer.surfacing import draw, show
+
+    banned, added = ([named_cycle(drawing.network, names) for names in group] for group in named)
+    # The window can go on to quads; a picture has them only if they were asked for.
+    quads = view or settings.method == "quads"
+    with open_database(db) if quads else nullcontext() as database:
+        options: dict[str, Any] = {
+            "settings": settings,
+            "spacing": spacing,
+            "db": database,
+            "afresh": afresh,
+            "added": added,
+            "banned": banned,
+        }
+        if picture is not None:
+            draw(drawing, picture, **options)
+            say(f"drawn: {picture}")
+        if view:
+            show(drawing, write_obj=write_surface, **options)
 
 
 HEADS = (
@@ -238,6 +296,34 @@ def _cycles(
     cycles = [cycle for cycle in network.cycles if cycle.key not in refused]
     cycles += [cycle for cycle in kept if cycle.key not in keys]
     return tuple(cycles), None
+
+
+def _told(network: Network, found: FoundCycles) -> dict[str, object]:
+    """What the search for cycles has to say, curves by their ids."""
+
+    def ids(curves: Sequence[int]) -> list[object]:
+        return list(dict.fromkeys(network.curves[curve].id for curve in curves))
+
+    return {
+        "candidate_cycles": found.candidates,
+        "dangling": ids(found.dangling),
+        "unused": ids(found.unused),
+        "once": ids(found.once),
+        "proven": found.proven,
+        "orientable": found.orientable,
+        "notes": list(found.notes),
+    }
+
+
+def _say_found(found: FoundCycles, seconds: float) -> None:
+    say(
+        f"{plural(len(found.cycles), 'cycle')} found among "
+        f"{plural(found.candidates, 'candidate')} in {seconds:.2f} s; "
+        f"{plural(len(found.once), 'curve')} with a patch on one side, "
+        f"{len(found.unused) + len(found.dangling):,} with none"
+    )
+    for note in found.notes:
+        say(note)
 
 
 def _named(network: Network, cycle: Cycle) -> str:

@@ -3,8 +3,10 @@
 After Abbasinejad, Joshi, Amenta, Simons and Grimm, "Surface patches for 3D sketching" (2013).
 """
 
+from sketch.surfacing.cycles import FoundCycles, find_cycles
 from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.errors import InvalidNetworkError
+from sketch.surfacing.growing import GrowingSketch, Stage
 from sketch.surfacing.junctions import network_of_polylines
 from sketch.surfacing.memory import Memory
 from sketch.surfacing.naming import named_cycle
@@ -26,6 +28,8 @@ __all__ = [
     "Curve",
     "Cycle",
     "Drawing",
+    "FoundCycles",
+    "GrowingSketch",
     "InvalidNetworkError",
     "Loop",
     "LoopSurface",
@@ -34,8 +38,10 @@ __all__ = [
     "Patch",
     "Sampling",
     "Settings",
+    "Stage",
     "Surfacing",
     "default_spacing",
+    "find_cycles",
     "loop_of",
     "named_cycle",
     "network_of_polylines",

@@ -1,0 +1,105 @@
+"""Choosing among candidate cycles: set packing with costs of pairs, by CP-SAT."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from ortools.sat.python import cp_model
+
+#: Gains and costs become integers in this part of a median curve's length.
+UNIT = 1e-4
+
+#: Cycles that a curve may bound: a surface has two sides there.
+SIDES = 2
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What was chosen.
+
+    chosen: numbers of the candidates, ascending. value: their gains less the costs of pairs.
+    proven: is there surely nothing better, to UNIT?
+    """
+
+    chosen: tuple[int, ...]
+    value: float
+    proven: bool
+
+
+def choose(
+    curves: Sequence[Sequence[int]],
+    gains: NDArray[np.float64],
+    costs: Mapping[tuple[int, int], float],
+    *,
+    forced: Collection[int] = (),
+    excluded: Iterable[Sequence[int]] = (),
+    full: Collection[int] = (),
+    least: float | None = None,
+    effort: float = 2.0,
+) -> Choice | None:
+    """The candidates of the greatest value such that no curve is in more than SIDES of them.
+
+    curves: the curves of every candidate. gains: (k,). costs: of pairs (i, j), >= 0, that are
+    both chosen. forced: candidates that are chosen. excluded: sets of candidates that must not
+    all be chosen. full: curves that must be in SIDES of them. least: a value that is not worth
+    less. effort: in CP-SAT's units of
+    deterministic time, about a second each; the result depends on no clock. Returns None if
+    nothing fits, or nothing was found with this effort.
+
+    A cost as high as the gain of one of the two bars the pair: dropping that one is no worse.
+    """
+    model: Any = cp_model.CpModel()
+    must = set(forced)
+    free = bool(full)
+    use = [free or gain > 0.0 or i in must for i, gain in enumerate(gains.tolist())]
+    x = [model.new_bool_var(f"x{i}") if use[i] else None for i in range(len(curves))]
+    at: dict[int, list[Any]] = {}
+    for i, of_candidate in enumerate(curves):
+        if x[i] is not None:
+            for curve in of_candidate:
+                at.setdefault(curve, []).append(x[i])
+    whole = set(full)
+    if any(len(at.get(curve, ())) < SIDES for curve in whole):
+        return None
+    for curve, candidates in at.items():
+        if curve in whole:
+            model.add(sum(candidates) == SIDES)
+        elif len(candidates) > SIDES:
+            model.add(sum(candidates) <= SIDES)
+    for i in sorted(must):
+        model.add(x[i] == 1)
+    for group in excluded:
+        if all(x[i] is not None for i in group):
+            model.add_bool_or([~x[i] for i in group])
+    terms = [_whole(gains[i]) * x[i] for i in range(len(curves)) if x[i] is not None]
+    for (i, j), cost in costs.items():
+        if x[i] is None or x[j] is None or _whole(cost) <= 0:
+            continue
+        if not free and not must & {i, j} and cost >= min(gains[i], gains[j]):
+            model.add_bool_or([~x[i], ~x[j]])
+        else:
+            both = model.new_bool_var("")
+            model.add_bool_or([~x[i], ~x[j], both])
+            terms.append(-_whole(cost) * both)
+    model.maximize(sum(terms))
+    if least is not None:
+        model.add(sum(terms) >= _whole(least))
+    solver: Any = cp_model.CpSolver()
+    solver.parameters.num_workers = 1
+    solver.parameters.random_seed = 0
+    # With all of the linear relaxation, choices that otherwise take seconds take 0.1 s.
+    solver.parameters.linearization_level = 2
+    solver.parameters.max_deterministic_time = effort
+    status = solver.solve(model)
+    if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
+        return None
+    chosen = tuple(i for i, var in enumerate(x) if var is not None and solver.value(var))
+    return Choice(chosen, solver.objective_value * UNIT, status == cp_model.OPTIMAL)
+
+
+def _whole(value: float) -> int:
+    return round(float(value) / UNIT)
