@@ -39,7 +39,12 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "query": None,
     "query.placing": None,
     "query.boundaryfile": ("parse_boundary", "read_boundary", "read_strokes"),
+    "sketch.surfacing": None,
+    "sketch.surfacing.chords": ("Decomposition", "decompose", "affordable"),
+    "sketch.surfacing.tessellation": ("PatchMesh", "minimal_area", "tessellate_patch"),
+    "sketch.surfacing.quads": ("even_edges", "fill_with_quads"),
     "viewer": None,
+    "viewer.surfacing": None,
     "patterndb.pattern": ("Pattern",),
     "patterndb.patternclass": ("PatternClass",),
     "patterndb.disk": ("Disk",),
@@ -60,10 +65,15 @@ MODULES: dict[str, tuple[str, ...] | None] = {
 }
 
 #: The pages whose steps draw pictures; they show them as images/NAME.
-ILLUSTRATED = (ROOT / "README.md", DOCS / "tutorial.md", DOCS / "queries.md")
+ILLUSTRATED = (
+    ROOT / "README.md",
+    DOCS / "tutorial.md",
+    DOCS / "queries.md",
+    DOCS / "surfacing.md",
+)
 
 #: How the names of pictures begin that scripts/draw_NAME.py draw, and no step does.
-DRAWN_APART = ("explorer-", "placing-")
+DRAWN_APART = ("bodies", "explorer-", "placing-", "surfacing-")
 
 #: Bytes that a picture of the documentation may have.
 LARGEST_PICTURE = 300_000

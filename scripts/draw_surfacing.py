@@ -257,28 +257,6 @@ def cow(place: Place) -> None:
     place.save("cow", [shown])
 
 
-def stages(place: Place) -> None:
-    """The trebol as it grows, patch beside patch: four stages."""
-    network = place.curves("salvi/trebol_network.json").network
-    order = list(network.cycles[:1])
-    while len(order) < len(network.cycles):
-        around = {curve for cycle in order for curve in cycle.curves}
-        rest = [cycle for cycle in network.cycles if cycle not in order]
-        shared = [len(around.intersection(cycle.curves)) for cycle in rest]
-        order.append(rest[shared.index(max(shared))])
-    counts = (5, 10, 15, len(order))
-    drawn = [{curve for cycle in order[:n] for curve in cycle.curves} for n in counts]
-    new = [now - before for before, now in pairwise([set[int](), *drawn])]
-    drawing = Drawing(network, tuple(tuple(sorted(curves)) for curves in new))
-    shown: list[Image.Image] = []
-    for back in (3, 2, 1, 0):
-        keys = " ".join(["End", *["Left"] * back])
-        made, state = picture(drawing, (360, 340), keys=keys, caption=f"stage {4 - back}")
-        shown.append(made)
-        print(f"stage {4 - back}: {len(state.patches)} patches")
-    place.save("stages", shown)
-
-
 def sketches(place: Place) -> None:
     """Four drawings of the CASSIE data set, their cycles found."""
     shown = [
@@ -298,7 +276,9 @@ def growing(place: Place) -> None:
     for share in (0.3, 0.5, 0.75, 1.0):
         stage = round(share * n)
         keys = " ".join(["End", *["Left"] * (n - stage)])
-        made, state = picture(drawing, (360, 260), toward=toward, keys=keys)
+        made, state = picture(
+            drawing, (360, 260), toward=toward, keys=keys, caption=f"stroke {stage} of {n}"
+        )
         shown.append(made)
         print(f"stage {stage} of {n}: {len(state.patches)} patches")
     place.save("growing", shown)
@@ -310,7 +290,6 @@ PICTURES: dict[str, Callable[[Place], None]] = {
     "ribbon": ribbon,
     "ramp": ramp,
     "cow": cow,
-    "stages": stages,
     "sketches": sketches,
     "growing": growing,
 }

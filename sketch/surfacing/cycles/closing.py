@@ -108,7 +108,7 @@ def closing_paths(
         for k in range(first[at], first[at + 1]):
             half = leaving[k]
             to = end[half]
-            passed = to == node or to == at or half >> 1 == back >> 1
+            passed = to in (node, at) or half >> 1 == back >> 1
             t = path
             while t >= 0 and not passed:
                 passed = end[by[t]] == to

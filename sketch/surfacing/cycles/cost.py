@@ -46,9 +46,9 @@ MOST_NARROWNESS = 5.0
 #: An area below this part of the squared length encloses nothing: two curves drawn twice.
 NO_AREA = 1e-9
 
-#: Two cycles at a curve fold back on each other if their surfaces there are less than acos(0.8),
-#: 37 degrees, apart. FOLD is the cost of lying on each other, per length.
-FOLD_COSINE = 0.8
+#: Two cycles at a curve fold back on each other if their surfaces there are less than acos(0.9),
+#: 26 degrees, apart. FOLD is the cost of lying on each other, per length.
+FOLD_COSINE = 0.9
 FOLD = 1.0
 
 

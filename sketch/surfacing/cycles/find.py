@@ -41,7 +41,10 @@ CLOSED_SHARE = 0.98
 NEARLY_CLOSED = 0.9
 
 #: Choices that are mended, one after the other, where they are no surface.
-MENDS = 5
+MENDS = 2
+
+#: A mend makes the choice anew for cycles up to so many cycles from what was wrong.
+REACH = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,18 +239,22 @@ def _surface(
 ) -> Choice | None:
     """The best choice, mended until it can be oriented and has no pinch.
 
-    Each choice that is no surface bars what is wrong with it, and the next is made; after MENDS
-    of them cycles are dropped instead. What comes from added cycles alone stays.
+    Each choice that is no surface bars what is wrong with it, and the next is made with what is
+    near; after MENDS of them cycles are dropped instead. What comes from added cycles alone
+    stays.
     """
     curves = [cycle.curves for cycle in part.cycles]
+    nodes = [set(network.walk(cycle)) for cycle in part.cycles]
     excluded: list[tuple[int, ...]] = []
-    through = _through(network, part.cycles)
+    forced = part.forced
+    proven = True
+    near: set[int] = set()
     for mends_left in reversed(range(MENDS + 1)):
         choice = choose(
             curves,
             part.gains,
             part.costs,
-            forced=part.forced,
+            forced=forced,
             excluded=excluded,
             full=full,
             least=least,
@@ -255,13 +262,22 @@ def _surface(
         )
         if choice is None:
             return None
+        proven &= choice.proven
         wrong = _wrong(network, part, choice.chosen)
-        if not wrong:
-            return choice
-        if mends_left:
-            for group, node in wrong:
-                others = [()] if node is None else [(i,) for i in through[node] if i not in group]
-                excluded += [(*group, *other) for other in others]
+        if not wrong or not mends_left:
+            break
+        for group, node in wrong:
+            if node is None:
+                excluded.append(group)
+            else:
+                passing = [i for i, at in enumerate(nodes) if node in at and i not in group]
+                excluded += [(*group, i) for i in passing]
+            near |= set[int]().union(*(nodes[i] for i in group))
+        for _ in range(REACH):
+            near |= set[int]().union(*(nodes[i] for i in choice.chosen if nodes[i] & near))
+        forced = part.forced | {i for i in choice.chosen if not nodes[i] & near}
+    if not wrong:
+        return Choice(choice.chosen, choice.value, proven)
     return None if full else _dropped(network, part, choice)
 
 
@@ -286,15 +302,6 @@ def _dropped(network: Network, part: _Part, choice: Choice) -> Choice:
         worst = min(set(group) - part.forced, key=lambda i: (part.gains[i], i))
         chosen.remove(worst)
     return Choice(tuple(chosen), choice.value, False)
-
-
-def _through(network: Network, cycles: Sequence[Cycle]) -> dict[int, list[int]]:
-    """For every node the cycles that pass it."""
-    at: dict[int, list[int]] = {}
-    for i, cycle in enumerate(cycles):
-        for node in network.walk(cycle):
-            at.setdefault(node, []).append(i)
-    return at
 
 
 def _told(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 
 import numpy as np
 from numba import njit
@@ -74,7 +75,7 @@ def measured(network: Network, halves: HalfCurves, cycles: Sequence[Cycle]) -> M
     first = np.r_[0, np.cumsum([len(cycle.steps) for cycle in cycles])]
     values = np.zeros((len(cycles), 6))
     inward = np.zeros((len(steps), 3))
-    for i, (a, b) in enumerate(zip(first[:-1], first[1:], strict=True)):
+    for i, (a, b) in enumerate(pairwise(first.tolist())):
         _measure(
             steps[a:b],
             samples,
