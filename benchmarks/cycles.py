@@ -212,12 +212,13 @@ def known(shared: Path) -> Iterator[tuple[str, Network]]:
         yield f"torus, {m} x {n}", torus(m, n)
     yield "trebol", read_network(shared / "data" / "curves" / "salvi" / "trebol_network.json")
     for name in ("spot", "penguin"):
-        mesh = read_mesh(shared / "data" / "meshes" / f"{name}.obj").mesh
-        yield name, faces_network(mesh.vertices, [list(map(int, f)) for f in mesh.faces])
+        mesh = read_mesh(shared / "data" / "meshes" / f"{name}.obj")
+        faces = [face.tolist() for face in np.split(mesh.corners, mesh.offsets[1:-1])]
+        yield name, faces_network(mesh.points, faces)
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--shared", type=Path, default=Path("../shared"))
     parser.add_argument("--only", help="one network")
     args = parser.parse_args()

@@ -20,13 +20,13 @@ from sketch.features.splines import Constraint, Spline, fit_spline
 Floats = NDArray[np.float64]
 
 #: The length over which bends are measured, as a share of the diagonal.
-WINDOW = 0.005
+WINDOW = 0.003
 
 #: How near the backbone bends count, as a share of the diagonal: see :func:`terms`.
 NEARNESS = 0.012
 
 #: Cost of moving across by as much as along: see :meth:`SnapSettings.cross`.
-THETA = 0.1
+THETA = 0.4
 
 #: Ribs kept when the curve is dragged have moved by at most this share of their radius, and
 #: turned by at most this, in radians.

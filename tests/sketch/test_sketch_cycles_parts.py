@@ -21,6 +21,16 @@ from sketch.surfacing.cycles.measures import least_area, measured
 from sketch.surfacing.cycles.pruning import components, dangling
 from sketch.surfacing.network import Cycle, Network
 
+#: Curves, gains, costs, forced, excluded and full, as choose() has them.
+Packing = tuple[
+    list[list[int]],
+    list[float],
+    dict[tuple[int, int], float],
+    set[int],
+    list[tuple[int, ...]],
+    tuple[int, ...],
+]
+
 
 def value_of(
     subset: tuple[int, ...], gains: list[float], costs: dict[tuple[int, int], float]
@@ -30,7 +40,7 @@ def value_of(
 
 
 @st.composite
-def packings(draw: st.DrawFn) -> tuple[object, ...]:
+def packings(draw: st.DrawFn) -> Packing:
     k = draw(st.integers(1, 7))
     curves = [sorted(draw(st.sets(st.integers(0, 5), min_size=1, max_size=4))) for _ in range(k)]
     gains = [draw(st.integers(-20, 40)) / 10 for _ in range(k)]
@@ -47,7 +57,7 @@ def packings(draw: st.DrawFn) -> tuple[object, ...]:
 
 @settings(max_examples=150, deadline=None)
 @given(packings())
-def test_the_choice_is_the_best_of_all_subsets(case: tuple[object, ...]) -> None:
+def test_the_choice_is_the_best_of_all_subsets(case: Packing) -> None:
     curves, gains, costs, forced, excluded, full = case
     best = -math.inf
     for size in range(len(curves) + 1):

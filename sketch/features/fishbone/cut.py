@@ -57,7 +57,7 @@ def cut(costs: ArrayLike, cross: ArrayLike) -> Cut:
     closed = np.flatnonzero(~np.isfinite(table).any(axis=1))
     if len(closed):
         raise InvalidFeatureError(
-            f"rib {closed[0]} may be cut nowhere: all its samples cost infinitely much; leave it out"
+            f"rib {closed[0]} may be cut nowhere: its samples all cost inf; leave it out"
         )
     rows, cost = _cheapest(table, between)
     return Cut(rows, cost)

@@ -70,7 +70,9 @@ class Fishbone:
                 f"normals {self.normals.shape}; both must be ({m}, {k}, 3)"
             )
         if not self.backbone.shape == self.ribs.shape == (m,) or self.origins.shape != (m, 3):
-            raise InvalidFeatureError(f"give a backbone row, number and origin for each of {m} ribs")
+            raise InvalidFeatureError(
+                f"give a backbone row, number and origin for each of {m} ribs"
+            )
         if not ((self.backbone >= 0) & (self.backbone < k)).all():
             raise InvalidFeatureError(f"a fishbone's backbone leaves its rows 0..{k - 1}")
         broken = np.diff(self.valid.astype(np.int8), axis=1, prepend=0) > 0

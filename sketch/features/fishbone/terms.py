@@ -19,6 +19,10 @@ Floats = NDArray[np.float64]
 #: model, do not make a feature look flat.
 PERCENTILE = 99.5
 
+#: Bends are measured over so many windows at once. The narrowest says where a sharp edge is, the
+#: widest where the middle of a rounded one is, whose own bends are all alike.
+SCALES = (1.0, 4.0)
+
 #: A surface that bends by less than this within a window, in radians, is flat, and normals that
 #: all meet the angle as nearly meet it: rounding is not stretched to the whole range.
 FLAT = 1e-4
@@ -28,9 +32,9 @@ FLAT = 1e-4
 class Terms:
     """The terms of a fishbone, each from 0 to 1, inf where there is no sample.
 
-    curvature: (m, k) float64, 1 where the rib bends most, and near the backbone. isophote: (m, k) float64, 0 where
-    normals have the angle.
-    flat: of the two terms, those without any differences to follow.
+    curvature: (m, k) float64, 1 where ribs bend most, and near the backbone.
+    isophote:  (m, k) float64, 0 where normals have the angle.
+    flat:      of the two terms, those without any differences to follow.
     """
 
     curvature: Floats
@@ -89,9 +93,10 @@ def curvature(fishbone: Fishbone, window: float) -> Floats:
     The mean of |kappa| over the chords to both sides, each ``window`` long along the rib rather
     than up to the next sample: neither the sampling nor facets narrower than the window count.
     Of a chord b' - b at the angle x to the tangent, kappa is 2 x / window. So the mean is the
-    angle between both chords per window: 1 / radius on a circle whatever the window, and
-    phi / window at a corner that turns by phi, from where it falls to 0 at a window's distance.
-    Within a window of a rib's end it fades, since less of the surface is known there.
+    angle between both chords per window, 1 / radius on a circle whatever the window. It is
+    taken over several windows, SCALES times the given one: the sum of their angles per sum of
+    their lengths. At a corner that turns by phi it has a peak, and is 0 beyond the widest.
+    Within a window of a rib's end the angle over what there is counts.
 
     Source: feature curve recovery paper, section 4.3.3, where kappa = 2 (b' - b) . n / |b' - b|^2.
     Differs from the paper: with the normal of the edge, as printed, kappa is 0 everywhere; n is
@@ -159,19 +164,21 @@ def _bends(
     m, k = points.shape[:2]
     result = np.zeros((m, k))
     for i in range(m):
-        # A window between two whole numbers of samples is a mixture of both: a circle's
-        # curvature is exact for either.
-        if spacing[i] <= 0.0:
-            continue
-        steps = max(window / spacing[i], 1.0)
-        fewer = int(np.floor(min(steps, 1.0 * k)))
-        share = min(steps, 1.0 * k) - fewer
         for j in range(first[i] + 1, stop[i] - 1):
             room = min(j - first[i], stop[i] - 1 - j)
-            low = _turn(points[i], j, min(fewer, room)) / min(fewer, room)
-            high = _turn(points[i], j, min(fewer + 1, room)) / min(fewer + 1, room)
-            fade = min(room / steps, 1.0) / spacing[i]
-            result[i, j] = ((1.0 - share) * low + share * high) * fade
+            total = 0.0
+            length = 0.0
+            for scale in SCALES:
+                # A window between two whole numbers of samples is a mixture of both: a circle's
+                # curvature is exact for either.
+                steps = min(max(scale * window / spacing[i], 1.0), 1.0 * k)
+                fewer = int(steps)
+                share = steps - fewer
+                low = _turn(points[i], j, min(fewer, room)) / min(fewer, room)
+                high = _turn(points[i], j, min(fewer + 1, room)) / min(fewer + 1, room)
+                total += ((1.0 - share) * low + share * high) * min(steps, room)
+                length += steps
+            result[i, j] = total / (length * spacing[i])
     return result
 
 

@@ -1,7 +1,8 @@
 """Curve networks, templates of quads that follow them, and templates laid onto models."""
 
 from sketch.features.registration.boxes import box_template, template_of_name
-from sketch.features.registration.curvenetwork import CurveNetwork, DrawnNetwork, Joint, resolved
+from sketch.features.registration.curvenetwork import CurveNetwork, DrawnNetwork, resolved
+from sketch.features.registration.meeting import Joint
 from sketch.features.registration.register import Feature, Registration, register
 from sketch.features.registration.template import Chain, Part, Step, Template
 

@@ -1,8 +1,9 @@
-"""Where two curves come closest to each other."""
+"""Where two curves come closest to each other, their ends drawn out if need be."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,8 +20,9 @@ Floats = NDArray[np.float64]
 PER_SPAN = 8
 LEAST, MOST = 60, 400
 
-#: Rounds of the Gauss-Newton method; it doubles the digits of a crossing with each.
-ROUNDS = 30
+#: Rounds of Newton's method, and the damping beyond which no step is worth a try.
+ROUNDS = 40
+MOST_DAMPING = 1e6
 
 #: Approaches this close, as a share of the curves' diagonal, are one: two samples led to it.
 SAME = 1e-5
@@ -77,6 +79,30 @@ def approaches(first: Spline, second: Spline, tolerance: float) -> list[Approach
     return found
 
 
+def extended(curve: Spline, by: float) -> Spline:
+    """The curve with a straight piece of length by > 0 at each end, along its tangents.
+
+    Its parameters are those of the curve, and go on beyond them at the speed of its ends.
+    """
+    p = curve.degree
+    low, high = curve.domain
+    ends = curve.evaluate([low, high])
+    along = curve.tangent([low, high])
+    speed = np.linalg.norm(curve.derivative([low, high]), axis=1)
+    # An end where the curve stands still has no speed: its mean speed will do.
+    speed = np.where(speed > 0.0, speed, curve.length / (high - low))
+    before, after = by / speed
+    steps = by * np.arange(1, p + 1)[:, None] / p
+    control = np.concatenate([
+        (ends[0] - steps * along[0])[::-1], curve.control, ends[1] + steps * along[1]
+    ])  # fmt: skip
+    knots = np.r_[
+        np.full(p + 1, low - before), np.full(p, low), curve.knots[p + 1 : -p - 1],
+        np.full(p, high), np.full(p + 1, high + after),
+    ]  # fmt: skip
+    return Spline(p, knots, control)
+
+
 def least_gap(first: Spline, second: Spline) -> float:
     """How close two curves come to each other at all."""
     return approaches(first, second, np.inf)[0].gap
@@ -96,10 +122,14 @@ def foot(curve: Spline, point: Points) -> float:
     return min((float(found.x), low, high), key=off)  # type: ignore[attr-defined]
 
 
+@lru_cache(maxsize=256)
 def _sampled(curve: Spline) -> Floats:
+    """Parameters at equal arc length; kept, since a curve is in several pairs."""
     spans = len(np.unique(curve.knots)) - 1
     count = min(max(PER_SPAN * spans, LEAST), MOST)
-    return curve.at_lengths(np.linspace(0.0, curve.length, count))
+    result = curve.at_lengths(np.linspace(0.0, curve.length, count))
+    result.flags.writeable = False
+    return result
 
 
 def _lowest(distance: Floats) -> NDArray[np.bool_]:
@@ -116,29 +146,37 @@ def _lowest(distance: Floats) -> NDArray[np.bool_]:
 def _refined(first: Spline, second: Spline, s: Floats, t: Floats) -> tuple[Floats, Floats]:
     """Parameters (k,), (k,) of closest approaches near those given, within the domains.
 
-    Levenberg's damping: a step is taken only if the distance falls; a parameter at an end of
-    its curve is held there while the step would leave the curve.
+    Newton's method with Levenberg's damping: a step is taken only if the distance falls; a
+    parameter at an end of its curve is held there while the step would leave the curve.
     """
     ends = first.domain, second.domain
     damping = np.full(len(s), 1e-9)
     off = first(s) - second(t)
     for _ in range(ROUNDS):
         a, b = first.derivative(s), -second.derivative(t)
-        right = np.einsum("kc,kc->k", a, off), np.einsum("kc,kc->k", b, off)
+        bend = first.derivative(s, 2), -second.derivative(t, 2)
+        right = _dot(a, off), _dot(b, off)
         for at, slope, by, (low, high) in ((s, a, right[0], ends[0]), (t, b, right[1], ends[1])):
             slope[((at <= low) & (by > 0.0)) | ((at >= high) & (by < 0.0))] = 0.0
-        aa, bb, ab = (np.einsum("kc,kc->k", u, v) for u, v in ((a, a), (b, b), (a, b)))
-        right = np.einsum("kc,kc->k", a, off), np.einsum("kc,kc->k", b, off)
-        aa, bb = aa * (1.0 + damping) + 1e-300, bb * (1.0 + damping) + 1e-300
+        right = _dot(a, off), _dot(b, off)
+        aa, bb, ab = _dot(a, a), _dot(b, b), _dot(a, b)
+        # A parameter that is held has no slope, and nothing for its own equation but 1.
+        aa = np.where(aa > 0.0, aa * (1.0 + damping) + _dot(bend[0], off), 1.0)
+        bb = np.where(bb > 0.0, bb * (1.0 + damping) + _dot(bend[1], off), 1.0)
         size = aa * bb - ab * ab
-        size = np.where(size > 0.0, size, np.inf)
+        good = (aa > 0.0) & (size > 0.0)
+        size = np.where(good, size, np.inf)
         new_s = np.clip(s - (bb * right[0] - ab * right[1]) / size, *ends[0])
         new_t = np.clip(t - (aa * right[1] - ab * right[0]) / size, *ends[1])
         new_off = first(new_s) - second(new_t)
-        better = np.einsum("kc,kc->k", new_off, new_off) < np.einsum("kc,kc->k", off, off)
-        if not better.any() and damping.min() > 1e3:
+        better = good & (_dot(new_off, new_off) < _dot(off, off))
+        if not better.any() and damping.min() > MOST_DAMPING:
             break
         s, t = np.where(better, new_s, s), np.where(better, new_t, t)
         off = np.where(better[:, None], new_off, off)
-        damping = np.where(better, damping * 0.1, damping * 30.0)
+        damping = np.where(better, damping * 0.1, np.maximum(damping * 100.0, 1e-4))
     return s, t
+
+
+def _dot(a: Points, b: Points) -> Floats:
+    return np.einsum("kc,kc->k", a, b)

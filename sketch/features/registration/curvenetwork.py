@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from itertools import combinations, pairwise
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from query.polyline import Points, arc_length, as_points
 from sketch.features.errors import InvalidFeatureError
-from sketch.features.registration.approach import Approach, approaches, foot, least_gap
+from sketch.features.registration.approach import extended
+from sketch.features.registration.meeting import Joint, meeting
 from sketch.features.splines import Constraint, Spline, fit_spline
 
 Floats = NDArray[np.float64]
@@ -20,24 +21,12 @@ Floats = NDArray[np.float64]
 #: drawn curves are off by some hundredths of a car's length.
 TOLERANCE = 0.02
 
-#: Curves that meet at a smaller angle than 20 degrees run on into each other: where they come
-#: closest says nothing about where one ends.
-LEAST_SINE = 0.34
-
 #: Samples to a control point of the curve as drawn when it is fitted anew, and the fewest.
 SAMPLES_PER_CONTROL = 10
 FEWEST_SAMPLES = 60
 
 #: Steps of the table of a curve's arc length between two corners.
 STEPS = 512
-
-
-@dataclass(frozen=True, slots=True)
-class Joint:
-    """A corner of a network: at least two curves that meet there."""
-
-    name: str
-    curves: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -98,12 +87,13 @@ def resolved(
     plane:     curves and joints that lie in the plane y = 0; their y becomes exactly 0.
 
     A joint is the mean of the pairwise intersections of its curves; an intersection is midway
-    between the points where two curves are closest. Each curve is cut at its first and its last
+    between the points where two curves are closest; curves that end short are drawn out by as
+    much as the tolerance, straight on, to find it. Each curve is cut at its first and its last
     joint and fitted anew, so that it passes through its joints.
 
-    Source: feature curve recovery paper, section 5.1.1. Differs from the paper: pairs of curves
-    that run on into each other do not count if the joint has others, since their intersection
-    is anywhere along both.
+    Source: feature curve recovery paper, section 5.1.1. Differs from the paper: it does not
+    say what becomes of curves that end short; and pairs of curves that run on into each other do
+    not count if the joint has others, since their intersection is anywhere along both.
 
     Raises InvalidFeatureError for curves that are not there, that pass each other beyond the
     tolerance, or that meet twice while nothing says where.
@@ -125,8 +115,9 @@ def resolved(
     if unknown:
         raise InvalidFeatureError(f"there is no joint {unknown[0]!r} that a point could be near")
     counted = _counted(joints, meet or {})
+    longer = {name: extended(curves[name], tolerance) for name in dict.fromkeys(wanted)}
     found = {
-        joint.name: _meeting(curves, joint, counted[joint.name], tolerance, hints)
+        joint.name: meeting(curves, longer, joint, counted[joint.name], tolerance, hints)
         for joint in joints
     }
     nodes: dict[str, Points] = {}
@@ -139,7 +130,7 @@ def resolved(
     parameters: dict[tuple[str, str], float] = {}
     for name in dict.fromkeys(wanted):
         at = {joint: where[name] for joint, (_, where, _) in found.items() if name in where}
-        cut[name], places = _cut(name, curves[name], at, nodes, name in plane[0], tolerance)
+        cut[name], places = _cut(name, longer[name], at, nodes, name in plane[0], tolerance)
         parameters |= {(name, joint): t for joint, t in places.items()}
     gaps = {name: gap for name, (_, _, gap) in found.items()}
     return CurveNetwork(cut, nodes, parameters, gaps)
@@ -173,73 +164,6 @@ def _check_plane(what: str, points: Points, tolerance: float) -> None:
             f"{what} must lie in the plane y = 0 and is {off:.3g} off; place the model with its "
             "middle plane at y = 0"
         )
-
-
-def _meeting(
-    curves: Mapping[str, Spline],
-    every: Joint,
-    joint: Joint,
-    tolerance: float,
-    hints: Mapping[str, Points],
-) -> tuple[Points, dict[str, float], float]:
-    """The node (3,), where it is on every curve, and the largest gap there."""
-    pairs: dict[tuple[str, str], list[Approach]] = {}
-    for one, two in combinations(joint.curves, 2):
-        pairs[one, two] = approaches(curves[one], curves[two], tolerance)
-        if not pairs[one, two]:
-            gap = least_gap(curves[one], curves[two])
-            raise InvalidFeatureError(
-                f"at {joint.name}, the curves {one} and {two} pass each other at {gap:.3g}, beyond "
-                f"the tolerance of {tolerance:.3g}; draw them to meet, or give a larger tolerance"
-            )
-    if not pairs:
-        raise InvalidFeatureError(f"only {joint.curves[0]} ends at {joint.name}; two curves meet")
-    crossing = {
-        pair: [one for one in found if one.sine >= LEAST_SINE] for pair, found in pairs.items()
-    }
-    crossing = {pair: found for pair, found in crossing.items() if found} or pairs
-    chosen = _together(joint, list(crossing.values()), tolerance, hints.get(joint.name))
-    node = np.mean([one.middle for one in chosen], axis=0)
-    where = {name: foot(curves[name], node) for name in every.curves}
-    return node, where, max(one.gap for one in chosen)
-
-
-def _together(
-    joint: Joint, found: list[list[Approach]], tolerance: float, hint: Points | None
-) -> list[Approach]:
-    """One approach of every pair, all about one place."""
-    if hint is not None:
-        return [_closest(pair, hint) for pair in found]
-    places: list[tuple[float, list[Approach]]] = []
-    for pole in found[0]:
-        near = [_closest(pair, pole.middle) for pair in found]
-        spread = max(_apart(one.middle, pole.middle) for one in near)
-        # Each of two curves may be off by the tolerance, and the pole too.
-        if spread <= 2.0 * tolerance:
-            places.append((spread + sum(one.gap for one in near), near))
-    if not places:
-        raise InvalidFeatureError(
-            f"the curves {', '.join(joint.curves)} meet in pairs, not all at one place, as "
-            f"{joint.name} wants"
-        )
-    places.sort(key=lambda place: place[0])
-    best = places[0][1]
-    for _, other in places[1:]:
-        if min(_apart(a.middle, b.middle) for a, b in zip(best, other, strict=True)) > tolerance:
-            spots = " and ".join(str(near[0].middle.round(4).tolist()) for near in (best, other))
-            raise InvalidFeatureError(
-                f"the curves {', '.join(joint.curves)} meet at {spots}; give a point near "
-                f"{joint.name}"
-            )
-    return best
-
-
-def _closest(pair: list[Approach], place: Points) -> Approach:
-    return min(pair, key=lambda one: _apart(one.middle, place))
-
-
-def _apart(a: Points, b: Points) -> float:
-    return float(np.linalg.norm(a - b))
 
 
 def _cut(

@@ -32,8 +32,10 @@ class Mirroring:
 
     @classmethod
     def of(cls, template: Template) -> Mirroring:
-        """Of the template of a half."""
+        """Of the template of a half; a template that is not half of something stays as it is."""
         v = template.n_vertices
+        if not template.mirrored:
+            return cls(template.quads, np.arange(v), np.zeros(v, np.bool_), template.plane)
         off = np.flatnonzero(~template.plane)
         twin = np.arange(v)
         twin[off] = v + np.arange(len(off))

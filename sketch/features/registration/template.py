@@ -14,7 +14,8 @@ from scipy.sparse.csgraph import connected_components
 from patterndb.halfedge import Int32Array
 from query.polyline import Points
 from sketch.features.errors import InvalidFeatureError
-from sketch.features.registration.curvenetwork import CurveNetwork, Joint
+from sketch.features.registration.curvenetwork import CurveNetwork
+from sketch.features.registration.meeting import Joint
 
 Bools = NDArray[np.bool_]
 

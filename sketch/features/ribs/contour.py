@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Index, Int32Array
+from patterndb.halfedge import Int32Array
 from sketch.features.ribs.raster import Picture, pixel, set_pixel
 
 Points = NDArray[np.float64]

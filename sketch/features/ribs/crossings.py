@@ -127,8 +127,9 @@ def _note_touch(
     f, as far as they are below ``most``."""
     share = crossed(points, e, f)
     if share < 0.0:
-        one, two = foot(points, e, points[f, 0], points[f, 1]), foot(
-            points, e, points[f + 1, 0], points[f + 1, 1]
+        one, two = (
+            foot(points, e, points[f, 0], points[f, 1]),
+            foot(points, e, points[f + 1, 0], points[f + 1, 1]),
         )
         share = one[1] if one[0] < two[0] else two[1]
     size = math.hypot(points[e + 1, 0] - points[e, 0], points[e + 1, 1] - points[e, 1])

@@ -91,7 +91,7 @@ def place_of(
     """Where along segment s, in pixels, the pixel is: within reach of t, nearest to ``expected``;
     nan if nowhere. On a closed segment the number goes on counting beyond its length."""
     points, along, offsets, closed, _, first, owner, head, entry, link, columns = known
-    best = math.nan
+    best = float(math.nan)
     k = head[(y >> 3) * columns + (x >> 3)]
     while k >= 0:
         i = entry[k]
@@ -99,10 +99,10 @@ def place_of(
         if owner[i] != s or not _in_pixel(points, first[i], x, y):
             continue
         share = foot(points, first[i], x + 0.5, y + 0.5)[1]
-        place = along[first[i]] + share * (along[first[i] + 1] - along[first[i]])
+        place = float(along[first[i]] + share * (along[first[i] + 1] - along[first[i]]))
         if closed[s]:
             whole = along[offsets[s + 1] - 1]
-            place += whole * np.round((expected - place) / whole)
+            place += float(whole * np.round((expected - place) / whole))
         if abs(place - t) > reach:
             continue
         if math.isnan(best) or abs(place - expected) < abs(best - expected):
@@ -166,13 +166,13 @@ def begun(
         if not _in_pixel(points, first[e], x, y):
             continue
         share = foot(points, first[e], x + 0.5, y + 0.5)[1]
-        t = along[first[e]] + share * (along[first[e] + 1] - along[first[e]])
+        t = float(along[first[e]] + share * (along[first[e] + 1] - along[first[e]]))
         length = stays(known, picture, border, i, way, owner[e], t, most)[0]
         if both:
             length += stays(known, picture, border, i, -way, owner[e], t, most)[0]
         if length > best or (length == best and owner[e] < segment):
             best = length
-            segment = owner[e]
+            segment = int(owner[e])
             place = t
     return segment, place
 
@@ -188,7 +188,14 @@ def _part(points: Points, e: Index, low: float, high: float, result: Points, at:
 
 @njit(cache=True, nogil=True)
 def change(
-    known: Drawn, one: Index, low: float, high: float, two: Index, least: float, most: float, t: float
+    known: Drawn,
+    one: Index,
+    low: float,
+    high: float,
+    two: Index,
+    least: float,
+    most: float,
+    t: float,
 ) -> tuple[float, float]:
     """Where to change from segment one to two: their crossing nearest to place t of the first, or
     the nearest pair of places; between low and high of the one, least and most of the other."""

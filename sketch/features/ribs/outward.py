@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -24,25 +26,25 @@ def signs(model: Model, feet: Points, normals: Points, radius: float) -> NDArray
     order of a curve, point out.
 
     Outside is where more of the world is seen: lines are drawn to a point from afar, from
-    DIRECTIONS sides, and those count that meet nothing before it. Neighbours whose normals are
-    nearly parallel share their votes, so that a curve has one outside even where the votes of
-    some points are misled by clutter. Where nothing is seen, or as much on both sides, outside
-    is away from the middle of the model's box.
+    DIRECTIONS sides, and those count that meet nothing before it. Neighbours within the radius
+    whose normals are nearly parallel share their votes, so that a curve has one outside even
+    where clutter misleads the votes of some points. Where nothing is seen, or as much on both
+    sides, outside is away from the middle of the model's box.
     """
     m = len(feet)
     relative = np.ones(m)
     cosine = np.einsum("ij,ij->i", normals[1:], normals[:-1])
-    breaks = np.r_[True, np.abs(cosine) < SURE]
-    relative[1:] = np.where(np.abs(cosine) < SURE, 1.0, np.sign(cosine))
+    apart = np.linalg.norm(np.diff(feet, axis=0), axis=1) > radius
+    breaks = np.r_[True, apart | (np.abs(cosine) < SURE)]
+    relative[1:] = np.sign(cosine)
     run = np.cumsum(breaks) - 1
-    for first, last in zip(np.flatnonzero(breaks), np.r_[np.flatnonzero(breaks)[1:], m]):
+    for first, last in pairwise([*np.flatnonzero(breaks), m]):
         relative[first:last] = np.cumprod(np.r_[1.0, relative[first + 1 : last]])
     asked = _probes(run, m)
     seen = _seen(model, feet[asked], radius)
     ways = spread(DIRECTIONS)
     votes = np.einsum("pd,dc,pc->p", seen.astype(np.float64), ways, normals[asked])
-    total = np.bincount(run, minlength=run[-1] + 1, weights=np.zeros(m))
-    np.add.at(total, run[asked], votes * relative[asked])
+    total = np.bincount(run[asked], votes * relative[asked], run[-1] + 1)
     middle = 0.5 * (model.points.min(axis=0) + model.points.max(axis=0))
     away = np.einsum("ij,ij->i", feet - middle, normals) * relative
     fallback = np.bincount(run, weights=away)

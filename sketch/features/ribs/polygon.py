@@ -11,13 +11,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Index, Int32Array
+from patterndb.halfedge import Index
 from sketch.features.ribs.crossings import crossed, foot
 from sketch.features.ribs.drawing import Drawn
 from sketch.features.ribs.walking import Runs
 
 Points = NDArray[np.float64]
 Floats = NDArray[np.float64]
+
+#: The share of its last edge that a polygon loses where its two ends would meet.
+SHORTER = 0.02
 
 
 @njit(cache=True, nogil=True)
@@ -26,7 +29,7 @@ def _at(points: Points, known: Drawn, s: Index, t: float, result: Points, n: Ind
     _, along, offsets, closed, _, _, _, _, _, _, _ = known
     low, high = offsets[s], offsets[s + 1] - 1
     if closed[s]:
-        t -= math.floor(t / along[high]) * along[high]
+        t -= float(math.floor(t / along[high]) * along[high])
     k = low + np.searchsorted(along[low : high + 1], t, side="right") - 1
     k = min(max(k, low), high - 1)
     size = along[k + 1] - along[k]
@@ -104,12 +107,32 @@ def foot_on(points: Points) -> tuple[int, float, float]:
 
 
 @njit(cache=True, nogil=True)
-def simple(points: Points, closed: bool) -> Points:
-    """The polygon with its loops cut off where it crosses itself.
+def _meeting(points: Points, e: Index, f: Index, reach: float) -> float:
+    """The share of edge e where edge f crosses it or comes within reach; -1 if it does not."""
+    for c in range(2):
+        if max(points[e, c], points[e + 1, c]) + reach < min(points[f, c], points[f + 1, c]):
+            return -1.0
+        if min(points[e, c], points[e + 1, c]) - reach > max(points[f, c], points[f + 1, c]):
+            return -1.0
+    share = crossed(points, e, f)
+    if share >= 0.0:
+        return share
+    for k in range(2):
+        away, share = foot(points, e, points[f + k, 0], points[f + k, 1])
+        if away <= reach:
+            return share
+        if foot(points, f, points[e + k, 0], points[e + k, 1])[0] <= reach:
+            return float(k)
+    return -1.0
+
+
+@njit(cache=True, nogil=True)
+def simple(points: Points, closed: bool, reach: float) -> Points:
+    """The polygon with its loops cut off where it crosses itself, or comes within reach.
 
     What hangs between the two passes of a crossing goes, unless the place nearest to the origin
-    is there: then the two ends go. A closed polygon, its first point also its last, keeps the
-    longer part.
+    is there: then the two ends go, and a little more of the last, so that they stay apart. A
+    closed polygon, its first point also its last, keeps the longer part.
     """
     points = points.copy()
     again = True
@@ -117,18 +140,10 @@ def simple(points: Points, closed: bool) -> Points:
         again = False
         n = len(points)
         for e in range(n - 1):
-            low_x, high_x = min(points[e, 0], points[e + 1, 0]), max(points[e, 0], points[e + 1, 0])
-            low_y, high_y = min(points[e, 1], points[e + 1, 1]), max(points[e, 1], points[e + 1, 1])
             for f in range(e + 2, n - 1):
-                if points[f, 0] < low_x and points[f + 1, 0] < low_x:
+                if closed and e == 0 and f == n - 2:
                     continue
-                if points[f, 0] > high_x and points[f + 1, 0] > high_x:
-                    continue
-                if points[f, 1] < low_y and points[f + 1, 1] < low_y:
-                    continue
-                if points[f, 1] > high_y and points[f + 1, 1] > high_y:
-                    continue
-                share = crossed(points, e, f)
+                share = _meeting(points, e, f, reach)
                 if share < 0.0:
                     continue
                 meeting = points[e : e + 1] + share * (points[e + 1 : e + 2] - points[e : e + 1])
@@ -136,8 +151,17 @@ def simple(points: Points, closed: bool) -> Points:
                 rest = np.concatenate((points[: e + 1], meeting, points[f + 1 :]))
                 if closed:
                     points = loop if _length(loop) > _length(rest) else rest
+                elif foot_on(loop)[2] < foot_on(rest)[2]:
+                    k = len(loop) - 1
+                    size = math.hypot(loop[k, 0] - loop[k - 1, 0], loop[k, 1] - loop[k - 1, 1])
+                    back = min(max(4.0 * reach / size, SHORTER), 1.0) if size > 0.0 else 1.0
+                    loop[k] += back * (loop[k - 1] - loop[k])
+                    points = loop
                 else:
-                    points = loop if foot_on(loop)[2] < foot_on(rest)[2] else rest
+                    points = rest
+                points = thinned(points, reach)
+                if closed:
+                    points[len(points) - 1] = points[0]
                 again = True
                 break
             if again:

@@ -68,6 +68,15 @@ def set_pixel(picture: Picture, x: Index, y: Index) -> None:
 def ring(picture: Picture, x: Index, y: Index) -> int:
     """The eight neighbours as bits, counter-clockwise from the right (y up)."""
     bits = 0
+    if 0 < (x & 7) < 7 and 0 < (y & 7) < 7:
+        # All within one cell: the rows below, of the pixel, and above.
+        word = picture[y >> 3, x >> 3]
+        at = 8 * (y & 7) + (x & 7)
+        low = np.int64((word >> np.uint64(at - 9)) & _SEVEN)
+        middle = np.int64((word >> np.uint64(at - 1)) & _SEVEN)
+        high = np.int64((word >> np.uint64(at + 7)) & _SEVEN)
+        bits = (middle >> 2) | (high & 4) >> 1 | (high & 2) << 1 | (high & 1) << 3
+        return int(bits | (middle & 1) << 4 | (low & 1) << 5 | (low & 2) << 5 | (low & 4) << 5)
     if pixel(picture, x + 1, y):
         bits |= 1
     if pixel(picture, x + 1, y + 1):
@@ -162,6 +171,8 @@ def erode(picture: Picture, first: Picture) -> None:
                 if rest == _NONE:
                     continue
                 for b in range(64):
+                    if rest >> np.uint64(b) == _NONE:
+                        break
                     bit = _ONE << np.uint64(b)
                     if rest & bit == _NONE:
                         continue
@@ -188,8 +199,8 @@ def rendered(
     for i in range(len(first)):
         px, py = points[first[i], 0], points[first[i], 1]
         qx, qy = points[first[i] + 1, 0], points[first[i] + 1, 1]
-        x, y = int(math.floor(px)), int(math.floor(py))
-        last_x, last_y = int(math.floor(qx)), int(math.floor(qy))
+        x, y = math.floor(px), math.floor(py)
+        last_x, last_y = math.floor(qx), math.floor(qy)
         dx, dy = qx - px, qy - py
         step_x = 1 if dx > 0.0 else -1
         step_y = 1 if dy > 0.0 else -1

@@ -140,9 +140,7 @@ def _corner(
 
 
 @njit(cache=True, nogil=True)
-def _clip(
-    ends: Points, keys: Int64Array, e: Index, radius: float
-) -> bool:
+def _clip(ends: Points, keys: Int64Array, e: Index, radius: float) -> bool:
     """Cuts edge e off at the circle; False if nothing is left."""
     px, py = ends[e, 0, 0], ends[e, 0, 1]
     dx, dy = ends[e, 1, 0] - px, ends[e, 1, 1] - py

@@ -44,7 +44,7 @@ def _end_near(known: Drawn, s: Index, t: float, reach: float) -> tuple[int, floa
         if t <= reach and t <= whole - t:
             return 0, 0.0
         if whole - t <= reach:
-            return 1, whole
+            return 1, float(whole)
     return -1, t
 
 
@@ -117,7 +117,7 @@ def walk(
         expected = t - sense[r] * steps if back else t + sense[r] * steps
         found = place_of(known, q[0], q[1], s, t, expected, 2.0 * steps + AHEAD)
         if math.isnan(found) and back:
-            if abs(t - entry[r]) > AHEAD + SLACK:
+            if abs(t - entry[r]) > 2.0 * steps + AHEAD + SLACK:
                 ended = SHEET_END
                 break
             if r == 0:

@@ -56,7 +56,7 @@ def choose(
     must = set(forced)
     free = bool(full)
     use = [free or gain > 0.0 or i in must for i, gain in enumerate(gains.tolist())]
-    x = [model.new_bool_var(f"x{i}") if use[i] else None for i in range(len(curves))]
+    x: list[Any] = [model.new_bool_var(f"x{i}") if use[i] else None for i in range(len(curves))]
     at: dict[int, list[Any]] = {}
     for i, of_candidate in enumerate(curves):
         if x[i] is not None:

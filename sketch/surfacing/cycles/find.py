@@ -40,7 +40,8 @@ CLOSED_SHARE = 0.98
 #: It is looked for only if this part of the curves is in two cycles each already.
 NEARLY_CLOSED = 0.9
 
-#: Choices that are mended, one after the other, where they are no surface.
+#: Times that a choice that is no surface is made anew; then cycles are dropped. More find next
+#: to nothing in the sketches at hand, and take as long again each.
 MENDS = 2
 
 #: A mend makes the choice anew for cycles up to so many cycles from what was wrong.
@@ -58,7 +59,8 @@ class FoundCycles:
     once:        numbers of curves that bound one cycle only: the surface's boundary.
     candidates:  how many cycles were considered.
     cut_short:   pairs of curves for which not all closing paths were looked through.
-    proven:      is there surely no better choice among the candidates that took part?
+    proven:      is there surely no better choice among the candidates that took part? False too
+                 where a choice was mended because it was no surface.
     orientable:  could all cycles be oriented?
     pinches:     nodes around which a surface is closed while other cycles touch it there.
     """
@@ -247,9 +249,9 @@ def _surface(
     nodes = [set(network.walk(cycle)) for cycle in part.cycles]
     excluded: list[tuple[int, ...]] = []
     forced = part.forced
-    proven = True
     near: set[int] = set()
-    for mends_left in reversed(range(MENDS + 1)):
+    mends = 0
+    while True:
         choice = choose(
             curves,
             part.gains,
@@ -262,10 +264,12 @@ def _surface(
         )
         if choice is None:
             return None
-        proven &= choice.proven
         wrong = _wrong(network, part, choice.chosen)
-        if not wrong or not mends_left:
-            break
+        if not wrong:
+            return Choice(choice.chosen, choice.value, choice.proven and not mends)
+        if mends == MENDS:
+            return None if full else _dropped(network, part, choice)
+        mends += 1
         for group, node in wrong:
             if node is None:
                 excluded.append(group)
@@ -276,9 +280,6 @@ def _surface(
         for _ in range(REACH):
             near |= set[int]().union(*(nodes[i] for i in choice.chosen if nodes[i] & near))
         forced = part.forced | {i for i in choice.chosen if not nodes[i] & near}
-    if not wrong:
-        return Choice(choice.chosen, choice.value, proven)
-    return None if full else _dropped(network, part, choice)
 
 
 def _wrong(
@@ -341,7 +342,9 @@ def _told(
         "nodes are pinched: a closed surface is touched there by another",
     )
     if not proven:
-        notes.append("the solver stopped at its effort; a better choice of cycles may exist")
+        notes.append(
+            "a better choice among the cycles considered may exist: this one is not proven best"
+        )
     if twisted:
         notes.append("the surface cannot be oriented: it turns over, as a Moebius strip does")
     return FoundCycles(

@@ -87,7 +87,8 @@ def measured(network: Network, halves: HalfCurves, cycles: Sequence[Cycle]) -> M
             values[i],
             inward[a:b],
         )
-    return Measures(*np.ascontiguousarray(values.T), inward)
+    length, flatness, area, bending, corners, cuts = np.ascontiguousarray(values.T)
+    return Measures(length, flatness, area, bending, corners, cuts, inward)
 
 
 def _edges(points: Points, closed: bool) -> int:
@@ -299,6 +300,6 @@ def _cut(at: Points, triangles: Numbers, vertex: int, tangent: Floats) -> float:
                 continue
             if np.cross(a, tangent) @ normal < 0.0 or np.cross(tangent, b) @ normal < 0.0:
                 continue
-            sine = (tangent @ normal) / size
+            sine = float(tangent @ normal) / size
             cut = max(cut, 1.0 - 2.0 * sine * sine)
     return cut

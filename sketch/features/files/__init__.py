@@ -1,0 +1,1 @@
+"""The parts of files: curve networks, templates and shape models as JSON and arrays."""
