@@ -22,7 +22,7 @@ from ingest.read import read_mesh
 from patterndb.store import Database
 from query.placing import Surface
 from viewer.contour import flat
-from viewer.explorer_keys import press
+from viewer.explorer_keys import KEYS
 from viewer.explorer_picture import save_drawn
 from viewer.explorer_scene import compose
 from viewer.explorer_state import ExplorerState
@@ -66,18 +66,18 @@ def looking(
 
 def click(state: ExplorerState, places: Places) -> None:
     """Draw a boundary."""
-    press(state, "b")
+    KEYS.press(state, "b")
     for place in places:
         state.press(*place)
         state.release(*place)
-    press(state, "Enter")
+    KEYS.press(state, "Enter")
     assert state.boundary is not None, state.message
 
 
 def drag(state: ExplorerState, key: str, places: Places) -> None:
     """Draw a stroke."""
     before = len(state.strokes)
-    press(state, key)
+    KEYS.press(state, key)
     state.press(*places[0])
     fine = np.linspace(0.0, len(places) - 1.0, 12 * len(places))
     at = np.arange(len(places))
@@ -115,7 +115,7 @@ def main() -> None:
             save(state, out / "explorer-cheek.png", 2)
         with looking(db, smooth(ROOT / "examples" / "jug.obj"), (0.2, -1.0, 0.35), 330.0) as state:
             click(state, [(-120, -160), (90, -160), (100, 120), (-30, 120), (-30, 0), (-130, 0)])
-            press(state, "]")
+            KEYS.press(state, "]")
             save(state, out / "explorer-reflex.png", 2)
         state = ExplorerState(db, flat((5, 4, 6, 5, 6)))
         try:

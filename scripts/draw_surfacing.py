@@ -32,7 +32,7 @@ from sketch.surfacing.sampling import Loop
 from sketch.surfacing.surfaceloop import Settings
 from viewer.explorer_picture import save_drawn
 from viewer.surfacing import SurfacingState, draw
-from viewer.surfacing.keys import press
+from viewer.surfacing.keys import KEYS
 from viewer.surfacing.picture import compose
 
 ROOT = Path(__file__).parents[1]
@@ -183,9 +183,9 @@ def viewer(place: Place) -> None:
         compose(state, VIEWER[0] / VIEWER[1])
         state.settle()
         click(state, (0.0, 110.0))
-        press(state, "d")
+        KEYS.press(state, "d")
         drag(state, [(-232.0, 216.0), (-150.0, 170.0), (-215.0, 40.0), (-190.0, -12.0)])
-        press(state, "Escape")
+        KEYS.press(state, "Escape")
         state.move(230.0, 150.0)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"

@@ -8,7 +8,8 @@ from typing import Any
 
 from viewer import style
 from viewer.browser_state import BrowserState, Expand, PatternSource
-from viewer.keys import ACTIONS, ALIASES, Effect, check_keys, press
+from viewer.keymap import Effect
+from viewer.keys import KEYS
 from viewer.opengl import prepare_opengl
 from viewer.paper import PictureFormatError
 from viewer.scene import Meshes, cell_at, compose
@@ -41,7 +42,7 @@ def browse(
     ValueError for a key there is not, PictureFormatError if off_screen is not a PNG, and
     DisplayError if nothing can be drawn here.
     """
-    strokes = check_keys(keys)
+    strokes = KEYS.check(keys)
     if off_screen is not None and Path(off_screen).suffix.lower() != ".png":
         raise PictureFormatError(f"{off_screen}: an off-screen picture's name ends in .png")
     state = BrowserState(source, n_sides=n_sides, expand=expand)
@@ -86,7 +87,7 @@ class Window:
     def play(self, keys: Sequence[str]) -> Effect:
         """Press keys one after another; QUIT if one of them quits."""
         for key in keys:
-            if self._obey(press(self.state, key)) is Effect.QUIT:
+            if self._obey(KEYS.press(self.state, key)) is Effect.QUIT:
                 return Effect.QUIT
         return Effect.NOTHING
 
@@ -137,7 +138,7 @@ class Window:
         plotter.render()
 
     def _obey(self, effect: Effect) -> Effect:
-        if effect is Effect.SCREENSHOT:
+        if effect is Effect.PICTURE:
             pattern = self.state.selected
             name = "patterns" if pattern is None else f"pattern-{pattern.name}"
             path = self._screenshots / f"{name}.png"
@@ -154,8 +155,8 @@ class Window:
     def _on_key(self, interactor: Any, _event: str) -> None:
         character = interactor.GetKeyCode()
         # "<" and the like have names of their own on every keyboard layout.
-        key = character if character in ALIASES or character in ACTIONS else None
-        if self._obey(press(self.state, key or interactor.GetKeySym())) is Effect.QUIT:
+        key = character if KEYS.writes(character) else None
+        if self._obey(KEYS.press(self.state, key or interactor.GetKeySym())) is Effect.QUIT:
             interactor.TerminateApp()
 
     def _on_click(self, interactor: Any, _event: str) -> None:

@@ -3,22 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum
 
 from viewer import keys
 from viewer.explorer_state import ExplorerState
+from viewer.keymap import Effect, KeyMap
 from viewer.pen import Mode
-
-
-class Effect(Enum):
-    """What the window has to do after a key."""
-
-    NOTHING = "nothing"
-    REDRAW = "redraw"
-    PICTURE = "picture"
-    OBJ = "OBJ"
-    QUIT = "quit"
-
 
 #: (keys, what they do), as the help lists them; a lone head begins a group.
 KEY_HELP = (
@@ -99,42 +88,21 @@ ACTIONS: dict[str, Callable[[ExplorerState], None]] = {
 EFFECTS = {"w": Effect.OBJ, "p": Effect.PICTURE, "q": Effect.QUIT}
 
 
-def press(state: ExplorerState, key: str) -> Effect:
-    """Obey a key, by its X name or as it is written ("bracketleft" or "[").
-
-    Escape leaves a mode, and quits where there is none to leave. Returns what the window has
-    to do; unknown keys do nothing.
-    """
-    key = ALIASES.get(key, key)
-    if key == "Escape":
-        if state.mode is Mode.LOOK and not state.helping:
-            return Effect.QUIT
-        state.helping = False
-        state.leave()
-        return Effect.REDRAW
-    if key in EFFECTS:
-        return EFFECTS[key]
-    action = ACTIONS.get(key)
-    if action is None:
-        return Effect.NOTHING
-    state.message = ""
-    action(state)
-    return Effect.REDRAW
-
-
-def check_keys(text: str) -> list[str]:
-    """The keys named in a text, with spaces between; ValueError if there is no such key."""
-    strokes = text.split()
-    for key in strokes:
-        name = ALIASES.get(key, key)
-        if name not in ACTIONS and name not in EFFECTS and name != "Escape":
-            raise ValueError(f"there is no key {key!r}; the key h lists them")
-    return strokes
-
-
 def _enter(state: ExplorerState, mode: Mode) -> None:
     """The key that entered a mode leaves it, too."""
     if state.mode is mode:
         state.leave()
     else:
         state.begin(mode)
+
+
+def _leave(state: ExplorerState) -> bool:
+    """Leave a mode or the help; False if there is none to leave."""
+    left = state.mode is not Mode.LOOK or state.helping
+    if left:
+        state.helping = False
+        state.leave()
+    return left
+
+
+KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, _leave)

@@ -3,19 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum
 
 from viewer.browser_state import BrowserState
-
-
-class Effect(Enum):
-    """What the window has to do after a key."""
-
-    NOTHING = "nothing"
-    REDRAW = "redraw"
-    SCREENSHOT = "screenshot"
-    QUIT = "quit"
-
+from viewer.keymap import Effect, KeyMap
 
 #: (keys, what they do), as the help lists them.
 KEY_HELP = (
@@ -90,27 +80,4 @@ ACTIONS: dict[str, Callable[[BrowserState], None]] = {
 }
 
 
-def press(state: BrowserState, key: str) -> Effect:
-    """Obey a key, by its X name or as it is written ("bracketleft" or "[").
-
-    Returns what the window has to do; unknown keys do nothing.
-    """
-    key = ALIASES.get(key, key)
-    if key in ("s", "q"):
-        return Effect.SCREENSHOT if key == "s" else Effect.QUIT
-    action = ACTIONS.get(key)
-    if action is None:
-        return Effect.NOTHING
-    state.message = ""
-    action(state)
-    return Effect.REDRAW
-
-
-def check_keys(keys: str) -> list[str]:
-    """The keys named in a text, with spaces between; ValueError if there is no such key."""
-    strokes = keys.split()
-    for key in strokes:
-        name = ALIASES.get(key, key)
-        if name not in ACTIONS and name not in ("s", "q"):
-            raise ValueError(f"there is no key {key!r}; the key h lists them")
-    return strokes
+KEYS = KeyMap(ALIASES, ACTIONS, {"s": Effect.PICTURE, "q": Effect.QUIT})

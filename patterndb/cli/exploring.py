@@ -96,10 +96,10 @@ def explore(
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from query.placing import Surface
     from viewer.explore import explore as open_explorer
-    from viewer.explorer_keys import check_keys
+    from viewer.explorer_keys import KEYS
 
     try:
-        check_keys(keys)
+        KEYS.check(keys)
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--keys") from error
     asked, strokes = _asked(boundary, sides, closed, corners)

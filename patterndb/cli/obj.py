@@ -52,7 +52,7 @@ def write_surface(path: Path, surfacing: Surfacing) -> None:
     Neighbouring patches share vertices. Every number reads back as it was.
     """
     faces = [face for patch in surfacing.patches for face in patch.faces]
-    used = np.unique(np.concatenate([face.ravel() for face in faces])) if faces else []
+    used = np.unique(np.concatenate([np.zeros(0, np.int64), *(face.ravel() for face in faces)]))
     name = np.zeros(len(surfacing.points), np.int64)
     name[used] = np.arange(1, len(used) + 1)
     lines = [f"# surface of a curve network: {len(surfacing.patches)} patches"]

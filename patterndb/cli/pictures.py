@@ -255,12 +255,12 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
     """
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from viewer import browse as open_browser
-    from viewer.keys import check_keys
+    from viewer.keys import KEYS
 
     with contextlib.ExitStack() as stack:
         database = stack.enter_context(open_database(db))
         try:
-            check_keys(keys)
+            KEYS.check(keys)
         except ValueError as error:
             raise click.BadParameter(str(error), param_hint="--keys") from error
         open_browser(

@@ -17,7 +17,8 @@ from patterndb.pattern import Pattern
 from patterndb.patternclass import PatternClass
 from viewer import BrowserState, DisplayError, PictureFormatError, browse, opengl
 from viewer.browser_state import COLUMNS, MAX_WIDTH, PER_PAGE
-from viewer.keys import ACTIONS, Effect, press
+from viewer.keymap import Effect
+from viewer.keys import ACTIONS, KEYS
 from viewer.scene import cell_at, compose
 
 
@@ -48,7 +49,7 @@ def state() -> BrowserState:
 
 def keys(state: BrowserState, text: str) -> None:
     for key in text.split():
-        assert press(state, key) is Effect.REDRAW
+        assert KEYS.press(state, key) is Effect.REDRAW
 
 
 def test_it_begins_with_the_smallest_class() -> None:
@@ -165,9 +166,9 @@ def test_an_expansion_that_fails_says_so_and_changes_nothing() -> None:
 
 
 def test_the_window_s_own_keys(state: BrowserState) -> None:
-    assert press(state, "s") is press(state, "S") is Effect.SCREENSHOT
-    assert press(state, "q") is press(state, "Escape") is Effect.QUIT
-    assert press(state, "F13") is Effect.NOTHING
+    assert KEYS.press(state, "s") is KEYS.press(state, "S") is Effect.PICTURE
+    assert KEYS.press(state, "q") is KEYS.press(state, "Escape") is Effect.QUIT
+    assert KEYS.press(state, "F13") is Effect.NOTHING
 
 
 @settings(max_examples=60, deadline=None)
@@ -175,7 +176,7 @@ def test_the_window_s_own_keys(state: BrowserState) -> None:
 def test_any_keys_leave_a_state_that_can_be_shown(pressed: list[str]) -> None:
     state = BrowserState(SOURCE, n_sides=4, expand=expand)
     for key in pressed:
-        press(state, key)
+        KEYS.press(state, key)
         assert 0 <= state.position < max(len(state.rows), 1)
         assert 0 <= state.page < state.n_pages
         selected = state.selected

@@ -20,18 +20,20 @@ from query.placing import Surface, strand
 from query.polyline import arc_length
 from viewer import DisplayError, PictureFormatError, opengl
 from viewer.contour import Contour, flat
-from viewer.explore import Saver, Window, explore
-from viewer.explorer_keys import ACTIONS, EFFECTS, Effect, check_keys, press
+from viewer.explore import Saver, explore
+from viewer.explorer_keys import ACTIONS, EFFECTS, KEYS
 from viewer.explorer_panel import PANEL
 from viewer.explorer_picture import save_drawn
 from viewer.explorer_scene import compose
 from viewer.explorer_state import ExplorerState
 from viewer.ground import Ground
+from viewer.keymap import Effect
 from viewer.pen import Mode
 from viewer.raster import farthest_nearby, paint
 from viewer.scene import HEIGHT
 from viewer.solid import Hiding, Solid
 from viewer.view import View
+from viewer.window import Window
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -88,7 +90,7 @@ def empty() -> Iterator[ExplorerState]:
 
 def keys(state: ExplorerState, text: str) -> None:
     for key in text.split():
-        assert press(state, key) is Effect.REDRAW
+        assert KEYS.press(state, key) is Effect.REDRAW
 
 
 def click(state: ExplorerState, *places: tuple[float, float]) -> None:
@@ -466,7 +468,7 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
     try:
         for event in events:
             if isinstance(event, str):
-                press(state, event)
+                KEYS.press(state, event)
             else:
                 what, place = event  # type: ignore[misc]
                 if what == "turn":
@@ -482,14 +484,14 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
 
 
 def test_keys_are_known() -> None:
-    assert check_keys("o Right h bracketleft") == ["o", "Right", "h", "bracketleft"]
+    assert KEYS.check("o Right h bracketleft") == ["o", "Right", "h", "bracketleft"]
     with pytest.raises(ValueError, match="no key 'zz'"):
-        check_keys("o zz")
+        KEYS.check("o zz")
     state = opened()
     try:
-        assert [press(state, k) for k in EFFECTS] == list(EFFECTS.values())
-        assert press(state, "F13") is Effect.NOTHING
-        assert press(state, "Escape") is Effect.QUIT
+        assert [KEYS.press(state, k) for k in EFFECTS] == list(EFFECTS.values())
+        assert KEYS.press(state, "F13") is Effect.NOTHING
+        assert KEYS.press(state, "Escape") is Effect.QUIT
         keys(state, "h Escape")
         assert not state.helping
     finally:
@@ -581,7 +583,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
     state = opened(surface=DOME)
     state.view = View(np.eye(3), np.zeros(3), 100.0)
     size = (960, 600)
-    window = Window(state, Saver(state, tmp_path, None, size), size, off_screen=True)
+    window = Window(state, Saver(state, tmp_path, None, size), KEYS, size, "Fills", off_screen=True)
     interactor = vtkGenericRenderWindowInteractor()
     window.listen(interactor)
     room = HEIGHT * size[0] / size[1] - PANEL

@@ -17,10 +17,11 @@ from sketch.surfacing.errors import InvalidNetworkError
 from sketch.surfacing.network import Cycle, Network
 from sketch.surfacing.surface import surface
 from sketch.surfacing.surfaceloop import Settings
+from viewer.keymap import Effect
 from viewer.style import TINTS
 from viewer.surfacing.body import Body
 from viewer.surfacing.edits import parts_of
-from viewer.surfacing.keys import ACTIONS, EFFECTS, KEY_HELP, Effect, check_keys, press
+from viewer.surfacing.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS
 from viewer.surfacing.layout import PANEL, SLIDER, SLIDER_Y, alpha_at, alpha_of, share_of
 from viewer.surfacing.palette import neighbours, piece_tints
 from viewer.surfacing.picture import compose
@@ -53,7 +54,7 @@ def growing() -> Iterator[SurfacingState]:
 
 def keys(state: SurfacingState, text: str) -> None:
     for key in text.split():
-        assert press(state, key) is Effect.REDRAW
+        assert KEYS.press(state, key) is Effect.REDRAW
         state.settle()
 
 
@@ -125,7 +126,7 @@ def test_keys_move_the_slider_and_stop_at_its_ends(state: SurfacingState) -> Non
     keys(state, "+ +")
     assert state.settings.alpha > 0.1
     for _ in range(40):
-        press(state, "-")
+        KEYS.press(state, "-")
     state.settle()
     assert state.settings.alpha == 0.0 and pieces(state) > 16
 
@@ -330,7 +331,7 @@ def test_a_stroke_that_leaves_the_surface_is_split_and_says_so(state: SurfacingS
     keys(state, "u")
     assert state.edits.inks == () and len(state.patches) == 3
     keys(state, "Escape")
-    assert not state.drawing_mode and press(state, "Escape") is Effect.QUIT
+    assert not state.drawing_mode and KEYS.press(state, "Escape") is Effect.QUIT
 
 
 def _across(state: SurfacingState) -> None:
@@ -453,7 +454,7 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
     try:
         for event in events:
             if isinstance(event, str):
-                press(state, event)
+                KEYS.press(state, event)
             else:
                 what, place = event  # type: ignore[misc]
                 if what == "turn":
@@ -472,17 +473,17 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
 
 
 def test_keys_are_known() -> None:
-    assert check_keys("m Right h minus") == ["m", "Right", "h", "minus"]
+    assert KEYS.check("m Right h minus") == ["m", "Right", "h", "minus"]
     with pytest.raises(ValueError, match="no key 'zz'"):
-        check_keys("m zz")
+        KEYS.check("m zz")
     listed = {key for names, _ in KEY_HELP for key in names.split()}
     arrows = {"Left": "←", "Right": "→"}
     for key in [*ACTIONS, *EFFECTS]:
         assert arrows.get(key, key) in listed, f"the help lists {key}"
     state = opened()
     try:
-        assert [press(state, k) for k in EFFECTS] == list(EFFECTS.values())
-        assert press(state, "F13") is Effect.NOTHING
+        assert [KEYS.press(state, k) for k in EFFECTS] == list(EFFECTS.values())
+        assert KEYS.press(state, "F13") is Effect.NOTHING
         keys(state, "h Escape")
         assert not state.helping
     finally:

@@ -12,14 +12,16 @@ from domes import Finder, dome, growing_dome
 from sketch.surfacing.patch import Surfacing
 from viewer import DisplayError, PictureFormatError, opengl
 from viewer.explorer_picture import save_drawn
+from viewer.keymap import Effect
 from viewer.scene import HEIGHT
 from viewer.style import TINTS, rgb
 from viewer.surfacing import SurfacingState, draw
-from viewer.surfacing.keys import Effect
+from viewer.surfacing.keys import KEYS
 from viewer.surfacing.layout import PANEL
 from viewer.surfacing.picture import compose
 from viewer.surfacing.ribbons import dashed, ribbons
-from viewer.surfacing.window import Saver, Window
+from viewer.surfacing.window import Saver
+from viewer.window import Window
 
 ABOVE: dict[str, Any] = {"toward": (0.0, 0.0, 1.0), "up": (0.0, 1.0, 0.0)}
 
@@ -149,7 +151,9 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
 
     state = SurfacingState(growing_dome(), find=Finder(), **ABOVE)
     size = (960, 600)
-    window = Window(state, Saver(state, tmp_path, None, size), size, off_screen=True)
+    window = Window(
+        state, Saver(state, tmp_path, None, size), KEYS, size, "Surface", off_screen=True
+    )
     state.settle()
     interactor = vtkGenericRenderWindowInteractor()
     window.listen(interactor)

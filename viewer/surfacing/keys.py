@@ -3,22 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from enum import Enum
 
 from viewer import keys
+from viewer.keymap import Effect, KeyMap
 from viewer.surfacing.layout import alpha_of, share_of
 from viewer.surfacing.state import SurfacingState
-
-
-class Effect(Enum):
-    """What the window has to do after a key."""
-
-    NOTHING = "nothing"
-    REDRAW = "redraw"
-    PICTURE = "picture"
-    OBJ = "OBJ"
-    QUIT = "quit"
-
 
 #: (keys, what they do), as the help lists them.
 KEY_HELP = (
@@ -82,39 +71,18 @@ ACTIONS: dict[str, Callable[[SurfacingState], None]] = {
 EFFECTS = {"s": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
 
 
-def press(state: SurfacingState, key: str) -> Effect:
-    """Obey a key, by its X name or as it is written ("minus" or "-").
-
-    Escape leaves drawing and the help, and quits where there is nothing to leave. Returns what
-    the window has to do; unknown keys do nothing.
-    """
-    key = ALIASES.get(key, key)
-    if key == "Escape":
-        if not state.drawing_mode and not state.helping:
-            return Effect.QUIT
-        state.helping = False
-        state.leave()
-        return Effect.REDRAW
-    if key in EFFECTS:
-        return EFFECTS[key]
-    action = ACTIONS.get(key)
-    if action is None:
-        return Effect.NOTHING
-    state.message = ""
-    action(state)
-    return Effect.REDRAW
-
-
-def check_keys(text: str) -> list[str]:
-    """The keys named in a text, with spaces between; ValueError if there is no such key."""
-    pressed = text.split()
-    for key in pressed:
-        name = ALIASES.get(key, key)
-        if name not in ACTIONS and name not in EFFECTS and name != "Escape":
-            raise ValueError(f"there is no key {key!r}; the key h lists them")
-    return pressed
-
-
 def slide(state: SurfacingState, by: float) -> None:
     """Move the slider of alpha by a part of its length."""
     state.change_alpha(alpha_of(share_of(state.settings.alpha) + by))
+
+
+def _leave(state: SurfacingState) -> bool:
+    """Leave drawing or the help; False if there is nothing to leave."""
+    left = state.drawing_mode or state.helping
+    if left:
+        state.helping = False
+        state.leave()
+    return left
+
+
+KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, _leave)
