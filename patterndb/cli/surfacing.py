@@ -217,7 +217,7 @@ def surface(
         }
         write_json(document)
     else:
-        write(table(HEADS, [_row(given, i, p) for i, p in enumerate(made.patches, 1)]), end="")
+        write(table(HEADS, [_row(given, i, p) for i, p in enumerate(made.patches, 1)]))
     _say_made(made, seconds)
     if output is not None:
         say(f"written: {output}")

@@ -8,6 +8,7 @@ from networks import cube, faces_network, prism, ring, shuffled, torus
 from shared import MESHES, SHARED
 
 from ingest.read import read_mesh
+from query.polyline import sampled
 from sketch.surfacing import (
     Curve,
     Cycle,
@@ -82,6 +83,18 @@ def test_neighbours_walk_the_curve_between_them_in_opposite_senses(name: str) ->
         for curve, backward in cycle.steps:
             senses.setdefault(curve, []).append(backward)
     assert all(sorted(both) == [False, True] for both in senses.values())
+
+
+@pytest.mark.parametrize("points", [4, 9, 40])
+@pytest.mark.parametrize("file", ["trebol_network.json", "trebol.sdm"])
+def test_how_finely_curves_are_drawn_changes_no_cycle(file: str, points: int) -> None:
+    network = read_network(CURVES / "salvi" / file)
+    assert keys(find_cycles(bare(network)).cycles) == keys(network.cycles)
+    curves = tuple(
+        Curve(sampled(c.points, points), c.nodes, c.id, c.stroke) for c in network.curves
+    )
+    found = find_cycles(Network(curves, network.nodes))
+    assert keys(found.cycles) == keys(network.cycles)
 
 
 def test_sketches_are_met_better_than_by_a_greedy_program() -> None:

@@ -132,10 +132,10 @@ def candidate_cycles(
     Returns them by their sorted curves, which no two simple cycles share, and the number of
     pairs for which MAX_PATHS paths did not suffice.
 
-    One closing path per pair, the cheapest, is not enough: of the
-    patches recorded in CASSIE sketches whose strokes still close, 0.82 are among the candidates
-    with one closing, the shortest, 0.93 with 3, 0.95 with 8 and 0.96 with 20 (means over the
-    sketches, by benchmarks/cycles.py's way of counting).
+    One closing path per pair, the cheapest, is not enough: of the patches recorded in CASSIE
+    sketches whose strokes still close, 0.82 are among the candidates with one closing, the
+    shortest, 0.93 with 3, 0.95 with 8 and 0.96 with 20 (means over the sketches, counted as
+    benchmarks/cycles.py does).
     """
     found: dict[tuple[int, ...], Cycle] = {}
     paths = np.empty((closings, len(network.nodes) + 1), np.int64)

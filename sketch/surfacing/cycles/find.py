@@ -23,8 +23,9 @@ from sketch.surfacing.network import Cycle, Network
 CLOSINGS = 8
 
 #: Of the candidates at a curve, this many of the least badness take part in the choice; a
-#: candidate does if it is among them at one of its curves.
-RIVALS = 10
+#: candidate does if it is among them at one of its curves. With 10, equally good candidates of a
+#: symmetric network may be left out for no reason.
+RIVALS = 14
 
 #: The worst badness of a cycle of an open surface. Higher finds more of the patches that are
 #: meant, and more that are not.
