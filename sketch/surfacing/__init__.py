@@ -7,7 +7,7 @@ from sketch.surfacing.cycles import FoundCycles, find_cycles
 from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.errors import InvalidNetworkError
 from sketch.surfacing.growing import GrowingSketch, Stage
-from sketch.surfacing.junctions import network_of_polylines
+from sketch.surfacing.joining.junctions import network_of_polylines
 from sketch.surfacing.memory import Memory
 from sketch.surfacing.naming import named_cycle
 from sketch.surfacing.network import Curve, Cycle, Network

@@ -15,8 +15,8 @@ from scipy.spatial import KDTree
 
 from query.polyline import Points, sampled
 from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.junctions import Joined, joined, network_of_polylines
-from sketch.surfacing.nearest import farthest, nearest_of_edges
+from sketch.surfacing.joining.junctions import Joined, joined, network_of_polylines
+from sketch.surfacing.joining.nearest import farthest, nearest_of_edges
 from sketch.surfacing.network import Network, turning_angles
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -21,9 +21,9 @@ from query.polyline import Points, arc_length
 from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.errors import InvalidNetworkError
 from sketch.surfacing.files.networkjson import network_document
-from sketch.surfacing.junctions import network_of_polylines
+from sketch.surfacing.joining.junctions import network_of_polylines
+from sketch.surfacing.joining.nearest import farthest
 from sketch.surfacing.naming import Named, named_cycle
-from sketch.surfacing.nearest import farthest
 from sketch.surfacing.network import Cycle, Network, turning_angles
 from sketch.surfacing.networkfile import (
     parse_drawing,

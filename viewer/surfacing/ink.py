@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from query.polyline import arc_length
 from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.junctions import joined
+from sketch.surfacing.joining.junctions import joined
+from sketch.surfacing.joining.polylines import bent
 from sketch.surfacing.naming import Step
 from sketch.surfacing.network import Curve, Network, without_repeats
 from sketch.surfacing.patch import Surfacing
-from sketch.surfacing.polylines import bent
 from viewer.surfacing.body import Body
 from viewer.view import View
 

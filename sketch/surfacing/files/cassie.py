@@ -27,8 +27,8 @@ from query.polyline import Points
 from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.errors import InvalidNetworkError
 from sketch.surfacing.files.splines import polylines_of
+from sketch.surfacing.joining.polylines import SAME_PLACE, as_places, bent, diagonal_of
 from sketch.surfacing.network import Curve, Network, without_repeats
-from sketch.surfacing.polylines import SAME_PLACE, as_places, bent, diagonal_of
 
 Ints = NDArray[np.int64]
 

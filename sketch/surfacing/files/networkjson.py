@@ -7,7 +7,7 @@
      "stages": [["rim"], [4, 7], ...]}
 
 curves: the curves as drawn, each once; id is its place in the list and stroke its id where they
-are left out. They meet where :func:`sketch.surfacing.junctions.joined` finds it, within the
+are left out. They meet where :func:`sketch.surfacing.joining.junctions.joined` finds it, within the
 tolerance. cycles: the patches, each the ids of its curves in the order of a closed walk;
 "reversed" may say the sense, "part" which of the parts that nodes split the curve into, counted
 from 0; else :func:`sketch.surfacing.naming.named_cycle` finds both. stages: the ids of the
@@ -29,10 +29,10 @@ from patterndb.jsonread import JsonValue
 from query.polyline import Points
 from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.junctions import joined
+from sketch.surfacing.joining.junctions import joined
+from sketch.surfacing.joining.polylines import as_curve, as_places, bent, diagonal_of
 from sketch.surfacing.naming import Named, Step, Walks, named_cycle, parts_of, walks_of
 from sketch.surfacing.network import Curve, CurveId, Cycle, Network
-from sketch.surfacing.polylines import as_curve, as_places, bent, diagonal_of
 
 KEYS = ("curves", "cycles", "stages", "tolerance", "nodes", "source")
 CURVE_KEYS = ("id", "points", "stroke", "nodes", "bezier")

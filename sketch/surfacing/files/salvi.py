@@ -19,8 +19,15 @@ from query.polyline import Points
 from sketch.surfacing.errors import InvalidNetworkError
 from sketch.surfacing.files.splines import beziers_of, polylines_of
 from sketch.surfacing.files.words import Words
+from sketch.surfacing.joining.polylines import (
+    SAME_PLACE,
+    as_curve,
+    as_places,
+    bent,
+    diagonal_of,
+    places_of,
+)
 from sketch.surfacing.network import Curve, Cycle, Network
-from sketch.surfacing.polylines import SAME_PLACE, as_curve, as_places, bent, diagonal_of, places_of
 
 #: The highest degree of a B-spline. Programs that model shapes have 3, rarely more than 7; far
 #: beyond, the Beziers of a B-spline lose digits.

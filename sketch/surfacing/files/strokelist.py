@@ -5,8 +5,8 @@ from __future__ import annotations
 from query.polyline import Points
 from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.files.words import Words
-from sketch.surfacing.junctions import joined
-from sketch.surfacing.polylines import as_curve
+from sketch.surfacing.joining.junctions import joined
+from sketch.surfacing.joining.polylines import as_curve
 
 
 def polylines_drawing(words: Words, tolerance: float | None = None) -> Drawing:

@@ -1,7 +1,7 @@
 """Networks from curves as drawn: where they meet is found, and they are cut there.
 
-Places that meet (see :mod:`sketch.surfacing.meetings`) become one node, and so do neighbours on
-a curve that are no further apart than the tolerance:
+Places that meet (see :mod:`sketch.surfacing.joining.meetings`) become one node, and so do
+neighbours on a curve that are no further apart than the tolerance:
 
 - ends that meet become one node, at their mean;
 - an end that meets another curve on its way moves onto it, and cuts it there;
@@ -29,12 +29,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from query.polyline import Points, arc_length
-from sketch.surfacing.cutting import find_cuts, find_nodes, in_order, part_of
 from sketch.surfacing.errors import InvalidNetworkError
+from sketch.surfacing.joining.cutting import find_cuts, find_nodes, in_order, part_of
+from sketch.surfacing.joining.pieces import Piece, close, copied, numbered
+from sketch.surfacing.joining.polylines import SAME_PLACE, as_curve, bent, diagonal_of
 from sketch.surfacing.naming import Step
 from sketch.surfacing.network import CurveId, Network
-from sketch.surfacing.pieces import Piece, close, copied, numbered
-from sketch.surfacing.polylines import SAME_PLACE, as_curve, bent, diagonal_of
 
 #: Pieces of curves are the same, or nothing, if so many tolerances hold them.
 SAME_PIECE = 2.0

@@ -10,8 +10,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from query.polyline import Points, arc_length
-from sketch.surfacing.meetings import find_joins
-from sketch.surfacing.nearest import Floats
+from sketch.surfacing.joining.meetings import find_joins
+from sketch.surfacing.joining.nearest import Floats
 from sketch.surfacing.network import without_repeats
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from query.polyline import Points, sampled
-from sketch.surfacing.cutting import Node
+from sketch.surfacing.joining.cutting import Node
+from sketch.surfacing.joining.nearest import farthest
 from sketch.surfacing.naming import Step
-from sketch.surfacing.nearest import farthest
 from sketch.surfacing.network import Curve, CurveId, Network
 
 

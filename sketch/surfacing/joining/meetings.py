@@ -14,8 +14,8 @@ from numba import njit
 
 from query.polyline import Points
 from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.joining import BETTER, MOST_JOINS, Ints, chosen_places
-from sketch.surfacing.nearest import Floats, nearest_of_edges, nearest_on_edge
+from sketch.surfacing.joining.joints import BETTER, MOST_JOINS, Ints, chosen_places
+from sketch.surfacing.joining.nearest import Floats, nearest_of_edges, nearest_on_edge
 
 #: Pairs of edges within the tolerance that are looked at: 40 bytes each.
 MAX_CONTACTS = 5_000_000

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from sketch.surfacing.nearest import Floats
+from sketch.surfacing.joining.nearest import Floats
 
 Ints = NDArray[np.int64]
 
