@@ -103,8 +103,29 @@ surface(network, cycles, settings=Settings(method="area"))
 Canvas.of(made.points, made.triangles).pick([0.5, 0.5, 5], [0, 0, -1])
 """
 
+#: Feature curves: a stroke on a clean and on a messy body, snapped, dragged.
+FEATURES = """
+from query.polyline import sampled
+from sketch.features.bodies import CARS, body, degrade, stroke
+from sketch.features.drag import View, begin_drag, dragged
+from sketch.features.model import Model
+from sketch.features.ribs import build_ribs
+from sketch.features.snap import Snap
+car = body(sorted(CARS)[0], resolution=0.4)
+mess = degrade(car, 1, gaps=0.001, crossings=0.003)
+line = sampled(car.feature("shoulder").smooth, 11)
+for points, triangles in ((car.points, car.triangles), (mess.points, mess.triangles)):
+    model = Model.from_arrays(points, triangles)
+    build_ribs(model, line[1:-1], line[2:] - line[:-2])
+snapped = Snap.begin(model, stroke(car, "shoulder"))
+view = View.parallel([3, 2, 1], [0, 0, 0], [0, 0, 1], 3.0, (99, 99), (0.1, 9.0))
+samples = snapped.curve.samples
+drag = dragged(begin_drag(view, model, samples, view.seen_at(samples)[5]), model, [50, 50])
+model.outermost(line[:2], line[1:3] - line[:2])
+"""
+
 #: What runs side by side, about as long each.
-RUNS = (LEARN + PLACE + SURFACE, ASK)
+RUNS = (LEARN + PLACE + SURFACE + FEATURES, ASK)
 
 
 def main() -> None:
