@@ -1,6 +1,6 @@
 """Other programs that fill a closed polyline: MeshLib's fillHole and CGAL's hole filling.
 
-Only the benchmark asks for them (``pip install patterndb[benchmark]``). CGAL's bindings are under
+Only the benchmark asks for them (``pip install '.[benchmark]'``). CGAL's bindings are under
 the GPL v3 or later, MeshLib under a licence of its own for non-commercial use, evaluation and
 education: nothing outside this folder may import either. Conversions are not timed, only the
 calls that fill.

@@ -57,7 +57,7 @@ def methods() -> dict[str, Fill]:
     every: dict[str, Fill] = dict(OURS)
     missing = [name for name in ("meshlib", "CGAL") if importlib.util.find_spec(name) is None]
     if missing:
-        print(f"left out: {', '.join(missing)}; pip install patterndb[benchmark]", file=sys.stderr)
+        print(f"left out: {', '.join(missing)}; pip install '.[benchmark]'", file=sys.stderr)
         return every
     from peers import PEERS
 
