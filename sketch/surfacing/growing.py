@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from patterndb.store import Database
+from query.engine import PatternSource
 from sketch.surfacing.cycles import FoundCycles, find_cycles
 from sketch.surfacing.memory import Memory
 from sketch.surfacing.network import Cycle, Network
@@ -42,7 +42,7 @@ class GrowingSketch:
 
     settings: Settings = field(default_factory=Settings)
     spacing: float | None = None
-    db: Database | None = None
+    db: PatternSource | None = None
     _memory: Memory = field(default_factory=Memory, repr=False)
 
     def stage(

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from patterndb.store import Database
+from query.engine import PatternSource
 from query.polyline import Points
 from sketch.surfacing.errors import InvalidNetworkError
 from sketch.surfacing.memory import Memory
@@ -37,7 +37,7 @@ def surface(
     settings: Settings | None = None,
     methods: Mapping[Cycle, Method] | None = None,
     spacing: float | None = None,
-    db: Database | None = None,
+    db: PatternSource | None = None,
     memory: Memory | None = None,
 ) -> Surfacing:
     """The surface of a network: a patch for each of its cycles.
@@ -90,7 +90,7 @@ def _patch(
     sampling: Sampling,
     cycle: Cycle,
     settings: Settings,
-    db: Database | None,
+    db: PatternSource | None,
     memory: Memory,
     n_points: int,
 ) -> tuple[Patch, Points]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from patterndb.store import Database
+from query.engine import PatternSource
 from query.polyline import Points
 from sketch.surfacing.chords import (
     ALPHA,
@@ -61,7 +61,7 @@ class Settings:
 
 
 def surface_loop(
-    loop: Loop, settings: Settings, spacing: float, db: Database | None = None
+    loop: Loop, settings: Settings, spacing: float, db: PatternSource | None = None
 ) -> LoopSurface:
     """The surface of a loop: the method asked for, else chords, else the least area.
 
@@ -117,7 +117,7 @@ def _by_chords(loop: Loop, settings: Settings, spacing: float, note: str) -> _Fo
     return _Found("chords", _joined(note, *mesh.notes), mesh.points, mesh.faces, cut)
 
 
-def _by_quads(loop: Loop, settings: Settings, spacing: float, db: Database) -> _Found:
+def _by_quads(loop: Loop, settings: Settings, spacing: float, db: PatternSource) -> _Found:
     ground = _by_chords(loop, settings, spacing, "")
     points = np.concatenate([loop.points, ground.points])
     try:

@@ -24,13 +24,14 @@ ALLOWED = {
     "patterndb.cli": {"patterndb", "ingest", "query", "sketch", "viewer"},
 }
 
-#: What deals with files, processes or people. All else in the core, ingest and query knows
-#: arrays only: topology, codes, collapsing, enumerating, solving and fitting.
+#: What deals with files, processes or people. All else but the viewer knows arrays only:
+#: topology, codes, collapsing, enumerating, solving, fitting and meshing.
 WORLDLY_MODULES = ("patterndb.cli", "patterndb.store", "ingest.read")
 WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.files")
 WORLDLY_MODULES += ("patterndb.starter", "patterndb.kernelcache", "ingest.pipeline")
 WORLDLY_MODULES += ("patterndb.cachefolder", "query.boundaryfile", "patterndb.jsonread")
-WORLDLY_MODULES += ("sketch.surfacing.networkfile",)
+WORLDLY_MODULES += ("sketch.surfacing.networkfile", "sketch.features.sessionfile")
+WORLDLY_MODULES += ("sketch.features.files.shapearrays",)
 
 #: What the others do not import, and functions they do not call.
 WORLDLY = {"sqlite3", "pathlib", "io", "shutil", "tempfile", "subprocess", "json"}
@@ -132,12 +133,16 @@ def test_drawing_libraries_are_used_in_the_viewer_and_a_reader_alone() -> None:
     assert {module for module in users if part(module) != "viewer"} <= readers
 
 
+def test_what_the_benchmarks_compare_with_is_used_in_no_package() -> None:
+    assert not [module for module in modules() if _libraries(module) & {"meshlib", "CGAL", "cgal"}]
+
+
 def _functional() -> list[str]:
     """The modules that know arrays only; what a package imports for others is not counted."""
     return [
         module
         for module, path in modules().items()
-        if part(module) in ("patterndb", "ingest", "query")
+        if part(module) in ("patterndb", "ingest", "query", "sketch")
         and path.name != "__init__.py"
         and not any((module + ".").startswith(name + ".") for name in WORLDLY_MODULES)
     ]
