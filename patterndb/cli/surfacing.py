@@ -175,6 +175,7 @@ def surface(
             f"{network}: no closed cycle among {plural(len(given.curves), 'curve')}; curves that "
             "should meet may pass each other: try a greater --tolerance"
         )
+    notes = [*drawing.notes, *(() if found is None else found.notes)]
     document: dict[str, object] = {
         "network": str(network),
         "curves": len(given.curves),
@@ -183,6 +184,7 @@ def surface(
         "cycles_found": found is not None,
         "seconds_finding": round(seconds_finding, 6),
         **({} if found is None else _told(given, found)),
+        "notes": notes,
     }
     if found is not None:
         _say_found(found, seconds_finding)
@@ -213,6 +215,7 @@ def surface(
             "area": made.area,
             "intersections_between_patches": made.intersections,
             "seconds": round(seconds, 6),
+            "notes": [*notes, *made.notes],
             "output": None if output is None else str(output),
         }
         write_json(document)
@@ -311,7 +314,6 @@ def _told(network: Network, found: FoundCycles) -> dict[str, object]:
         "once": ids(found.once),
         "proven": found.proven,
         "orientable": found.orientable,
-        "notes": list(found.notes),
     }
 
 
@@ -378,6 +380,8 @@ def _say_made(made: Surfacing, seconds: float) -> None:
     for number, patch in enumerate(made.patches, 1):
         if patch.note:
             say(f"patch {number}: {patch.note}")
+    for note in made.notes:
+        say(note)
     faces = sum(len(piece) for patch in made.patches for piece in patch.faces)
     say(
         f"{plural(len(made.patches), 'patch', 'patches')}, {plural(faces, 'face')}, area "
