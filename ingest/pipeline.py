@@ -281,6 +281,7 @@ class _Run:
         self.reports: dict[int, MeshReport] = {}
         self.pulse = np.zeros(2, np.int64)
         self.done_bytes = 0
+        self.done_patches = 0
 
     @contextlib.contextmanager
     def pool(self) -> Generator[ThreadPoolExecutor]:
@@ -352,6 +353,7 @@ class _Run:
         provenance = self._provenance_of(w, here.provenance if here else Provenance())
         new = self.database.add_mesh(w.name, w.sha256, provenance, self.options, learned)
         self.done_bytes += w.size
+        self.done_patches += learned.basic + learned.side + learned.convex
         self._report(
             w,
             learned.quads_read,
@@ -427,6 +429,7 @@ class _Run:
             total = len(w.tallies) + len(w.running)
             done += w.size * len(w.tallies) / total if total else 0
         self.state.bytes_done = done
-        self.state.patches = int(self.pulse[1])
+        # The kernels of several threads count in one place without a lock, and may lose a patch.
+        self.state.patches = max(self.state.patches, self.done_patches, int(self.pulse[1]))
         self.state.working = [w.name for w in open_meshes]
         self.progress(self.state)
