@@ -14,8 +14,8 @@ from sketch.surfacing.chords.order import canonical_order
 from sketch.surfacing.errors import InvalidNetworkError
 
 #: A chord may add this much area, as a share of the loop's least, for each unit of box that it
-#: takes away. On 46 synthetic cycles (16 of them in benchmarks/surfacing) 0.3 to 0.4 came
-#: nearest to the intended surfaces; at 0.2 a gable roof loses its ridge.
+#: takes away. Chosen with the shapes of benchmarks/surfacing in view: 0.3 to 0.4 serve them alike,
+#: below 0.294 their gable roof loses its ridge.
 AREA_PRICE = 1.0 / 3.0
 
 #: Less added area than this share of the loop's is none: the least area of a curved strip varies
@@ -23,7 +23,7 @@ AREA_PRICE = 1.0 / 3.0
 NO_AREA = 0.005
 
 #: Areas are measured on about so many vertices of a loop, and all ends of chords: time grows with
-#: the cube of their number, and the choice of chords was as good with 48 as with 120.
+#: the cube of their number.
 MEASURED = 64
 
 

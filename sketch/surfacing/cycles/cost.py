@@ -55,9 +55,7 @@ def badness(measures: Measures, n_curves: Floats, n_strokes: Floats) -> Floats:
     """(k,) the badness of cycles with so many curves and strokes (k,), inf if they enclose nothing.
 
     A plainer cost, length (1 + 6 sqrt(lambda3 / lambda1)) (1 + 0.1 strokes), does not know a patch
-    that a curve runs into. Chosen with that cost and one closing path, without folds, CASSIE
-    sketches have recalls of 0.28 to 0.54 and precisions of 0.70 to 0.74, with rewards of 2 to 4;
-    with this one, 0.59 and 0.85.
+    that a curve runs into.
     """
     length, area = measures.length, measures.area
     enclosing = area > NO_AREA * length**2
