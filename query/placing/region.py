@@ -11,6 +11,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -67,24 +68,71 @@ def enclosed(surface: Surface, points: Points) -> Region:
         return whole
     around, left = crossed
     barrier = ~np.isnan(around)
-    edges = surface.beside
-    open_ = ~barrier[edges].any(axis=1)
-    n = len(surface.triangles)
-    label = _pieces(edges[open_], n)
-    # A triangle beside one that the boundary crosses lies left or right of it there.
-    beside = edges[barrier[edges[:, 0]] != barrier[edges[:, 1]]]
-    beside = np.where(barrier[beside[:, :1]], beside, beside[:, ::-1])
-    middle = surface.vertices[surface.triangles].mean(axis=1)
-    at, to_left = left[beside[:, 0], 0], left[beside[:, 0], 1]
-    votes = np.sign(((middle[beside[:, 1]] - at) * to_left).sum(axis=1))
-    tally = np.bincount(label[beside[:, 1]], weights=votes, minlength=label.max() + 1)
-    count = np.bincount(label[beside[:, 1]], minlength=label.max() + 1)
-    if (np.abs(tally) < 0.5 * count).any():
+    inside, separates = flooded(surface.beside, barrier, surface.vertices, surface.triangles, left)
+    if not separates:
         # One piece on both sides: the boundary goes round a handle, or off the surface.
         return whole
-    inside = barrier | ((tally > 0.0) & (count > 0))[label]
     share = float(surface.areas[inside].sum() / surface.areas.sum())
     return Region(surface.part(inside), share, around[inside], True)
+
+
+@njit(cache=True, nogil=True)
+def flooded(
+    beside: Int32Array,
+    barrier: NDArray[np.bool_],
+    vertices: Points,
+    triangles: Int32Array,
+    left: NDArray[np.float64],
+) -> tuple[NDArray[np.bool_], bool]:
+    """(t,) bool, the triangles that a boundary crosses and those on its left, and whether it
+    parts them from those on its right.
+
+    beside: (e, 2) triangles with a common edge. barrier: (t,) those that it crosses. left:
+    (t, 2, 3) a point of the boundary on each of these, and the direction to its left.
+    """
+    n = len(triangles)
+    root = np.arange(n)
+    for k in range(len(beside)):
+        a, b = beside[k]
+        if not (barrier[a] or barrier[b]):
+            a, b = _root(root, a), _root(root, b)
+            root[max(a, b)] = min(a, b)
+    votes = np.zeros(n, np.int64)
+    count = np.zeros(n, np.int64)
+    for k in range(len(beside)):
+        a, b = beside[k]
+        if barrier[a] == barrier[b]:
+            continue
+        if barrier[b]:
+            a, b = b, a
+        # A triangle beside one that the boundary crosses lies left or right of it there.
+        side = 0.0
+        for d in range(3):
+            middle = 0.0
+            for e in range(3):
+                middle += vertices[triangles[b, e], d]
+            side += (middle / 3.0 - left[a, 0, d]) * left[a, 1, d]
+        piece = _root(root, b)
+        votes[piece] += 1 if side > 0.0 else (-1 if side < 0.0 else 0)
+        count[piece] += 1
+    separates = True
+    for piece in range(n):
+        if 2 * abs(votes[piece]) < count[piece]:
+            separates = False
+    inside = barrier.copy()
+    for f in range(n):
+        if not barrier[f]:
+            inside[f] = votes[_root(root, f)] > 0
+    return inside, separates
+
+
+@njit(cache=True, nogil=True)
+def _root(root: NDArray[np.int64], f: int) -> int:
+    """The least triangle of the piece that a triangle is in; the way there becomes shorter."""
+    while root[f] != f:
+        root[f] = root[root[f]]
+        f = root[f]
+    return f
 
 
 def is_curved(region: Region, points: Points) -> bool:

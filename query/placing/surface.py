@@ -51,6 +51,7 @@ class Surface:
     normals:  (v, 3) float64 unit normals, means of the triangles' by their areas.
     areas:    (t,) float64, of the triangles.
     beside:   (e, 2) int32, the triangles on both sides of every inner edge.
+    diagonal: length of the diagonal of its box.
     """
 
     vertices: Points
@@ -58,6 +59,7 @@ class Surface:
     normals: Points
     areas: NDArray[np.float64]
     beside: Int32Array
+    diagonal: float
     _corners: Points
     _tree: tuple[Points, Int32Array, Int32Array]
 
@@ -103,7 +105,8 @@ class Surface:
             np.add.at(normals, faces[:, e], area[sound])
         sizes = size[sound] / 2.0
         beside = _beside(faces)
-        return cls(points, faces, units(normals), sizes, beside, corners, build(corners))
+        tree = build(corners)
+        return cls(points, faces, units(normals), sizes, beside, _diagonal(corners), corners, tree)
 
     @classmethod
     def from_polygons(cls, mesh: PolygonMesh) -> Surface:
@@ -127,14 +130,15 @@ class Surface:
             self.normals,
             self.areas[chosen],
             beside,
+            _diagonal(corners),
             corners,
             build(corners),
         )
 
     @property
-    def diagonal(self) -> float:
-        """Length of the diagonal of its box."""
-        return float(np.linalg.norm(np.ptp(self.vertices[self.triangles.ravel()], axis=0)))
+    def tree(self) -> tuple[Points, Points, Int32Array, Int32Array]:
+        """What the kernels of :mod:`query.placing.tree` ask: corners, and the tree of boxes."""
+        return self._corners, *self._tree
 
     def nearest(self, points: Points) -> Feet:
         """The points of the surface nearest to (n, 3) points."""
@@ -167,6 +171,11 @@ class Surface:
         points = np.einsum("ne,nec->nc", weights, self.vertices[corner])
         normals = units(np.einsum("ne,nec->nc", weights, self.normals[corner]))
         return Feet(points, normals, triangle)
+
+
+def _diagonal(corners: Points) -> float:
+    """Of the box of triangles (t, 3, 3)."""
+    return float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0)))
 
 
 def edge_keys(triangles: Int32Array) -> NDArray[np.int64]:

@@ -22,6 +22,10 @@ LEAF = 4
 #: Depth that the stack of a query has room for: boxes are halved by number.
 DEPTH = 64
 
+#: Squared sine of a triangle's smallest angle, about, below which its regions are not to be told
+#: apart: they are differences of products that nearly cancel.
+NEEDLE = 1e-4
+
 #: Barycentric coordinates this far below 0 still count as a hit: a line through an edge hits
 #: one of its two triangles.
 SLACK = 1e-9
@@ -77,7 +81,7 @@ def build(corners: Points) -> tuple[Points, Int32Array, Int32Array]:
 
 
 @njit(cache=True, nogil=True)
-def _to_box(boxes: Points, b: Index, points: Points, i: Index) -> float:
+def to_box(boxes: Points, b: Index, points: Points, i: Index) -> float:
     """Squared distance of point i to box b."""
     total = 0.0
     for c in range(3):
@@ -88,14 +92,13 @@ def _to_box(boxes: Points, b: Index, points: Points, i: Index) -> float:
 
 
 @njit(cache=True, nogil=True)
-def _nearest_in_triangle(
-    corners: Points, f: Index, points: Points, i: Index
-) -> tuple[float, float, float]:
+def in_triangle(corners: Points, f: Index, points: Points, i: Index) -> tuple[float, float, float]:
     """Squared distance of point i to triangle f; weights of its last two corners where it is
     nearest.
 
     Source: Ericson 2005, "Real-Time Collision Detection", section 5.1.5, by the regions of
-    the triangle's plane.
+    the triangle's plane. Differs from the book: in needles, and triangles without area, all
+    edges are looked at.
     """
     a0, a1, a2 = corners[f, 0, 0], corners[f, 0, 1], corners[f, 0, 2]
     ab0, ab1, ab2 = corners[f, 1, 0] - a0, corners[f, 1, 1] - a1, corners[f, 1, 2] - a2
@@ -109,9 +112,6 @@ def _nearest_in_triangle(
     d4 = ac0 * bp0 + ac1 * bp1 + ac2 * bp2
     d5 = ab0 * cp0 + ab1 * cp1 + ab2 * cp2
     d6 = ac0 * cp0 + ac1 * cp1 + ac2 * cp2
-    vc = d1 * d4 - d3 * d2
-    vb = d5 * d2 - d1 * d6
-    va = d3 * d6 - d5 * d4
     v = 0.0
     w = 0.0
     if d1 <= 0.0 and d2 <= 0.0:
@@ -120,22 +120,70 @@ def _nearest_in_triangle(
         v = 1.0
     elif d6 >= 0.0 and d5 <= d6:
         w = 1.0
-    elif vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
-        v = d1 / (d1 - d3)
-    elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
-        w = d2 / (d2 - d6)
-    elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
-        w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
-        v = 1.0 - w
     else:
-        scale = va + vb + vc
-        if scale > 0.0:
-            v = vb / scale
-            w = vc / scale
+        vc = d1 * d4 - d3 * d2
+        vb = d5 * d2 - d1 * d6
+        va = d3 * d6 - d5 * d4
+        uu = ab0 * ab0 + ab1 * ab1 + ab2 * ab2
+        vv = ac0 * ac0 + ac1 * ac1 + ac2 * ac2
+        uv = ab0 * ac0 + ab1 * ac1 + ab2 * ac2
+        if uu * vv - uv * uv <= NEEDLE * (uu + vv) * (uu + vv):
+            return _in_needle(corners, f, points, i)
+        if vc <= 0.0 and d1 >= 0.0 and d3 <= 0.0:
+            v = d1 / (d1 - d3)
+        elif vb <= 0.0 and d2 >= 0.0 and d6 <= 0.0:
+            w = d2 / (d2 - d6)
+        elif va <= 0.0 and d4 - d3 >= 0.0 and d5 - d6 >= 0.0:
+            w = (d4 - d3) / ((d4 - d3) + (d5 - d6))
+            v = 1.0 - w
+        else:
+            scale = va + vb + vc
+            if scale > 0.0:
+                v = vb / scale
+                w = vc / scale
     x = ap0 - v * ab0 - w * ac0
     y = ap1 - v * ab1 - w * ac1
     z = ap2 - v * ab2 - w * ac2
     return x * x + y * y + z * z, v, w
+
+
+@njit(cache=True, nogil=True)
+def _in_needle(corners: Points, f: Index, points: Points, i: Index) -> tuple[float, float, float]:
+    """As :func:`in_triangle`: the nearest of the feet on the edges and the one in the plane."""
+    best = np.inf
+    v = 0.0
+    w = 0.0
+    for e in range(3):
+        g = (e + 1) % 3
+        along = 0.0
+        size = 0.0
+        for c in range(3):
+            u = corners[f, g, c] - corners[f, e, c]
+            along += u * (points[i, c] - corners[f, e, c])
+            size += u * u
+        s = min(max(along / size, 0.0), 1.0) if size > 0.0 else 0.0
+        d = 0.0
+        for c in range(3):
+            x = (1.0 - s) * corners[f, e, c] + s * corners[f, g, c] - points[i, c]
+            d += x * x
+        if d < best:
+            best = d
+            v = s if e == 0 else (1.0 - s if e == 1 else 0.0)
+            w = s if e == 1 else (1.0 - s if e == 2 else 0.0)
+    u = corners[f, 1] - corners[f, 0]
+    t = corners[f, 2] - corners[f, 0]
+    p = points[i] - corners[f, 0]
+    n = np.cross(u, t)
+    size = (n * n).sum()
+    if size > 0.0:
+        one = (np.cross(p, t) * n).sum() / size
+        two = (np.cross(u, p) * n).sum() / size
+        if one > 0.0 and two > 0.0 and one + two < 1.0:
+            off = p - one * u - two * t
+            d = (off * off).sum()
+            if d < best:
+                best, v, w = d, one, two
+    return best, v, w
 
 
 @njit(cache=True, nogil=True)
@@ -146,19 +194,21 @@ def nearest(
     triangle = np.zeros(len(points), np.int32)
     weights = np.zeros((len(points), 3))
     stack = np.empty(DEPTH, np.int32)
+    off = np.empty(DEPTH)
     for i in range(len(points)):
         best = np.inf
         stack[0] = 0
+        off[0] = 0.0
         top = 1
         while top:
             top -= 1
             b = stack[top]
-            if _to_box(boxes, b, points, i) >= best:
+            if off[top] >= best:
                 continue
             if nodes[b, 1] >= 0:
                 for k in range(nodes[b, 0], nodes[b, 0] + nodes[b, 1]):
                     f = order[k]
-                    d, v, w = _nearest_in_triangle(corners, f, points, i)
+                    d, v, w = in_triangle(corners, f, points, i)
                     if d < best:
                         best = d
                         triangle[i] = f
@@ -169,11 +219,16 @@ def nearest(
             # The nearer child is looked at first: it is pushed last.
             near = nodes[b, 0]
             far = near + 1
-            if _to_box(boxes, near, points, i) > _to_box(boxes, far, points, i):
+            to_near, to_far = to_box(boxes, near, points, i), to_box(boxes, far, points, i)
+            if to_near > to_far:
                 near, far = far, near
-            stack[top] = far
-            stack[top + 1] = near
-            top += 2
+                to_near, to_far = to_far, to_near
+            if to_far < best:
+                stack[top], off[top] = far, to_far
+                top += 1
+            if to_near < best:
+                stack[top], off[top] = near, to_near
+                top += 1
     return triangle, weights
 
 
@@ -225,14 +280,14 @@ def first_along(
         while top:
             top -= 1
             b = stack[top]
-            if _to_box(boxes, b, points, i) > best * best:
+            if to_box(boxes, b, points, i) > best * best:
                 continue
             if not _meets_box(boxes, b, points, normals, i, best):
                 continue
             if nodes[b, 1] < 0:
                 near = nodes[b, 0]
                 far = near + 1
-                if _to_box(boxes, near, points, i) > _to_box(boxes, far, points, i):
+                if to_box(boxes, near, points, i) > to_box(boxes, far, points, i):
                     near, far = far, near
                 stack[top] = far
                 stack[top + 1] = near

@@ -123,6 +123,31 @@ class TestTree:
         best = np.linalg.norm(points[:, None] - on, axis=2).min(axis=1)
         assert (found <= best + 1e-12).all() and (found >= best - 0.1).all()
 
+    @settings(max_examples=60, deadline=None)
+    @given(st.integers(0, 2**32), st.sampled_from([0.0, 1e-16, 1e-12, 1e-9, 1e-6, 1e-4, 1e-2]))
+    def test_triangles_of_little_or_no_area(self, seed: int, width: float) -> None:
+        rng = np.random.default_rng(seed)
+        a, b = rng.normal(size=(2, 3))
+        # Its third corner on the line of the others, between them or beyond, but for a width.
+        c = a + rng.choice([0.0, 1.0, rng.uniform(-0.5, 1.5)]) * (b - a)
+        corners = np.stack([a, b, c + width * rng.normal(size=3)])
+        points = np.r_[rng.normal(size=(40, 3)), 100.0 * rng.normal(size=(10, 3))]
+        points = np.r_[points, a + rng.uniform(size=(40, 1)) * (b - a)]
+        found, weights = nearest(corners[None], *build(corners[None]), points)
+        assert (found == 0).all()
+        assert (weights >= -1e-12).all() and np.allclose(weights.sum(axis=1), 1.0, atol=1e-12)
+        off = np.linalg.norm(weights @ corners - points, axis=1)
+        # No further than the nearest of the edges' points, no nearer than that less the width.
+        edge = np.full(len(points), np.inf)
+        for tail, head in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            along = head - tail
+            size = along @ along
+            share = np.clip((points - tail) @ along / size, 0.0, 1.0) if size else 0.0 * edge
+            on = tail + np.where(np.isfinite(share), share, 0.0)[:, None] * along
+            edge = np.minimum(edge, np.linalg.norm(on - points, axis=1))
+        assert (off <= edge + 1e-11).all()
+        assert (off >= edge - 4.0 * width - 1e-11).all()
+
     def test_lines(self) -> None:
         rng = np.random.default_rng(2)
         corners = rng.normal(size=(60, 1, 3)) + 0.8 * rng.normal(size=(60, 3, 3))
