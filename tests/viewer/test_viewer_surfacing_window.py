@@ -13,13 +13,13 @@ from sketch.surfacing.patch import Surfacing
 from viewer import DisplayError, PictureFormatError, opengl
 from viewer.explorer_picture import save_drawn
 from viewer.keymap import Effect
+from viewer.ribbons import dashed, ribbons
 from viewer.scene import HEIGHT
 from viewer.style import TINTS, rgb
 from viewer.surfacing import SurfacingState, draw
 from viewer.surfacing.keys import KEYS
 from viewer.surfacing.layout import PANEL
 from viewer.surfacing.picture import compose
-from viewer.surfacing.ribbons import dashed, ribbons
 from viewer.surfacing.window import Saver
 from viewer.window import Window
 

@@ -1,13 +1,9 @@
-"""Where things stand in the picture: the panel at the right, and the slider in it."""
+"""Where the slider stands in the panel."""
 
 from __future__ import annotations
 
+from viewer.panel import MARGIN, PANEL
 from viewer.scene import HEIGHT
-
-#: Width of the panel, in points.
-PANEL = 336.0
-
-MARGIN = 26.0
 
 #: The slider's ends from the panel's left, and its height above the picture's lower edge.
 SLIDER = (MARGIN + 6.0, PANEL - MARGIN - 6.0)

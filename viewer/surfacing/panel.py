@@ -2,28 +2,16 @@
 
 from __future__ import annotations
 
-import textwrap
-
 import numpy as np
 
 from sketch.surfacing.patch import Patch
 from viewer import style
 from viewer.card import plural
-from viewer.scene import HEIGHT, HIGHLIGHT_LINE, RULE, Scene
+from viewer.panel import MARGIN, NAMES, PANEL, SIZE, Writer, begin_panel, hint
+from viewer.scene import Scene
 from viewer.surfacing.edits import METHODS
-from viewer.surfacing.keys import KEY_HELP, MOUSE_HELP
-from viewer.surfacing.layout import MARGIN, PANEL, SLIDER, SLIDER_Y, share_of
+from viewer.surfacing.layout import SLIDER, SLIDER_Y, share_of
 from viewer.surfacing.state import SurfacingState
-
-LINE = 21.0
-SIZE = 12.5
-NAMES = 108.0
-
-#: Width of DejaVu Sans as a part of its size, on average.
-LETTER = 0.58
-
-#: Lines that a note may take; the command line's --json has all of it.
-MOST_LINES = 7
 
 KNOB = 8.0
 TRACK = "#c9d0d9"
@@ -32,10 +20,7 @@ TRACK = "#c9d0d9"
 def panel(scene: Scene, state: SurfacingState) -> None:
     """Write the panel, and a hint above the picture while strokes are drawn."""
     left = scene.width - PANEL
-    corners = np.array([[left, 0.0], [scene.width, 0.0], [scene.width, HEIGHT], [left, HEIGHT]])
-    scene.polygons(corners[None], face=style.PAPER)
-    scene.box(left, 30.0, 0.0, HEIGHT - 60.0, RULE, RULE)
-    writer = _Writer(scene, left + MARGIN, HEIGHT - 46.0)
+    writer = begin_panel(scene)
     _counts(writer, state)
     _slider(scene, state, left)
     writer.y = SLIDER_Y - 52.0
@@ -45,59 +30,14 @@ def panel(scene: Scene, state: SurfacingState) -> None:
         if text:
             writer.skip(0.5)
             writer.paragraph(text, style.MESSAGE)
-    right = scene.width - MARGIN
-    scene.text(right, 30.0, "h  keys      q  quit", 11.5, colour=style.FAINT_TEXT, align="right")
     if state.drawing_mode and not state.helping:
-        hint = "drag a stroke on the surface    Enter: make it a curve    u: undo    Esc: leave"
-        scene.text(left / 2.0, HEIGHT - 40.0, hint, 13.0, colour=style.MESSAGE)
+        hint(
+            scene,
+            "drag a stroke on the surface    Enter: make it a curve    u: undo    Esc: leave",
+        )
 
 
-def help_box(scene: Scene) -> None:
-    """The list of keys, over the picture."""
-    step = 25.0
-    width, height = 450.0, step * len(KEY_HELP) + 96.0
-    left, top = MARGIN, (HEIGHT + height) / 2.0
-    scene.box(left, top - height, width, height, style.PAPER, HIGHLIGHT_LINE)
-    scene.text(left + 24.0, top - 34.0, "Keys", 15.0, bold=True, align="left")
-    for i, (keys, what) in enumerate(KEY_HELP):
-        y = top - 62.0 - step * i
-        scene.text(left + 24.0, y, keys, SIZE, bold=True, align="left")
-        scene.text(left + 130.0, y, what, SIZE, align="left")
-    y = top - height + 20.0
-    scene.text(left + 24.0, y, MOUSE_HELP, 10.5, colour=style.FAINT_TEXT, align="left")
-
-
-class _Writer:
-    """Writes line under line."""
-
-    def __init__(self, scene: Scene, left: float, y: float) -> None:
-        self.scene, self.left, self.y = scene, left, y
-        self.room = PANEL - 2.0 * MARGIN
-
-    def skip(self, lines: float) -> None:
-        self.y -= lines * LINE
-
-    def heading(self, text: str, size: float = 13.5) -> None:
-        self.scene.text(self.left, self.y, text, size, bold=True, align="left")
-        self.y -= 1.15 * LINE
-
-    def fact(self, name: str, value: str) -> None:
-        size = max(min(SIZE, (self.room - NAMES) / (LETTER * max(len(value), 1))), 8.5)
-        grey = style.FAINT_TEXT
-        self.scene.text(self.left, self.y, name, 12.0, colour=grey, align="left")
-        self.scene.text(self.left + NAMES, self.y, value, size, align="left")
-        self.y -= LINE
-
-    def paragraph(self, text: str, colour: str) -> None:
-        lines = textwrap.wrap(text, int(self.room / (LETTER * 12.0)))
-        if len(lines) > MOST_LINES:
-            lines = [*lines[: MOST_LINES - 1], lines[MOST_LINES - 1] + " …"]
-        for line in lines:
-            self.scene.text(self.left, self.y, line, 12.0, colour=colour, align="left")
-            self.y -= 0.82 * LINE
-
-
-def _counts(writer: _Writer, state: SurfacingState) -> None:
+def _counts(writer: Writer, state: SurfacingState) -> None:
     made, patches = state.made, state.patches
     writer.heading(_patches(len(patches)), 18.0)
     pieces = sum(len(patch.faces) for patch in patches)
@@ -146,7 +86,7 @@ def _slider(scene: Scene, state: SurfacingState, left: float) -> None:
     scene.text(end + 6.0, SLIDER_Y - 24.0, "fewer  1", 11.0, colour=grey, align="right")
 
 
-def _methods(writer: _Writer, state: SurfacingState) -> None:
+def _methods(writer: Writer, state: SurfacingState) -> None:
     """The methods in a row, the one asked for in bold."""
     grey = style.FAINT_TEXT
     writer.scene.text(writer.left, writer.y, "method", 13.5, bold=True, align="left")
@@ -161,7 +101,7 @@ def _methods(writer: _Writer, state: SurfacingState) -> None:
     writer.skip(1.6)
 
 
-def _patch(writer: _Writer, state: SurfacingState) -> None:
+def _patch(writer: Writer, state: SurfacingState) -> None:
     """The patch under the pointer, or what there is to say of the whole."""
     under = state.under()
     made = state.made
@@ -184,7 +124,7 @@ def _patch(writer: _Writer, state: SurfacingState) -> None:
     _facts(writer, state, state.patches[under.number])
 
 
-def _facts(writer: _Writer, state: SurfacingState, patch: Patch) -> None:
+def _facts(writer: Writer, state: SurfacingState, patch: Patch) -> None:
     writer.heading("Patch at the pointer")
     names = ", ".join(str(name) for name in state.network_made.names(patch.cycle))
     writer.fact("curves", names if len(names) < 46 else names[:44] + " …")

@@ -7,12 +7,13 @@ from numpy.typing import NDArray
 
 from viewer import style
 from viewer.explorer_scene import Drawn
+from viewer.panel import PANEL, help_box
+from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
 from viewer.scene import HEIGHT, Scene
 from viewer.solid import Solid
 from viewer.surfacing.body import Body
-from viewer.surfacing.layout import PANEL
-from viewer.surfacing.panel import help_box, panel
-from viewer.surfacing.ribbons import NOTHING, Triangles, dashed, discs, ribbons
+from viewer.surfacing.keys import KEY_HELP, MOUSE_HELP
+from viewer.surfacing.panel import panel
 from viewer.surfacing.state import SurfacingState
 
 Points = NDArray[np.float64]
@@ -80,7 +81,7 @@ def compose(
     if not bare:
         panel(scene, state)
         if state.helping:
-            help_box(scene)
+            help_box(scene, KEY_HELP, MOUSE_HELP)
     if not scene.patches:
         # A page always has something to lay text and triangles on.
         scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)

@@ -14,9 +14,9 @@ from patterndb.store import Database
 from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.network import Cycle, Network
 from sketch.surfacing.surfaceloop import Settings
+from viewer.framing import framed
 from viewer.scene import HEIGHT
 from viewer.surfacing.body import Body
-from viewer.surfacing.camera import framed
 from viewer.surfacing.choices import Choices
 from viewer.surfacing.edits import Edits, next_method
 from viewer.surfacing.finding import Find, found

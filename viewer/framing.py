@@ -1,4 +1,4 @@
-"""Where a network is looked at from at first."""
+"""Where a thing is looked at from at first."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from viewer.view import View
 
 Points = NDArray[np.float64]
 
-#: Part of the picture's width and height that a network is fitted into.
+#: Part of the picture's width and height that a thing is fitted into.
 FILLED = 0.86
 
 

@@ -1,0 +1,124 @@
+"""What the user has asked for: curves, each with its clicks, its pins and its settings."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sketch.features.model import Model
+from sketch.features.snap import FeatureCurve, Snap, SnapSettings
+from sketch.features.splines import Constraint, Spline
+
+Points = NDArray[np.float64]
+
+#: Points that a curve is drawn through, for each of its samples.
+DENSITY = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
+class Curve:
+    """A curve as it is asked for; an edited one is another object.
+
+    key:      stays when a curve is edited. name: which the user gives.
+    clicked:  (c, 3) float64, on the model. constraints: samples that are pinned, and where.
+    again:    further rounds of snapping that were asked for.
+    """
+
+    key: int
+    name: str
+    clicked: Points
+    settings: SnapSettings
+    constraints: tuple[Constraint, ...] = ()
+    again: int = 0
+
+    def pinned(self, sample: int, point: Points) -> Curve:
+        """With a sample pinned to a point (3,), wherever it was before."""
+        others = [one for one in self.constraints if one[0] != sample]
+        pins = sorted([*others, (sample, point)], key=lambda one: one[0])
+        return replace(self, constraints=tuple(pins))
+
+    def unpinned(self, sample: int) -> Curve:
+        """With a sample free again."""
+        kept = tuple(one for one in self.constraints if one[0] != sample)
+        return replace(self, constraints=kept)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Look:
+    """What was made of a curve, as far as it is shown.
+
+    line: (k, 3) float64, points along the spline. samples: (m, 3), where it was found.
+    repaired, failed, ended, notes: as of :class:`sketch.features.snap.FeatureCurve`; None for a
+    curve that was read from a file, which does not know them.
+    """
+
+    spline: Spline
+    samples: Points
+    line: Points
+    found: FeatureCurve | None
+
+    @classmethod
+    def of(cls, spline: Spline, samples: Points, found: FeatureCurve | None = None) -> Look:
+        """Of a spline and the samples that it was fitted to."""
+        at = np.linspace(*spline.domain, DENSITY * len(samples))
+        return cls(spline, samples, spline.evaluate(at), found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Edits:
+    """All curves, in the order in which they were drawn."""
+
+    curves: tuple[Curve, ...] = ()
+
+    def find(self, key: int | None) -> Curve | None:
+        """The curve with a key."""
+        return next((one for one in self.curves if one.key == key), None)
+
+    def with_curve(self, curve: Curve) -> Edits:
+        """With a curve in place of that of its key, or as the last."""
+        if self.find(curve.key) is None:
+            return Edits((*self.curves, curve))
+        return Edits(tuple(curve if one.key == curve.key else one for one in self.curves))
+
+    def without(self, key: int) -> Edits:
+        """Without the curve of a key."""
+        return Edits(tuple(one for one in self.curves if one.key != key))
+
+    def free_name(self) -> str:
+        """A name that no curve has."""
+        names = {one.name for one in self.curves}
+        count = len(names) + 1
+        while f"curve {count}" in names:
+            count += 1
+        return f"curve {count}"
+
+
+def remade(model: Model, wanted: Curve, before: Curve | None, known: Snap | None) -> Snap:
+    """What a curve snaps to.
+
+    before: the curve that it was edited from, None if it is new. known: what that one snapped
+    to, if that is still known; else it is snapped anew. So is a curve with other clicks, or
+    without a pin of before: ribs follow a curve to its pins, but not back.
+
+    Raises as :meth:`sketch.features.snap.Snap.begin` does.
+    """
+    if before is None or _freed(before, wanted):
+        snapped = Snap.begin(model, wanted.clicked, wanted.settings, wanted.constraints)
+        return snapped.again(wanted.again)
+    if known is None:
+        known = Snap.begin(model, before.clicked, before.settings, before.constraints)
+        known = known.again(before.again)
+    if wanted.settings != known.settings:
+        known = known.with_settings(wanted.settings)
+    if wanted.constraints is not before.constraints:
+        known = known.with_constraints(wanted.constraints)
+    return known.again(wanted.again - before.again)
+
+
+def _freed(before: Curve, after: Curve) -> bool:
+    """Are the clicks others, or is a sample no more pinned?"""
+    pinned = {number for number, _ in after.constraints}
+    free = any(number not in pinned for number, _ in before.constraints)
+    return free or not np.array_equal(before.clicked, after.clicked)

@@ -1,0 +1,198 @@
+"""The picture of feature curves: the model, bands along curves, pins, ribs, and the panel."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from viewer import style
+from viewer.explorer_scene import Drawn
+from viewer.features.edits import Curve
+from viewer.features.keys import KEY_HELP, MOUSE_HELP
+from viewer.features.layout import AXIS_OF, axis_name
+from viewer.features.palette import colour_of
+from viewer.features.panel import panel
+from viewer.features.pointing import PIN
+from viewer.features.shading import Shading
+from viewer.features.state import FeatureState
+from viewer.panel import PANEL, help_box
+from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
+from viewer.scene import HEIGHT, Scene
+from viewer.solid import Solid
+
+Points = NDArray[np.float64]
+Grid = NDArray[np.float32]
+
+#: Widths of lines in points: of curves, of the selected one and what is around it, of ribs.
+CURVE, SELECTED, RIM, RIB, SKETCHED = 3.4, 4.6, 8.2, 1.1, 2.0
+
+#: How much nearer than the surface lines are drawn: in points, and as a share of the model's
+#: diagonal, as a spline cuts through bulges of the surface it is fitted to.
+LIFT, LIFT_SHARE = 4.0, 0.0025
+
+#: Radii in points: of clicked points, of the heads of pins, and of marks of ribs that failed.
+CLICKED, HEAD, FOOT, MARK = 3.4, 5.6, 2.6, 4.5
+
+#: Samples that a rib is drawn with.
+RIB_SAMPLES = 49
+
+#: Where the light is on the head of a pin, from its middle in points.
+GLINT = (-1.6, 1.7, 0.0)
+
+RIB_COLOUR, MENDED, FAILED = "#5b708c", "#d9730d", "#c0183c"
+INK = "#1f2733"
+
+#: The axes in the picture's corner: their length, and from the corner to their origin.
+AXES_LENGTH, AXES_AT = 30.0, 52.0
+AXES_COLOUR = "#9aa3af"
+
+#: Length of a dash, in points.
+DASH = 6.0
+
+
+class Painter:
+    """Composes pictures; what stays the same while only curves change is kept."""
+
+    def __init__(self) -> None:
+        self._shading = Shading()
+
+    def compose(self, state: FeatureState, aspect: float, *, bare: bool = False) -> Drawn:
+        """The picture for a window of this width to height; bare: without the panel."""
+        scene = Scene(HEIGHT * aspect, HEIGHT)
+        room = scene.width if bare else max(scene.width - PANEL, 1.0)
+        state.fill(room, HEIGHT)
+        middle = (room / 2.0, HEIGHT / 2.0)
+        model = self._shading.model(state.skin, state.view, state.model_look, middle)
+        parts = [NOTHING, *_curves(state)]
+        lines = np.concatenate([part[0] for part in parts]) + np.array([*middle, 0.0])
+        solid = Solid(
+            np.concatenate([model[0], lines]),
+            np.concatenate([model[1], *(part[1] for part in parts)]),
+            0.0,
+        )
+        _axes(scene, state)
+        if not bare:
+            panel(scene, state)
+            if state.helping:
+                help_box(scene, KEY_HELP, MOUSE_HELP)
+        return Drawn(scene, solid, middle)
+
+
+def _curves(state: FeatureState) -> list[Triangles]:
+    """Curves with their clicks and pins; the selected one last, with its ribs."""
+    parts: list[Triangles] = []
+    under = state.under()
+    picked = state.preview if state.clicks is not None else state.curve
+    if state.ribs_shown and picked is not None:
+        parts += _ribs(state, picked)
+    drawn = [(curve, state.look(curve)) for curve in state.edits.curves]
+    if state.preview is not None and state.clicks is not None:
+        drawn.append((state.preview, state.look(state.preview)))
+    lift = lift_of(state)
+    for curve, look in drawn:
+        if look is None:
+            continue
+        lit = curve is picked
+        near = under is not None and under.key == curve.key
+        line = state.view.seen(look.line)
+        if lit or near:
+            rim = style.PAPER if lit else style.SELECTED
+            parts.append(ribbons([line], rim, RIM, lift - RIM / 4.0 - 0.5))
+        width = SELECTED if lit else CURVE
+        parts.append(ribbons([line], colour_of(curve.key), width, lift))
+        parts += _ends(line, curve, width, lift)
+        parts += _pins(state, curve, lift)
+    sketched = state.sketched()
+    if sketched is not None:
+        dashes = dashed(state.view.seen(sketched), DASH)
+        parts.append(ribbons(dashes, INK, SKETCHED, lift))
+    clicks = np.zeros((0, 3))
+    colour = INK
+    if state.clicks is not None and state.clicks:
+        clicks = np.stack(state.clicks)
+    elif state.clicks is None and picked is not None:
+        clicks, colour = picked.clicked, colour_of(picked.key)
+    seen = state.view.seen(clicks)
+    parts.append(discs(seen, colour, CLICKED + 1.4, lift + 2.0))
+    parts.append(discs(seen, style.PAPER, CLICKED, lift + 2.4))
+    return parts
+
+
+def lift_of(state: FeatureState) -> float:
+    """How much nearer than they are curves are drawn, in points."""
+    return LIFT + LIFT_SHARE * state.model.diagonal * state.view.scale
+
+
+def _ends(line: Points, curve: Curve, width: float, lift: float) -> list[Triangles]:
+    """Round ends."""
+    return [discs(line[[0, -1]], colour_of(curve.key), width / 2.0, lift)]
+
+
+def _pins(state: FeatureState, curve: Curve, lift: float) -> list[Triangles]:
+    """A pin for every sample that is held: a foot, a stem, and a head with a rim."""
+    if not curve.constraints:
+        return []
+    under = state.under()
+    feet = state.view.seen(np.stack([np.asarray(at, np.float64) for _, at in curve.constraints]))
+    heads = feet + np.array([*PIN, 0.0])
+    stems = [np.stack([foot, head]) for foot, head in zip(feet, heads, strict=True)]
+    lift += 3.0
+    parts = [
+        discs(feet, INK, FOOT, lift),
+        ribbons(stems, INK, 1.8, lift),
+        discs(heads, INK, HEAD + 1.2, lift + 1.0),
+        discs(heads, colour_of(curve.key), HEAD, lift + 1.5),
+        discs(heads + np.array(GLINT), style.PAPER, 0.3 * HEAD, lift + 2.0),
+    ]
+    numbers = [number for number, _ in curve.constraints]
+    if under is not None and under.key == curve.key and under.pin in numbers:
+        at = heads[numbers.index(under.pin)][None]
+        parts.append(discs(at, style.SELECTED, HEAD + 4.4, lift + 0.5))
+    return parts
+
+
+def _ribs(state: FeatureState, curve: Curve) -> list[Triangles]:
+    """The ribs that a curve was found across, thin; and a cross where there is none."""
+    snap = state.snap_of(curve)
+    if snap is None:
+        return []
+    view, lift = state.view, 0.45 * lift_of(state)
+    plain: list[Points] = []
+    mended: list[Points] = []
+    for rib in snap.ribs:
+        if rib is None:
+            continue
+        at = np.linspace(0, len(rib.points) - 1, RIB_SAMPLES).round().astype(np.int64)
+        (mended if rib.repaired else plain).append(view.seen(rib.points[at]))
+    failed = view.seen(snap.origins[list(snap.curve.failed)])
+    arms = MARK * np.array(
+        [[[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]], [[-1.0, 1.0, 0.0], [1.0, -1.0, 0.0]]]
+    )
+    crosses = (failed[:, None, None] + arms).reshape(-1, 2, 3)
+    found = view.seen(snap.curve.samples)
+    return [
+        ribbons(plain, RIB_COLOUR, RIB, lift),
+        ribbons(mended, MENDED, RIB, lift + 0.4),
+        ribbons(list(crosses), FAILED, 2.2, lift_of(state) + 3.0),
+        discs(found, style.PAPER, 0.9, lift_of(state) + 1.4),
+    ]
+
+
+def _axes(scene: Scene, state: FeatureState) -> None:
+    """The model's axes at the lower left; that of the isophote angle in strong ink."""
+    chosen = axis_name(state.shown_settings)
+    order = sorted(AXIS_OF, key=lambda name: float(state.view.axes[2] @ np.array(AXIS_OF[name])))
+    for name in order:
+        x, y, _ = (state.view.axes @ np.array(AXIS_OF[name])).tolist()
+        strong = name == chosen and state.shown_settings.alpha < 1.0
+        colour = INK if strong else AXES_COLOUR
+        along = np.array([x, y])
+        size = float(np.linalg.norm(along))
+        begin = np.array([AXES_AT, AXES_AT])
+        end = begin + AXES_LENGTH * along
+        if size > 0.02:
+            side = np.array([-y, x]) / size * (1.5 if strong else 0.9)
+            stem = np.stack([begin - side, end - side, end + side, begin + side])
+            scene.polygons(stem[None], face=colour)
+        label = end + (9.0 * along / size if size > 0.25 else np.array([7.0, 5.0]))
+        scene.text(label[0], label[1] - 4.5, name, 11.5, colour=colour, bold=strong)

@@ -1,0 +1,135 @@
+"""What is seen at a place of the picture: the model, curves on it, and their pins."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sketch.features.drag import View as Camera
+from sketch.features.model import Model
+from viewer.features.edits import Curve
+from viewer.view import View
+
+Points = NDArray[np.float64]
+Place = tuple[float, float]
+
+#: How near the pointer must be to a curve and to a pin, in points.
+REACH, PIN_REACH = 9.0, 10.0
+
+#: From a pin's foot to the middle of its head, in points to the right and up.
+PIN = (4.0, 17.0)
+
+#: What lies deeper than the model's surface by more than this share of the diagonal is hidden:
+#: splines are off the samples that they are fitted to by less.
+BENEATH = 0.006
+
+#: How far around a place gaps are looked for, in points: two rings of directions, each with its
+#: opposite half a turn on. What lies deeper than what is around by this share of the diagonal is
+#: seen through a gap.
+AROUND = (3.0, 7.0)
+RING = np.stack([np.cos(np.arange(8) * np.pi / 4.0), np.sin(np.arange(8) * np.pi / 4.0)], axis=1)
+DROP = 0.02
+
+#: Near and far planes are so many times as far from the eye as the farthest point.
+ROOM = 1.05
+
+
+class Under(NamedTuple):
+    """What is under the pointer: a curve by its key, and of its pins the sample's number."""
+
+    key: int
+    pin: int | None = None
+
+
+def camera(view: View, model: Model, room: tuple[float, float]) -> Camera:
+    """The camera that sees the model as the picture of this size, in points, shows it."""
+    middle = (model.points.min(axis=0) + model.points.max(axis=0)) / 2.0
+    far = ROOM * (model.diagonal + float(np.linalg.norm(view.focus - middle)))
+    eye = view.focus + far * view.axes[2]
+    height = room[1] / view.scale
+    return Camera.parallel(eye, view.focus, view.axes[1], height, room, (0.0, 2.0 * far))
+
+
+def place_in(room: tuple[float, float], x: float, y: float) -> NDArray[np.float64]:
+    """(2,) a place of a camera's window, of one in points from the picture's middle."""
+    return np.array([x + room[0] / 2.0, y + room[1] / 2.0])
+
+
+def surface_at(
+    view: View, model: Model, room: tuple[float, float], x: float, y: float
+) -> Points | None:
+    """(3,) the front-most point of the model at a place of the picture.
+
+    Features run along the borders of patches, and patches leave gaps: what is seen through a
+    narrow gap does not count, but the surface beside it.
+    """
+    places = place_in(room, x, y) + np.concatenate([np.zeros((1, 2)), *(r * RING for r in AROUND)])
+    hits = model.first_hits(*camera(view, model, room).rays(places))
+    depth = hits.lengths
+    half = len(RING) // 2
+    for first in range(1, len(depth), len(RING)):
+        for one in range(first, first + half):
+            pair = [one, one + half]
+            before = depth[pair].max() < depth[0] - DROP * model.diagonal
+            if before and abs(depth[pair[0]] - depth[pair[1]]) < DROP * model.diagonal:
+                return model.nearest(hits.points[pair].mean(axis=0)[None]).points[0]
+    return hits.points[0] if hits.found[0] else None
+
+
+def under_pointer(
+    view: View,
+    model: Model,
+    room: tuple[float, float],
+    drawn: Sequence[tuple[Curve, Points]],
+    place: Place,
+    *,
+    through: bool,
+) -> Under | None:
+    """The pin, else the curve, at a place of the picture.
+
+    drawn: curves with their lines (k, 3). through: what the model hides counts, too.
+    """
+    found: list[tuple[float, Under, Points]] = []
+    for curve, line in drawn:
+        if curve.constraints:
+            feet = np.stack([np.asarray(point, np.float64) for _, point in curve.constraints])
+            seen = view.seen(feet)[:, :2]
+            away = np.minimum(
+                np.linalg.norm(seen - place, axis=1),
+                np.linalg.norm(seen + np.array(PIN) - place, axis=1),
+            )
+            for i in np.flatnonzero(away <= PIN_REACH).tolist():
+                # Pins stand on curves: they come first.
+                found.append(
+                    (away[i] - PIN_REACH, Under(curve.key, curve.constraints[i][0]), feet[i])
+                )
+        away, foot = _nearest(view.seen(line)[:, :2], line, place)
+        if away <= REACH:
+            found.append((away, Under(curve.key), foot))
+    found.sort(key=lambda one: one[0])
+    if through:
+        return found[0][1] if found else None
+    return next((under for _, under, at in found if visible(view, model, room, at)), None)
+
+
+def visible(view: View, model: Model, room: tuple[float, float], point: Points) -> bool:
+    """Is a point (3,) on the model or before it, as it is seen?"""
+    origins, directions = camera(view, model, room).rays(
+        place_in(room, *view.seen(point)[:2].tolist())[None]
+    )
+    depth = float((point - origins[0]) @ directions[0])
+    front = float(model.first_hits(origins, directions).lengths[0])
+    return front >= depth - BENEATH * model.diagonal
+
+
+def _nearest(seen: Points, line: Points, place: Place) -> tuple[float, Points]:
+    """How far a polyline (k, 2) is from a place, and the point of (k, 3) that is there."""
+    start, step = seen[:-1], np.diff(seen, axis=0)
+    size = np.maximum(np.einsum("kc,kc->k", step, step), 1e-30)
+    share = np.clip(np.einsum("kc,kc->k", np.array(place) - start, step) / size, 0.0, 1.0)
+    away = np.linalg.norm(start + share[:, None] * step - place, axis=1)
+    i = int(away.argmin())
+    return float(away[i]), line[i] + share[i] * (line[i + 1] - line[i])

@@ -1,0 +1,265 @@
+"""What the viewer of feature curves shows and how that changes: no window in here."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from sketch.features.drag import Drag, begin_drag, dragged
+from sketch.features.model import Model
+from sketch.features.sessionfile import Session
+from sketch.features.snap import SnapSettings
+from viewer.features.choices import with_value
+from viewer.features.edits import Curve, Edits
+from viewer.features.layout import (
+    choice_under,
+    rails,
+    row_under,
+    rows_shown,
+    slider_under,
+    value_of,
+)
+from viewer.features.looking import Looking
+from viewer.features.picking import Picking
+from viewer.features.pointing import Under, camera, place_in, surface_at, under_pointer
+from viewer.features.skin import Skin
+from viewer.features.work import Files
+
+#: A press and a release this near to each other, in points, are a click.
+CLICK = 4.0
+
+#: Seconds that each move of the pointer waits for what it changes: a pin follows it in any case.
+LIVE = 0.02
+
+#: What the pointer drags.
+Held = Literal["view", "slider", "curve", "click"]
+
+
+class FeatureState(Picking, Looking):
+    """A model, the curves on it, and how it is looked at.
+
+    session: what has been worked on before. settings: of the next curve. files: for keys that
+    save. title: of the panel.
+
+    Raises InvalidFeatureError for a session whose settings are out of range.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        *,
+        session: Session | None = None,
+        settings: SnapSettings | None = None,
+        files: Files | None = None,
+        title: str = "",
+    ) -> None:
+        Picking.__init__(
+            self,
+            model,
+            Session() if session is None else session,
+            SnapSettings() if settings is None else settings,
+            files,
+        )
+        Looking.__init__(self, model.points)
+        self.title = title
+        self.skin = Skin.of(model)
+        self._held: Held | None = None
+        self._slider = ""
+        self._pressed: tuple[float, float] | None = None
+        self._drag: Drag | None = None
+        self._before: Edits | None = None
+        self._base: Curve | None = None
+
+    @property
+    def pulling(self) -> Drag | None:
+        """The sample that the pointer pulls."""
+        return self._drag
+
+    @property
+    def holding(self) -> bool:
+        """Does the pointer hold a curve or a slider?"""
+        return self._held in ("curve", "slider")
+
+    @property
+    def sliding(self) -> str | None:
+        """The slider that the pointer holds, or is on."""
+        if self._held == "slider":
+            return self._slider
+        return None if self._held or self.pointer is None else slider_under(*self._panel())
+
+    # What keys do, see viewer.features.keys
+
+    def unpin(self) -> None:
+        """Take the pin under the pointer away."""
+        under = self.under()
+        curve = None if under is None else self.edits.find(under.key)
+        if under is None or curve is None or under.pin is None:
+            self.message = "put the pointer on a pin"
+            return
+        self.selected = curve.key
+        self._revise(curve.unpinned(under.pin))
+
+    # The pointer, at places of the picture in points from its middle
+
+    def press(self, x: float, y: float, *, turn: bool = False) -> bool:
+        """A button goes down. turn: it is the one that always turns the view."""
+        self.pointer, self._pressed = (x, y), (x, y)
+        self.message = ""
+        self._held = "view"
+        if turn:
+            self._pressed = None
+            return False
+        if x > self.room[0] / 2.0:
+            return self._press_panel()
+        under = self.under() if self.clicks is None else None
+        curve = None if under is None else self.edits.find(under.key)
+        if under is not None and curve is not None:
+            self._grab(curve, under)
+        else:
+            self._held = "click"
+        return True
+
+    def move(self, x: float, y: float) -> bool:
+        """The pointer moves; True if that changes the picture."""
+        before = self.under(), self.sliding
+        last, self.pointer = self.pointer, (x, y)
+        if self._held == "slider":
+            self._slide_to(x)
+            return True
+        if self._held is None or last is None:
+            return before != (self.under(), self.sliding)
+        if self._pressed is not None:
+            dx, dy = x - self._pressed[0], y - self._pressed[1]
+            if np.hypot(dx, dy) < CLICK:
+                return False
+            # What began as a click turns, or pulls, by all that it has moved.
+            last, self._pressed = self._pressed, None
+        if self._held == "curve":
+            self._pull(x, y)
+        else:
+            self.view = self.view.turned(x - last[0], y - last[1])
+            self._moved = True
+        return True
+
+    def release(self, x: float, y: float) -> bool:
+        """The button comes up: what was dragged stays, or it was a click."""
+        held, pressed = self._held, self._pressed
+        drag, base = self._drag, self._base
+        self._held = self._pressed = self._drag = self._base = None
+        self.pointer = (x, y)
+        if held == "curve" and base is not None and pressed is not None:
+            self.select(base.key)
+        elif held in ("curve", "slider"):
+            self._end_change()
+            if drag is not None and drag.missed:
+                self.message = "the pointer left the model: the pin stays where it was last"
+        elif held == "click" and pressed is not None:
+            self.click(surface_at(self.view, self.model, self.room, x, y))
+        else:
+            return held == "view" and pressed is None
+        return True
+
+    def under(self) -> Under | None:
+        """The pin or the curve under the pointer; while a curve is pulled, that one."""
+        if self._held == "curve" and self._base is not None:
+            return Under(self._base.key, None if self._drag is None else self._drag.sample)
+        if self.pointer is None or self.pointer[0] > self.room[0] / 2.0 or self.clicks is not None:
+            return None
+        drawn = [(curve, self.look(curve)) for curve in self.edits.curves]
+        lines = [(curve, look.line) for curve, look in drawn if look is not None]
+        through = self.model_look != "solid"
+        return under_pointer(self.view, self.model, self.room, lines, self.pointer, through=through)
+
+    # How it is done
+
+    def _panel(self) -> tuple[float, float, float]:
+        """Where the panel begins and where the pointer is, from the picture's lower left."""
+        x, y = self.pointer or (0.0, 0.0)
+        return self.room[0], x + self.room[0] / 2.0, y + self.room[1] / 2.0
+
+    def _press_panel(self) -> bool:
+        place = self._panel()
+        slider, choice, row = slider_under(*place), choice_under(*place), row_under(*place)
+        if slider is not None:
+            self._held, self._slider = "slider", slider
+            self._begin_change(self.curve if self.clicks is None else self._preview)
+            self._slide_to(self.pointer[0] if self.pointer else 0.0)
+            return True
+        self._held = None
+        if isinstance(choice, str):
+            self.choose_axis(choice)
+        elif choice is not None:
+            self.change_degree(choice)
+        elif row is not None:
+            shown = rows_shown(len(self.edits.curves), self.row_of_selected())
+            if row < len(shown):
+                self.select(self.edits.curves[shown[row]].key)
+        return True
+
+    def row_of_selected(self) -> int | None:
+        """The place of the selected curve among all."""
+        return next(
+            (i for i, one in enumerate(self.edits.curves) if one.key == self.selected), None
+        )
+
+    def _begin_change(self, base: Curve | None) -> None:
+        """What comes is one step, however often it changes: all is made of what is there now."""
+        self._before, self._base = self.edits, base
+
+    def _end_change(self) -> None:
+        before, self._before = self._before, None
+        if before is not None and before is not self.edits:
+            self._past.append(before)
+            self._future.clear()
+
+    def _slide_to(self, x: float) -> None:
+        rail = rails(self.room[0])[self._slider]
+        value = rail.value_at(x + self.room[0] / 2.0)
+        settings = self.shown_settings
+        if value == value_of(settings, self._slider):
+            return
+        settings = with_value(settings, self._slider, value)
+        base = self._base
+        if self.clicks is not None or base is None:
+            self.change(settings)
+            return
+        self.settings = settings
+        self._live(replace(base, settings=settings), base)
+
+    def _grab(self, curve: Curve, under: Under) -> None:
+        """The pointer pulls the sample that is seen nearest to it, or that of a pin."""
+        look = self.look(curve)
+        assert look is not None and self.pointer is not None
+        seen = camera(self.view, self.model, self.room)
+        place = place_in(self.room, *self.pointer)
+        samples = look.samples
+        if under.pin is not None:
+            samples = samples[under.pin : under.pin + 1]
+        drag = begin_drag(seen, self.model, samples, place)
+        if under.pin is not None:
+            drag = replace(drag, sample=under.pin)
+            # Where the pin was before is no matter, as if it were set for the first time.
+            curve = curve.unpinned(under.pin)
+        self._held, self._drag = "curve", drag
+        self._begin_change(curve)
+        self.ask_snap(curve)
+
+    def _pull(self, x: float, y: float) -> None:
+        drag, base = self._drag, self._base
+        assert drag is not None and base is not None
+        self.selected = base.key
+        drag = dragged(drag, self.model, place_in(self.room, x, y))
+        place = drag.begun + place_in(self.room, x, y) - drag.pressed - np.array(self.room) / 2.0
+        point = surface_at(self.view, self.model, self.room, *place.tolist())
+        if point is not None:
+            # The same point, but for gaps between patches.
+            drag = replace(drag, point=point, missed=False)
+        self._drag = drag
+        self._live(base.pinned(*drag.constraint), base)
+
+    def _live(self, curve: Curve, base: Curve) -> None:
+        """Show a curve changed while the button is down."""
+        self.edits = self.edits.with_curve(curve)
+        self._make(curve, base, LIVE)

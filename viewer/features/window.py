@@ -1,0 +1,235 @@
+"""The window of the viewer of feature curves, a thin shell on its state; pictures without one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.files import replace_file
+from sketch.features.model import Model
+from sketch.features.registration import DrawnNetwork
+from sketch.features.sessionfile import Session, write_network, write_session
+from sketch.features.snap import SnapSettings
+from viewer.browse import WINDOW
+from viewer.explorer_picture import check_png, save_drawn
+from viewer.explorer_scene import Drawn
+from viewer.features.keys import KEYS
+from viewer.features.picture import Painter
+from viewer.features.state import FeatureState
+from viewer.keymap import Effect
+from viewer.opengl import prepare_opengl
+from viewer.window import Window
+
+Points = NDArray[np.float64]
+
+#: Keys that write, in a name, what others do elsewhere; by their X names too.
+WRITTEN = {"space": " ", "underscore": "_", "minus": "-", "period": ".", "parenleft": "(",
+           "parenright": ")", "numbersign": "#"}  # fmt: skip
+
+#: Letters that a name may have.
+LONGEST_NAME = 60
+
+
+def show(
+    model: Model,
+    *,
+    title: str,
+    session: Session,
+    session_path: Path | None,
+    settings: SnapSettings,
+    keys: str = "",
+    folder: Path | str = ".",
+    window_size: tuple[int, int] = WINDOW,
+) -> FeatureState:
+    """Draw feature curves on a model in a window, until it is closed.
+
+    title: of the window and its panel. session: what has been worked on before. session_path:
+    where it is saved; None for a new file in the folder. settings: of the next curve, see
+    :func:`viewer.features.sessions.opened`. keys: pressed first, with spaces between. folder: for
+    what keys save. window_size: pixels.
+
+    Returns the state at the end. Raises ValueError for a key there is not, InvalidFeatureError
+    for a session whose settings are out of range, and DisplayError if no window can be opened
+    here.
+    """
+    pressed = KEYS.check(keys)
+    prepare_opengl(off_screen=False)
+    files = Writer(Path(folder), session_path)
+    state = FeatureState(model, session=session, settings=settings, files=files, title=title)
+    try:
+        saver = Saver(state, files, window_size)
+        if saver.play(pressed) is Effect.QUIT:
+            return state
+        window = Window(state, saver, KEYS, window_size, title or "Feature curves")
+        try:
+            window.run()
+        finally:
+            window.close()
+    finally:
+        state.close()
+    return state
+
+
+def draw(
+    model: Model,
+    path: Path | str,
+    *,
+    session: Session,
+    size: tuple[int, int] = (1200, 800),
+    keys: str = "",
+    bare: bool = False,
+    title: str = "",
+) -> FeatureState:
+    """Write a picture of a model and the curves of a session to a PNG, without a window and
+    OpenGL: the same everywhere.
+
+    size: pixels. keys: pressed first, such as "Tab r" for the ribs of the first curve. bare:
+    without the panel. All else as for :func:`show`.
+
+    Returns the state, closed. Raises PictureFormatError if path is not a PNG, and else as
+    :func:`show` does.
+    """
+    pressed = KEYS.check(keys)
+    path = check_png(path)
+    files = Writer(path.parent, None)
+    state = FeatureState(model, session=session, files=files, title=title)
+    try:
+        saver = Saver(state, files, size, bare=bare)
+        saver.drawn()
+        saver.play(pressed)
+        state.settle()
+        save_drawn(path, saver.drawn(), size[1])
+    finally:
+        state.close()
+    return state
+
+
+class Writer:
+    """Writes files into a folder under names that are free; the session always into one."""
+
+    def __init__(self, folder: Path, session_path: Path | None) -> None:
+        self._folder = folder
+        self._session_path = session_path
+
+    def save_session(self, session: Session) -> str:
+        """Replace the session's file, whole or not at all."""
+        path = self._session_path or self.free("features", ".session")
+        write_session(path, session)
+        self._session_path = path
+        return f"saved {path}"
+
+    def save_network(self, network: DrawnNetwork) -> str:
+        """Write a network of curves."""
+        if not network.curves:
+            return "there is no curve to save"
+        path = self.free("curves", ".json")
+        write_network(path, network)
+        return f"saved {path}"
+
+    def save_lines(self, lines: Mapping[str, Points]) -> str:
+        """Write polylines (k, 3) by name to an OBJ file."""
+        if not lines:
+            return "there is no curve to save"
+        path = self.free("curves", ".obj")
+        replace_file(path, obj_of(lines))
+        return f"saved {path}"
+
+    def free(self, name: str, suffix: str) -> Path:
+        """A name that no file in the folder has."""
+        count = 1
+        while (path := self._folder / f"{name}-{count}{suffix}").exists():
+            count += 1
+        return path
+
+
+def obj_of(lines: Mapping[str, Points]) -> str:
+    """Polylines by name as an OBJ file has them; blanks in names become underscores."""
+    text: list[str] = []
+    count = 0
+    for name, points in lines.items():
+        text.append(f"o {'_'.join(name.split())}")
+        text += [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
+        numbers = range(count + 1, count + len(points) + 1)
+        text.append("l " + " ".join(map(str, numbers)))
+        count += len(points)
+    return "\n".join(text) + "\n"
+
+
+class Saver:
+    """Draws the state, obeys keys, and writes pictures.
+
+    bare: without the panel.
+    """
+
+    def __init__(
+        self, state: FeatureState, files: Writer, size: tuple[int, int], *, bare: bool = False
+    ) -> None:
+        self.state = state
+        self.size = size
+        self._files = files
+        self._painter = Painter()
+        self._bare = bare
+        self._asked_to_quit = False
+
+    def drawn(self) -> Drawn:
+        """The picture of the state as it is now."""
+        return self._painter.compose(self.state, self.size[0] / self.size[1], bare=self._bare)
+
+    def play(self, keys: Sequence[str]) -> Effect:
+        """Press keys one after another, each once all curves are there; QUIT if one quits."""
+        for key in keys:
+            self.state.settle()
+            if self.obey(key) is Effect.QUIT:
+                return Effect.QUIT
+        return Effect.NOTHING
+
+    def obey(self, key: str) -> Effect:
+        """Press a key, by its X name or as it is written, and save what it asks to save."""
+        state = self.state
+        if state.typed is not None:
+            return self._typed(key)
+        if state.holding:
+            state.message = "let go of the button first"
+            return Effect.REDRAW
+        effect = KEYS.press(state, key)
+        if effect is Effect.QUIT:
+            return self._quit()
+        if effect is not Effect.NOTHING:
+            self._asked_to_quit = False
+        if effect is Effect.PICTURE:
+            try:
+                path = self._files.free("features", ".png")
+                save_drawn(path, self.drawn(), self.size[1])
+                state.message = f"saved {path}"
+            except OSError as error:
+                state.message = f"not saved: {error}"
+        return effect
+
+    def _quit(self) -> Effect:
+        """Quit, but ask once if that would lose work."""
+        if not self.state.unsaved or self._asked_to_quit:
+            return Effect.QUIT
+        self._asked_to_quit = True
+        self.state.message = "the curves are not saved: s saves them, q once more quits"
+        return Effect.REDRAW
+
+    def _typed(self, key: str) -> Effect:
+        """A key while a name is typed."""
+        state = self.state
+        name = state.typed or ""
+        key = WRITTEN.get(key, key)
+        if key in ("Return", "KP_Enter", "Enter"):
+            state.message = ""
+            state.end_name()
+        elif key == "Escape":
+            state.leave()
+        elif key == "BackSpace":
+            state.typed = name[:-1]
+        elif len(key) == 1 and key.isprintable() and len(name) < LONGEST_NAME:
+            state.typed = name + key
+        else:
+            return Effect.NOTHING
+        return Effect.REDRAW

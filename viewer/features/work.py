@@ -1,0 +1,221 @@
+"""Curves, what they snap to, and the way back: the half of the viewer that asks."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Mapping
+from functools import partial
+from typing import Protocol
+from weakref import WeakKeyDictionary, WeakSet
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.errors import PatternDBError
+from sketch.features.model import Model
+from sketch.features.registration import DrawnNetwork
+from sketch.features.sessionfile import Session
+from sketch.features.snap import Snap, SnapSettings
+from viewer.features.edits import Curve, Edits, Look, remade
+from viewer.features.maker import Maker
+from viewer.features.sessions import opened, saved
+
+Points = NDArray[np.float64]
+
+#: Seconds that a change waits for what it asks for: what is made at once is shown at once.
+AT_ONCE = 0.05
+
+#: Snaps that are kept to go on from: each has some megabytes of ribs. Others are made anew.
+KEPT = 24
+
+
+class Files(Protocol):
+    """Writes what is worked on, and says where it is. OSError as writing does."""
+
+    def save_session(self, session: Session) -> str: ...
+    def save_network(self, network: DrawnNetwork) -> str: ...
+    def save_lines(self, lines: Mapping[str, Points]) -> str: ...
+
+
+class Work:
+    """The curves on a model, and the settings of the next one.
+
+    edits: the curves. selected: the key of the one that sliders and keys change. settings: of
+    the next curve, which are those that were chosen last. message: what went wrong last.
+    ribs_shown: of the selected curve. files: for keys that save.
+    """
+
+    def __init__(
+        self, model: Model, session: Session, settings: SnapSettings, files: Files | None
+    ) -> None:
+        self.model = model
+        self.message = ""
+        self.ribs_shown = False
+        self._files = files
+        self._session = session
+        found, self.settings = opened(session, settings)
+        self.edits = Edits(tuple(curve for curve, _ in found))
+        self.selected: int | None = None
+        self._saved = self.edits
+        self._past: list[Edits] = []
+        self._future: list[Edits] = []
+        self._next = 1 + max((curve.key for curve in self.edits.curves), default=-1)
+        self._looks: WeakKeyDictionary[Curve, Look] = WeakKeyDictionary(found)
+        self._failures: WeakKeyDictionary[Curve, PatternDBError] = WeakKeyDictionary()
+        self._last: dict[int, Look] = {curve.key: look for curve, look in found}
+        self._snaps: OrderedDict[Curve, Snap] = OrderedDict()
+        self._parents: WeakKeyDictionary[Curve, Curve] = WeakKeyDictionary()
+        self._bases: WeakSet[Curve] = WeakSet()
+        self._maker = Maker()
+
+    def close(self) -> None:
+        """Wait until nothing is being made any more."""
+        self._maker.close()
+
+    @property
+    def curve(self) -> Curve | None:
+        """The selected curve."""
+        return self.edits.find(self.selected)
+
+    @property
+    def making(self) -> bool:
+        """Is a curve still shown as it was before?"""
+        return self._maker.busy
+
+    @property
+    def unsaved(self) -> bool:
+        """Has anything changed since the session was saved?"""
+        return self.edits is not self._saved
+
+    def look(self, curve: Curve) -> Look | None:
+        """What a curve looks like, or what it looked like last while it is being made."""
+        return self._looks.get(curve) or self._last.get(curve.key)
+
+    def snap_of(self, curve: Curve) -> Snap | None:
+        """What a curve was found by, if that is known."""
+        return self._snaps.get(curve)
+
+    def trouble(self, curve: Curve) -> str:
+        """Why a curve is not what was asked for, "" if it is."""
+        failure = self._failures.get(curve)
+        return "" if failure is None else str(failure)
+
+    def session(self) -> Session:
+        """The session as it is now; curves that could not be made are left out."""
+        looks = self.made()
+        made = [(one, looks[one.name]) for one in self.edits.curves if one.name in looks]
+        return saved(self._session, made, self.settings)
+
+    def made(self) -> dict[str, Look]:
+        """The curves that are what was asked for, by name."""
+        looks = [(curve.name, self._looks.get(curve)) for curve in self.edits.curves]
+        return {name: look for name, look in looks if look is not None}
+
+    @property
+    def shown_settings(self) -> SnapSettings:
+        """What the sliders show: the selected curve's settings, or the next one's."""
+        curve = self.curve
+        return self.settings if curve is None else curve.settings
+
+    # The clock
+
+    def poll(self) -> bool:
+        """Is there something new since the last time that this was asked?"""
+        return self._take()
+
+    def settle(self) -> None:
+        """Wait for all that was asked for."""
+        self._maker.wait()
+        self._take()
+
+    # How it is done
+
+    def ask_snap(self, curve: Curve | None) -> None:
+        """Have a curve snapped, if its ribs are not known: it will be changed. It is not shown."""
+        if curve is None or curve in self._snaps:
+            return
+        if curve not in self._failures and not self._maker.wants(curve):
+            self._bases.add(curve)
+            self._want(curve, None)
+
+    def _revise(self, curve: Curve) -> None:
+        """An edited curve in place of that of its key, as one step."""
+        before = self.edits.find(curve.key)
+        self._step(self.edits.with_curve(curve))
+        self._make(curve, before)
+
+    def _make(self, curve: Curve, before: Curve | None, patience: float = AT_ONCE) -> None:
+        """Have an edited curve made, unless that would give the same again."""
+        look = None if before is None else self._looks.get(before)
+        if before is not None and look is not None and _same(curve, before):
+            self._looks[curve] = look
+            if before in self._snaps:
+                self._keep(curve, self._snaps[before])
+            return
+        self._want(curve, before)
+        self._maker.wait(patience)
+        self._take()
+
+    def _step(self, after: Edits) -> None:
+        """Another step that can be taken back."""
+        self._past.append(self.edits)
+        self._future.clear()
+        self.edits = after
+
+    def _turn(self, source: list[Edits], target: list[Edits], otherwise: str) -> None:
+        if not source:
+            self.message = otherwise
+            return
+        target.append(self.edits)
+        before, self.edits = self.edits, source.pop()
+        for curve in self.edits.curves:
+            if curve not in self._looks and not self._maker.wants(curve):
+                self._want(curve, None)
+        changed = [one.key for one in self.edits.curves if before.find(one.key) is not one]
+        if changed:
+            self.selected = changed[-1]
+        elif self.curve is None:
+            self.selected = None
+        curve = self.curve
+        if curve is not None:
+            self.settings = curve.settings
+        self.ask_snap(self.curve)
+
+    def _want(self, curve: Curve, before: Curve | None) -> None:
+        # Edits may come faster than curves: all are made of the last that is known.
+        while before is not None and before not in self._snaps and before in self._parents:
+            before = self._parents[before]
+        if before is not None:
+            self._parents[curve] = before
+        known = None if before is None else self._snaps.get(before)
+        self._maker.want(curve, partial(remade, self.model, curve, before, known))
+
+    def _keep(self, curve: Curve, snap: Snap) -> None:
+        self._snaps[curve] = snap
+        self._snaps.move_to_end(curve)
+        while len(self._snaps) > KEPT:
+            self._snaps.popitem(last=False)
+
+    def _take(self) -> bool:
+        """Show what has been made; False if there is nothing new."""
+        made = self._maker.made()
+        for curve, result in made:
+            if isinstance(result, Snap):
+                self._keep(curve, result)
+                found = result.curve
+                # What was read from a file, or made before, stays as it was.
+                look = self._looks.setdefault(curve, Look.of(found.spline, found.samples, found))
+                if curve not in self._bases:
+                    self._last[curve.key] = look
+            else:
+                self._failures[curve] = result
+        return bool(made)
+
+
+def _same(curve: Curve, other: Curve) -> bool:
+    """Do two curves snap alike? Names are no matter."""
+    return (
+        curve.clicked is other.clicked
+        and curve.constraints is other.constraints
+        and (curve.settings, curve.again) == (other.settings, other.again)
+    )

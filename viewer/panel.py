@@ -1,0 +1,93 @@
+"""The panel at the right of a picture: lines of text under each other, and the list of keys."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+
+from viewer import style
+from viewer.scene import HEIGHT, HIGHLIGHT_LINE, RULE, Scene
+
+#: Width of the panel, and of its margins, in points.
+PANEL = 336.0
+MARGIN = 26.0
+
+#: Height of a line of text, its size, and where values begin after their names, in points.
+LINE = 21.0
+SIZE = 12.5
+NAMES = 108.0
+
+#: Width of DejaVu Sans as a part of its size, on average.
+LETTER = 0.58
+
+#: Lines that a paragraph may take; the command line's --json has all of it.
+MOST_LINES = 7
+
+
+class Writer:
+    """Writes line under line in the panel, from (left, y) down."""
+
+    def __init__(self, scene: Scene, left: float, y: float, *, names: float = NAMES) -> None:
+        self.scene, self.left, self.y = scene, left, y
+        self.names = names
+        self.room = PANEL - 2.0 * MARGIN
+
+    def skip(self, lines: float) -> None:
+        """Leave so many lines free."""
+        self.y -= lines * LINE
+
+    def heading(self, text: str, size: float = 13.5) -> None:
+        """A line in bold."""
+        self.scene.text(self.left, self.y, text, size, bold=True, align="left")
+        self.y -= 1.15 * LINE
+
+    def fact(self, name: str, value: str) -> None:
+        """A name and its value; a long one is written smaller, but not too small."""
+        size = max(min(SIZE, (self.room - self.names) / (LETTER * max(len(value), 1))), 8.5)
+        grey = style.FAINT_TEXT
+        self.scene.text(self.left, self.y, name, 12.0, colour=grey, align="left")
+        self.scene.text(self.left + self.names, self.y, value, size, align="left")
+        self.y -= LINE
+
+    def paragraph(self, text: str, colour: str) -> None:
+        """A text in lines as long as fit."""
+        lines = textwrap.wrap(text, int(self.room / (LETTER * 12.0)))
+        if len(lines) > MOST_LINES:
+            lines = [*lines[: MOST_LINES - 1], lines[MOST_LINES - 1] + " …"]
+        for line in lines:
+            self.scene.text(self.left, self.y, line, 12.0, colour=colour, align="left")
+            self.y -= 0.82 * LINE
+
+
+def begin_panel(scene: Scene, *, names: float = NAMES) -> Writer:
+    """Paint an empty panel with its last line; what writes in it, at its top."""
+    left = scene.width - PANEL
+    corners = np.array([[left, 0.0], [scene.width, 0.0], [scene.width, HEIGHT], [left, HEIGHT]])
+    scene.polygons(corners[None], face=style.PAPER)
+    scene.box(left, 30.0, 0.0, HEIGHT - 60.0, RULE, RULE)
+    right = scene.width - MARGIN
+    scene.text(right, 30.0, "h  keys      q  quit", 11.5, colour=style.FAINT_TEXT, align="right")
+    return Writer(scene, left + MARGIN, HEIGHT - 46.0, names=names)
+
+
+def hint(scene: Scene, text: str) -> None:
+    """A line above the picture beside the panel, of what is to be done now."""
+    left = scene.width - PANEL
+    scene.text(left / 2.0, HEIGHT - 40.0, text, 13.0, colour=style.MESSAGE)
+
+
+def help_box(scene: Scene, keys: Sequence[tuple[str, str]], mouse: str) -> None:
+    """The list of keys, over the picture: (keys, what they do), and what the mouse does."""
+    step = 25.0
+    width, height = 450.0, step * len(keys) + 96.0
+    left, top = MARGIN, (HEIGHT + height) / 2.0
+    scene.box(left, top - height, width, height, style.PAPER, HIGHLIGHT_LINE)
+    scene.text(left + 24.0, top - 34.0, "Keys", 15.0, bold=True, align="left")
+    for i, (names, what) in enumerate(keys):
+        y = top - 62.0 - step * i
+        scene.text(left + 24.0, y, names, SIZE, bold=True, align="left")
+        scene.text(left + 130.0, y, what, SIZE, align="left")
+    y = top - height + 20.0
+    scene.text(left + 24.0, y, mouse, 10.5, colour=style.FAINT_TEXT, align="left")

@@ -1,0 +1,24 @@
+"""Shapes as OBJ files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from patterndb.files import replace_file
+from viewer.shapes.shaping import Shaping
+
+
+def write_obj(path: Path, shaping: Shaping) -> None:
+    """Write the shape that is shown; every number reads back as it was.
+
+    The vertices are in the model's order, so that files of one model can be compared, and laid
+    on each other. Raises OSError as writing does.
+    """
+    sigmas = " ".join(f"{value:.4g}" for value in shaping.sigmas.tolist())
+    lines = [
+        f"# a shape of a model of {len(shaping.shapes.names)} shapes",
+        f"# modes in standard deviations: {sigmas}",
+        *(f"v {x!r} {y!r} {z!r}" for x, y, z in shaping.points.tolist()),
+        *(f"f {a} {b} {c} {d}" for a, b, c, d in (shaping.skin.quads + 1).tolist()),
+    ]
+    replace_file(path, "\n".join(lines) + "\n")

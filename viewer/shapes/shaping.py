@@ -1,0 +1,295 @@
+"""The shape that is being made: coefficients, pulls, curves that are held, and the way back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.errors import PatternDBError
+from sketch.features.registration import Template
+from sketch.features.shapemodel import Edit, ShapeModel, edit, moved
+from viewer.shapes.choice import HOLD, SIGMAS, STIFF, Choice, Pulled
+from viewer.shapes.skin import Line, Skin
+
+Points = NDArray[np.float64]
+Floats = NDArray[np.float64]
+
+#: Pulls that miss by less than this share of the shape's size are fulfilled.
+FULFILLED = 1e-4
+
+#: A coefficient is at its limit within this many standard deviations: sliders are set by hand.
+AT_LIMIT = 1e-6
+
+Ghost = Literal["none", "mean", "known"]
+GHOSTS: tuple[Ghost, ...] = ("none", "mean", "known")
+
+
+class Shaping:
+    """A shape model, and the shape of it that is shown.
+
+    shapes: the model. template: the one that its shapes were laid with. coefficients: of the
+    first shape; by default the mean. message: what there is to say of the last thing done.
+
+    Raises InvalidFeatureError if the template is another one, or for other coefficients than
+    the model has.
+    """
+
+    def __init__(
+        self, shapes: ShapeModel, template: Template, coefficients: ArrayLike | None = None
+    ) -> None:
+        self.shapes = shapes
+        self.parts = tuple(part.name for part in template.parts)
+        self.skin = Skin.of(shapes, template)
+        first = np.zeros(shapes.n_modes) if coefficients is None else coefficients
+        given = np.array(first, np.float64)
+        self.points = shapes.shape(given)
+        self.choice = Choice(given, self._origin(given))
+        self.pulled: Pulled | None = None
+        self.ghost: Ghost = "none"
+        self.message = ""
+        #: The training shape that was looked at last.
+        self._known = self._number(given)
+        self._seed = 0
+        self._before: list[Choice] = []
+        self._after: list[Choice] = []
+        self._begun: Choice | None = None
+
+    # What is shown
+
+    @property
+    def size(self) -> float:
+        """The diagonal of the box around the mean shape."""
+        return float(np.linalg.norm(np.ptp(self.shapes.mean, axis=0)))
+
+    @property
+    def sigmas(self) -> Floats:
+        """(l,) the coefficients in standard deviations."""
+        return self.choice.coefficients / self.shapes.deviations
+
+    @property
+    def box(self) -> tuple[Floats, Floats]:
+        """((l,), (l,)) the limits of pulls, in standard deviations."""
+        low, high = self.shapes.box
+        return low / self.shapes.deviations, high / self.shapes.deviations
+
+    @property
+    def limits(self) -> NDArray[np.int64]:
+        """(l,) -1 or 1 where a coefficient is at its least or greatest, -2 or 2 where it is
+        beyond, else 0."""
+        low, high = self.box
+        now = self.sigmas
+        at = np.where(now >= high - AT_LIMIT, 1, np.where(now <= low + AT_LIMIT, -1, 0))
+        return np.where((now > high + AT_LIMIT) | (now < low - AT_LIMIT), 2 * at, at)
+
+    @property
+    def nearest(self) -> tuple[str, float]:
+        """The training shape that is nearest, and its root mean square distance of vertices."""
+        apart = np.linalg.norm(self.shapes.coefficients - self.choice.coefficients, axis=1)
+        k = int(apart.argmin())
+        return self.shapes.names[k], float(apart[k] / np.sqrt(len(self.shapes.mean)))
+
+    @property
+    def ghost_name(self) -> str:
+        """Which shape the ghost is of, "" if none is shown."""
+        if self.ghost == "none":
+            return ""
+        return "mean" if self.ghost == "mean" else self.shapes.names[self._ghost_known()]
+
+    def ghost_coefficients(self) -> Floats | None:
+        """(l,) of the ghost, None if none is shown."""
+        if self.ghost == "none":
+            return None
+        if self.ghost == "mean":
+            return np.zeros(self.shapes.n_modes)
+        return self.shapes.coefficients[self._ghost_known()]
+
+    # What keys do
+
+    def reset(self) -> None:
+        """The mean shape."""
+        self._show(np.zeros(self.shapes.n_modes), "mean")
+
+    def sample(self) -> None:
+        """Another random shape; the same ones come in the same order every time."""
+        self._seed += 1
+        self._show(self.shapes.sample(self._seed), f"random shape {self._seed}")
+
+    def step(self, by: int) -> None:
+        """The next training shape, or the one before, as the modes show it."""
+        count = len(self.shapes.names)
+        first = 0 if by > 0 else count - 1
+        self._known = first if self._known is None else (self._known + by) % count
+        self._show(self.shapes.coefficients[self._known], self.shapes.names[self._known])
+
+    def nudge(self, mode: int, by: float) -> None:
+        """Change a mode by so many standard deviations."""
+        self.begin()
+        self.set_mode(mode, float(self.sigmas[mode]) + by)
+        self.finish()
+
+    def next_ghost(self) -> None:
+        """No ghost, the mean's, or that of the training shape that was looked at last; of the
+        nearest if none was."""
+        self.ghost = GHOSTS[(GHOSTS.index(self.ghost) + 1) % len(GHOSTS)]
+
+    def toggle_held(self, name: str) -> None:
+        """Hold a feature, or let it go."""
+        held = self.choice.held ^ {name}
+        self._commit(replace(self.choice, held=held))
+        title = name.replace("_", " ")
+        self.message = f"{title} is held" if name in held else f"{title} follows again"
+
+    def let_go(self) -> None:
+        """Hold no feature."""
+        if not self.choice.held:
+            self.message = "no curve is held"
+            return
+        self._commit(replace(self.choice, held=frozenset()))
+
+    def undo(self) -> None:
+        """Take the last change back."""
+        self._swap(self._before, self._after, "there is nothing to take back")
+
+    def redo(self) -> None:
+        """What was taken back last again."""
+        self._swap(self._after, self._before, "nothing was taken back")
+
+    # Changes that go on while something is dragged; each is one step to take back
+
+    def begin(self) -> None:
+        """Something is going to be dragged."""
+        self._begun = self.choice
+        self.message = ""
+
+    def finish(self) -> None:
+        """It was let go."""
+        begun, self._begun = self._begun, None
+        self.pulled = None
+        if begun is not None and not begun.is_like(self.choice):
+            self._before.append(begun)
+            self._after.clear()
+
+    def drop(self) -> None:
+        """It shall not have been dragged."""
+        begun, self._begun = self._begun, None
+        self.pulled = None
+        if begun is not None:
+            self._change(begun)
+
+    def set_mode(self, mode: int, sigmas: float) -> None:
+        """A mode, in standard deviations; no further than SIGMAS."""
+        after = self.choice.coefficients.copy()
+        after[mode] = np.clip(sigmas, -SIGMAS, SIGMAS) * self.shapes.deviations[mode]
+        self._change(replace(self.choice, coefficients=after, origin=self._origin(after)))
+        self.pulled = None
+        beyond = abs(int(self.limits[mode])) > 1
+        self.message = f"mode {mode + 1} is beyond the training shapes" if beyond else ""
+
+    def set_number(self, name: str, value: float) -> None:
+        """One of the numbers that say what pulls keep: "hold" or "stiffness"."""
+        if name == "hold":
+            self.set_hold(value)
+        else:
+            self.set_stiffness(value)
+
+    def set_hold(self, weight: float) -> None:
+        """What held curves weigh in the next pulls."""
+        self._change(replace(self.choice, hold=float(np.clip(weight, *HOLD))))
+
+    def set_stiffness(self, stiffness: float) -> None:
+        """What it costs the next pulls to leave the shape."""
+        self._change(replace(self.choice, stiffness=float(np.clip(stiffness, *STIFF))))
+
+    def pull(self, line: Line, offset: Points, vertex: int | None) -> bool:
+        """Move a line from where it was when the drag began; False if no shape was found.
+
+        offset: (3,). vertex: the place in the line of the one vertex that is pulled; by default
+        the whole line is moved.
+        """
+        begun = self._begun
+        assert begun is not None
+        shapes, name = self.shapes, line.name
+        start = np.clip(begun.coefficients, *shapes.box)
+        held = {one: begun.hold for one in begun.held if one != name}
+        try:
+            targets = moved(shapes, name, line.pull(offset), start=start, vertex=vertex)
+            found = edit(shapes, targets, held=held, start=start, stiffness=begun.stiffness)
+        except PatternDBError as error:
+            self.message = str(error)
+            return False
+        self._change(replace(begun, coefficients=found.coefficients, origin="edited"))
+        self.points = found.points
+        wanted = targets[name]
+        if line.mirrored:
+            wanted = wanted * (1.0, -1.0, 1.0)
+        self.pulled = Pulled(line, wanted, found.misses[name])
+        self.message = self._told(line, found, begun, held)
+        return True
+
+    def _told(self, line: Line, found: Edit, begun: Choice, held: Mapping[str, float]) -> str:
+        """What the edit could not reach, "" if it could."""
+        notes: list[str] = []
+        miss = found.misses[line.name]
+        if miss > FULFILLED * self.size:
+            at = int(np.count_nonzero(found.at_bound))
+            stopped = f"; {at} mode{'s' if at > 1 else ''} at the limit" if at else ""
+            notes.append(f"{line.title}: short of the pull by up to {miss:.3g} units{stopped}")
+        if held:
+            start = self.shapes.shape(np.clip(begun.coefficients, *self.shapes.box))
+            ways = {
+                name: float(np.linalg.norm((found.points - start)[at], axis=1).max())
+                for name, at in ((name, self.shapes.feature(name).vertices) for name in held)
+            }
+            name = max(ways, key=ways.__getitem__)
+            if ways[name] > FULFILLED * self.size:
+                notes.append(f"held {name.replace('_', ' ')} gave way by {ways[name]:.3g}")
+        low, high = self.shapes.box
+        if ((begun.coefficients < low) | (begun.coefficients > high)).any():
+            notes.append("modes that were beyond the training shapes were drawn back to them")
+        return ". ".join(notes)
+
+    # How it is done
+
+    def _ghost_known(self) -> int:
+        if self._known is not None:
+            return self._known
+        return self.shapes.names.index(self.nearest[0])
+
+    def _origin(self, coefficients: Floats) -> str:
+        """What a shape is called that was not come by in one step."""
+        if not coefficients.any():
+            return "mean"
+        known = self._number(coefficients)
+        return "edited" if known is None else self.shapes.names[known]
+
+    def _number(self, coefficients: Floats) -> int | None:
+        """Which training shape has these coefficients."""
+        same = np.flatnonzero((self.shapes.coefficients == coefficients).all(axis=1))
+        return int(same[0]) if len(same) else None
+
+    def _show(self, coefficients: Floats, origin: str) -> None:
+        self._commit(replace(self.choice, coefficients=coefficients, origin=origin))
+        self.pulled = None
+
+    def _commit(self, after: Choice) -> None:
+        """A change that is one step."""
+        self._before.append(self.choice)
+        self._after.clear()
+        self._change(after)
+
+    def _change(self, after: Choice) -> None:
+        if after.coefficients is not self.choice.coefficients:
+            self.points = self.shapes.shape(after.coefficients)
+        self.choice = after
+
+    def _swap(self, source: list[Choice], target: list[Choice], nothing: str) -> None:
+        if not source:
+            self.message = nothing
+            return
+        target.append(self.choice)
+        self._change(source.pop())
+        self.pulled = None

@@ -1,0 +1,146 @@
+"""A shape as it is seen: where its curves are, and which of them are in sight."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from viewer.raster import farthest_nearby
+from viewer.shapes.skin import Skin, nearest_on
+from viewer.solid import Solid
+from viewer.view import View
+
+Points = NDArray[np.float64]
+Floats = NDArray[np.float64]
+
+#: What is so much deeper than the surface in front of it, in points, is still in sight: a curve
+#: lies on the surface, which is looked up at pixels.
+DEEP = 2.0
+
+#: Polylines are cut so finely to see where they vanish, in points.
+STEP = 2.0
+
+#: Runs of curves in sight that are shorter than this, in points, are glimpses through seams.
+GLIMPSE = 8.0
+
+
+@dataclass(frozen=True, slots=True)
+class Near:
+    """What of a curve is near to the pointer: its number, the nearest vertex in it, and how many
+    points away it is."""
+
+    line: int
+    place: int
+    away: float
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """A shape in a view.
+
+    points: (n, 3) of the shape. room: width and height of the view, in points.
+    """
+
+    skin: Skin
+    points: Points
+    view: View
+    room: tuple[float, float]
+
+    def is_of(self, points: Points, view: View, room: tuple[float, float]) -> bool:
+        """Is this what would be seen of a shape in a view?"""
+        same = self.points is points or np.array_equal(self.points, points)
+        return same and self.view is view and self.room == room
+
+    @cached_property
+    def seen(self) -> Points:
+        """(n, 3) the vertices in points from the middle of the view, and nearness."""
+        return self.view.seen(self.points)
+
+    @cached_property
+    def lines(self) -> list[Points]:
+        """Every curve (k, 3) likewise."""
+        return [self.seen[line.vertices] for line in self.skin.lines]
+
+    @cached_property
+    def normals(self) -> Points:
+        """(4 q, 3) at the corners of faces, in space."""
+        return self.skin.normals(self.points)
+
+    @cached_property
+    def outline(self) -> Points:
+        """(k, 2, 3) the lines along which the shape turns away, as they are seen."""
+        lines = self.skin.outline(self.points, self.normals, self.view.axes[2])
+        return self.view.seen(lines)
+
+    @cached_property
+    def _depth(self) -> NDArray[np.float32]:
+        """(height, width) how near the surface is at every point of the view; beside its rim as
+        far off as what is behind."""
+        corners = (self.seen + self._shift)[self.skin.vertices]
+        solid = Solid(corners, np.zeros(corners.shape, np.float32), 0.0)
+        return farthest_nearby(solid.image(*self.room, 1.0)[1])
+
+    @property
+    def _shift(self) -> Points:
+        return np.array([self.room[0] / 2.0, self.room[1] / 2.0, 0.0])
+
+    def visible(self, seen: Points) -> NDArray[np.bool_]:
+        """(...) which of (..., 3) places, as seen from the middle of the view, are in sight."""
+        rows, columns = self._depth.shape
+        x, y, near = np.moveaxis(seen + self._shift, -1, 0)
+        i, j = (np.floor(place).astype(np.int64) for place in (rows - y, x))
+        inside = (i >= 0) & (i < rows) & (j >= 0) & (j < columns)
+        depth = self._depth[np.clip(i, 0, rows - 1), np.clip(j, 0, columns - 1)]
+        return inside & (near >= depth - DEEP)
+
+    def nearest(self, x: float, y: float, within: float) -> Near | None:
+        """The curve in sight that is nearest to a place of the view, None if none is so near."""
+        place = np.array([x, y])
+        away, piece, share = nearest_on(self.lines, place)
+        for number in np.argsort(away, kind="stable").tolist():
+            if away[number] > within:
+                return None
+            line, k, t = self.lines[number], int(piece[number]), float(share[number])
+            after = min(k + 1, len(line) - 1)
+            at = line[k] * (1.0 - t) + line[after] * t
+            if self.visible(at[None])[0]:
+                return Near(number, k if t < 0.5 else after, float(away[number]))
+        return None
+
+    @cached_property
+    def drawing(self) -> list[Points]:
+        """The shape as a drawing of lines (k, 3): what is in sight of its outline and curves."""
+        outline = self.outline[self.visible(self.outline.mean(axis=1))]
+        return [*outline, *(run for line in self.lines for run in self._runs(line))]
+
+    def _runs(self, line: Points) -> list[Points]:
+        """What is in sight of a polyline as it is seen."""
+        fine, own = finer(line, STEP)
+        shown = self.visible(fine)
+        cuts = np.flatnonzero(np.diff(shown.astype(np.int8))) + 1
+        runs: list[Points] = []
+        for places in np.split(np.arange(len(fine)), cuts):
+            if shown[places[0]] and _length(fine[places]) > GLIMPSE:
+                kept = own[places]
+                kept[[0, -1]] = True
+                runs.append(fine[places[kept]])
+        return runs
+
+
+def finer(line: Points, step: float) -> tuple[Points, NDArray[np.bool_]]:
+    """A polyline (k, 3) as it is seen with a point (m, 3) every so many points of the picture;
+    and which (m,) of these are its own."""
+    along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1))]
+    count = int(np.ceil(along[-1] / step))
+    if count < 2:
+        return line, np.ones(len(line), np.bool_)
+    at = np.unique(np.r_[along, np.linspace(0.0, along[-1], count + 1)])
+    fine = np.stack([np.interp(at, along, line[:, c]) for c in range(3)], axis=1)
+    return fine, np.isin(at, along)
+
+
+def _length(line: Points) -> float:
+    return float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())

@@ -1,0 +1,207 @@
+"""What stays the same of every shape of a model: triangles, creases, edges and curves."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from sketch.features.errors import InvalidFeatureError
+from sketch.features.registration import Template
+from sketch.features.registration.symmetry import MIRROR, Mirroring
+from sketch.features.shapemodel import ShapeModel
+
+Points = NDArray[np.float64]
+Ints = NDArray[np.int64]
+Bools = NDArray[np.bool_]
+
+#: Cosines of the angles between two faces from which on they are shaded as one smooth surface,
+#: and up to which there is a crease between them: 30 and 45 degrees. Between, a bit of both.
+SMOOTH, CREASED = np.cos(np.radians(30.0)), np.cos(np.radians(45.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """A feature curve as it is seen and grabbed.
+
+    name: of the feature. vertices: (n,) of the whole shape. part: number of the template's part.
+    mirrored: is it the mirror image of the feature, so that pulls are mirrored, too?
+    """
+
+    name: str
+    vertices: Ints
+    part: int
+    mirrored: bool
+
+    @property
+    def title(self) -> str:
+        """The name as people read it."""
+        return self.name.replace("_", " ")
+
+    def pull(self, offset: Points) -> Points:
+        """(3,) what the feature is moved by where this line is moved by an offset (3,)."""
+        return offset * MIRROR if self.mirrored else offset
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Skin:
+    """The topology of all shapes of a model.
+
+    n_vertices: of a shape. quads: (q, 4). corners: (2 q, 3) for every triangle the numbers of its
+    corners among the 4 q corners of quads; of mirror images the diagonals are mirrored.
+    edges: (e, 2) vertices. beside: (e, 2, 2) for the two faces at each edge the numbers of their
+    corners at its two ends; the first face's again at a rim.
+    lines: the features, then their mirror images that are not themselves.
+    """
+
+    n_vertices: int
+    quads: Ints
+    corners: Ints
+    edges: Ints
+    beside: Ints
+    lines: tuple[Line, ...]
+    _alike: tuple[Ints, Ints]
+
+    @classmethod
+    def of(cls, shapes: ShapeModel, template: Template) -> Skin:
+        """Of a shape model and the template that its shapes were laid with.
+
+        Raises InvalidFeatureError if it is another template.
+        """
+        mirroring = Mirroring.of(template)
+        if not np.array_equal(mirroring.quads, shapes.quads):
+            raise InvalidFeatureError(
+                f"the shape model's {len(shapes.quads)} quads are not those of the template "
+                f"{template.name}; give the one that its shapes were laid with"
+                + (f", {shapes.template}" if shapes.template else "")
+            )
+        quads = np.asarray(shapes.quads, np.int64)
+        edges, beside = _edges(quads)
+        lines = _lines(shapes, template, mirroring)
+        corners = _corners(len(quads), len(template.quads))
+        alike = _alike(quads, len(shapes.mean))
+        return cls(len(shapes.mean), quads, corners, edges, beside, lines, alike)
+
+    @property
+    def vertices(self) -> Ints:
+        """(2 q, 3) the vertices of every triangle."""
+        return self.quads.ravel()[self.corners]
+
+    def face_normals(self, points: Points) -> Points:
+        """(q, 3) normals of faces, as long as twice their area."""
+        a, b, c, d = (points[self.quads[:, k]] for k in range(4))
+        return np.cross(c - a, d - b)
+
+    def normals(self, points: Points) -> Points:
+        """(4 q, 3) unit normals at the corners of faces: smooth, but not over creases."""
+        faces = self.face_normals(points)
+        size = np.linalg.norm(faces, axis=1, keepdims=True)
+        unit = faces / np.where(size > 0.0, size, 1.0)
+        one, other = self._alike
+        cosine = np.einsum("pc,pc->p", unit[one // 4], unit[other // 4])
+        share = np.clip((cosine - CREASED) / (SMOOTH - CREASED), 0.0, 1.0)
+        share = np.where(one == other, 1.0, share)
+        total = np.zeros((4 * len(faces), 3))
+        weighted = share[:, None] * faces[other // 4]
+        for axis in range(3):
+            total[:, axis] = np.bincount(one, weighted[:, axis], len(total))
+        size = np.linalg.norm(total, axis=1, keepdims=True)
+        return total / np.where(size > 0.0, size, 1.0)
+
+    def outline(self, points: Points, normals: Points, toward: Points) -> Points:
+        """(k, 2, 3) the lines along which a shape turns away from who looks against ``toward``
+        (3,), over smooth faces and along creases, and its rims.
+
+        normals: as from :meth:`normals`.
+        """
+        ahead = normals @ toward
+        one, other = ahead[self.beside].sum(axis=2).T > 0.0
+        rim = self.beside[:, 0, 0] == self.beside[:, 1, 0]
+        sharp = points[self.edges[(one != other) | rim]]
+        value = ahead[self.corners]
+        sign = value > 0.0
+        count = sign.sum(axis=1)
+        mixed = np.flatnonzero((count > 0) & (count < 3))
+        # The corner that is alone on its side of the line.
+        alone = np.where(count[mixed] == 1, sign[mixed].argmax(axis=1), sign[mixed].argmin(axis=1))
+        ends: list[Points] = []
+        places = points[self.vertices[mixed]]
+        row = np.arange(len(mixed))
+        for step in (1, 2):
+            next_ = (alone + step) % 3
+            a, b = value[mixed, alone], value[mixed, next_]
+            share = (a / (a - b))[:, None]
+            ends.append(places[row, alone] * (1.0 - share) + places[row, next_] * share)
+        return np.concatenate([sharp, np.stack(ends, axis=1)])
+
+
+def _edges(quads: Ints) -> tuple[Ints, Ints]:
+    first = np.arange(quads.size)
+    corners = np.stack([first, np.where(first % 4 == 3, first - 3, first + 1)], axis=1)
+    pairs = quads.ravel()[corners]
+    order = np.argsort(pairs, axis=1, kind="stable")
+    pairs, corners = (np.take_along_axis(one, order, axis=1) for one in (pairs, corners))
+    edges, number = np.unique(pairs, axis=0, return_inverse=True)
+    number = number.ravel()
+    beside = np.empty((len(edges), 2, 2), np.int64)
+    # The last one written stays: forwards the second face, backwards the first.
+    beside[number, 1] = corners
+    beside[number[::-1], 0] = corners[::-1]
+    return edges, beside
+
+
+def _corners(n_quads: int, n_half: int) -> Ints:
+    """Quads of the half are cut from their first corner to the third, images the other way."""
+    half = np.array([[0, 1, 2], [0, 2, 3]])
+    image = np.array([[3, 0, 1], [3, 1, 2]])
+    first = 4 * np.arange(n_quads)[:, None, None]
+    own = (np.arange(n_quads) < n_half)[:, None, None]
+    return (first + np.where(own, half, image)).reshape(-1, 3)
+
+
+def _alike(quads: Ints, n_vertices: int) -> tuple[Ints, Ints]:
+    """All ordered pairs of corners at one vertex, each with itself, too."""
+    n = quads.size
+    at = csr_array((np.ones(n, np.int8), (quads.ravel(), np.arange(n))), (n_vertices, n))
+    one, other = (at.T @ at).tocoo().coords
+    return one.astype(np.int64), other.astype(np.int64)
+
+
+def _lines(shapes: ShapeModel, template: Template, mirroring: Mirroring) -> tuple[Line, ...]:
+    twin = np.arange(len(mirroring.source))
+    images = np.flatnonzero(mirroring.image)
+    twin[images] = mirroring.source[images]
+    twin[mirroring.source[images]] = images
+    own: list[Line] = []
+    mirrored: list[Line] = []
+    for feature in shapes.features:
+        vertices = np.asarray(feature.vertices, np.int64)
+        part = int(template.of_part[mirroring.source[vertices[0]]])
+        own.append(Line(feature.name, vertices, part, False))
+        # One in the middle plane is its own image.
+        image = twin[vertices]
+        if not np.array_equal(image, vertices):
+            mirrored.append(Line(feature.name, image, part, True))
+    return (*own, *mirrored)
+
+
+def nearest_on(lines: Sequence[Points], place: Points) -> tuple[Points, Ints, Points]:
+    """Of every polyline (k, 2 or more) as it is seen the point nearest to a place (2,).
+
+    Returns the distances (n,), the number (n,) of the piece, and how far along it (n,), 0 to 1.
+    """
+    away = np.full(len(lines), np.inf)
+    piece = np.zeros(len(lines), np.int64)
+    share = np.zeros(len(lines))
+    for i, given in enumerate(lines):
+        line = given if len(given) > 1 else given[[0, 0]]
+        a, along = line[:-1, :2], np.diff(line[:, :2], axis=0)
+        size = np.maximum((along**2).sum(axis=1), 1e-300)
+        t = np.clip(((place - a) * along).sum(axis=1) / size, 0.0, 1.0)
+        off = np.linalg.norm(a + t[:, None] * along - place, axis=1)
+        k = int(off.argmin())
+        away[i], piece[i], share[i] = off[k], k, t[k]
+    return away, piece, share
