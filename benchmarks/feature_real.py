@@ -1,0 +1,170 @@
+"""Curves snapped on models of real vehicles, and a template laid onto cars of one pack.
+
+    python benchmarks/feature_real.py --shared ../shared [--soup]
+
+Strokes and networks are those of examples/features/; the models are not part of this project:
+--shared has data/cad and data/meshes, models without a file there are left out and named.
+Strokes are drawn by hand, so there is no true curve to compare with. "moved" is the mean
+distance of a curve from its stroke, in thousandths of the diagonal; "off" how far the spline is
+from the model on the mean, in the same. --soup: are curves the same, bit for bit, on the model
+as a shuffled soup of triangles that are turned either way? Times are medians of curves, after a
+first one that compiles. Prints Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from ingest.read import read_mesh
+from sketch.features.files.strokesjson import read_strokes
+from sketch.features.initial import initial_curve
+from sketch.features.model import Model
+from sketch.features.registration import Registration, box_template, register
+from sketch.features.sessionfile import read_network
+from sketch.features.shapemodel import ShapeModel
+from sketch.features.snap import FeatureCurve, snap
+from sketch.features.strokes import Stroke
+
+ROOT = Path(__file__).parents[1]
+EXAMPLES = ROOT / "examples" / "features"
+STROKES, NETWORK = ".strokes.json", ".network.json"
+
+#: Samples of a curve whose distances are measured.
+DENSE = 801
+
+#: Vertices along the edges of the template.
+EDGE = 11
+
+
+def mesh_path(data: Path, name: str) -> Path | None:
+    """Where a model is, None if it is not there."""
+    found = [data / folder / f"{name}.obj" for folder in ("cad", "meshes")]
+    return next((path for path in found if path.exists()), None)
+
+
+def soup_of(model: Model, seed: int = 1) -> Model:
+    """The same triangles, each with points of its own, in another order and sense."""
+    rng = np.random.default_rng(seed)
+    corners = model.corners[rng.permutation(len(model.corners))]
+    corners = np.take_along_axis(
+        corners, rng.permuted(np.tile(np.arange(3), (len(corners), 1)), axis=1)[..., None], axis=1
+    )
+    return Model.from_arrays(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
+
+
+def snapped(model: Model, strokes: tuple[Stroke, ...]) -> tuple[list[FeatureCurve], list[float]]:
+    """The curves, and the seconds that each took."""
+    curves: list[FeatureCurve] = []
+    seconds: list[float] = []
+    for one in strokes:
+        start = time.perf_counter()
+        curves.append(snap(model, one.points, one.settings))
+        seconds.append(time.perf_counter() - start)
+    return curves, seconds
+
+
+def row(name: str, model: Model, strokes: tuple[Stroke, ...], soup: bool) -> str:
+    curves, seconds = snapped(model, strokes)
+    ribs = sum(len(curve.samples) for curve in curves)
+    mended = sum(len(curve.repaired) for curve in curves)
+    failed = sum(len(curve.failed) for curve in curves)
+    moved: list[float] = []
+    off: list[float] = []
+    for one, curve in zip(strokes, curves, strict=True):
+        along = curve.spline.sample(DENSE)
+        sketch = initial_curve(model, one.points).samples
+        moved.append(float(KDTree(along).query(sketch)[0].mean()) / model.diagonal)
+        off.append(float(model.nearest(along).lengths.mean()) / model.diagonal)
+    same = "-"
+    if soup:
+        others = snapped(soup_of(model), strokes)[0]
+        alike = [
+            np.array_equal(one.spline.control, other.spline.control)
+            for one, other in zip(curves, others, strict=True)
+        ]
+        same = f"{sum(alike)} of {len(alike)}"
+    return (
+        f"| {name} | {len(model.triangles):,} | {model.n_components} | {len(strokes)} | {ribs} | "
+        f"{mended / ribs:.0%} | {failed / ribs:.1%} | {1e3 * statistics.mean(moved):.1f} | "
+        f"{1e3 * statistics.mean(off):.2f} | {sum(len(c.notes) for c in curves)} | "
+        f"{1e3 * statistics.median(seconds):.0f} | {1e3 * max(seconds):.0f} | {same} |"
+    )
+
+
+def strokes_table(data: Path, soup: bool) -> None:
+    print(
+        "| model | triangles | parts | curves | ribs | mended | failed | moved | off | notes | "
+        "ms per curve | slowest, ms | same on the soup |"
+    )
+    print("|---|" + "---:|" * 12)
+    for path in sorted(EXAMPLES.glob(f"*{STROKES}")):
+        name = path.name.removesuffix(STROKES)
+        mesh = mesh_path(data, name)
+        if mesh is None:
+            print(f"{name} is left out: it is not in {data}", file=sys.stderr)
+            continue
+        model, strokes = Model.from_polygons(read_mesh(mesh)), read_strokes(path)
+        # Kernels are compiled by their first use.
+        snap(model, strokes[0].points, strokes[0].settings)
+        print(row(name, model, strokes, soup), flush=True)
+
+
+def registrations_table(data: Path) -> None:
+    template = box_template(EDGE)
+    laid: dict[str, Registration] = {}
+    print(f"\nTemplate {template.name}:\n")
+    print("| model | curves | widest gap | drawn to the model | hidden | smoothness alone | s |")
+    print("|---|" + "---:|" * 6)
+    for path in sorted(EXAMPLES.glob(f"*{NETWORK}")):
+        name = path.name.removesuffix(NETWORK)
+        mesh = mesh_path(data, name)
+        if mesh is None:
+            print(f"{name} is left out: it is not in {data}", file=sys.stderr)
+            continue
+        # These cars look along -y; a template is of one that looks along -x.
+        whole = Model.from_polygons(read_mesh(mesh))
+        x, y, z = whole.points.T
+        model = Model.from_arrays(np.stack([y, -x, z], axis=1), whole.triangles)
+        network = read_network(path)
+        start = time.perf_counter()
+        laid[name] = one = register(model, network, template)
+        seconds = time.perf_counter() - start
+        free = ~one.fixed
+        alone = (free & ~one.projected & ~one.occluded).sum()
+        gap = 1e3 * max(one.network.gaps.values()) / model.diagonal
+        drawn, hidden = one.projected.sum() / free.sum(), one.occluded.sum() / free.sum()
+        print(
+            f"| {name} | {len(network.curves)} | {gap:.1f} | {drawn:.0%} | {hidden:.0%} | "
+            f"{alone / free.sum():.1%} | {seconds:.2f} |",
+            flush=True,
+        )
+    if len(laid) > 1:
+        shapes = ShapeModel.from_registrations(list(laid.values()), names=list(laid))
+        shares = ", ".join(f"{share:.1%}" for share in shapes.shares)
+        print(f"\nShape model of {len(laid)} cars: its modes have {shares} of the variance.")
+    print("\nGaps in thousandths of the diagonal; shares are of the vertices off the curves.")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared")
+    parser.add_argument("--soup", action="store_true", help="snap on a shuffled soup, too")
+    arguments = parser.parse_args()
+    data = arguments.shared / "data"
+    if not data.is_dir():
+        parser.error(f"there is no {data}; give --shared, a folder with data/cad and data/meshes")
+    strokes_table(data, arguments.soup)
+    registrations_table(data)
+
+
+if __name__ == "__main__":
+    main()
