@@ -2,7 +2,7 @@
 
     python scripts/build_docs.py              write both pages
     python scripts/build_docs.py --check      exit code 1 and a diff if they are stale
-    python scripts/build_docs.py --walk       do what README, tutorial and queries say (two
+    python scripts/build_docs.py --walk       do what README and guides say (three
                                               minutes), and keep the pictures and the output
                                               that they show
 
@@ -43,8 +43,31 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "sketch.surfacing.chords": ("Decomposition", "decompose", "affordable"),
     "sketch.surfacing.tessellation": ("PatchMesh", "minimal_area", "tessellate_patch"),
     "sketch.surfacing.quads": ("even_edges", "fill_with_quads"),
+    "sketch.features.model": ("Model", "Feet", "Crossings"),
+    "sketch.features.strokes": ("Stroke", "RecoveredCurve", "Figures", "Spread", "recovered"),
+    "sketch.features.snap": ("Snap", "SnapSettings", "FeatureCurve", "snap"),
+    "sketch.features.splines": ("Spline", "Fit", "fit_spline"),
+    "sketch.features.drag": ("View", "Drag", "begin_drag", "dragged"),
+    "sketch.features.files.strokesjson": ("read_strokes", "write_strokes"),
+    "sketch.features.files.curvesjson": ("read_curves", "write_curves"),
+    "sketch.features.registration": None,
+    "sketch.features.shapemodel": None,
+    "sketch.features.sessionfile": (
+        "Session",
+        "SessionCurve",
+        "read_session",
+        "write_session",
+        "read_template",
+        "write_template",
+        "write_network",
+        "read_shapes",
+        "write_shapes",
+    ),
+    "sketch.features.errors": ("InvalidFeatureError",),
     "viewer": None,
     "viewer.surfacing": None,
+    "viewer.features": None,
+    "viewer.shapes": None,
     "patterndb.pattern": ("Pattern",),
     "patterndb.patternclass": ("PatternClass",),
     "patterndb.disk": ("Disk",),
@@ -70,10 +93,11 @@ ILLUSTRATED = (
     DOCS / "tutorial.md",
     DOCS / "queries.md",
     DOCS / "surfacing.md",
+    DOCS / "features.md",
 )
 
 #: How the names of pictures begin that scripts/draw_NAME.py draw, and no step does.
-DRAWN_APART = ("bodies", "explorer-", "placing-", "surfacing-")
+DRAWN_APART = ("bodies", "explorer-", "placing-", "surfacing-", "features-", "shapes-")
 
 #: Bytes that a picture of the documentation may have.
 LARGEST_PICTURE = 300_000
@@ -87,9 +111,10 @@ NOTICE = "<!-- Written by scripts/build_docs.py; change the code it describes in
 def cli_page() -> str:
     from patterndb.cli import cli
 
-    verbs = list(cli.commands.items())
+    verbs = list(leaves(cli))
     lines = [NOTICE, "# Command line\n", *help_text(cli.help), "| verb | |", "|---|---|"]
-    lines += [f"| [{name}](#{name}) | {summary(command.help)} |" for name, command in verbs]
+    links = dict(zip((name for name, _ in verbs), anchors(n for n, _ in verbs), strict=True))
+    lines += [f"| [{name}](#{links[name]}) | {summary(command.help)} |" for name, command in verbs]
     lines += [
         "",
         "Every verb has `--help` (or `-h`). `python -m patterndb` is the same program.\n",
@@ -97,13 +122,25 @@ def cli_page() -> str:
     for name, command in verbs:
         lines += [f"## {name}\n", *fence("text", usage(name, command)), *help_text(command.help)]
         options = [p for p in command.params if isinstance(p, click.Option)]
+        if not options:
+            continue
         lines += ["| option | |", "|---|---|"]
         lines += [f"| {option_name(o)} | {option_help(o)} |" for o in options]
         lines.append("")
     return "\n".join(lines).rstrip() + "\n"
 
 
+def leaves(group: click.Group, before: str = "") -> Iterator[tuple[str, click.Command]]:
+    """All verbs by their names, those of a group after it."""
+    for word, command in group.commands.items():
+        yield before + word, command
+        if isinstance(command, click.Group):
+            yield from leaves(command, f"{before}{word} ")
+
+
 def usage(name: str, command: click.Command) -> str:
+    if isinstance(command, click.Group):
+        return f"patterndb {name} {'|'.join(command.commands)} ..."
     words = ["patterndb", name, "[OPTIONS]"]
     for param in command.params:
         if isinstance(param, click.Argument):

@@ -16,10 +16,14 @@ from patterndb.cli import (
     asking,
     exchanging,
     exploring,
+    features,
     filling,
     learning,
     pictures,
     querying,
+    registering,
+    retopo,
+    shapes,
     surfacing,
 )
 from patterndb.cli.failure import (
@@ -81,6 +85,10 @@ for command in (
     *pictures.COMMANDS,
     *exploring.COMMANDS,
     *surfacing.COMMANDS,
+    *retopo.COMMANDS,
+    *features.COMMANDS,
+    *registering.COMMANDS,
+    *shapes.COMMANDS,
     *exchanging.COMMANDS,
 ):
     cli.add_command(command)

@@ -64,3 +64,21 @@ def write_surface(path: Path, surfacing: Surfacing) -> None:
         for face in patch.faces:
             lines += [f"f {' '.join(map(str, row))}" for row in name[face].tolist()]
     replace_file(path, "\n".join(lines) + "\n")
+
+
+def write_quads(
+    path: Path,
+    vertices: NDArray[np.float64],
+    quads: NDArray[np.int32],
+    patch: NDArray[np.int32],
+) -> None:
+    """Write a mesh of quads, a group per patch; every number reads back as it was.
+
+    vertices: (v, 3). quads: (q, 4). patch: (q,) the number of the patch of each.
+    """
+    lines = [f"# quad mesh: {len(quads)} quads in {len(np.unique(patch))} patches"]
+    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    for number in np.unique(patch).tolist():
+        lines.append(f"g patch_{number}")
+        lines += [f"f {a} {b} {c} {d}" for a, b, c, d in (quads[patch == number] + 1).tolist()]
+    replace_file(path, "\n".join(lines) + "\n")

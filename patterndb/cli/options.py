@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from patterndb.store import Database
     from patterndb.store.connection import Mode
     from query import Boundary
+    from sketch.features.model import Model
 
     # Generic for the type checker alone: older releases of click have a plain class.
     ParamType = click.ParamType[Any, Any]
@@ -35,21 +36,26 @@ class FileName(ParamType):
         return Path(value)
 
 
-class ObjPath(FileName):
-    """An OBJ file to write."""
+class FileToWrite(FileName):
+    """A file to write, with one of the suffixes; what, doing: the words of messages."""
+
+    def __init__(self, *suffixes: str, what: str = "file", doing: str = "write") -> None:
+        self.suffixes = suffixes
+        self.what = what
+        self.doing = doing
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
         path = super().convert(value, param, ctx)
-        if path.suffix.lower() != ".obj":
-            self.fail(f"{value} must end in .obj", param, ctx)
+        if self.suffixes and path.suffix.lower() not in self.suffixes:
+            self.fail(f"{value} must end in {' or '.join(self.suffixes)}", param, ctx)
         if path.is_dir():
-            self.fail(f"{value} is a folder; name a file in it", param, ctx)
+            self.fail(f"{value} is a folder; name a {self.what} in it", param, ctx)
         if not path.absolute().parent.is_dir():
-            self.fail(f"there is no folder {path.parent} to write into", param, ctx)
+            self.fail(f"there is no folder {path.parent} to {self.doing} into", param, ctx)
         return path
 
 
-OBJ = ObjPath()
+OBJ = FileToWrite(".obj")
 
 
 def is_text(name: str) -> bool:
@@ -96,6 +102,19 @@ def boundary_of(
     return Boundary(sides, () if closed else corners)  # pyright: ignore[reportArgumentType]
 
 
+def read_model(path: Path) -> Model:
+    """The model in a mesh file, its triangles as they stand."""
+    from ingest.read import read_mesh
+    from sketch.features.errors import InvalidFeatureError
+    from sketch.features.model import Model
+
+    mesh = read_mesh(path)
+    try:
+        return Model.from_polygons(mesh)
+    except InvalidFeatureError as error:
+        raise InvalidFeatureError(f"{path}: {error}") from None
+
+
 class Numbers(ParamType):
     """Whole numbers with commas between: 3,5,4,6."""
 
@@ -139,21 +158,7 @@ class Range(ParamType):
 
 def picture_path(*suffixes: str) -> ParamType:
     """A file to draw into, with one of the suffixes."""
-
-    class Picture(FileName):
-        def convert(
-            self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-        ) -> Path:
-            path = super().convert(value, param, ctx)
-            if path.suffix.lower() not in suffixes:
-                self.fail(f"{value} must end in {' or '.join(suffixes)}", param, ctx)
-            if path.is_dir():
-                self.fail(f"{value} is a folder; name a picture in it", param, ctx)
-            if not path.absolute().parent.is_dir():
-                self.fail(f"there is no folder {path.parent} to draw into", param, ctx)
-            return path
-
-    return Picture()
+    return FileToWrite(*suffixes, what="picture", doing="draw")
 
 
 max_irregular_option = click.option(

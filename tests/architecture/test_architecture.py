@@ -31,7 +31,8 @@ WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.files")
 WORLDLY_MODULES += ("patterndb.starter", "patterndb.kernelcache", "ingest.pipeline")
 WORLDLY_MODULES += ("patterndb.cachefolder", "query.boundaryfile", "patterndb.jsonread")
 WORLDLY_MODULES += ("sketch.surfacing.networkfile", "sketch.features.sessionfile")
-WORLDLY_MODULES += ("sketch.features.files.shapearrays",)
+WORLDLY_MODULES += ("sketch.features.files.shapearrays", "sketch.features.files.strokesjson")
+WORLDLY_MODULES += ("sketch.features.files.curvesjson",)
 
 #: What the others do not import, and functions they do not call.
 WORLDLY = {"sqlite3", "pathlib", "io", "shutil", "tempfile", "subprocess", "json"}

@@ -22,6 +22,13 @@ VERBS = (
     "fill",
     "explore",
     "surface",
+    "retopo",
+    "features",
+    "register",
+    "shape-model",
+    "shape-model build",
+    "shape-model sample",
+    "shape-model edit",
     "show",
     "gallery",
     "browse",
@@ -33,19 +40,32 @@ VERBS = (
 )
 
 
+def command_of(verb: str) -> click.Command:
+    """The verb of this name, one of a group by both words."""
+    command: click.Command = cli
+    for word in verb.split():
+        assert isinstance(command, click.Group)
+        command = command.commands[word]
+    return command
+
+
 def test_the_verbs() -> None:
-    assert set(cli.commands) == set(VERBS)
+    found = set(cli.commands)
+    for name, command in cli.commands.items():
+        if isinstance(command, click.Group):
+            found |= {f"{name} {word}" for word in command.commands}
+    assert found == set(VERBS)
 
 
 @pytest.mark.parametrize("verb", VERBS)
 @pytest.mark.parametrize("flag", ["--help", "-h"])
 def test_help_has_an_example(verb: str, flag: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "200")
-    result = run(verb, flag)
+    result = run(*verb.split(), flag)
     assert (result.code, result.err) == (0, "")
     assert f"\n  patterndb {verb} " in result.out
     assert max(map(len, result.out.splitlines())) <= WIDTH
-    for option in cli.commands[verb].params:
+    for option in command_of(verb).params:
         if isinstance(option, click.Option):
             assert option.help and option.help.endswith((".", "]", '".')), option.name
             assert option.opts[0] in result.out
@@ -54,15 +74,19 @@ def test_help_has_an_example(verb: str, flag: str, monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("verb", VERBS)
 def test_examples_are_in_order(verb: str) -> None:
     """Every line of an example is read by the verb that it names, up to its files."""
-    help_text = cli.commands[verb].help or ""
+    command = command_of(verb)
+    help_text = command.help or ""
     lines = [line.strip() for line in help_text.splitlines()]
     examples = [line for line in lines if line.startswith("patterndb ")]
     assert examples
     for line in examples:
-        words = shlex.split(line)
-        assert words[1] == verb
-        command = cli.commands[verb]
-        context = command.make_context(verb, words[2:], resilient_parsing=True)
+        words = shlex.split(line)[1:]
+        length = len(verb.split())
+        assert words[:length] == verb.split()
+        named, rest = command, words[length:]
+        if isinstance(command, click.Group):
+            named, rest = command.commands[rest[0]], rest[1:]
+        context = named.make_context(verb, rest, resilient_parsing=True)
         assert not context.args
 
 

@@ -11,6 +11,9 @@ curves: by the names that a template has for them, each a polyline or a spline. 
 follows from the template, whose corners meet and near are about: meet, which of a corner's
 curves say where it is, all if it is left out; near, a point near a corner, where its curves meet
 more than once. tolerance: how far curves may pass and still meet, in the unit of the points.
+
+What :mod:`sketch.features.files.curvesjson` writes is a network too: the model's name, and how each
+curve was found, are passed over.
 """
 
 from __future__ import annotations
@@ -24,8 +27,14 @@ from sketch.features.initial import interpolating
 from sketch.features.registration import DrawnNetwork
 from sketch.features.splines import Spline, fit_spline
 
-KEYS = ("curves", "meet", "near", "tolerance")
+KEYS = ("model", "curves", "meet", "near", "tolerance")
 SPLINE_KEYS = ("degree", "knots", "control_points")
+
+#: What curves that were recovered from strokes have beside.
+FOUND_KEYS = (
+    "samples", "parameters", "stroke", "constraints", "settings", "mended", "failed", "ended",
+    "notes", "figures",
+)  # fmt: skip
 
 #: How far a spline may be from the polyline it stands for, as a share of its length: well below
 #: what can be seen, and what a drawn curve is off.
@@ -79,7 +88,7 @@ def curve_of(value: JsonValue) -> Spline:
     try:
         if not value.is_object:
             return spline_through(np.array(value.polyline()))
-        entries = value.entries(SPLINE_KEYS)
+        entries = value.entries((*SPLINE_KEYS, *FOUND_KEYS))
         for key in SPLINE_KEYS:
             if key not in entries:
                 value.fail(f'"{key}" is missing; a spline has {", ".join(SPLINE_KEYS)}')

@@ -22,6 +22,10 @@ STIFFNESS = 1e-3
 #: How exactly the bounded least squares are solved, in shares of the cost.
 TOLERANCE = 1e-14
 
+#: Steps for every mode that the solver may take. By itself it takes one, but a mode may come to
+#: its limit and leave it again.
+STEPS_EACH = 50
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Edit:
@@ -88,7 +92,14 @@ def edit(
     """
     begin, matrix, wanted = system(model, targets, held=held, start=start, stiffness=stiffness)
     low, high = model.box
-    found = lsq_linear(matrix, wanted, (low - begin, high - begin), method="bvls", tol=TOLERANCE)
+    found = lsq_linear(
+        matrix,
+        wanted,
+        (low - begin, high - begin),
+        method="bvls",
+        tol=TOLERANCE,
+        max_iter=STEPS_EACH * model.n_modes,
+    )
     if not found.success:
         raise InvalidFeatureError(f"the edit found no shape: {found.message}; give nearer targets")
     coefficients = np.clip(begin + found.x, low, high)

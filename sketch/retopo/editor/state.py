@@ -1,0 +1,24 @@
+"""State: everything that editing changes, as one immutable value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from sketch.retopo.network import Network, equal
+from sketch.retopo.sizes import Sizes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """network: the curves, with counts and fills. sizes: of brushes and edges.
+
+    Undoing is to take an earlier state. What the user looks at, such as whether the surface is
+    hidden, is not part of it.
+    """
+
+    network: Network
+    sizes: Sizes
+
+    def same(self, other: State) -> bool:
+        """Are they equal, bit for bit?"""
+        return self.sizes == other.sizes and equal(self.network, other.network)

@@ -1,0 +1,26 @@
+"""Autocompletion: the patches that close against the boundaries around the cursor.
+
+:mod:`.sequence` cuts the boundaries down to a window, :mod:`.cases` has the patch that each
+configuration of corners suggests, and :mod:`.suggest` the list of those that can be, largest
+first, all in the plane of a local parameterisation (:mod:`sketch.retopo.tools.plane`). :mod:`.tool`
+takes it from the ground there and back into the network.
+"""
+
+from sketch.retopo.tools.completion.cases import Suggestion, suggestion
+from sketch.retopo.tools.completion.sequence import Sequence, Window, sequences
+from sketch.retopo.tools.completion.suggest import suggested, suggestions
+from sketch.retopo.tools.completion.tool import Completion, autocomplete, complete, completions
+
+__all__ = [
+    "Completion",
+    "Sequence",
+    "Suggestion",
+    "Window",
+    "autocomplete",
+    "complete",
+    "completions",
+    "sequences",
+    "suggested",
+    "suggestion",
+    "suggestions",
+]

@@ -1,0 +1,93 @@
+"""The course of a chain after it moved: its samples even again, and what it crosses now."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+
+from query.placing.surface import Points
+from query.polyline import arc_length, at_lengths
+from sketch.retopo.ground import Ground
+from sketch.retopo.ground.ground import TOO_FAR
+from sketch.retopo.network.crossings import crossings, self_crossings
+from sketch.retopo.network.samples import samples_of
+from sketch.retopo.network.stops import between
+from sketch.retopo.network.structure import Chain, Network
+from sketch.retopo.sizes import Sizes
+
+#: Samples that are more than this many samplings apart, or in the mean less than one part in as
+#: many, are set anew: until then a chain keeps the samples it has.
+UNEVEN = 2.0
+
+
+def on_ground(
+    points: Points, normals: Points, ground: Ground, sizes: Sizes
+) -> tuple[Points, Points]:
+    """(n, 3) points taken to the ground along normals (n, 3), with the ground's normals there."""
+    done = ground.project(points, normals, TOO_FAR * sizes.edge)
+    return done.points, done.normals
+
+
+def evened(
+    points: Points, normals: Points, ground: Ground, sizes: Sizes, closed: bool
+) -> tuple[Points, Points]:
+    """A course (n, 3) with samples at equal arc length if they have come too far apart, or too
+    near; else as it is. The ends of an open one stay exactly; a closed one repeats no point."""
+    line = np.concatenate([points, points[:1]]) if closed else points
+    along = arc_length(line)
+    steps = np.diff(along)
+    if steps.max() <= UNEVEN * sizes.sampling and steps.mean() >= sizes.sampling / UNEVEN:
+        return points, normals
+    edges = max(3 if closed else 2, round(along[-1] / sizes.sampling))
+    wanted = np.linspace(0.0, along[-1], edges + 1)[: edges if closed else edges + 1]
+    places = np.interp(wanted, along, np.arange(len(along)))
+    up = between(points, normals, places)[1]
+    even, up = on_ground(at_lengths(line, wanted), up, ground, sizes)
+    if not closed:
+        even[[0, -1]], up[[0, -1]] = points[[0, -1]], normals[[0, -1]]
+    return even, up
+
+
+def crossed(network: Network, chains: Iterable[int], near: float) -> set[int]:
+    """The chains that some chains cross, these among them where they cross themselves or each
+    other. Where two meet in a node, what is within ``near`` of it is no crossing."""
+    found: set[int] = set()
+    for chain in sorted(set(chains)):
+        line = network.chains[chain]
+        others = {k: other for k, other in network.chains.items() if k != chain}
+        met = crossings(line.points, line.normals, line.loose, samples_of(others))
+        where = between(line.points, line.normals, met.along)[0]
+        for k, other in enumerate(met.chain):
+            if not _at_node(network, line, network.chains[int(other)], where[k], near):
+                found.add(int(other))
+        own = self_crossings(line.points, line.normals, line.loose)
+        where = between(line.points, line.normals, own.along)[0]
+        if any(not _at_node(network, line, line, at, near) for at in where):
+            found.add(chain)
+    return found
+
+
+def crossing_notes(
+    before: Mapping[int, Chain], network: Network, chains: Iterable[int], sizes: Sizes
+) -> list[str]:
+    """What to say if chains that moved cross others now, and did not as they were before."""
+    moved = [chain for chain in set(chains) if chain in network.chains]
+    now = crossed(network, moved, sizes.sampling)
+    if not now:
+        return []
+    old = Network(network.nodes, before)
+    kept = [chain for chain in moved if chain in before]
+    new = now - crossed(old, kept, sizes.sampling)
+    if not new:
+        return []
+    return [
+        f"the curve crosses {len(new)} others, or itself, now: move it back, or erase what "
+        "it crosses"
+    ]
+
+
+def _at_node(network: Network, one: Chain, two: Chain, point: Points, near: float) -> bool:
+    shared = {one.start, one.end} & {two.start, two.end}
+    nodes = [network.nodes[node] for node in shared if node in network.nodes]
+    return any(np.linalg.norm(node.point - point) <= near for node in nodes)

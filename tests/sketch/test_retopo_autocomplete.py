@@ -1,0 +1,118 @@
+"""The autocompletion tool in a network on the ground."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from boundary_cases import same_corners
+from retopo_cases import SIZES, corners_of, plane_ground, polygons
+
+from sketch.retopo.errors import RefusedError
+from sketch.retopo.network import Network, check
+from sketch.retopo.tools.completion import autocomplete, complete, completions
+
+UP = (0.0, 0.0, 1.0)
+
+#: The tolerance of the cases: two samples, and what the parameterisation is off.
+NEAR = 0.11
+
+LOW = [(-3.0, -3.0, True), (3.0, -3.0, True), (3.0, 0.0, True), (-3.0, 0.0, True)]
+POST = [(-0.5, -3.0, True), (0.5, -3.0, True), (0.5, 0.0, True), (-0.5, 0.0, True)]
+WALL = [(-3.0, 0.0, True), (0.0, 0.0, True), (0.0, 3.0, True), (-3.0, 3.0, True)]
+OTHER_WALL = [(0.5, 0.0, True), (3.0, 0.0, True), (3.0, 3.0, True), (0.5, 3.0, True)]
+ROOF = [(-3.0, 1.5, True), (3.0, 1.5, True), (3.0, 4.0, True), (-3.0, 4.0, True)]
+HANGING = [(-0.6, 1.5, True), (0.6, 1.5, True), (0.6, 4.0, True), (-0.6, 4.0, True)]
+
+
+@pytest.mark.parametrize(
+    ("drawn", "cursor", "case", "corners", "curves"),
+    [
+        ([LOW], (0, 0), "a", [(-1, 0), (1, 0), (1, 2), (-1, 2)], 3),
+        ([POST], (0, 0), "c", [(-0.5, 0), (0.5, 0), (0.5, 1), (-0.5, 1)], 3),
+        ([LOW, ROOF], (0, 0), "i", [(-1, 0), (1, 0), (1, 1.5), (-1, 1.5)], 2),
+        ([POST, HANGING], (0, 0), "k", [(-0.5, 0), (0.5, 0), (0.6, 1.5), (-0.6, 1.5)], 2),
+        ([POST, ROOF], (0, 0), "j", [(-0.5, 0), (0.5, 0), (0.5, 1.5), (-0.5, 1.5)], 2),
+    ],
+)
+def test_a_suggestion_becomes_a_patch(
+    drawn: list[list[tuple[float, float, bool]]],
+    cursor: tuple[float, float],
+    case: str,
+    corners: list[tuple[float, float]],
+    curves: int,
+) -> None:
+    before = polygons(*drawn)
+    found = completions(before, plane_ground(), (*cursor, 0.0), UP, SIZES)
+    assert found[0].suggestion.case == case
+    assert len(found[0].curves(SIZES)) == curves
+    edit = complete(before, found[0], SIZES)
+    check(edit.network)
+    assert len(edit.network.patches) == len(before.patches) + 1
+    assert any(
+        same_corners(corners_of(edit.network, p), corners, NEAR) for p in edit.network.patches
+    )
+    assert np.allclose(
+        np.sort(found[0].corners()[:, 0]), np.sort([c[0] for c in corners]), atol=NEAR
+    )
+
+
+def test_between_two_patches_at_a_corner_the_gap_is_filled() -> None:
+    # Two walls on a floor leave a notch with two sharp corners, where three patches meet twice.
+    floor = [(-3.0, -3.0, True), (3.0, -3.0, True), (3.0, 0.0, True), (-3.0, 0.0, True)]
+    network = polygons(floor)
+    network = _with(network, WALL)
+    network = _with(network, OTHER_WALL)
+    check(network)
+    edit = autocomplete(network, plane_ground(), (0.25, 0.05, 0.0), UP, SIZES)
+    check(edit.network)
+    assert len(edit.network.patches) == 4
+    assert any(
+        same_corners(corners_of(edit.network, p), [(0, 0), (0.5, 0), (0.5, 2), (0, 2)], NEAR)
+        for p in edit.network.patches
+    )
+
+
+def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network:
+    """The network with three strokes that make a patch on the floor y = 0."""
+    from retopo_cases import line, up
+
+    from sketch.retopo.network import AtChain, AtNode, Draft, nearest_place, samples
+
+    (x0, _, _), (x1, _, _), _, (_, y1, _) = polygon
+    draft = Draft(network)
+    corners = []
+    for x in (x0, x1):
+        place = nearest_place(samples(network), (x, 0.0, 0.0), UP, 0.1)
+        assert place is not None
+        corners.append(draft.end_node(AtChain(place.chain, place.place), *([np.zeros(3)] * 2)))
+    points = line((x1, 0.0), (x1, y1), (x0, y1), (x0, 0.0))
+    draft.add_chain(points, up(points), AtNode(corners[1]), AtNode(corners[0]))
+    return draft.finished()
+
+
+def test_nothing_far_from_all_patches_and_no_more_choices_than_there_are() -> None:
+    network = polygons(LOW)
+    assert completions(network, plane_ground(), (0.0, 0.3, 0.0), UP, SIZES) == []
+    with pytest.raises(RefusedError, match="nothing can be completed"):
+        autocomplete(network, plane_ground(), (0.0, 0.3, 0.0), UP, SIZES)
+    count = len(completions(network, plane_ground(), (0.0, 0.1, 0.0), UP, SIZES))
+    with pytest.raises(RefusedError, match=f"there are {count}"):
+        autocomplete(network, plane_ground(), (0.0, 0.1, 0.0), UP, SIZES, choice=count)
+
+
+def test_all_choices_make_sound_networks() -> None:
+    network = polygons(LOW, ROOF)
+    for one in completions(network, plane_ground(), (0.4, 0.1, 0.0), UP, SIZES):
+        edit = complete(network, one, SIZES)
+        check(edit.network)
+        assert len(edit.network.patches) == 3
+
+
+def test_completing_again_and_again_grows_a_row() -> None:
+    network = polygons(POST)
+    for y in (0.0, 1.0, 2.0, 3.0):
+        network = autocomplete(network, plane_ground(), (0.0, y, 0.0), UP, SIZES).network
+        check(network)
+    assert len(network.patches) == 5
+    tops = [corners_of(network, p)[:, 1].max() for p in network.patches]
+    assert np.allclose(sorted(tops), [0, 1, 2, 3, 4], atol=NEAR)
