@@ -18,6 +18,9 @@ def replace_file(path: Path, content: str | bytes) -> None:
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
+            # Else a crash of the machine could leave the new name with nothing in it.
+            file.flush()
+            os.fsync(file.fileno())
         # mkstemp makes files for the owner alone; give it what open() would have.
         mask = os.umask(0)
         os.umask(mask)

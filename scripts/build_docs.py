@@ -1,6 +1,7 @@
-"""Write docs/cli.md and docs/api.md from the code; pictures and output from the program.
+"""Write docs/cli.md, docs/api.md and lists of docs/retopo.md from the code; pictures and output
+from the program.
 
-    python scripts/build_docs.py              write both pages
+    python scripts/build_docs.py              write them
     python scripts/build_docs.py --check      exit code 1 and a diff if they are stale
     python scripts/build_docs.py --walk       do what README and guides say (three
                                               minutes), and keep the pictures and the output
@@ -16,6 +17,7 @@ import argparse
 import difflib
 import importlib
 import inspect
+import json
 import re
 import sys
 import tempfile
@@ -64,10 +66,21 @@ MODULES: dict[str, tuple[str, ...] | None] = {
         "write_shapes",
     ),
     "sketch.features.errors": ("InvalidFeatureError",),
+    "sketch.retopo": None,
+    "sketch.retopo.editor": ("Call", "Editor", "Outcome", "State"),
+    "sketch.retopo.ground": ("Ground", "Feet", "Projected", "Stroke", "cleaned"),
+    "sketch.retopo.network": ("Network", "Node", "Chain", "Patch"),
+    "sketch.retopo.filling": ("FilledNetwork", "RetopoMesh", "completed", "welded", "ranked"),
+    "sketch.retopo.filling.report": ("Report", "report", "hausdorff"),
+    "sketch.retopo.script": ("Script", "Line", "read_script", "write_script", "play"),
+    "sketch.retopo.sessionfile": ("Session", "read_session", "write_session"),
+    "sketch.retopo.symmetry": None,
+    "sketch.retopo.quadimport": ("Imported", "imported"),
     "viewer": None,
     "viewer.surfacing": None,
     "viewer.features": None,
     "viewer.shapes": None,
+    "viewer.retopo": None,
     "patterndb.pattern": ("Pattern",),
     "patterndb.patternclass": ("PatternClass",),
     "patterndb.disk": ("Disk",),
@@ -94,10 +107,19 @@ ILLUSTRATED = (
     DOCS / "queries.md",
     DOCS / "surfacing.md",
     DOCS / "features.md",
+    DOCS / "retopo.md",
 )
 
 #: How the names of pictures begin that scripts/draw_NAME.py draw, and no step does.
-DRAWN_APART = ("bodies", "explorer-", "placing-", "surfacing-", "features-", "shapes-")
+DRAWN_APART = (
+    "bodies",
+    "explorer-",
+    "placing-",
+    "surfacing-",
+    "features-",
+    "shapes-",
+    "retopo-",
+)
 
 #: Bytes that a picture of the documentation may have.
 LARGEST_PICTURE = 300_000
@@ -184,6 +206,48 @@ def help_text(text: str | None) -> list[str]:
         else:
             lines.append(paragraph + "\n")
     return lines
+
+
+# Parts of the guide to retopology
+
+
+def retopo_page(text: str) -> str:
+    """The guide with the tools and keys that there are, between its comments."""
+    from sketch.retopo.editor import TOOLS
+    from sketch.retopo.editor.arguments import REQUIRED
+    from viewer.retopo.keys import KEY_HELP, MOUSE_HELP
+    from viewer.retopo.modes import modes
+
+    tools = ["| tool | argument | |", "|---|---|---|"]
+    for name, tool in TOOLS.items():
+        tools.append(f"| `{name}` | | {tool.help} |")
+        for word, argument in tool.arguments.items():
+            wanted = argument.kind.wanted.replace("a number from 1e-12 on", "a number above 0")
+            said = f"{argument.help}: {wanted}"
+            if argument.default is REQUIRED:
+                said += ". Required"
+            elif argument.default is not None:
+                said += f". Default: {json.dumps(argument.default)}"
+            tools.append(f"| | `{word}` | {said} |")
+    keys = ["| key | tool | |", "|---|---|---|"]
+    keys += [f"| `{m.key}` | {m.title} | {spaced(m.hint)} |" for m in modes() if m.key]
+    keys += ["", "| key | |", "|---|---|", *(f"| `{key}` | {said} |" for key, said in KEY_HELP)]
+    keys += ["", spaced(MOUSE_HELP) + "."]
+    return between(between(text, "Tools", tools), "Keys", keys)
+
+
+def spaced(text: str) -> str:
+    """What the window parts by wide spaces, parted by semicolons."""
+    return re.sub(r" {3,}", "; ", text)
+
+
+def between(text: str, name: str, lines: Iterable[str]) -> str:
+    """A page with these lines between the comments that begin and end what ``name`` is."""
+    begin = re.search(rf"^<!-- {name}: .*-->\n", text, re.MULTILINE)
+    end = text.find(f"<!-- End of {name.lower()}. -->")
+    if begin is None or end < begin.end():
+        raise ValueError(f"the page has no place for {name.lower()}")
+    return text[: begin.end()] + "\n" + "\n".join(lines) + "\n\n" + text[end:]
 
 
 # The Python interface
@@ -405,7 +469,12 @@ def main() -> None:
             walk(page)
         return
     stale = False
-    for path, page in ((DOCS / "cli.md", cli_page()), (DOCS / "api.md", api_page())):
+    retopo = DOCS / "retopo.md"
+    for path, page in (
+        (DOCS / "cli.md", cli_page()),
+        (DOCS / "api.md", api_page()),
+        (retopo, retopo_page(retopo.read_text(encoding="utf-8"))),
+    ):
         old = path.read_text(encoding="utf-8") if path.exists() else ""
         if old == page:
             continue

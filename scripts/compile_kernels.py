@@ -122,10 +122,51 @@ view = View.parallel([3, 2, 1], [0, 0, 0], [0, 0, 1], 3.0, (99, 99), (0.1, 9.0))
 samples = snapped.curve.samples
 drag = dragged(begin_drag(view, model, samples, view.seen_at(samples)[5]), model, [50, 50])
 model.outermost(line[:2], line[1:3] - line[:2])
+from viewer.features.shading import shaded
+from viewer.features.skin import Skin
+from viewer.view import View as Seen
+import numpy as np
+shaded(Skin.of(model), Seen(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
+"""
+
+#: Retopology: strokes that cross on a sheet, a loop, a path, a patch beside others, counts.
+RETOPO = """
+import numpy as np
+from sketch.retopo.counts import CountsProblem, changed, choose
+from sketch.retopo.ground import Ground, cleaned, geodesic, planar_cut
+from sketch.retopo.network import Network, with_borders
+from sketch.retopo.sizes import Sizes
+from sketch.retopo.tools.completion import completions
+from sketch.retopo.tools.corners import toggle
+from sketch.retopo.tools.erase import erase_crossed
+from sketch.retopo.tools.salience import Salience
+from sketch.retopo.tools.stroke import insert
+x, y = np.meshgrid(np.linspace(0, 9, 28), np.linspace(0, 9, 28))
+vertices = np.stack([x, y, 0.1 * np.sin(x)], axis=-1).reshape(-1, 3)
+i = np.array([k for k in range(27 * 28) if k % 28 < 27])
+quads = np.stack([i, i + 1, i + 29, i + 28], axis=1)
+ground = Ground.of(vertices, np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]]))
+sizes = Sizes.of(9.0)
+network = with_borders(Network(longest=99.0), ground, sizes.sampling)
+ring = [(4 + np.cos(t), 4 + np.sin(t), 0) for t in np.linspace(0, 6.2, 50)]
+lines = [[(2, 4, 0), (7, 4, 0)], [(3, 2, 0), (3, 7, 0)], [(2, 2, 0), (2, 7, 0), (7, 7, 0)]]
+for line in (*lines, ring):
+    network = insert(network, ground, sizes, cleaned(line, ground, sizes)).network
+ground.project([[4, 4, 9.0]], [[0, 0, 1.0]])
+one, two = ground.nearest([[1, 1, 0.0]]), ground.nearest([[8, 8, 0.0]])
+geodesic(ground, one, two).sampled(ground, sizes.sampling)
+planar_cut(ground, one, (1, 0.3, 0))
+completions(network, ground, (4.99, 4, 0), (0, 0, 1), sizes)
+network = toggle(network, sizes, (5, 4.1, 0), (0, 0, 1)).network
+erase_crossed(network, cleaned([(4.5, 3, 0), (4.5, 6, 0)], ground, sizes))
+Salience.of(ground, sizes.edge).felt(ground.vertices[:2], ground.normals[:2], "both")
+patches = [[[0], [1], [2], [3]], [[1], [4], [4]]]
+problem = CountsProblem.of([3.0, 4, 3, 4, 2], patches, [0, 0, 2, 0, 0])
+changed(problem, choose(problem).counts, 0, 5)
 """
 
 #: What runs side by side, about as long each.
-RUNS = (LEARN + PLACE + SURFACE + FEATURES, ASK)
+RUNS = (LEARN + PLACE + SURFACE + FEATURES, ASK + RETOPO)
 
 
 def main() -> None:

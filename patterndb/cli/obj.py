@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -68,17 +69,17 @@ def write_surface(path: Path, surfacing: Surfacing) -> None:
 
 def write_quads(
     path: Path,
-    vertices: NDArray[np.float64],
+    points: NDArray[np.float64],
     quads: NDArray[np.int32],
-    patch: NDArray[np.int32],
+    title: str,
+    groups: Sequence[str] = (),
 ) -> None:
-    """Write a mesh of quads, a group per patch; every number reads back as it was.
-
-    vertices: (v, 3). quads: (q, 4). patch: (q,) the number of the patch of each.
-    """
-    lines = [f"# quad mesh: {len(quads)} quads in {len(np.unique(patch))} patches"]
-    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
-    for number in np.unique(patch).tolist():
-        lines.append(f"g patch_{number}")
-        lines += [f"f {a} {b} {c} {d}" for a, b, c, d in (quads[patch == number] + 1).tolist()]
+    """Write (v, 3) points and (q, 4) quads in their order, with a group wherever the names of
+    groups, one for each quad, change. Every number reads back as it was."""
+    lines = [f"# {printable(title)}"]
+    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
+    for k, (a, b, c, d) in enumerate((quads + 1).tolist()):
+        if groups and (not k or groups[k] != groups[k - 1]):
+            lines.append(f"g {groups[k]}")
+        lines.append(f"f {a} {b} {c} {d}")
     replace_file(path, "\n".join(lines) + "\n")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,13 +10,11 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
+from patterndb.cli.obj import write_quads
 from patterndb.cli.options import OBJ, FileName, as_json, picture_path, read_model
 from patterndb.cli.text import plural, printable, say, shortened, table, write, write_json
-from patterndb.files import replace_file
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from sketch.features.registration import DrawnNetwork, Registration, Template
 
 template_option = click.option(
@@ -188,24 +185,6 @@ def write_registration(path: Path, made: Registration, template: Template) -> No
     names = ["_".join(printable(part.name).split()) or "part" for part in template.parts]
     groups: list[str] = [names[i] for i in of_part[made.quads[:, 0]].tolist()]
     write_quads(path, made.points, made.quads, f"{template.name}, laid onto a model", groups)
-
-
-def write_quads(
-    path: Path,
-    points: NDArray[np.float64],
-    quads: NDArray[np.int32],
-    title: str,
-    groups: Sequence[str] = (),
-) -> None:
-    """Write (v, 3) points and (q, 4) quads in their order, with a group wherever the names of
-    groups, one for each quad, change. Every number reads back as it was."""
-    lines = [f"# {printable(title)}"]
-    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
-    for k, (a, b, c, d) in enumerate((quads + 1).tolist()):
-        if groups and (not k or groups[k] != groups[k - 1]):
-            lines.append(f"g {groups[k]}")
-        lines.append(f"f {a} {b} {c} {d}")
-    replace_file(path, "\n".join(lines) + "\n")
 
 
 def _draw(made: Registration, template: Template, picture: Path) -> None:

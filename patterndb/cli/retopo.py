@@ -9,25 +9,55 @@ from typing import TYPE_CHECKING
 
 import click
 
-from patterndb.cli.options import OBJ, FileName, as_json, db_to_read, open_database
+from patterndb.cli.options import (
+    OBJ,
+    FileName,
+    FileToWrite,
+    as_json,
+    db_to_read,
+    open_database,
+    picture_path,
+)
+from patterndb.cli.retopobegin import Asked, begun
 from patterndb.cli.text import plural, say, table, write, write_json
 
 if TYPE_CHECKING:
     from sketch.retopo.editor import Editor, Outcome
-    from sketch.retopo.filling import FilledNetwork
+    from sketch.retopo.filling import FilledNetwork, RetopoMesh
+    from sketch.retopo.filling.report import Report
     from sketch.retopo.script import Line, Script
 
 
 @click.command()
 @click.argument("surface", type=FileName(), required=False)
+@click.option("--script", type=FileName(), metavar="FILE", help="The script to play, JSON lines.")
 @click.option(
-    "--script",
-    type=FileName(),
+    "--session",
+    type=FileToWrite(".retopo"),
     metavar="FILE",
-    required=True,
-    help="The script to play, JSON lines.",
+    help="Go on from this session if it is there, and save to it at the end; .retopo.",
 )
 @click.option("-o", "--output", type=OBJ, metavar="FILE", help="The mesh at the end, OBJ.")
+@click.option(
+    "--picture",
+    type=picture_path(".png"),
+    metavar="FILE",
+    help="Draw curves and quads into a PNG, without a window.",
+)
+@click.option(
+    "--quads", is_flag=True, help="SURFACE is a mesh of quads: begin from its regular grids."
+)
+@click.option(
+    "--view",
+    is_flag=True,
+    help="Open the window at the end; so does a SURFACE with nothing else to do.",
+)
+@click.option(
+    "--record",
+    type=FileToWrite(".jsonl"),
+    metavar="FILE",
+    help="Write what was done, in the script and in the window, as a script.",
+)
 @click.option(
     "--lenient", is_flag=True, help="Go on after a call that is refused, and say what was."
 )
@@ -35,8 +65,13 @@ if TYPE_CHECKING:
 @as_json
 def retopo(
     surface: Path | None,
-    script: Path,
+    script: Path | None,
+    session: Path | None,
     output: Path | None,
+    picture: Path | None,
+    quads: bool,
+    view: bool,
+    record: Path | None,
     lenient: bool,
     db: Path | None,
     as_json: bool,
@@ -44,7 +79,8 @@ def retopo(
     """Make a clean quad mesh on a surface, from curves drawn on it.
 
     SURFACE is a mesh of triangles, or of polygons, which are cut into triangles; left out, it
-    is the one that the script names. A script is a line of JSON for each tool that is used:
+    is the one that the script names. Alone, it opens in a window; the key h lists the keys. A
+    script is a line of JSON for each tool that is used:
 
     \b
     {"tool": "open", "surface": "spot.obj"}
@@ -55,92 +91,154 @@ def retopo(
     Loops of curves become patches, which are filled from the database; counts of edges are
     chosen so that all can be. The same script gives the same mesh.
 
-    Exit code 1 where there is no patch at the end, 3 for a script that is not what it must be,
+    A session holds the surface and all that was drawn. A script that goes on from one names the
+    same surface, and its calls come after what is there. What is refused stops the script, and
+    the session stays as it was.
+
+    Exit code 1 where there is no quad at the end, 3 for a script that is not what it must be,
     or a call that is refused.
 
     \b
+    patterndb retopo spot.obj --session spot.retopo
     patterndb retopo --script spot.jsonl -o spot-quads.obj
-    patterndb retopo spot.obj --script spot.jsonl --lenient --json
+    patterndb retopo --script legs.jsonl --session spot.retopo --picture legs.png
+    patterndb retopo --session spot.retopo -o spot-quads.obj
+    patterndb retopo cage.obj --quads --record edits.jsonl
     """
+    asked = Asked(surface, script, session, quads)
+    asked.check()
+    nothing_else = script is None and output is None and picture is None and not as_json
+    view = view or nothing_else
+    if view and as_json:
+        raise click.UsageError("--json tells what a script made; leave it or --view out")
+    if lenient and script is None:
+        raise click.UsageError("--lenient is about a script's calls; give a --script")
+    if record is not None and asked.goes_on:
+        raise click.UsageError(
+            f"a script tells all from the beginning, and {session} is from before; leave "
+            "--record out, or begin another session"
+        )
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from ingest.read import read_mesh
-    from sketch.retopo.editor import Editor
-    from sketch.retopo.filling.report import report
-    from sketch.retopo.ground import Ground
-    from sketch.retopo.script import read_script, surface_path
+    from sketch.retopo.autosave import recoveries
+    from sketch.retopo.script import Script, read_script, write_script
+    from sketch.retopo.sessionfile import Session, write_session
 
-    wanted = read_script(script)
-    path = surface_path(wanted, script) if surface is None else surface
-    ground = Ground.of_polygons(read_mesh(path))
-    say(f"{path.name}: {plural(len(ground.triangles), 'triangle')}")
-    started = time.perf_counter()
+    wanted = None if script is None else read_script(script)
+    refused: list[tuple[Line, Outcome]] = []
+    done: list[Line] = []
     with open_database(db) as database:
-        editor = Editor(ground, database)
-        refused = _played(wanted, editor, script, lenient)
+        start = begun(asked, wanted, database)
+        editor, name = start.editor, Path(start.surface).name
+        for one in recoveries(session):
+            say(
+                f"a crash left work on this session: {one.path}; rename it to end in .retopo to "
+                "read"
+            )
+        say(f"{name}: {plural(len(start.ground.triangles), 'triangle')}")
+        began = time.perf_counter()
+        if wanted is not None and script is not None:
+            done, refused = _played(wanted, editor, script, lenient)
         found = editor.fill()
-    seconds = time.perf_counter() - started
-    if output is not None:
-        _write(output, found)
-    made = report(found, ground)
+        seconds = time.perf_counter() - began
+        said = Script(start.surface, tuple(done), start.quads)
+        if view:
+            _look(editor, name, session, record, said)
+            found = editor.fill()
+        mesh = editor.mesh(found)
+        if session is not None and wanted is not None and not view:
+            write_session(session, Session(start.ground, editor.state, name))
+            say(f"written: {session}")
+        if record is not None and not view:
+            write_script(record, said)
+            say(f"written: {record}")
+        if output is not None:
+            _write(output, mesh)
+            say(f"written: {output}")
+        if picture is not None:
+            from viewer.retopo import draw
+
+            draw(editor, picture, title=name)
+            say(f"drawn: {picture}")
     for note in found.notes:
         say(note)
+    if nothing_else:
+        return 0
+    from sketch.retopo.filling.report import report
+
+    made = report(found, start.ground, mesh)
     if as_json:
-        write_json(
-            {
-                "surface": str(path),
-                "triangles": len(ground.triangles),
-                "calls": len(wanted.lines),
-                "refused": [
-                    {"line": line.number, "tool": line.call.tool, "why": outcome.refused}
-                    for line, outcome in refused
-                ],
-                **asdict(made),
-                "seconds": round(seconds, 6),
-                "notes": list(found.notes),
-                "output": None if output is None else str(output),
-            }
-        )
+        document: dict[str, object] = {
+            "surface": start.surface,
+            "triangles": len(start.ground.triangles),
+            "calls": 0 if wanted is None else len(wanted.lines),
+            "refused": [
+                {"line": line.number, "tool": line.call.tool, "why": outcome.refused}
+                for line, outcome in refused
+            ],
+            **asdict(made),
+            "seconds": round(seconds, 6),
+            "notes": list(found.notes),
+            "output": None if output is None else str(output),
+            "session": None if session is None else str(session),
+        }
+        write_json(document)
     else:
-        rows = [
-            ("patches", ", ".join(f"{n} with {k}" for k, n in made.patches.items()) or "none"),
-            ("quads", made.quads),
-            ("irregular", ", ".join(f"{n} of {k}" for k, n in made.irregular.items()) or "none"),
-            ("flipped", made.flipped),
-            ("open edges", made.open_edges),
-            ("Euler", made.euler),
-            ("to the surface", f"{100 * made.to_ground:.2f} %"),
-            ("from the surface", f"{100 * made.from_ground:.2f} %"),
-            ("seconds", f"{seconds:.1f}"),
-        ]
-        write(table(("what", "value"), rows))
+        write(table(("what", "value"), _rows(made, seconds)))
     return 0 if made.quads else 1
 
 
 def _played(
     wanted: Script, editor: Editor, script: Path, lenient: bool
-) -> list[tuple[Line, Outcome]]:
-    """Play a script; the lines that were refused."""
+) -> tuple[list[Line], list[tuple[Line, Outcome]]]:
+    """Play a script; the lines that did something, and those that were refused."""
     from sketch.retopo.script import play
 
     def export(name: str, found: FilledNetwork) -> None:
-        _write(script.parent / name, found)
+        _write(script.parent / name, editor.mesh(found))
 
+    done: list[Line] = []
     refused: list[tuple[Line, Outcome]] = []
     for line, outcome in play(wanted, editor, export, lenient=lenient):
         for note in outcome.notes:
             say(f"line {line.number}: {note}")
-        if outcome.refused is not None:
+        if outcome.refused is None:
+            done.append(line)
+        else:
             say(f"line {line.number}: {line.call.tool}: {outcome.refused}")
             refused.append((line, outcome))
-    return refused
+    return done, refused
 
 
-def _write(path: Path, found: FilledNetwork) -> None:
+def _look(
+    editor: Editor, title: str, session: Path | None, record: Path | None, said: Script
+) -> None:
+    """Open the window, until it is closed."""
+    from viewer.retopo import show
+
+    show(editor, title=title, session=session, script=record, begun=said, write_mesh=_write)
+
+
+def _write(path: Path, mesh: RetopoMesh) -> None:
     from patterndb.cli.obj import write_quads
-    from sketch.retopo.filling import welded
 
-    mesh = welded(found)
-    write_quads(path, mesh.vertices, mesh.quads, mesh.patch)
+    groups = [f"patch_{number}" for number in mesh.patch.tolist()]
+    patches = len(set(groups))
+    title = f"quad mesh: {len(mesh.quads)} quads in {plural(patches, 'patch', 'patches')}"
+    write_quads(path, mesh.vertices, mesh.quads, title, groups)
+
+
+def _rows(made: Report, seconds: float) -> list[tuple[str, object]]:
+    return [
+        ("patches", ", ".join(f"{n} with {k}" for k, n in made.patches.items()) or "none"),
+        ("quads", made.quads),
+        ("irregular", ", ".join(f"{n} of {k}" for k, n in made.irregular.items()) or "none"),
+        ("flipped", made.flipped),
+        ("open edges", made.open_edges),
+        ("Euler", made.euler),
+        ("to the surface", f"{100 * made.to_ground:.2f} %"),
+        ("from the surface", f"{100 * made.from_ground:.2f} %"),
+        ("seconds", f"{seconds:.1f}"),
+    ]
 
 
 COMMANDS = (retopo,)

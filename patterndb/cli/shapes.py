@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
+from patterndb.cli.obj import write_quads
 from patterndb.cli.options import (
     OBJ,
     FileName,
     as_json,
     picture_path,
 )
-from patterndb.cli.registering import read_any_template, write_quads
+from patterndb.cli.registering import read_any_template
 from patterndb.cli.shapebuilding import build
 from patterndb.cli.text import plural, say, table, write, write_json
 from patterndb.cli.values import Drag, Hold, Mode

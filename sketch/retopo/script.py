@@ -6,8 +6,10 @@
     {"tool": "undo"}
     {"tool": "export", "mesh": "quads.obj"}
 
-The first line names the surface, relative to the script or to the working folder. "export" writes
-the mesh that there is then. Everything else is a call of a tool (:mod:`sketch.retopo.editor`).
+The first line names the surface, relative to the script or to the working folder; with
+"quads": true it is a mesh of quads, which becomes a network of its regular grids. "export"
+writes the mesh that there is then. Everything else is a call of a tool
+(:mod:`sketch.retopo.editor`).
 Empty lines, and lines that begin with #, say nothing. Playing a script fills all patches after
 every call, so the same script gives the same mesh, bit for bit.
 """
@@ -43,10 +45,12 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Script:
-    """surface: as the first line names it. lines: all others that say something."""
+    """surface: as the first line names it. lines: all others that say something. quads: begin from
+    the surface's own quads."""
 
     surface: str
     lines: tuple[Line, ...]
+    quads: bool = False
 
 
 def read_script(path: Path | str) -> Script:
@@ -65,13 +69,14 @@ def script_of(lines: Sequence[str]) -> Script:
     """The script of some lines; raises InvalidRetopoError that names the line."""
     found: list[Line] = []
     surface: str | None = None
+    quads = False
     for number, text in enumerate(lines, 1):
         if not text.strip() or text.lstrip().startswith("#"):
             continue
         try:
             call = _call(text)
             if surface is None:
-                surface = _opened(call)
+                surface, quads = _opened(call)
                 continue
             if call.tool == OPEN:
                 raise InvalidRetopoError("a script opens one surface, in its first line")
@@ -82,12 +87,13 @@ def script_of(lines: Sequence[str]) -> Script:
         found.append(Line(number, call))
     if surface is None:
         raise InvalidRetopoError('the script is empty; begin with {"tool": "open", "surface": ...}')
-    return Script(surface, tuple(found))
+    return Script(surface, tuple(found), quads)
 
 
 def write_script(path: Path | str, script: Script) -> None:
     """Write a script; :func:`read_script` gives it back. OSError as writing does."""
-    first = json.dumps({"tool": OPEN, "surface": script.surface})
+    quads = {"quads": True} if script.quads else {}
+    first = json.dumps({"tool": OPEN, "surface": script.surface, **quads})
     lines = [first, *(line_of(line.call) for line in script.lines)]
     replace_file(Path(path), "\n".join(lines) + "\n")
 
@@ -157,13 +163,20 @@ def _call(text: str) -> Call:
     return Call(tool, {name: one.value for name, one in entries.items() if name != "tool"})
 
 
-def _opened(call: Call) -> str:
-    surface = call.arguments.get("surface")
-    if call.tool != OPEN or set(call.arguments) != {"surface"} or not isinstance(surface, str):
+def _opened(call: Call) -> tuple[str, bool]:
+    """The surface, and is it to begin from its quads?"""
+    surface, quads = call.arguments.get("surface"), call.arguments.get("quads", False)
+    if (
+        call.tool != OPEN
+        or set(call.arguments) - {"surface", "quads"}
+        or not isinstance(surface, str)
+        or not isinstance(quads, bool)
+    ):
         raise InvalidRetopoError(
-            'a script begins with its surface: {"tool": "open", "surface": "spot.obj"}'
+            'a script begins with its surface: {"tool": "open", "surface": "spot.obj"}, with '
+            '"quads": true for a mesh of quads to begin from'
         )
-    return surface
+    return surface, quads
 
 
 def _plain(arguments: Mapping[str, object]) -> dict[str, object]:

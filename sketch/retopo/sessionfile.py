@@ -3,7 +3,8 @@
 A session is one zip file of three entries:
 
 - session.json: {"format": "patterndb retopology session", "version": 1, "name": "spot.obj",
-  "sizes": {"snap": 0.04, ...}, "network": ...}, the network as
+  "sizes": {"snap": 0.04, ...}, "plane": null, "network": ...}, the plane of symmetry as
+  {"point": [0, 0, 0], "normal": [1, 0, 0]} while that is on, the network as
   :mod:`sketch.retopo.sessionnetwork` has it;
 - surface.npz: vertices (v, 3) float64 and triangles (t, 3) int32 of the ground;
 - network.npz: the arrays of the network.
@@ -36,6 +37,7 @@ from sketch.retopo.sessionfills import ARRAYS as NETWORK_ARRAYS
 from sketch.retopo.sessionfills import entries_of
 from sketch.retopo.sessionnetwork import network_document, network_of
 from sketch.retopo.sizes import Sizes
+from sketch.retopo.symmetry import Plane, half_of
 
 #: How the name of a session's file ends.
 SUFFIX = ".retopo"
@@ -45,7 +47,7 @@ MAX_BYTES = 1_000_000_000
 
 FORMAT, VERSION = "patterndb retopology session", 1
 JSON_NAME, SURFACE_NAME, NETWORK_NAME = "session.json", "surface.npz", "network.npz"
-KEYS = ("format", "version", "name", "sizes", "network")
+KEYS = ("format", "version", "name", "sizes", "plane", "network")
 SURFACE_ARRAYS = {"vertices": ("<f8", 3), "triangles": ("<i4", 3)}
 
 #: How hard arrays are packed: coordinates hardly get smaller by more, and it takes thrice as long.
@@ -54,7 +56,8 @@ PACKING = 1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Session:
-    """All that editing needs. name: of the file that the surface came from, for titles."""
+    """All that editing needs. ground: the whole one, whatever symmetry is. name: of the file that
+    the surface came from, for titles."""
 
     ground: Ground
     state: State
@@ -88,6 +91,7 @@ def session_bytes(session: Session, surface: bytes | None = None) -> bytes:
         "version": VERSION,
         "name": session.name,
         "sizes": asdict(session.state.sizes),
+        "plane": None if session.state.plane is None else asdict(session.state.plane),
         "network": document,
     }
     text = json.dumps(whole, separators=(",", ":"), allow_nan=False)
@@ -127,6 +131,7 @@ def parse_session(data: bytes) -> Session:
     state = State(
         network_of(entries["network"], _arrays(content[NETWORK_NAME], NETWORK_ARRAYS)),
         _sizes(entries["sizes"]),
+        _plane(entries["plane"]),
     )
     surface = _arrays(content[SURFACE_NAME], SURFACE_ARRAYS)
     try:
@@ -137,6 +142,11 @@ def parse_session(data: bytes) -> Session:
         raise InvalidRetopoError(
             "the surface: vertices in one place, or triangles without an area, which no session has"
         )
+    if state.plane is not None:
+        try:
+            half_of(ground, state.plane)
+        except PatternDBError as error:
+            entries["plane"].fail(str(error))
     return Session(ground, state, entries["name"].text("the name of a mesh file"))
 
 
@@ -145,6 +155,17 @@ def _sizes(value: JsonValue) -> Sizes:
     entries = entries_of(value, names)
     try:
         return Sizes(*(entries[name].number() for name in names))
+    except InvalidRetopoError as error:
+        raise InvalidRetopoError(f"{value.where}: {error}") from None
+
+
+def _plane(value: JsonValue) -> Plane | None:
+    if value.value is None:
+        return None
+    entries = entries_of(value, ("point", "normal"))
+    (x, y, z), (u, v, w) = (entries[name].point() for name in ("point", "normal"))
+    try:
+        return Plane((x, y, z), (u, v, w))
     except InvalidRetopoError as error:
         raise InvalidRetopoError(f"{value.where}: {error}") from None
 

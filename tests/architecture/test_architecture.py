@@ -33,6 +33,7 @@ WORLDLY_MODULES += ("patterndb.cachefolder", "query.boundaryfile", "patterndb.js
 WORLDLY_MODULES += ("sketch.surfacing.networkfile", "sketch.features.sessionfile")
 WORLDLY_MODULES += ("sketch.features.files.shapearrays", "sketch.features.files.strokesjson")
 WORLDLY_MODULES += ("sketch.features.files.curvesjson",)
+WORLDLY_MODULES += ("sketch.retopo.sessionfile", "sketch.retopo.autosave", "sketch.retopo.script")
 
 #: What the others do not import, and functions they do not call.
 WORLDLY = {"sqlite3", "pathlib", "io", "shutil", "tempfile", "subprocess", "json"}

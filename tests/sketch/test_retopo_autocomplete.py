@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from boundary_cases import same_corners
-from retopo_cases import SIZES, corners_of, plane_ground, polygons
+from plane_cases import SIZES, corners_of, plane_ground, polygons
 
 from sketch.retopo.errors import RefusedError
 from sketch.retopo.network import Network, check
@@ -74,7 +74,7 @@ def test_between_two_patches_at_a_corner_the_gap_is_filled() -> None:
 
 def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network:
     """The network with three strokes that make a patch on the floor y = 0."""
-    from retopo_cases import line, up
+    from plane_cases import line, up
 
     from sketch.retopo.network import AtChain, AtNode, Draft, nearest_place, samples
 

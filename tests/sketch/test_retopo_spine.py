@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from boundary_cases import same_corners
-from retopo_cases import SIZES, corners_of, plane_ground, polygons, stroke, t_junctions, up
+from plane_cases import SIZES, corners_of, plane_ground, polygons, stroke, t_junctions, up
 
 from sketch.retopo.errors import RefusedError
 from sketch.retopo.ground import Stroke

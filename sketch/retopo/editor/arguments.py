@@ -7,7 +7,7 @@ same thing in the same way. Every argument has a kind, which reads it or says wh
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol, cast
 
@@ -87,7 +87,7 @@ class Flag:
 
 @dataclass(frozen=True, slots=True)
 class Vector:
-    """Three numbers; a direction if it may not be 0."""
+    """Three numbers; a direction, of any length, if it may not be 0."""
 
     direction: bool = False
 
@@ -96,12 +96,16 @@ class Vector:
         return "[x, y, z]" + (", not all 0" if self.direction else "")
 
     def read(self, name: str, value: object) -> Points:
-        if isinstance(value, list | tuple | np.ndarray) and len(cast("list[object]", value)) == 3:
-            row = [_finite(one) for one in cast("list[object]", value)]
+        items = _items(value)
+        if items is not None and len(items) == 3:
+            row = [_finite(one) for one in items]
             if None not in row:
                 found = np.array(row, np.float64)
-                if not self.direction or found.any():
+                if not self.direction:
                     return found
+                if found.any():
+                    # By a power of two, exactly, so that no length overflows or vanishes.
+                    return np.ldexp(found, -int(np.frexp(np.abs(found).max())[1]))
         raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
 
 
@@ -116,9 +120,9 @@ class Line:
         return f"{self.fewest} points [x, y, z] or more"
 
     def read(self, name: str, value: object) -> Points:
-        if not isinstance(value, list | tuple | np.ndarray):
+        rows = _items(value)
+        if rows is None:
             raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
-        rows = cast("list[object]", value)
         if not self.fewest <= len(rows) <= MOST_POINTS:
             raise InvalidRetopoError(
                 f"{name} has {len(rows)} points; give {self.wanted}, at most {MOST_POINTS}"
@@ -166,7 +170,18 @@ def read_arguments(
 def _finite(value: object) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
         return None
-    return float(value) if math.isfinite(value) else None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _items(value: object) -> Sequence[object] | None:
+    """The items of a list; None if it is none."""
+    if isinstance(value, np.ndarray):
+        return cast("Sequence[object]", value) if value.ndim else None
+    return cast("Sequence[object]", value) if isinstance(value, list | tuple) else None
 
 
 def _shown(value: object) -> str:

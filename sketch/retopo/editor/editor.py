@@ -12,10 +12,13 @@ from sketch.retopo.editor.state import State
 from sketch.retopo.editor.table import TOOLS
 from sketch.retopo.editor.tool import Work
 from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.filling import Cache, FilledNetwork, completed
+from sketch.retopo.filling import Cache, FilledNetwork, RetopoMesh, completed, welded
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import Network, with_borders
+from sketch.retopo.quadimport import Imported
 from sketch.retopo.sizes import Sizes
+from sketch.retopo.symmetry import Half, Plane, half_of, mirrored
+from sketch.retopo.tools.salience import Salience
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,8 +59,19 @@ class Editor:
         network = Network(longest=2.0 * ground.diagonal)
         network = with_borders(network, ground, chosen.sampling)
         self._history = History(State(network, chosen))
-        self._cache = Cache()
+        # What is placed, and where ridges are, depends on the ground: the half one has its own.
+        self._caches: dict[Plane | None, Cache] = {}
+        self._halves: dict[Plane, Half] = {}
+        self._kept: dict[tuple[float, Plane | None], Salience] = {}
         self._filled: FilledNetwork | None = None
+
+    @classmethod
+    def of_quads(cls, found: Imported, source: PatternSource) -> Editor:
+        """On the ground of a mesh of quads, with its regular grids as patches."""
+        editor = cls(found.ground, source, found.sizes)
+        editor.restore(State(found.network, found.sizes))
+        editor.adopt(editor.network, found.filled)
+        return editor
 
     @property
     def state(self) -> State:
@@ -70,6 +84,28 @@ class Editor:
     @property
     def sizes(self) -> Sizes:
         return self._history.now.sizes
+
+    @property
+    def half(self) -> Half | None:
+        """The half of the ground that is worked on; None where symmetry is off."""
+        plane = self.state.plane
+        if plane is None:
+            return None
+        if plane not in self._halves:
+            self._halves[plane] = half_of(self.ground, plane)
+        return self._halves[plane]
+
+    @property
+    def ground_now(self) -> Ground:
+        """What curves and quads lie on: the ground, or its half while symmetry is on."""
+        half = self.half
+        return self.ground if half is None else half.ground
+
+    @property
+    def filled(self) -> FilledNetwork | None:
+        """What :meth:`fill` or :meth:`adopt` gave for the network now; None if it changed since."""
+        found = self._filled
+        return found if found is not None and found.network is self.network else None
 
     @property
     def undoable(self) -> int:
@@ -97,7 +133,9 @@ class Editor:
             raise InvalidRetopoError(f"there is no tool {call.tool!r}; there are {there}")
         arguments = read_arguments(call.tool, tool.arguments, call.arguments)
         try:
-            result = tool.act(Work(self.state, self.ground, self.source), arguments)
+            result = tool.act(
+                Work(self.state, self.ground_now, self.source, self.half, self._kept), arguments
+            )
         except RefusedError as error:
             return Outcome(False, str(error))
         if result.state.same(self.state):
@@ -107,9 +145,16 @@ class Editor:
 
     def fill(self) -> FilledNetwork:
         """Counts, fills and places for all patches of the state now; it keeps them."""
-        found = completed(self.network, self.ground, self.source, self.sizes.edge, self._cache)
+        cache = self._caches.setdefault(self.state.plane, Cache())
+        found = completed(self.network, self.ground_now, self.source, self.sizes.edge, cache)
         self.adopt(self.network, found)
         return found
+
+    def mesh(self, found: FilledNetwork) -> RetopoMesh:
+        """The quads of the filled network as one mesh; while symmetry is on with their image."""
+        plane = self.state.plane
+        mesh = welded(found)
+        return mesh if plane is None else mirrored(mesh, found.network, plane).mesh
 
     def adopt(self, network: Network, found: FilledNetwork) -> bool:
         """Keep what was filled elsewhere, if the network is still the one that it was made for."""

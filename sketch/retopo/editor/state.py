@@ -6,11 +6,13 @@ from dataclasses import dataclass
 
 from sketch.retopo.network import Network, equal
 from sketch.retopo.sizes import Sizes
+from sketch.retopo.symmetry import Plane
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
-    """network: the curves, with counts and fills. sizes: of brushes and edges.
+    """network: the curves, with counts and fills. sizes: of brushes and edges. plane: of symmetry,
+    None where it is off.
 
     Undoing is to take an earlier state. What the user looks at, such as whether the surface is
     hidden, is not part of it.
@@ -18,7 +20,12 @@ class State:
 
     network: Network
     sizes: Sizes
+    plane: Plane | None = None
 
     def same(self, other: State) -> bool:
         """Are they equal, bit for bit?"""
-        return self.sizes == other.sizes and equal(self.network, other.network)
+        return (
+            self.sizes == other.sizes
+            and self.plane == other.plane
+            and equal(self.network, other.network)
+        )

@@ -12,8 +12,10 @@ from typing import Any
 import numpy as np
 
 from sketch.retopo.editor.arguments import Argument, Flag, Line, Number, Vector, Word
-from sketch.retopo.editor.tool import Result, Tool, Work
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
+from sketch.retopo.editor.mirroring import MIRRORING
+from sketch.retopo.editor.shaping import SHAPING
+from sketch.retopo.editor.tool import LEAST_LENGTH, Result, Tool, Work
+from sketch.retopo.errors import InvalidRetopoError
 from sketch.retopo.filling import (
     changed,
     chosen_anew,
@@ -26,6 +28,7 @@ from sketch.retopo.filling import (
     without_flows,
 )
 from sketch.retopo.filling.finding import patch_at
+from sketch.retopo.symmetry import insert_on_half
 from sketch.retopo.tools.completion import autocomplete
 from sketch.retopo.tools.corners import flip_wedge, toggle
 from sketch.retopo.tools.cylinder import CAPS, DIVISION, cylinder
@@ -38,6 +41,9 @@ from sketch.retopo.tools.stroke import insert
 #: Edges along a chain, at most, that a call may ask for.
 MOST_EDGES = 500
 
+#: The least of two sizes, as parts of the diagonal: finer ones make millions of quads and samples.
+LEAST = {"edge": 1e-3, "sampling": 1e-4}
+
 AT = Argument(Vector(), "a point of the surface")
 POINTS = Argument(Line(), "the stroke, on the surface")
 
@@ -45,21 +51,24 @@ POINTS = Argument(Line(), "the stroke, on the surface")
 def _stroke(work: Work, a: dict[str, Any]) -> Result:
     drawn = work.stroke(a["points"], a["closed"])
     smooth = (a["smooth"], a["smooth"])
+    if work.half is not None:
+        return work.edited(insert_on_half(work.network, work.half, work.state.sizes, drawn, smooth))
     return work.edited(insert(work.network, work.ground, work.state.sizes, drawn, smooth=smooth))
 
 
 def _spine(work: Work, a: dict[str, Any]) -> Result:
     sizes = work.state.sizes
     if a["width"] is not None:
-        sizes = replace(sizes, spine=a["width"] / 2.0)
-    drawn = work.stroke(a["points"], False)
+        sizes = replace(sizes, spine=work.length("spine: width", a["width"]) / 2.0)
+    drawn = work.stroke_here(a["points"], "the spine", False)
     return work.edited(spine(work.network, work.ground, drawn, sizes))
 
 
 def _autocomplete(work: Work, a: dict[str, Any]) -> Result:
     sizes = work.state.sizes
     if a["radius"] is not None:
-        sizes = replace(sizes, autocompletion=a["radius"])
+        radius = work.length("autocomplete: radius", a["radius"])
+        sizes = replace(sizes, autocompletion=radius)
     foot = work.foot(a["at"])
     point, normal = foot.points[0], foot.normals[0]
     found = autocomplete(work.network, work.ground, point, normal, sizes, a["choice"])
@@ -67,7 +76,7 @@ def _autocomplete(work: Work, a: dict[str, Any]) -> Result:
 
 
 def _cylinder(work: Work, a: dict[str, Any]) -> Result:
-    drawn = work.stroke(a["points"], False)
+    drawn = work.stroke_here(a["points"], "the stroke", False)
     return work.edited(
         cylinder(work.network, work.ground, work.state.sizes, drawn, a["division"], a["caps"])
     )
@@ -96,7 +105,7 @@ def _knot(work: Work, a: dict[str, Any]) -> Result:
     foot = work.foot(a["at"])
     sizes = work.state.sizes
     if a["radius"] is not None:
-        sizes = replace(sizes, snap=a["radius"])
+        sizes = replace(sizes, snap=work.length("knot: radius", a["radius"]))
     return work.edited(
         clean_knot(work.network, work.ground, sizes, foot.points[0], foot.normals[0])
     )
@@ -132,21 +141,21 @@ def _subdivide(work: Work, a: dict[str, Any]) -> Result:
 def _recount(work: Work, a: dict[str, Any]) -> Result:
     sizes = work.state.sizes
     if a["edge"] is not None:
-        sizes = replace(sizes, edge=a["edge"])
+        sizes = replace(sizes, edge=work.length("recount: edge", a["edge"], LEAST["edge"]))
     network, notes = chosen_anew(work.network, sizes.edge)
     return Result(replace(work.state, network=network, sizes=sizes), notes)
 
 
 def _flow(work: Work, a: dict[str, Any]) -> Result:
+    if (a["points"] is None) == (a["clear"] is None):
+        raise InvalidRetopoError("flow needs one of points, and clear: a point in the patch")
     if a["points"] is not None:
-        drawn = work.stroke(a["points"], None)
+        drawn = work.stroke_here(a["points"], "the line")
         patch = patch_at(work.network, work.ground, drawn.points[len(drawn.points) // 2])
         line = drawn.points
         if drawn.closed:
             line = np.concatenate([line, line[:1]])
         return work.with_network(with_flow(work.network, patch, line))
-    if a["clear"] is None:
-        raise InvalidRetopoError("flow needs points, or clear: a point in the patch")
     return work.with_network(
         without_flows(work.network, patch_at(work.network, work.ground, a["clear"]))
     )
@@ -165,7 +174,9 @@ def _choose(work: Work, a: dict[str, Any]) -> Result:
 def _sizes(work: Work, a: dict[str, Any]) -> Result:
     given = {name: value for name, value in a.items() if value is not None}
     if not given:
-        raise RefusedError("no size is given")
+        raise InvalidRetopoError(f"sizes needs one or more of {', '.join(a)}")
+    for name, value in given.items():
+        work.length(f"sizes: {name}", value, LEAST.get(name, LEAST_LENGTH))
     return Result(replace(work.state, sizes=replace(work.state.sizes, **given)))
 
 
@@ -301,4 +312,4 @@ _ALL = (
 )
 
 #: The tools by name; "undo" and "redo" are the editor's own.
-TOOLS = {tool.name: tool for tool in _ALL}
+TOOLS = {tool.name: tool for tool in (*_ALL, *SHAPING, MIRRORING)}

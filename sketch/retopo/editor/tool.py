@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,32 +11,103 @@ from numpy.typing import ArrayLike
 
 from query.engine import PatternSource
 from query.placing.surface import Points
-from sketch.retopo.editor.arguments import Argument
+from query.polyline import arc_length
+from sketch.retopo.editor.arguments import MOST_POINTS, Argument
 from sketch.retopo.editor.state import State
-from sketch.retopo.errors import RefusedError
+from sketch.retopo.errors import InvalidRetopoError, RefusedError
 from sketch.retopo.ground import Feet, Ground, Stroke, cleaned
 from sketch.retopo.network import Edit, Network, nearest_place, samples
+from sketch.retopo.symmetry import Half, Plane, refuse_beyond
+from sketch.retopo.tools.salience import Salience
+
+#: How far off a ground's box a point may be that is meant to be on it, and what lengths may be, as
+#: parts of its diagonal: what is beyond is a mistake in the unit, and would take all memory.
+FAR = 1.0
+LEAST_LENGTH, MOST_LENGTH = 1e-6, 100.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Work:
-    """What a tool works on."""
+    """What a tool works on.
+
+    ground: the half that is worked on while symmetry is on. half: that half, with the whole.
+    kept: what was made for the ground before, by target edge and plane.
+    """
 
     state: State
     ground: Ground
     source: PatternSource
+    half: Half | None = None
+    kept: dict[tuple[float, Plane | None], Salience] = field(default_factory=dict)
 
     @property
     def network(self) -> Network:
         return self.state.network
 
+    @property
+    def whole(self) -> Ground:
+        """The whole ground, whatever symmetry is."""
+        return self.ground if self.half is None else self.half.whole
+
     def foot(self, point: ArrayLike) -> Feet:
         """The point of the ground nearest to a point (3,), as one foot."""
-        return self.ground.nearest(np.asarray(point, np.float64)[None])
+        at = np.asarray(point, np.float64)[None]
+        self._refuse_far(at)
+        return self.ground.nearest(at)
 
     def stroke(self, points: Points, closed: bool | None = None) -> Stroke:
         """A stroke as it was drawn, cleaned."""
-        return cleaned(points, self.ground, self.state.sizes, closed)
+        self._refuse_far(points)
+        samples = arc_length(points)[-1] / self.state.sizes.sampling
+        if samples > MOST_POINTS:
+            raise InvalidRetopoError(
+                f"the stroke would have {samples:,.0f} points at a sampling of "
+                f"{self.state.sizes.sampling:g}, and {MOST_POINTS:,} are the most; draw it shorter"
+            )
+        return cleaned(points, self.whole, self.state.sizes, closed)
+
+    def stroke_here(self, points: Points, what: str, closed: bool | None = None) -> Stroke:
+        """A stroke, cleaned, that must be on the half that is worked on; what: it is, for words.
+
+        Raises RefusedError if it is not, while symmetry is on.
+        """
+        drawn = self.stroke(points, closed)
+        if self.half is not None:
+            refuse_beyond(drawn, self.half, what)
+        return drawn
+
+    def salience(self) -> Salience:
+        """Where the ground has ridges and valleys, for the target edge; kept for the next call."""
+        key = self.state.sizes.edge, self.state.plane
+        if key not in self.kept:
+            self.kept.clear()
+            self.kept[key] = Salience.of(self.ground, self.state.sizes.edge)
+        return self.kept[key]
+
+    def length(self, name: str, value: float, least: float = LEAST_LENGTH) -> float:
+        """A length as it is given; InvalidRetopoError for one out of proportion to the ground.
+
+        least: as a part of the ground's diagonal.
+        """
+        low, high = least * self.ground.diagonal, MOST_LENGTH * self.ground.diagonal
+        if not low <= value <= high:
+            raise InvalidRetopoError(
+                f"{name} is {value:g}; on this surface give {low:.3g} to {high:.3g}"
+            )
+        return value
+
+    def _refuse_far(self, points: Points) -> None:
+        """InvalidRetopoError unless all points (n, 3) are within a diagonal of the ground's box."""
+        low, high = self.whole.vertices.min(axis=0), self.whole.vertices.max(axis=0)
+        reach = FAR * self.whole.diagonal
+        far = np.flatnonzero(((points < low - reach) | (points > high + reach)).any(axis=1))
+        if len(far):
+            at = ", ".join(f"{x:g}" for x in points[far[0]])
+            raise InvalidRetopoError(
+                f"the point [{at}] is far from the surface, whose box is "
+                f"[{', '.join(f'{x:g}' for x in low)}] to [{', '.join(f'{x:g}' for x in high)}]; "
+                "give points of the surface"
+            )
 
     def chain_at(self, point: ArrayLike) -> int:
         """The chain nearest to a point of the ground, within the snap radius."""

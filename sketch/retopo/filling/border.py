@@ -7,7 +7,8 @@ import numpy as np
 from query.placing.shape import units
 from query.placing.surface import Points
 from query.polyline import arc_length
-from sketch.retopo.network import Chain, HalfChain, Network, Patch
+from sketch.retopo.ground import Ground
+from sketch.retopo.network import SYMMETRY, Chain, HalfChain, Network, Patch
 
 
 def divided(chain: Chain) -> tuple[Points, Points]:
@@ -31,6 +32,23 @@ def half_divided(network: Network, half: HalfChain) -> tuple[Points, Points]:
     """The same in the direction of a half-chain."""
     points, normals = divided(network.chains[half >> 1])
     return (points[::-1], normals[::-1]) if half & 1 else (points, normals)
+
+
+def laid_border(network: Network, patch: Patch, ground: Ground) -> Points:
+    """(P, 3) points around a patch, from its first corner on, each on the ground.
+
+    Between its samples a chain cuts across the ground's edges; points of it are taken to the
+    nearest triangle that faces as they do, each by itself, so that both sides still share them.
+    Nodes are on the ground already, and what is on the plane of symmetry stays there exactly.
+    """
+    parts: list[Points] = []
+    for half in patch.loop:
+        points, normals = half_divided(network, half)
+        points, normals = points[:-1].copy(), normals[:-1]
+        if len(points) > 1 and SYMMETRY not in network.chains[half >> 1].marks:
+            points[1:] = ground.nearest_facing(points[1:], normals[1:]).points
+        parts.append(points)
+    return np.concatenate(parts)
 
 
 def border(network: Network, patch: Patch) -> tuple[Points, Points]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 
+from patterndb.errors import PatternDBError
 from query.boundary import Boundary
 from query.engine import PatternSource, fills
-from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.stroke import Stroke
 from sketch.retopo.errors import RefusedError
@@ -25,6 +26,10 @@ LISTED = 40
 
 #: Of the first fills, so many are placed until one has no flipped quad.
 PLACED = 4
+
+#: Quads that are placed for one patch, after which the best fill so far is taken: untangling a
+#: patch of thousands takes seconds.
+MOST_PLACED = 1_000
 
 
 def filling_of(patch: Patch) -> Filling:
@@ -53,9 +58,10 @@ def ranked(
             "of 4 or more; change a count beside it"
         )
     points, _ = border(network, patch)
-    boundary = Boundary(sides, points=points)
-    strokes = [_stroke(boundary, flow) for flow in filling_of(patch).flows]
-    return fills(source, boundary, strokes=strokes, limit=limit)
+    with _refusing(patch):
+        boundary = Boundary(sides, points=points)
+        strokes = [_stroke(boundary, flow) for flow in filling_of(patch).flows]
+        return fills(source, boundary, strokes=strokes, limit=limit)
 
 
 def filled(
@@ -68,22 +74,24 @@ def filled(
     """
     at = network.patches[patch]
     if suits(network, at):
-        return network, placed(network, ground, at)
+        return network, _placed(network, ground, at)
     former = filling_of(at)
     listed = ranked(network, at, source)
     if former.choice is not None and former.choice.by == "user":
         for fill in listed:
             if pattern_code(fill) == former.choice.code:
                 network = _with(network, at, fill, "user")
-                return network, placed(network, ground, network.patches[patch])
+                return network, _placed(network, ground, network.patches[patch])
         listed = ranked(network, at, source)
     best: tuple[Network, Placed] | None = None
+    quads = 0
     for _, fill in zip(range(PLACED), listed, strict=False):
         tried = _with(network, at, fill, "program")
-        shown = placed(tried, ground, tried.patches[patch])
+        shown = _placed(tried, ground, tried.patches[patch])
         if best is None or len(shown.flipped) < len(best[1].flipped):
             best = tried, shown
-        if not len(shown.flipped):
+        quads += fill.n_quads
+        if not len(shown.flipped) or quads > MOST_PLACED:
             break
     if best is None:
         raise RefusedError(
@@ -103,7 +111,10 @@ def stepped(network: Network, patch: int, source: PatternSource, by: int) -> Net
         raise RefusedError(f"patch {patch} has no fill that follows its flow lines")
     now = filling_of(network.patches[patch]).choice
     at = next((k for k, fill in enumerate(listed) if now is not None and _is(fill, now)), None)
-    wanted = (at + by if at is not None else max(by - 1, 0)) % len(listed)
+    if at is None:
+        # Before the first, so that one on is the first, and one back the last.
+        at = -1 if by > 0 else 0
+    wanted = (at + by) % len(listed)
     return _with(network, network.patches[patch], listed[wanted], "user")
 
 
@@ -130,6 +141,22 @@ def without_flows(network: Network, patch: int) -> Network:
     return with_choice(network, patch, None)
 
 
+def _placed(network: Network, ground: Ground, patch: Patch) -> Placed:
+    with _refusing(patch):
+        return placed(network, ground, patch)
+
+
+@contextmanager
+def _refusing(patch: Patch) -> Iterator[None]:
+    """What is wrong with a boundary, such as two vertices in one place, is no fault of a call."""
+    try:
+        yield
+    except RefusedError:
+        raise
+    except PatternDBError as error:
+        raise RefusedError(f"patch {patch.id} cannot be filled: {error}") from error
+
+
 def _with(network: Network, patch: Patch, fill: Fill, by: By) -> Network:
     new = filling_of(patch).with_choice(Choice.of(fill, by))
     return with_choice(network, patch.id, new)
@@ -143,7 +170,4 @@ def _stroke(boundary: Boundary, flow: Flow) -> Stroke:
     points = flow.points
     reach = float(np.linalg.norm(np.ptp(points, axis=0)))
     closed = float(np.linalg.norm(points[0] - points[-1])) < 0.1 * reach
-    try:
-        return Stroke.loop(points) if closed else Stroke.drawn(boundary, points)
-    except InvalidQueryError as error:
-        raise RefusedError(f"the flow line cannot be followed: {error}") from error
+    return Stroke.loop(points) if closed else Stroke.drawn(boundary, points)

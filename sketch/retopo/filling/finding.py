@@ -6,36 +6,68 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from query.placing import enclosed
+from query.placing.shape import units
+from query.placing.surface import Points
 from sketch.retopo.errors import RefusedError
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import Network, outline
+
+#: A point no further to the right of a patch's border, as a part of the ground's diagonal, is on
+#: it, and so within: rounding alone moves points by less.
+ON_BORDER = 1e-9
 
 
 def patch_at(network: Network, ground: Ground, point: ArrayLike) -> int:
     """The patch that a point (3,) of the ground is in.
 
     Patches are tried in the order of how near their borders are; the ground within each is
-    flooded until one has the point's triangle. Raises RefusedError if none has.
+    flooded until one has the point's triangle. On a triangle that the border crosses, or that is
+    larger than the patch, the point is within if it is on the left of the nearest part of the
+    border. Raises RefusedError if
+    there is none.
     """
     foot = ground.nearest(np.asarray(point, np.float64)[None])
+    at, up = foot.points[0], foot.normals[0]
     triangle = ground.triangles[foot.triangles[0]]
-    away = []
-    for patch in network.patches.values():
-        points, _ = outline(network, patch.loop)
-        away.append((float(np.linalg.norm(points - foot.points[0], axis=1).min()), patch.id))
-    best: int | None = None
+    size = np.linalg.norm(np.ptp(ground.vertices[triangle], axis=0))
+    borders = {patch.id: outline(network, patch.loop) for patch in network.patches.values()}
+    away = [
+        (float(np.linalg.norm(points - at, axis=1).min()), patch)
+        for patch, (points, _) in borders.items()
+    ]
     for _, patch in sorted(away):
-        points, _ = outline(network, network.patches[patch].loop)
+        points, normals = borders[patch]
         inside = enclosed(ground.surface, points)
         if not inside.separates:
             continue
         own = (inside.surface.triangles == triangle).all(axis=1)
         if not own.any():
             continue
-        if np.isnan(inside.around[own]).all():
+        # Flooding tells triangles apart, which is nothing where one is larger than the patch.
+        coarse = np.linalg.norm(np.ptp(points, axis=0)) < size
+        if not coarse and np.isnan(inside.around[own]).all():
             return patch
-        # On a triangle that the border crosses: this patch unless another has it within.
-        best = patch if best is None else best
-    if best is None:
-        raise RefusedError("there is no patch here; point into one")
-    return best
+        if left_of(points, normals, at, up) >= -ON_BORDER * ground.diagonal:
+            return patch
+    raise RefusedError("there is no patch here; point into one")
+
+
+def left_of(points: Points, normals: Points, at: Points, up: Points) -> float:
+    """How far a point (3,) is to the left of the nearest segment of a closed polygon (n, 3), of
+    those whose normals agree with its own; below 0 to the right, and if none do."""
+    ends, ups = np.roll(points, -1, axis=0), np.roll(normals, -1, axis=0)
+    agreeing = np.flatnonzero((normals + ups) @ up > 0.0)
+    if len(agreeing) == 0:
+        return -np.inf
+    along = ends - points
+    size = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
+    share = np.clip(((at - points) * along).sum(axis=1) / size, 0.0, 1.0)
+    nearest = points + share[:, None] * along
+    distance = np.linalg.norm(at - nearest, axis=1)
+    k = agreeing[distance[agreeing].argmin()]
+    lefts = units(np.cross(normals + ups, along))
+    left = lefts[k]
+    if share[k] in (0.0, 1.0):
+        # At a vertex: left of both its segments together, whichever way the polygon turns there.
+        left = left + lefts[(k + (1 if share[k] else -1)) % len(points)]
+    return float((at - nearest[k]) @ units(left[None])[0])

@@ -14,8 +14,9 @@ from patterndb.halfedge import Int32Array
 from patterndb.pattern import Pattern
 from query.fill import Fill
 from query.placing import enclosed, place
+from query.placing.shape import flipped
 from query.placing.surface import Points
-from sketch.retopo.filling.border import border
+from sketch.retopo.filling.border import laid_border
 from sketch.retopo.filling.choice import Choice, Filling
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import Network, Patch
@@ -50,15 +51,24 @@ def placed(network: Network, ground: Ground, patch: Patch) -> Placed:
     choice = filling.choice
     if choice is None:
         raise ValueError(f"patch {patch.id} has no fill yet")
-    points, _ = border(network, patch)
-    found = place(fill_of(choice), points, enclosed(ground.surface, points))
-    vertices, flipped = found.vertices, found.flipped
+    quads = choice.faces
     which, at = filling.moved_vertices
-    if len(which):
-        vertices = vertices.copy()
-        vertices[which] = at
-    feet = ground.nearest(vertices)
-    return Placed(choice.faces, vertices, feet.normals, choice.perimeter, flipped, found.at_rest)
+    if len(which) == choice.n_vertices:
+        # As imported: there is nothing left to place.
+        vertices, at_rest = np.empty_like(at), True
+    else:
+        points = laid_border(network, patch, ground)
+        found = place(fill_of(choice), points, enclosed(ground.surface, points))
+        if not len(which):
+            normals = ground.nearest(found.vertices).normals
+            return Placed(
+                quads, found.vertices, normals, choice.perimeter, found.flipped, found.at_rest
+            )
+        vertices, at_rest = found.vertices.copy(), found.at_rest
+    vertices[which] = at
+    normals = ground.nearest(vertices).normals
+    wrong = np.flatnonzero(flipped(quads, vertices, normals)).astype(np.int32)
+    return Placed(quads, vertices, normals, choice.perimeter, wrong, at_rest)
 
 
 def fill_of(choice: Choice) -> Fill:

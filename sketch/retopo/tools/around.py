@@ -37,10 +37,6 @@ class Edge:
     normals: Points
     corner: NDArray[np.bool_]
 
-    def mapped(self, onto: LocalMap) -> Boundary:
-        """The boundary in the plane of a map."""
-        return Boundary(onto.of_points(self.points, self.normals), self.corner, self.closed)
-
     def located(self, network: Network, place: float) -> tuple[HalfChain, float]:
         """The half-chain at a place of the boundary, and the place on its chain, in samples."""
         if self.closed:
@@ -109,15 +105,30 @@ def edges_around(network: Network) -> list[Edge]:
     return found
 
 
-def strokes_around(network: Network, edges: Sequence[Edge], onto: LocalMap) -> list[Boundary]:
-    """In the plane of a map, the chains that are on no boundary: what is in a patch's way."""
+def mapped_around(
+    network: Network, edges: Sequence[Edge], onto: LocalMap
+) -> tuple[list[Boundary], list[Boundary]]:
+    """In the plane of a map, the boundaries, and the chains that are on none of them: strokes in
+    the way of new curves. Strokes that the map does not reach are left out."""
     taken = {half >> 1 for edge in edges for half in edge.halves}
-    found = []
-    for chain in network.chains.values():
-        if chain.id not in taken:
-            points = onto.of_points(chain.points, chain.normals)
-            found.append(Boundary(points, np.zeros(len(points), bool), chain.loose))
-    return found
+    others = [chain for chain in network.chains.values() if chain.id not in taken]
+    lines = [*edges, *others]
+    if not lines:
+        return [], []
+    starts = np.cumsum([0, *(len(line.points) for line in lines)])
+    points = np.concatenate([line.points for line in lines])
+    uv = onto.of_points(points, np.concatenate([line.normals for line in lines]))
+    planes = [uv[a:b] for a, b in pairwise(starts.tolist())]
+    boundaries = [
+        Boundary(plane, edge.corner, edge.closed)
+        for plane, edge in zip(planes, edges, strict=False)
+    ]
+    strokes = [
+        Boundary(plane, np.zeros(len(plane), np.bool_), chain.loose)
+        for plane, chain in zip(planes[len(edges) :], others, strict=True)
+        if np.isfinite(plane).any()
+    ]
+    return boundaries, strokes
 
 
 def _row(

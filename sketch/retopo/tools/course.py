@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from query.polyline import arc_length, at_lengths
 from sketch.retopo.ground import Ground
 from sketch.retopo.ground.ground import TOO_FAR
 from sketch.retopo.network.crossings import crossings, self_crossings
+from sketch.retopo.network.order import departure, turn
 from sketch.retopo.network.samples import samples_of
 from sketch.retopo.network.stops import between
 from sketch.retopo.network.structure import Chain, Network
@@ -19,6 +21,9 @@ from sketch.retopo.sizes import Sizes
 #: Samples that are more than this many samplings apart, or in the mean less than one part in as
 #: many, are set anew: until then a chain keeps the samples it has.
 UNEVEN = 2.0
+
+#: Directions at a node are taken over this many samples.
+SAMPLES_AHEAD = 2.0
 
 
 def on_ground(
@@ -69,22 +74,42 @@ def crossed(network: Network, chains: Iterable[int], near: float) -> set[int]:
 
 
 def crossing_notes(
-    before: Mapping[int, Chain], network: Network, chains: Iterable[int], sizes: Sizes
+    before: Network, network: Network, chains: Iterable[int], sizes: Sizes
 ) -> list[str]:
-    """What to say if chains that moved cross others now, and did not as they were before."""
+    """What to say if chains that moved cross others now, and did not before."""
     moved = [chain for chain in set(chains) if chain in network.chains]
+    kept = [chain for chain in moved if chain in before.chains]
+    notes: list[str] = []
     now = crossed(network, moved, sizes.sampling)
-    if not now:
-        return []
-    old = Network(network.nodes, before)
-    kept = [chain for chain in moved if chain in before]
-    new = now - crossed(old, kept, sizes.sampling)
-    if not new:
-        return []
-    return [
-        f"the curve crosses {len(new)} others, or itself, now: move it back, or erase what "
-        "it crosses"
-    ]
+    new = now - crossed(before, kept, sizes.sampling) if now else now
+    if new:
+        notes.append(
+            f"the curve crosses {len(new)} others, or itself, now: move it back, or erase what it "
+            "crosses"
+        )
+    turned = disordered(network, moved)
+    if turned and turned - disordered(before, kept):
+        notes.append(
+            "the curve crosses another right at the corner where both end: move it back, or "
+            "erase one"
+        )
+    return notes
+
+
+def disordered(network: Network, chains: Iterable[int]) -> set[int]:
+    """Nodes at which some chains end, around which curves leave in another order than they are
+    kept in: one was moved past another there."""
+    found: set[int] = set()
+    nodes = {node for k in chains for node in (network.chains[k].start, network.chains[k].end)}
+    for node in nodes & network.nodes.keys():
+        at = network.nodes[node]
+        lines = [(network.chains[half >> 1], bool(half & 1)) for half in at.ends]
+        reach = SAMPLES_AHEAD * max(line.length / line.segments for line, _ in lines)
+        ways = [departure(line.points, backwards, reach) for line, backwards in lines]
+        turns = [turn(at.normal, ways[k - 1], way) for k, way in enumerate(ways)]
+        if len(ways) > 2 and sum(turns) > 3.0 * math.pi:
+            found.add(node)
+    return found
 
 
 def _at_node(network: Network, one: Chain, two: Chain, point: Points, near: float) -> bool:

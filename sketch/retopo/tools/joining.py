@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 
 from query.placing.surface import Points
 from sketch.retopo.network.draft import Draft
@@ -20,6 +20,12 @@ from sketch.retopo.sizes import Sizes
 
 #: Directions at a node are taken over this many samples.
 SAMPLES_AHEAD = 2.0
+
+#: The node that is made of two, and the ends of it whose wedges on the left are new.
+Made = tuple[Node, tuple[HalfChain, ...]]
+
+#: Fewest points of a chain from a node back to it.
+FEWEST_ROUND = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,13 +45,10 @@ def find_joint(
     own = {half >> 1 for half in at.ends}
     far = {network.target(half) for half in at.ends} - {node}
     others = [other for other in network.nodes.values() if other.id != node]
+    # Not its own curve's other end, unless the curve goes round: else it would vanish.
+    barred = far if at.open and not _round(network, at, sizes) else set[int]()
     for chosen in (
-        # Its own curve's other end only if the curve goes round, else it would vanish.
-        [
-            o
-            for o in others
-            if o.open and not (at.open and o.id in far and not _round(network, at, sizes))
-        ],
+        [o for o in others if o.open and o.id not in barred],
         [o for o in others if o.id in far and not o.open],
         [o for o in others if o.id not in far and not o.open],
     ):
@@ -79,12 +82,12 @@ def joined(draft: Draft, sizes: Sizes, joint: Joint, smooth: bool = False) -> Dr
             return "several curves run between the two corners; erase one first"
         made = _contracted(draft, patch_of, pulled, stays, between[0])
     else:
-        made = _inserted(draft, patch_of, pulled, stays)
+        made = _inserted(draft, patch_of, pulled, stays, sizes.snap)
     if isinstance(made, str):
         return made
     node, beside = made
-    chains = {k: line for k, line in draft.chains.items() if k not in {h >> 1 for h in between}}
-    chains = dict(draft.chains) if both_open else chains
+    collapsed = set() if both_open else {half >> 1 for half in between}
+    chains = {k: line for k, line in draft.chains.items() if k not in collapsed}
     for half in ends:
         line = chains.get(half >> 1)
         if line is not None:
@@ -102,13 +105,10 @@ def joined(draft: Draft, sizes: Sizes, joint: Joint, smooth: bool = False) -> Dr
     return result
 
 
-Made = tuple[Node, tuple[HalfChain, ...]]
-
-
 def _contracted(
     draft: Draft, patch_of: dict[HalfChain, int], pulled: Node, stays: Node, half: HalfChain
 ) -> Made | str:
-    """The node that is left of a chain, and the ends whose wedges on the left are new."""
+    """The node that is left of a chain."""
     one, flags_one = _from(pulled, half)
     two, flags_two = _from(stays, half ^ 1)
     if not one and not two:
@@ -134,11 +134,11 @@ def _contracted(
 
 
 def _inserted(
-    draft: Draft, patch_of: dict[HalfChain, int], pulled: Node, stays: Node
+    draft: Draft, patch_of: dict[HalfChain, int], pulled: Node, stays: Node, near: float
 ) -> Made | str:
-    """The node with the ends of both, and the ends whose wedges on the left are new."""
-    into = _gap(draft, patch_of, stays, pulled)
-    of = _gap(draft, patch_of, pulled, stays)
+    """The node with the ends of both."""
+    into = _gap(draft, patch_of, stays, pulled, near)
+    of = _gap(draft, patch_of, pulled, stays, near)
     if into is None or of is None:
         return "both corners need one gap without a patch, for the curves of the other"
     one = (*pulled.ends[of + 1 :], *pulled.ends[: of + 1])
@@ -156,7 +156,9 @@ def _from(node: Node, half: HalfChain) -> tuple[tuple[HalfChain, ...], tuple[boo
     return ends, (*node.flagged[j:], *node.flagged[:j])
 
 
-def _gap(draft: Draft, patch_of: dict[HalfChain, int], node: Node, other: Node) -> int | None:
+def _gap(
+    draft: Draft, patch_of: dict[HalfChain, int], node: Node, other: Node, near: float
+) -> int | None:
     """The wedge of a node that the curves of another, at the same place, go into."""
     open_wedges = [
         j for j, half in enumerate(node.ends) if not draft.chains[half >> 1].marks[half & 1]
@@ -167,12 +169,36 @@ def _gap(draft: Draft, patch_of: dict[HalfChain, int], node: Node, other: Node) 
     wedges = open_wedges if other.open else empty
     if not wedges:
         return None
+    if other.open:
+        beside = _beside_double(draft, node, other.ends[0], near)
+        if beside in wedges:
+            return beside
     lines = [(draft.chains[half >> 1], bool(half & 1)) for half in (*node.ends, *other.ends)]
     reach = SAMPLES_AHEAD * max(line.length / line.segments for line, _ in lines)
     shapes = [(line.points, backwards) for line, backwards in lines]
     ends, news = shapes[: node.valence], shapes[node.valence :]
     found = {wedge_for(node.normal, ends, new, reach, wedges) for new in news}
     return found.pop() if len(found) == 1 else None
+
+
+def _beside_double(draft: Draft, node: Node, new: HalfChain, near: float) -> int | None:
+    """The wedge of a node next to a curve that a new one lies on from there to one far node, on
+    the side where it is at that one: directions say nothing there."""
+    line = draft.chains[new >> 1]
+    far = line.start if new & 1 else line.end
+    if far == node.id or far not in draft.nodes:
+        return None
+    around = draft.nodes[far].ends
+    at = around.index(new ^ 1)
+    for side, wedge in ((-1, -1), (1, 0)):
+        half = around[(at + side) % len(around)] ^ 1
+        if (
+            half in node.ends
+            and half != new
+            and _on_each_other(line, draft.chains[half >> 1], near)
+        ):
+            return (node.ends.index(half) + wedge) % node.valence
+    return None
 
 
 def _patches_now(draft: Draft) -> dict[HalfChain, int]:
@@ -221,17 +247,17 @@ def _merge_doubled(draft: Draft, half: HalfChain, pulled: set[int], near: float)
 def _on_each_other(one: Chain, two: Chain, near: float) -> bool:
     """Is every sample of each chain near one of the other?"""
     for line, of in ((one, two), (two, one)):
-        if cKDTree(of.points).query(line.points)[0].max() > near:
+        if KDTree(of.points).query(line.points)[0].max() > near:
             return False
     return True
 
 
 def _round(network: Network, at: Node, sizes: Sizes) -> bool:
-    """Does the curve of an open end leave the snap radius of the end at its other side?"""
-    line = network.chains[at.ends[0] >> 1]
-    other = network.nodes[network.target(at.ends[0])].point
-    far = np.linalg.norm(line.points - other, axis=1)
-    return len(line.points) >= 4 and bool(far[1:-1].max() > 2.0 * sizes.snap)
+    """Does the curve of an open end, pulled to the end at its other side, leave the snap radius?"""
+    points, _ = network.chains[at.ends[0] >> 1].directed(at.ends[0])
+    share = np.linspace(1.0, 0.0, len(points))[:, None]
+    off = np.linalg.norm(points + share * (points[-1] - points[0]) - points[-1], axis=1)
+    return len(points) >= FEWEST_ROUND and bool(off.max() > sizes.snap)
 
 
 def _nearest(nodes: Iterable[Node], point: Points, normal: Points, radius: float) -> Node | None:

@@ -73,7 +73,7 @@ def pull(
         if not draft.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: pull less far")
     after = draft.finished()
-    return Edit.of(network, after, crossing_notes(network.chains, after, moved, sizes))
+    return Edit.of(network, after, crossing_notes(network, after, moved, sizes))
 
 
 def release(
@@ -112,7 +112,7 @@ def release(
         dropped = pull(network, ground, sizes, at, point, normal)
         return Edit.of(network, dropped.network, [f"not joined: {done}", *dropped.notes])
     after = done.finished()
-    return Edit.of(network, after, crossing_notes(network.chains, after, moved, sizes))
+    return Edit.of(network, after, crossing_notes(network, after, moved, sizes))
 
 
 def with_node_at(
@@ -127,7 +127,7 @@ def with_node_at(
     chains = {half >> 1: draft.chains[half >> 1] for half in at.ends}
     _refuse_marked(chains.values())
     draft.move_node(node, point, normal)
-    for chain, old in chains.items():
+    for old in chains.values():
         away = np.linspace(0.0, 1.0, len(old.points))
         share = (old.start == node) * (1.0 - away) + (old.end == node) * away
         _reshape(draft, ground, sizes, old, share, move, turn)

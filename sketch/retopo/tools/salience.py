@@ -123,7 +123,10 @@ class Salience:
         below 0. The pull is tangential: its gradient over itself, times the squared width, which is
         the way to the centre of what is felt (mean shift). So it is long enough far off, where the
         gradient itself is next to nothing; but it fades where the feature is FAINT.
+        Raises InvalidRetopoError for a mode that is none.
         """
+        if mode not in MODES:
+            raise InvalidRetopoError(f"curves are aligned to {', '.join(MODES)}, not to {mode!r}")
         at, up = np.asarray(points, np.float64), np.asarray(normals, np.float64)
         width = WIDTH * self.edge
         sums = _sums(

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numpy.typing import ArrayLike
 
+from query.placing.shape import units
 from query.placing.surface import Points
+from query.polyline import arc_length
 from sketch.retopo.errors import InvalidRetopoError, RefusedError
 from sketch.retopo.ground import Ground, targets
 from sketch.retopo.network.draft import Draft
@@ -15,7 +19,7 @@ from sketch.retopo.network.structure import Network
 from sketch.retopo.sizes import Sizes
 from sketch.retopo.tools.course import crossing_notes, evened, on_ground
 from sketch.retopo.tools.pull import held, with_node_at
-from sketch.retopo.tools.salience import MODES, Mode, Salience
+from sketch.retopo.tools.salience import Mode, Salience
 
 #: What the two targets of smoothing and the pull of the features weigh in a step.
 WEIGHTS = (1.0, 1.0, 1.0)
@@ -26,14 +30,26 @@ PART = 0.5
 #: A curve is at rest when no point moves by more than this, in target edges.
 REST = 1e-3
 
+#: It is told that a curve is still on its way if a point moved by this in the last step, in target
+#: edges: below it one hardly sees the next fifty steps.
+ON_ITS_WAY = 0.02
+
 #: Steps after which it is left as it is.
 MOST_STEPS = 50
 
-#: Points at each end of a curve that stay.
-STAYING = 2
+#: Pulls fade towards an end, which stays, over this many target edges: so that the curve is led
+#: to the feature, and does not break off to it.
+LEAD = 2.0
+
+#: Pulls are averaged over this many target edges along the curve, both ways; directions along it
+#: are taken over as much. Points are far closer than that, and would fold up one by one.
+ALONG = 0.25
+
+#: Fewest points of an open curve: one that moves with two on either side.
+FEWEST = 5
 
 #: A feature is felt if it bends an edge by this, in radians: 1/4 degree, a quarter of FAINT.
-FELT = 0.25 * np.pi / 180.0
+FELT = math.radians(0.25)
 
 
 def align(
@@ -71,25 +87,24 @@ def align_chain(
     points, and if nothing is felt anywhere on it.
     Source: Takayama et al. 2013, section 4 (after Lee and Lee 2002), and their program.
     """
-    _check(sizes, salience, mode)
+    _check(sizes, salience)
     line = network.chain(chain)
     if line.marked:
         raise RefusedError("a border or the seam of symmetry stays where it is")
-    least = 3 if line.loose else 2 * STAYING + 1
+    least = 3 if line.loose else FEWEST
     if len(line.points) < least:
         raise RefusedError(f"the curve has fewer than {least} points: it is too short to move")
     feature, _ = salience.felt(line.points, line.normals, mode)
     if feature.max() < FELT:
         raise RefusedError(f"no {_what(mode)} is near the curve: draw it closer to one")
-    points, normals, rest = snake(
+    points, normals, last = snake(
         line.points, line.normals, line.loose, ground, sizes, salience, mode
     )
     points, normals = evened(points, normals, ground, sizes, line.loose)
     draft = Draft(network)
     draft.reshape_chain(chain, points, normals)
     after = draft.finished()
-    notes = [] if rest else [f"still moving after {MOST_STEPS} steps: align it again"]
-    notes += crossing_notes(network.chains, after, [chain], sizes)
+    notes = _on_its_way(last) + crossing_notes(network, after, [chain], sizes)
     return Edit.of(network, after, notes)
 
 
@@ -106,7 +121,7 @@ def align_node(
 
     Raises RefusedError on a border or the seam of symmetry, and if nothing is felt there.
     """
-    _check(sizes, salience, mode)
+    _check(sizes, salience)
     at = network.node(node)
     if any(network.chains[half >> 1].marked for half in at.ends):
         raise RefusedError("a border or the seam of symmetry ends here: the corner stays")
@@ -114,20 +129,19 @@ def align_node(
     feature, _ = salience.felt(point, normal, mode)
     if feature[0] < FELT:
         raise RefusedError(f"no {_what(mode)} is near the corner: move it closer to one")
+    last = 0.0
     for _ in range(MOST_STEPS):
         old = point
         pull = salience.felt(point, normal, mode)[1]
         point, normal = on_ground(point + PART * _short(pull, sizes), normal, ground, sizes)
-        rest = float(np.linalg.norm(point - old)) < REST * sizes.edge
-        if rest:
+        last = float(np.linalg.norm(point - old)) / sizes.edge
+        if last < REST:
             break
-    else:
-        rest = False
     draft = Draft(network)
     with_node_at(draft, ground, sizes, node, point[0], normal[0])
     after = draft.finished()
-    notes = [] if rest else [f"still moving after {MOST_STEPS} steps: align it again"]
-    notes += crossing_notes(network.chains, after, [half >> 1 for half in at.ends], sizes)
+    notes = _on_its_way(last)
+    notes += crossing_notes(network, after, [half >> 1 for half in at.ends], sizes)
     return Edit.of(network, after, notes)
 
 
@@ -139,43 +153,63 @@ def snake(
     sizes: Sizes,
     salience: Salience,
     mode: Mode,
-) -> tuple[Points, Points, bool]:
-    """A course (n, 3) moved to features, at rest or after MOST_STEPS; and is it at rest?
+) -> tuple[Points, Points, float]:
+    """A course (n, 3) moved to features until it is at rest or after MOST_STEPS; and how far its
+    points went at most in the last step, in target edges.
 
     Each step takes points half of the way to the mean of what they want: both targets of
     smoothing, and the pull of the features across the curve, at most a target edge; and projects
-    them. STAYING points at each end of an open course stay.
+    them. The ends of an open course stay.
     Differs from the program of Takayama et al. 2013: the feature is curvature that does not depend
-    on the triangles, its pull is in target edges, and what pulls along the curve is left out:
-    that would only crowd its points where features meet.
+    on the triangles, and its pull is in target edges. What pulls along the curve, as it ran at
+    first, is left out: it would only crowd its points where features meet. Pulls are averaged
+    along it, and fade to its ends; there, two points at each end stay, and the curve breaks
+    off right behind them.
     """
-    still = np.zeros(len(points), bool)
+    at, up, last = points, normals, 0.0
+    wide = min(max(1, round(ALONG * sizes.edge / sizes.sampling)), (len(points) - 1) // 4)
+    fade = np.ones(len(points))
     if not closed:
-        still[:STAYING] = still[-STAYING:] = True
+        along = arc_length(points)
+        lead = min(LEAD * sizes.edge, 0.5 * float(along[-1]))
+        fade = np.minimum(np.minimum(along, along[-1] - along) / lead, 1.0)
+    ahead = _along(points, wide, closed)
     for _ in range(MOST_STEPS):
-        wants = _short(_across(points, salience.felt(points, normals, mode)[1], closed), sizes)
-        middle, curved = targets(points, closed)
-        step = WEIGHTS[0] * (middle - points) + WEIGHTS[1] * (curved - points) + WEIGHTS[2] * wants
-        step *= PART / sum(WEIGHTS)
-        step[still] = 0.0
-        moved, above = on_ground(points + step, normals, ground, sizes)
-        moved[still], above[still] = points[still], normals[still]
-        far = float(np.linalg.norm(moved - points, axis=1).max())
-        points, normals = moved, above
-        if far < REST * sizes.edge:
-            return points, normals, True
-    return points, normals, False
+        pull = salience.felt(at, up, mode)[1]
+        pull -= np.einsum("nc,nc->n", pull, ahead)[:, None] * ahead
+        pull = _averaged(fade[:, None] * _short(pull, sizes), wide, closed)
+        middle, curved = targets(at, closed)
+        step = WEIGHTS[0] * (middle - at) + WEIGHTS[1] * (curved - at) + WEIGHTS[2] * pull
+        moved, up = on_ground(at + PART / sum(WEIGHTS) * step, up, ground, sizes)
+        if not closed:
+            moved[[0, -1]], up[[0, -1]] = points[[0, -1]], normals[[0, -1]]
+        last = float(np.linalg.norm(moved - at, axis=1).max()) / sizes.edge
+        at = moved
+        if last < REST:
+            break
+    return at, up, last
 
 
-def _across(points: Points, pull: Points, closed: bool) -> Points:
-    """What of pulls (n, 3) is not along the course (n, 3)."""
+def _beside(values: Points, wide: int, closed: bool) -> Points:
+    """(n + 2 wide, 3) values of a course (n, 3), with those before its first and after its last;
+    those of an open one are turned about its ends."""
     if closed:
-        along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
-    else:
-        along = np.gradient(points, axis=0)
-    size = np.einsum("nc,nc->n", along, along)
-    part = np.einsum("nc,nc->n", pull, along) / np.where(size > 0.0, size, 1.0)
-    return pull - part[:, None] * along
+        return np.concatenate([values[-wide:], values, values[:wide]])
+    before = 2.0 * values[:1] - values[wide:0:-1]
+    after = 2.0 * values[-1:] - values[-2 : -2 - wide : -1]
+    return np.concatenate([before, values, after])
+
+
+def _along(points: Points, wide: int, closed: bool) -> Points:
+    """(n, 3) unit directions of a course (n, 3), taken over ``wide`` points each way."""
+    more = _beside(points, wide, closed)
+    return units(more[2 * wide :] - more[: -2 * wide])
+
+
+def _averaged(pull: Points, wide: int, closed: bool) -> Points:
+    """Means of pulls (n, 3) over ``wide`` points each way; 0 at open ends if they are 0 there."""
+    total = np.cumsum(np.concatenate([np.zeros((1, 3)), _beside(pull, wide, closed)]), axis=0)
+    return (total[2 * wide + 1 :] - total[: -2 * wide - 1]) / (2 * wide + 1)
 
 
 def _short(pull: Points, sizes: Sizes) -> Points:
@@ -184,14 +218,18 @@ def _short(pull: Points, sizes: Sizes) -> Points:
     return pull * np.minimum(1.0, sizes.edge / np.maximum(length, sizes.edge))[:, None]
 
 
-def _check(sizes: Sizes, salience: Salience, mode: Mode) -> None:
-    if mode not in MODES:
-        raise InvalidRetopoError(f"curves are aligned to {', '.join(MODES)}, not to {mode!r}")
+def _check(sizes: Sizes, salience: Salience) -> None:
     if salience.edge != sizes.edge:
         raise InvalidRetopoError(
             f"the salience is for a target edge of {salience.edge:g}, not {sizes.edge:g}; make it "
             "anew when the target edge changes"
         )
+
+
+def _on_its_way(last: float) -> list[str]:
+    if last < ON_ITS_WAY:
+        return []
+    return [f"still on its way after {MOST_STEPS} steps: align it again"]
 
 
 def _what(mode: Mode) -> str:

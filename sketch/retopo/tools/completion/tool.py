@@ -12,7 +12,7 @@ from sketch.retopo.errors import InvalidRetopoError, RefusedError
 from sketch.retopo.ground import Ground, LocalMap, Window, local_map
 from sketch.retopo.network import Edit, Network
 from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.around import Edge, edges_around, sampled_line, strokes_around
+from sketch.retopo.tools.around import Edge, edges_around, mapped_around, sampled_line
 from sketch.retopo.tools.closing import closed_patch, onto_ground
 from sketch.retopo.tools.completion.cases import Suggestion
 from sketch.retopo.tools.completion.suggest import suggestions
@@ -62,8 +62,7 @@ def completions(
     if not np.linalg.norm(ahead) > 0.0:
         return []
     onto = local_map(ground, foot, ahead, Window.completion(radius))
-    boundaries = [edge.mapped(onto) for edge in edges]
-    strokes = strokes_around(network, edges, onto)
+    boundaries, strokes = mapped_around(network, edges, onto)
 
     def covered(line: Points2) -> bool:
         return bool(onto.at(sampled_line(line, sizes.sampling))[1].all())

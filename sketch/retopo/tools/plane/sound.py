@@ -27,9 +27,9 @@ def fault(patch: PlanarPatch, boundaries: Sequence[Boundary]) -> str | None:
     if not _corners_apart(patch):
         return "have two corners in one place"
     curves = [_trimmed(curve) for curve in patch.curves]
-    old = [boundary.edges for boundary in boundaries]
+    old = [np.concatenate(ends) for ends in zip(*(b.edges for b in boundaries), strict=True)]
     for curve in curves:
-        if any(crossings(curve[:-1], curve[1:], *edges).any() for edges in old):
+        if old and crossings(curve[:-1], curve[1:], old[0], old[1]).any():
             return "cross a curve that is there"
         if _crosses_itself(curve):
             return "cross itself"

@@ -12,7 +12,7 @@ from sketch.retopo.errors import RefusedError
 from sketch.retopo.ground import Ground, LocalMap, Stroke, Window, local_map
 from sketch.retopo.network import Edit, Network
 from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.around import Edge, edges_around, sampled_line, strokes_around
+from sketch.retopo.tools.around import Edge, edges_around, mapped_around, sampled_line
 from sketch.retopo.tools.closing import closed_patch, onto_ground
 from sketch.retopo.tools.plane import PlanarPatch, fault
 from sketch.retopo.tools.spine.spine import spine_patch
@@ -66,9 +66,9 @@ def spine_preview(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes
     window = Window.spine(width, length)
     onto = local_map(ground, seeds, np.gradient(stroke.points, axis=0), window)
     edges = edges_around(network)
-    boundaries = [edge.mapped(onto) for edge in edges]
+    boundaries, strokes = mapped_around(network, edges, onto)
     patch = spine_patch(boundaries, length, width, snap)
-    wrong = fault(patch, [*boundaries, *strokes_around(network, edges, onto)])
+    wrong = fault(patch, [*boundaries, *strokes])
     if wrong is not None:
         raise RefusedError(f"the spine's patch would {wrong}; erase that, or draw elsewhere")
     return SpinePatch(patch, tuple(edges), onto)

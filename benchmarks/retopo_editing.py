@@ -1,0 +1,351 @@
+"""Random calls of all tools of retopology, with undo and redo between, and what must hold.
+
+    python benchmarks/retopo_editing.py --calls 10000 --seed 1 --surface plane
+    python benchmarks/retopo_editing.py --calls 1000 --surface spot.obj --verbose
+
+Calls are made from the table of tools: plausible strokes and places, mostly near what is there, and
+now and then absurd values, unknown names and missing arguments. After each call the network's
+invariants hold; a refused call, or one of bad arguments, leaves the state as it was; undo and
+redo give earlier states bit for bit; now and then patches are filled, and the session is written
+and read back. Nothing but InvalidRetopoError, for bad arguments, is raised. A new drawing is begun
+every so many calls.
+
+Prints one JSON document; exits 1 if there were failures, each with the script that leads there.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import re
+import sys
+import time
+import traceback
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+import trimesh
+
+import patterndb
+from ingest.read import read_mesh
+from query.engine import PatternSource
+from sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
+from sketch.retopo.editor.arguments import (
+    REQUIRED,
+    Argument,
+    Flag,
+    Line,
+    Number,
+    Vector,
+    Word,
+)
+from sketch.retopo.errors import InvalidRetopoError
+from sketch.retopo.ground import Ground
+from sketch.retopo.network import check
+from sketch.retopo.script import line_of
+from sketch.retopo.sessionfile import Session, parse_session, session_bytes, surface_bytes
+
+#: Calls after which a new drawing is begun, and chains that are enough for one.
+CALLS_A_DRAWING = 200
+MANY_CHAINS = 80
+
+#: Chains with which there is still room for what needs it.
+FEW_CHAINS = 8
+
+#: How often: a value is absurd, an argument that may be left out is given, patches are filled,
+#: and the session is written and read.
+ABSURD, OPTIONAL, FILLED, SAVED = 0.03, 0.3, 0.15, 0.03
+
+#: How often each call is made beside those of the table, which have 1.
+OFTEN = {"stroke": 6.0, "spine": 2.0, "loop": 2.0, "autocomplete": 2.0, "undo": 3.0, "redo": 2.0}
+OFTEN |= {"sizes": 0.3, "recount": 0.5}
+
+#: Arguments that go together, where most others make no call.
+TOGETHER: dict[str, tuple[tuple[str, ...], ...]] = {
+    "erase": (("points",), ("at",), ("open",)),
+    "subdivide": (("at", "count"), ("at", "by"), ("at", "by", "strip"), ("at", "free")),
+    "flow": (("points",), ("clear",)),
+    "choose": (("at", "by"), ("at", "number")),
+}
+
+NUMBER = r"-?\d[\d.,e+-]*"
+
+ABSURDITIES: tuple[object, ...] = (
+    None, True, -1, 0, 1e300, -1e300, 1e-300, float("nan"), float("inf"), "left", [], [0, 0, 0],
+    [1e300, 0, 0], [[0, 0, 0]], [[0, 0, 0], [0, 0, 0]], [[1e200, 0, 0], [0, 1e200, 0]], {}, 10**30,
+    [[0, 0, 0], [0, float("nan"), 0]], [[5, 5, 5], [6, 6, 6], [7, 7, 7]],
+)  # fmt: skip
+
+
+def ground_of(name: str) -> Ground:
+    """The surface of a name, or in a file."""
+    if name == "plane":
+        steps = np.linspace(-1.0, 1.0, 41)
+        x, y = np.meshgrid(steps, steps, indexing="ij")
+        at = np.arange(x.size).reshape(x.shape)
+        a, b, c, d = (part.ravel() for part in (at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]))
+        triangles = np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+        return Ground.of(np.stack([x.ravel(), y.ravel(), np.zeros(x.size)], 1), triangles)
+    if name == "ball":
+        return Ground.of_mesh(trimesh.creation.icosphere(subdivisions=3))
+    return Ground.of_polygons(read_mesh(Path(name)))
+
+
+class Caller:
+    """Makes random calls for what an editor has now."""
+
+    def __init__(self, editor: Editor, rng: np.random.Generator) -> None:
+        self.editor = editor
+        self.rng = rng
+
+    def call(self) -> Call:
+        names = [*TOOLS, "undo", "redo"]
+        weights = np.array([OFTEN.get(name, 1.0) for name in names])
+        if len(self.editor.network.chains) < FEW_CHAINS:
+            weights += [4.0 * (name in ("spine", "cylinder")) for name in names]
+        if len(self.editor.network.chains) > MANY_CHAINS:
+            weights = np.array([float(name in ("erase", "undo")) for name in names])
+        name = str(self.rng.choice(names, p=weights / weights.sum()))
+        known = TOOLS[name].arguments if name in TOOLS else {}
+        given: dict[str, object] = {}
+        ways = TOGETHER.get(name)
+        chosen = ways[self.rng.integers(len(ways))] if ways and self.rng.random() < 0.8 else None
+        for one, argument in known.items():
+            wanted = one in chosen if chosen else self.rng.random() < OPTIONAL
+            if argument.default is REQUIRED or wanted:
+                given[one] = self.value(name, argument)
+            if self.rng.random() < ABSURD:
+                given[one] = ABSURDITIES[self.rng.integers(len(ABSURDITIES))]
+        if given and self.rng.random() < ABSURD / 3:
+            given.pop(next(iter(given)))
+        if self.rng.random() < ABSURD / 3:
+            given["colour"] = "red"
+        return Call(name if self.rng.random() > ABSURD / 3 else name + "s", given)
+
+    def value(self, tool: str, argument: Argument) -> object:
+        rng, kind = self.rng, argument.kind
+        if isinstance(kind, Flag):
+            return bool(rng.random() < 0.5)
+        if isinstance(kind, Word):
+            return str(rng.choice(kind.words))
+        if isinstance(kind, Line):
+            return self.stroke(tool).tolist()
+        if isinstance(kind, Vector):
+            return (rng.normal(size=3) if kind.direction else self.place()).tolist()
+        assert isinstance(kind, Number)
+        if kind.whole:
+            low, high = int(max(kind.low, -3)), int(min(kind.high, 12))
+            return int(rng.integers(low, high + 1))
+        if np.isfinite([kind.low, kind.high]).all():
+            return float(rng.uniform(kind.low, kind.high))
+        return float(self.editor.ground.diagonal * np.exp(rng.uniform(np.log(0.005), np.log(0.3))))
+
+    def anywhere(self) -> np.ndarray:
+        """A point of the surface."""
+        ground = self.editor.ground
+        triangle = int(self.rng.integers(len(ground.triangles)))
+        weights = self.rng.dirichlet(np.ones(3))
+        return weights @ ground.vertices[ground.triangles[triangle]]
+
+    def place(self) -> np.ndarray:
+        """A point of the surface, mostly near a chain, or in the middle of a patch."""
+        chains = self.editor.network.chains
+        if not chains or self.rng.random() < 0.2:
+            return self.anywhere()
+        patches = self.editor.network.patches
+        if patches and self.rng.random() < 0.4:
+            patch = patches[int(self.rng.choice(sorted(patches)))]
+            points = [chains[half >> 1].points.mean(axis=0) for half in patch.loop]
+            return np.mean(points, axis=0)
+        points = chains[int(self.rng.choice(sorted(chains)))].points
+        at = points[(0, int(self.rng.integers(len(points))), -1)[self.rng.integers(3)]]
+        return at + self.rng.normal(0.0, 0.005 * self.editor.ground.diagonal, 3)
+
+    def stroke(self, tool: str) -> np.ndarray:
+        """A stroke: between places, round one, or wild; mostly as the tool wants it."""
+        rng, ground = self.rng, self.editor.ground
+        loops = [chain for chain in self.editor.network.chains.values() if chain.loose]
+        if tool == "cylinder" and len(loops) > 1 and rng.random() < 0.8:
+            one, two = rng.permutation(len(loops))[:2]
+            return np.stack([loops[k].points[rng.integers(3)] for k in (one, two)])
+        if tool == "spine" and rng.random() < 0.6:
+            begin, along = self.anywhere(), rng.normal(size=3)
+            length = ground.diagonal * rng.uniform(0.05, 0.25) / np.linalg.norm(along)
+            line = begin + np.linspace(0.0, length, 12)[:, None] * along
+            return ground.nearest(line).points
+        if tool == "stroke" and len(self.editor.network.chains) < FEW_CHAINS and rng.random() < 0.4:
+            # A ring, or another round one that is there, for cylinders.
+            middle = loops[0].points.mean(axis=0) if loops else self.anywhere()
+            foot = ground.nearest(middle[None])
+            across = np.linalg.svd(foot.normals)[2][1:]
+            turn = np.linspace(0.0, 2.0 * np.pi, 40)
+            size = ground.diagonal * (0.08 + 0.05 * len(loops))
+            ring = np.cos(turn)[:, None] * across[0] + np.sin(turn)[:, None] * across[1]
+            return ground.nearest(foot.points[0] + size * ring).points
+        begin = self.place()
+        kind = rng.random()
+        if kind < 0.15:
+            size = ground.diagonal * np.exp(rng.uniform(np.log(0.02), np.log(0.25)))
+            axes = rng.normal(size=(2, 3))
+            turn = np.linspace(0.0, 2.0 * np.pi, 24)
+            axes /= np.linalg.norm(axes, axis=1)[:, None]
+            return begin + size * (
+                np.cos(turn)[:, None] * axes[0] + np.sin(turn)[:, None] * axes[1]
+            )
+        if kind < 0.7:
+            end = self.place()
+            line = begin + np.linspace(0.0, 1.0, 12)[:, None] * (end - begin)
+            return line + rng.normal(0.0, 0.002 * ground.diagonal, line.shape)
+        steps = rng.normal(0.0, 0.04 * ground.diagonal, (int(rng.integers(1, 15)), 3))
+        return begin + np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+
+
+@dataclass
+class Watch:
+    """A drawing: its editor, what its states were, and the calls so far."""
+
+    editor: Editor
+    surface: bytes
+    past: list[str] = field(default_factory=list)
+    future: list[str] = field(default_factory=list)
+    script: list[str] = field(default_factory=list)
+    now: str = ""
+    why: Counter[str] = field(default_factory=Counter)
+
+    def digest(self, state: State) -> str:
+        """Tells states apart; written out, so that arrays changed in place would show."""
+        data = session_bytes(Session(self.editor.ground, state), self.surface)
+        return hashlib.sha256(data).hexdigest()
+
+    def step(self, call: Call, rng: np.random.Generator) -> str:
+        """Do a call, see that all is as it must be, and say what came of it."""
+        editor = self.editor
+        try:
+            outcome = editor.do(call)
+        except InvalidRetopoError:
+            self.check_now("after a call that is not allowed")
+            return "invalid"
+        self.script.append(line_of(call))
+        if not outcome.changed:
+            self.check_now("after a call that changed nothing")
+            if outcome.refused is None:
+                return "unchanged"
+            # Without the numbers: as many reasons as there are sentences in the program.
+            self.why[f"{call.tool}: {re.sub(NUMBER, 'N', outcome.refused)}"] += 1
+            return "refused"
+        after = self.digest(editor.state)
+        if call.tool == "undo":
+            assert after == self.past[-1], "undo gave another state"
+            self.future.append(self.now)
+            self.past.pop()
+        elif call.tool == "redo":
+            assert after == self.future[-1], "redo gave another state"
+            self.past.append(self.now)
+            self.future.pop()
+        else:
+            assert after != self.now, "a step that changed nothing"
+            self.past = [*self.past, self.now][-DEPTH:]
+            self.future = []
+        self.now = after
+        assert (editor.undoable, editor.redoable) == (len(self.past), len(self.future))
+        check(editor.network, patches=False)
+        if rng.random() < FILLED:
+            self.fill()
+        if rng.random() < SAVED:
+            self.save()
+        return "done"
+
+    def check_now(self, when: str) -> None:
+        assert self.digest(self.editor.state) == self.now, f"another state {when}"
+
+    def fill(self) -> None:
+        found = self.editor.fill()
+        self.script.append("# filled")
+        assert self.editor.network is found.network
+        assert set(found.placed) <= set(found.network.patches)
+        check(found.network, patches=False)
+        mesh = self.editor.mesh(found)
+        assert np.isfinite(mesh.vertices).all() and np.isfinite(mesh.normals).all()
+        self.now = self.digest(self.editor.state)
+
+    def save(self) -> None:
+        session = Session(self.editor.ground, self.editor.state, "a.obj")
+        data = session_bytes(session, self.surface)
+        again = parse_session(data)
+        assert again.state.same(session.state), "the session reads as another"
+        assert session_bytes(again) == data, "the session is written differently again"
+
+
+def begun(ground: Ground, source: PatternSource, surface: bytes, why: Counter[str]) -> Watch:
+    watch = Watch(Editor(ground, source), surface, why=why)
+    watch.now = watch.digest(watch.editor.state)
+    return watch
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Random calls of all tools of retopology.")
+    parser.add_argument("--calls", type=int, default=10_000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--surface", default="plane", help="plane, ball, or a mesh file")
+    parser.add_argument("--verbose", action="store_true", help="say every call before it is made")
+    parser.add_argument("--failures", type=int, default=20, help="failures that are enough")
+    options = parser.parse_args()
+    ground = ground_of(options.surface)
+    surface = surface_bytes(ground)
+    outcomes: Counter[str] = Counter()
+    why: Counter[str] = Counter()
+    slowest: dict[str, float] = {}
+    failures: list[dict[str, object]] = []
+    started = time.perf_counter()
+    with patterndb.open() as source:
+        watch = begun(ground, source, surface, why)
+        for number in range(options.calls):
+            # Of the number alone, so that a drawing is the same however many there are.
+            rng = np.random.default_rng([options.seed, number])
+            if number % CALLS_A_DRAWING == 0:
+                watch = begun(ground, source, surface, why)
+            call = Caller(watch.editor, rng).call()
+            if options.verbose:
+                print(number, call.tool, str(dict(call.arguments))[:100], file=sys.stderr)
+            before = time.perf_counter()
+            try:
+                outcomes[f"{call.tool}: {watch.step(call, rng)}"] += 1
+            except Exception as error:
+                text = "".join(traceback.format_exception(error)[-4:])
+                print(f"call {number}: {call.tool}: {text}", file=sys.stderr)
+                failures.append(
+                    {
+                        "call": number,
+                        "error": f"{type(error).__name__}: {error}",
+                        "made": repr(call),
+                        "script": list(watch.script),
+                    }
+                )
+                if len(failures) >= options.failures:
+                    break
+                watch = begun(ground, source, surface, why)
+            seconds = time.perf_counter() - before
+            slowest[call.tool] = max(slowest.get(call.tool, 0.0), seconds)
+    print(
+        json.dumps(
+            {
+                "surface": options.surface,
+                "seed": options.seed,
+                "calls": sum(outcomes.values()) + len(failures),
+                "seconds": round(time.perf_counter() - started, 1),
+                "outcomes": dict(sorted(outcomes.items())),
+                "refused": dict(why.most_common()),
+                "slowest": {name: round(t, 2) for name, t in sorted(slowest.items())},
+                "failures": failures,
+            },
+            indent=1,
+        )
+    )
+    return 1 if failures else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,141 @@
+"""How fast retopology answers, on a surface of some 100,000 triangles.
+
+    OMP_NUM_THREADS=1 python benchmarks/retopo_response.py [--triangles 100000] [--times 20]
+
+A hilly sheet with a network of 20 patches. Measured, each many times on the same state: a stroke
+that closes another patch, until its quads lie on the surface; suggestions for a patch under the
+cursor; a spine's preview; one count changed by 1 until all quads lie again; the list of fills of
+a patch. Prints a table in Markdown: medians and the slowest, in milliseconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import time
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+
+import patterndb
+from sketch.retopo.editor import Call, Editor
+from sketch.retopo.filling import ranked
+from sketch.retopo.ground import Ground, cleaned
+from sketch.retopo.network import check
+from sketch.retopo.sizes import Sizes
+from sketch.retopo.tools.completion import completions
+from sketch.retopo.tools.spine import spine_preview
+
+#: Columns and rows of patches, and the sheet's side.
+COLUMNS, ROWS, SIDE = 5, 4, 10.0
+
+
+def hills(triangles: int) -> Ground:
+    """A hilly sheet."""
+    n = round(np.sqrt(triangles / 2.0))
+    x, y = np.meshgrid(np.linspace(0, SIDE, n + 1), np.linspace(0, SIDE, n + 1), indexing="ij")
+    z = 0.4 * np.sin(1.3 * x) * np.cos(1.1 * y)
+    k = (np.arange(n)[:, None] * (n + 1) + np.arange(n)).ravel()
+    quads = np.stack([k, k + n + 1, k + n + 2, k + 1], axis=1)
+    faces = np.concatenate([quads[:, :3], quads[:, [0, 2, 3]]])
+    return Ground.of(np.stack([x, y, z], axis=-1).reshape(-1, 3), faces)
+
+
+def line(*points: tuple[float, float]) -> list[list[float]]:
+    """A stroke over these places."""
+    found: list[list[float]] = []
+    for a, b in pairwise(points):
+        for t in np.linspace(0, 1, 30):
+            x, y = np.add(np.multiply(a, 1 - t), np.multiply(b, t))
+            found.append([float(x), float(y), float(0.4 * np.sin(1.3 * x) * np.cos(1.1 * y))])
+    return found
+
+
+def drawn(ground: Ground, source: patterndb.Database) -> Editor:
+    """An editor with COLUMNS x ROWS patches in the middle of the sheet."""
+    editor = Editor(ground, source, Sizes.of(ground.diagonal))
+    xs, ys = np.linspace(1.5, 7.5, COLUMNS + 1), np.linspace(1.5, 7.5, ROWS + 1)
+    corners = [(xs[0], ys[0]), (xs[-1], ys[0]), (xs[-1], ys[-1]), (xs[0], ys[-1]), (xs[0], ys[0])]
+    for a, b in pairwise(corners):
+        editor.do(Call("stroke", {"points": line(a, b)}))
+    for x in xs[1:-1]:
+        editor.do(Call("stroke", {"points": line((x, ys[0]), (x, ys[-1]))}))
+    for y in ys[1:-1]:
+        editor.do(Call("stroke", {"points": line((xs[0], y), (xs[-1], y))}))
+    editor.fill()
+    check(editor.network)
+    return editor
+
+
+def timed(act: Callable[[], object], reset: Callable[[], object], times: int) -> list[float]:
+    """Milliseconds of an act, done and taken back many times; the first is not counted."""
+    found: list[float] = []
+    for _ in range(times + 1):
+        begun = time.perf_counter()
+        act()
+        found.append(1000.0 * (time.perf_counter() - begun))
+        reset()
+    return found[1:]
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser.add_argument("--triangles", type=int, default=100_000)
+    parser.add_argument("--times", type=int, default=20)
+    given = parser.parse_args()
+    ground = hills(given.triangles)
+    with patterndb.open() as source:
+        editor = drawn(ground, source)
+        inside = len(editor.network.patches)
+
+        def stroke() -> None:
+            outcome = editor.do(
+                Call("stroke", {"points": line((7.5, 1.5), (9.0, 1.6), (9.0, 2.9), (7.5, 3.0))})
+            )
+            assert outcome.changed, outcome.refused
+            editor.fill()
+            assert len(editor.network.patches) == inside + 1
+
+        def undo() -> None:
+            editor.do(Call("undo"))
+            editor.fill()
+
+        at = ground.nearest([[7.5, 3.7, 0.0]])
+        edge = next(iter(editor.network.patches.values()))
+
+        def count() -> None:
+            outcome = editor.do(Call("subdivide", {"at": line((4.5, 3.05), (5, 3))[0], "by": 1}))
+            assert outcome.changed, outcome.refused
+            editor.fill()
+
+        def suggest() -> object:
+            return completions(editor.network, ground, at.points[0], at.normals[0], editor.sizes)
+
+        assert suggest()
+        spine = cleaned(line((8.6, 3.2), (8.7, 6.0)), ground, editor.sizes, closed=False)
+        rows = [
+            ("stroke to filled patch", timed(stroke, undo, given.times)),
+            ("suggestions under the cursor", timed(suggest, int, given.times)),
+            (
+                "a spine's preview",
+                timed(
+                    lambda: spine_preview(editor.network, ground, spine, editor.sizes),
+                    int,
+                    given.times,
+                ),
+            ),
+            ("a count changed by 1", timed(count, undo, given.times)),
+            (
+                "list of 40 fills of a patch",
+                timed(lambda: list(ranked(editor.network, edge, source)), int, given.times),
+            ),
+        ]
+        print(f"{len(ground.triangles):,} triangles, {inside} patches\n")
+    print("| what | median, ms | slowest, ms |")
+    print("|---|---:|---:|")
+    for name, times in rows:
+        print(f"| {name} | {np.median(times):.1f} | {max(times):.1f} |")
+
+
+if __name__ == "__main__":
+    main()

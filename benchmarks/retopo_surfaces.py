@@ -1,0 +1,150 @@
+"""Whole surfaces retopologised by the scripts of examples/retopo/.
+
+    python benchmarks/retopo_surfaces.py --shared ../shared
+
+Plays every script whose surface is there, and measures the mesh that comes out. "irregular" are
+vertices whose number of quads is not 4; "to" and "from" are the greatest distances of the quads
+from the surface and of the surface from the quads, at samples, in percent of its diagonal.
+"max valence" belongs to an inner vertex. Below each, where there is one, stands the mesh that an
+artist made for the same surface: it is the control mesh of a subdivision surface, which lies
+outside of the surface itself, and is no measure for distances. For scale, Table 1 of Takayama et
+al. 2013 has a head of 808 quads in 73 patches, and a hand of 1548 quads in 223 patches. Seconds
+are of playing: drawing, counts and fills after every call; after a first script that compiles.
+Prints Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+import patterndb
+from ingest.read import read_mesh
+from patterndb.halfedge import Int32Array
+from sketch.retopo.editor import Editor
+from sketch.retopo.filling import FilledNetwork
+from sketch.retopo.filling.report import hausdorff, report
+from sketch.retopo.ground import Ground
+from sketch.retopo.script import Script, play, read_script
+
+ROOT = Path(__file__).parents[1]
+SCRIPTS = ROOT / "examples" / "retopo"
+
+HEAD = (
+    "| surface | triangles | calls | patches by corners | quads | irregular | max valence | "
+    "flipped | open edges | Euler | to % | from % | s |\n|---|" + "---:|" * 2 + "---|" + "---:|" * 9
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """A script, and what came of it. seconds: that playing took."""
+
+    script: Script
+    ground: Ground
+    found: FilledNetwork
+    seconds: float
+
+
+def played(script: Path, data: Path) -> Played | None:
+    """Play a script; None if its surface is not there."""
+    wanted = read_script(script)
+    path = data / "surfaces" / Path(wanted.surface).name
+    if not path.is_file():
+        return None
+    ground = Ground.of_polygons(read_mesh(path))
+    started = time.perf_counter()
+    with patterndb.open() as database:
+        editor = Editor(ground, database)
+        for line, outcome in play(wanted, editor, _no_export):
+            for note in outcome.notes:
+                print(f"{script.name}, line {line.number}: {note}", file=sys.stderr)
+        found = editor.fill()
+    return Played(wanted, ground, found, time.perf_counter() - started)
+
+
+def row(name: str, one: Played) -> str:
+    """The table's row of a script."""
+    made = report(one.found, one.ground)
+    sides = ", ".join(f"{count} of {corners}" for corners, count in made.patches.items())
+    cells = (
+        name,
+        f"{len(one.ground.triangles):,}",
+        f"{len(one.script.lines)}",
+        f"{sum(made.patches.values())}: {sides}",
+        f"{made.quads}",
+        f"{sum(made.irregular.values())}",
+        f"{max(made.irregular, default=4)}",
+        f"{made.flipped}",
+        f"{made.open_edges}",
+        f"{made.euler}",
+        f"{100 * made.to_ground:.2f}",
+        f"{100 * made.from_ground:.2f}",
+        f"{one.seconds:.1f}",
+    )
+    return "| " + " | ".join(cells) + " |"
+
+
+def artist_row(name: str, path: Path, ground: Ground) -> str:
+    """The row of an artist's mesh of quads, closed."""
+    mesh = read_mesh(path)
+    quads, _ = mesh.quads()
+    valence = np.bincount(quads.ravel())
+    tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+    _, uses = np.unique(_pairs(tail, head), return_counts=True)
+    to, back = hausdorff(mesh.points, quads, ground)
+    used = int((valence > 0).sum())
+    cells = (
+        f"{name}, the artist's",
+        "",
+        "",
+        "",
+        f"{len(quads)}",
+        f"{int(((valence != 4) & (valence > 0)).sum())}",
+        f"{valence.max()}",
+        "",
+        f"{int((uses == 1).sum())}",
+        f"{used - len(uses) + len(quads)}",
+        f"{100 * to:.2f}",
+        f"{100 * back:.2f}",
+        "",
+    )
+    return "| " + " | ".join(cells) + " |"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
+    parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared")
+    parser.add_argument("names", nargs="*", help="scripts to play; all without any")
+    options = parser.parse_args()
+    data = options.shared / "data"
+    names = options.names or [path.stem for path in sorted(SCRIPTS.glob("*.jsonl"))]
+    first = played(SCRIPTS / f"{names[0]}.jsonl", data)
+    print(HEAD)
+    for name in names:
+        one = first if first is None else played(SCRIPTS / f"{name}.jsonl", data)
+        if one is None:
+            print(f"{name}: its surface is not in {data / 'surfaces'}", file=sys.stderr)
+            continue
+        print(row(name, one))
+        artist = data / "meshes" / f"{name}.obj"
+        if artist.is_file():
+            print(artist_row(name, artist, one.ground))
+
+
+def _pairs(tail: Int32Array, head: Int32Array) -> np.ndarray:
+    low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
+    return (low << 32) | high
+
+
+def _no_export(name: str, found: FilledNetwork) -> None:
+    """Nothing is written: export lines are for users."""
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,236 @@
+"""Aiming: the tool in use, what the pointer is on, and what would come of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sketch.retopo.editor import Editor
+from sketch.retopo.errors import RefusedError
+from sketch.retopo.filling import strip
+from sketch.retopo.ground import Feet
+from sketch.retopo.tools.loop import plane_of_line
+from viewer.features.skin import Skin, smooth_normals
+from viewer.retopo.acting import Acting, Files
+from viewer.retopo.modes import Mode, Option, modes
+from viewer.retopo.pointing import REACH, Finder, foot_at, line_at
+from viewer.retopo.previews import Latest, Preview, completion, cut, pulled, spine
+from viewer.retopo.sight import Sight
+
+Points = NDArray[np.float64]
+
+#: A button that never goes farther than this while it is down, in points, clicks.
+CLICK = 4.0
+
+#: Seconds that a move of the pointer waits for its preview.
+LIVE = 0.03
+
+#: Brushes follow the view: nearer by, they reach less; so far, at most and at least.
+ZOOMS = (0.05, 1.0)
+
+#: What the pointer drags.
+Held = Literal["view", "line", "plane", "drag", "click"]
+
+
+class Aiming(Acting, Sight):
+    """A network on a ground as it is looked at, and a pointer over it.
+
+    mode: what the left button does. choice: which completion is shown, 0 for the largest.
+    options: of tools, as they were set. quads_shown, helping: what is seen. line: what is being
+    drawn, on the ground. preview: what would come of it.
+    """
+
+    def __init__(self, editor: Editor, *, title: str = "", files: Files | None = None) -> None:
+        Acting.__init__(self, editor, files)
+        Sight.__init__(self, editor.ground.vertices)
+        self.title = title
+        self.modes = modes()
+        self.mode = self.modes[0]
+        self.choice = 0
+        self.options: dict[tuple[str, str], object] = {}
+        self.quads_shown = True
+        self.helping = False
+        self.line: list[Points] = []
+        self.preview: Preview | None = None
+        corners = editor.ground.vertices[editor.ground.triangles]
+        self.skin = Skin(corners, smooth_normals(corners, editor.ground.triangles))
+        self.finder = Finder()
+        self._factors: dict[str, float] = {}
+        self._latest = Latest()
+        self._held: Held | None = None
+        self._pressed: tuple[float, float] | None = None
+        self._strayed = False
+        self._foot: Feet | None = None
+
+    def close(self) -> None:
+        self._latest.close()
+        Acting.close(self)
+
+    # What is under the pointer
+
+    @property
+    def holding(self) -> bool:
+        """Is something being drawn?"""
+        return self._held in ("line", "plane", "drag")
+
+    @property
+    def foot(self) -> Feet | None:
+        """The point of the ground under the pointer."""
+        return self._foot
+
+    def chain_under(self) -> tuple[int, Points] | None:
+        """The curve under the pointer, and its point (3,) nearest to it."""
+        if self._foot is None:
+            return None
+        return self.finder.chain(self.network, self._foot, REACH / self.view.scale)
+
+    def chains_meant(self) -> tuple[int, ...]:
+        """The curves that a click, or the wheel, would act on."""
+        if self.mode.target != "chain" or self._held == "view":
+            return ()
+        found = self.chain_under()
+        if found is None:
+            return ()
+        whole = self.mode.gesture == "count" and self._told_options().get("strip") is True
+        return strip(self.network, found[0]) if whole else (found[0],)
+
+    def patch_under(self) -> int | None:
+        """The patch under the pointer, if it has quads."""
+        if self._foot is None:
+            return None
+        found = self.shown.body.patch_at(self._foot.points[0])
+        return None if found in self.shown.stale() else found
+
+    def snaps(self) -> list[Points]:
+        """(3,) where the ends of what is drawn, or would be, snap to."""
+        mode, foot = self.mode, self._foot
+        if self._held == "view" or foot is None:
+            return []
+        if mode.target == "corner":
+            node = self.finder.node(self.network, foot, self.sizes.snap)
+            chain = self.finder.chain(self.network, foot, self.sizes.snap)
+            at = node if node is not None else None if chain is None else chain[1]
+            return [] if at is None else [at]
+        if mode.target != "ends":
+            return []
+        feet = [foot]
+        if self._held == "line" and self.line:
+            feet.append(self.ground.nearest(self.line[0][None]))
+        found = [self.finder.end(self.network, one, self.sizes.snap) for one in feet]
+        return [at for at in found if at is not None]
+
+    @property
+    def plane_line(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
+        """The straight line that is being dragged across a part, in points of the picture."""
+        if self._held not in ("plane", "drag") or self._pressed is None or self.pointer is None:
+            return None
+        return self._pressed, self.pointer
+
+    @property
+    def brush(self) -> float:
+        """Radius of the tool's brush, in the surface's unit; 0 for none."""
+        mode = self.mode
+        if not mode.brush or mode.brush == "edge":
+            return 0.0
+        size = float(getattr(self.sizes, mode.brush))
+        if not mode.given_as:
+            return size
+        zoom = float(np.clip(self._framed().scale / self.view.scale, *ZOOMS))
+        return size * zoom * self._factors.get(mode.brush, 1.0)
+
+    def option(self, mode: Mode, option: Option) -> object:
+        """The value of an option."""
+        return self.options.get((mode.tool, option.name), option.values[0])
+
+    # How it is done
+
+    def _let_go(self) -> None:
+        self.line = []
+        self._pressed = None
+        self.preview = None
+        self._latest.drop()
+
+    def _point(self, x: float, y: float) -> None:
+        self.pointer = (x, y)
+        inside = x <= self.room[0] / 2.0
+        self._foot = foot_at(self.view, self.ground, x, y) if inside else None
+
+    def _told_options(self, mode: Mode | None = None) -> dict[str, object]:
+        """The arguments that options stand for; those at their defaults say nothing."""
+        mode = self.mode if mode is None else mode
+        values = {option: self.option(mode, option) for option in mode.options}
+        return {o.name: value for o, value in values.items() if value != o.values[0]}
+
+    def _given(self) -> dict[str, object]:
+        """What every call of the mode's tool is told beside its places."""
+        given = dict(self.mode.fixed) | self._told_options()
+        if self.mode.given_as:
+            width = 2.0 if self.mode.given_as == "width" else 1.0
+            given[self.mode.given_as] = width * self.brush
+        return given
+
+    def _plane(
+        self, begin: tuple[float, float], end: tuple[float, float]
+    ) -> tuple[Points, Points, float] | None:
+        """The plane through a line across the view: a point (3,) of it on the ground, its normal,
+        and the limit of its cut; None if the line passes no ground."""
+        if np.hypot(end[0] - begin[0], end[1] - begin[1]) < CLICK:
+            return None
+        met = line_at(self.view, self.ground, begin, end)
+        if not len(met):
+            return None
+        normal, limit = plane_of_line(
+            self.view.under(*begin), self.view.under(*end), self.view.axes[2]
+        )
+        return met[len(met) // 2], normal, limit
+
+    # Previews
+
+    def _seek(self) -> None:
+        """Have the preview made that the pointer asks for, and show it if it is there soon."""
+        wanted = self._wanted()
+        if wanted is None:
+            self._latest.drop()
+            self.preview = None
+            return
+        self._latest.want(*wanted)
+        self._latest.wait(LIVE)
+        self._take_preview()
+
+    def _wanted(self) -> tuple[object, Callable[[], Preview]] | None:
+        """What preview there is to be made, and a key that tells it from others."""
+        work, foot = self.shown.work, self._foot
+        tool, held = self.mode.tool, self._held
+        if tool == "autocomplete" and held in (None, "click") and foot is not None:
+            radius, number = self.brush, self.choice
+            key = (tool, work, foot.points.tobytes(), radius, number)
+            return key, lambda: completion(work, foot, radius, number)
+        if tool == "spine" and held == "line" and len(self.line) > 2:
+            line, width = np.stack(self.line), 2.0 * self.brush
+            key = (tool, work, len(line), line[-1].tobytes(), width)
+            return key, lambda: spine(work, line, width)
+        if tool == "pull" and held == "drag" and self._strayed and foot is not None:
+            begun, point = self.line[0], foot.points[0]
+            key = (tool, work, begun.tobytes(), point.tobytes())
+            return key, lambda: pulled(work, begun, point)
+        if held == "plane" and self._pressed is not None and self.pointer is not None:
+            try:
+                found = self._plane(self._pressed, self.pointer)
+            except RefusedError:
+                return None
+            if found is not None:
+                at, normal, limit = found
+                key = (tool, work, at.tobytes(), normal.tobytes())
+                return key, lambda: cut(work, at, normal, limit)
+        return None
+
+    def _take_preview(self) -> None:
+        """Show the preview that was found; one of another network is never shown."""
+        found = self._latest.found()
+        if found is not None:
+            self.preview = found
+        if self.preview is not None and self.preview.network is not self.network:
+            self.preview = None

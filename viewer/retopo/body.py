@@ -1,0 +1,138 @@
+"""The quads of a filled network made ready to be drawn and pointed at, whatever the view."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.halfedge import Int32Array
+from query.placing.surface import Surface
+from sketch.retopo.filling import FilledNetwork, RetopoMesh, irregular_vertices, open_edges
+from sketch.retopo.ground import Ground
+from viewer.features.skin import Skin
+
+Points = NDArray[np.float64]
+
+#: A point this near to a quad, in median edges, is on it.
+ON = 0.75
+
+#: What of the ground is this near to a quad, in median edges, is below it: coarse quads are far
+#: from what is round.
+UNDER = 1.5
+
+#: What is nearest to an edge of a quad is below the quads if it is this near, in median edges.
+RIM = 0.2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Body:
+    """All quads as triangles, with what lies on them.
+
+    mesh:    what they are of, as it is saved.
+    skin:    (2 q) triangles, the two halves of a quad one after another.
+    owner:   (2 q,) int32, the patch of each. sides: (2 q,) int32, how many sides it has.
+    edges:   (e, 2, 3) edges within patches, up: (e, 2, 3) normals there, of: (e,) their patch.
+    irregular: (k,) int32 vertices not of 4 quads, but for those on open borders; valences: (k,).
+    rim:     (k,) int32, one of the patches around each.
+    edge:    median length of an edge, 0 without quads.
+    under:   (v,) int32, the patch that lies on each vertex of the ground, -1 for none.
+    """
+
+    mesh: RetopoMesh
+    skin: Skin
+    owner: Int32Array
+    sides: Int32Array
+    edges: Points
+    up: Points
+    of: Int32Array
+    irregular: Int32Array
+    valences: Int32Array
+    rim: Int32Array
+    edge: float
+    under: Int32Array
+    _surface: Surface | None
+    _sound: NDArray[np.int64]
+
+    @classmethod
+    def made_of(cls, found: FilledNetwork, ground: Ground, mesh: RetopoMesh) -> Body:
+        """Of a filled network on a ground; mesh: all its quads, with their images if there are
+        any."""
+        quads, at = mesh.quads, mesh.vertices
+        # Along the shorter diagonal: a bent quad is nearer to the surface so.
+        corner = at[quads]
+        one = np.linalg.norm(corner[:, 0] - corner[:, 2], axis=1)
+        two = np.linalg.norm(corner[:, 1] - corner[:, 3], axis=1)
+        first = (one <= two)[:, None, None]
+        cut = np.where(
+            first, quads[:, [[0, 1, 2], [0, 2, 3]]], quads[:, [[0, 1, 3], [1, 2, 3]]]
+        ).reshape(-1, 3)
+        owner = np.repeat(mesh.patch, 2)
+        corners = {p: len(found.network.patches[p].corners) for p in found.placed}
+        sides = np.array([corners[p] for p in owner.tolist()], np.int32)
+        tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
+        pairs = np.sort(np.stack([tail, head], axis=1), axis=1)
+        named = np.concatenate([np.repeat(mesh.patch, 4)[:, None], pairs], axis=1)
+        named, uses = np.unique(named, axis=0, return_counts=True)
+        # Those that a patch has once are along its curves, which are drawn over them.
+        named = named[uses > 1]
+        pairs = named[:, 1:]
+        wrong, valences = irregular_vertices(mesh)
+        border = np.zeros(len(at), np.bool_)
+        border[open_edges(mesh).ravel()] = True
+        inside = ~border[wrong]
+        wrong, valences = wrong[inside], valences[inside]
+        around = np.zeros(len(at), np.int32)
+        around[quads.ravel()] = np.repeat(mesh.patch, 4)
+        lengths = np.linalg.norm(at[tail] - at[head], axis=1)
+        edge = float(np.median(lengths)) if len(lengths) else 0.0
+        skin = Skin(at[cut], mesh.normals[cut])
+        area = np.cross(at[cut[:, 1]] - at[cut[:, 0]], at[cut[:, 2]] - at[cut[:, 0]])
+        sound = np.flatnonzero(np.linalg.norm(area, axis=1) > 0.0)
+        surface = Surface.from_arrays(at, cut[sound]) if len(sound) else None
+        return cls(
+            mesh,
+            skin,
+            owner.astype(np.int32),
+            sides,
+            at[pairs],
+            mesh.normals[pairs],
+            named[:, 0].astype(np.int32),
+            wrong,
+            valences,
+            around[wrong],
+            edge,
+            _under(ground, surface, owner[sound], edge),
+            surface,
+            sound,
+        )
+
+    def patch_at(self, point: Points) -> int | None:
+        """The patch whose quads a point (3,) of the ground is on."""
+        if self._surface is None:
+            return None
+        triangle, weights = self._surface.located(point[None])
+        foot = self._surface.at(triangle, weights).points[0]
+        if np.linalg.norm(foot - point) > ON * self.edge:
+            return None
+        return int(self.owner[self._sound[triangle[0]]])
+
+
+def _under(ground: Ground, surface: Surface | None, owner: Int32Array, edge: float) -> Int32Array:
+    """See :class:`Body`; owner: of the surface's triangles."""
+    under = np.full(len(ground.vertices), -1, np.int32)
+    if surface is None:
+        return under
+    reach = UNDER * edge
+    low, high = surface.vertices.min(axis=0) - reach, surface.vertices.max(axis=0) + reach
+    near = ((ground.vertices >= low) & (ground.vertices <= high)).all(axis=1)
+    near = np.flatnonzero(near)
+    triangle, weights = surface.located(ground.vertices[near])
+    feet = surface.at(triangle, weights)
+    away = np.linalg.norm(feet.points - ground.vertices[near], axis=1)
+    agree = np.einsum("nc,nc->n", feet.normals, ground.normals[near]) > 0.0
+    # What lies off the rim of all quads is nearest to an edge of theirs.
+    inside = (away <= reach) & agree & ((weights.min(axis=1) > 1e-6) | (away < RIM * edge))
+    under[near[inside]] = owner[triangle[inside]]
+    return under

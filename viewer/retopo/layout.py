@@ -1,0 +1,54 @@
+"""Where things stand in the panel: tools in two columns, and the options of the one in use."""
+
+from __future__ import annotations
+
+from viewer.panel import MARGIN, PANEL
+from viewer.scene import HEIGHT
+
+#: The list of tools: its first row's middle, the height of a row, and its columns.
+FIRST_ROW = HEIGHT - 88.0
+ROW = 24.0
+COLUMNS = 2
+
+#: From the last tool to the first option, and the height of a row of options.
+BETWEEN = 52.0
+OPTION = 22.0
+
+
+def mode_rows(count: int) -> int:
+    """Rows of the list of so many tools."""
+    return -(-count // COLUMNS)
+
+
+def mode_box(left: float, number: int, count: int) -> tuple[float, float, float, float]:
+    """Of a tool: its box, (x, y) its lower left, width and height, in points."""
+    rows = mode_rows(count)
+    width = (PANEL - MARGIN) / COLUMNS
+    column, row = divmod(number, rows)
+    return (
+        left + MARGIN / 2.0 + column * width,
+        FIRST_ROW - row * ROW - ROW / 2.0 + 1.0,
+        width,
+        ROW - 2.0,
+    )
+
+
+def options_top(count: int) -> float:
+    """Middle of the first row of options."""
+    return FIRST_ROW - mode_rows(count) * ROW - BETWEEN
+
+
+def mode_under(left: float, x: float, y: float, count: int) -> int | None:
+    """The tool at a place of the picture."""
+    for number in range(count):
+        at_x, at_y, width, height = mode_box(left, number, count)
+        if at_x <= x < at_x + width and at_y <= y < at_y + height:
+            return number
+    return None
+
+
+def option_under(left: float, x: float, y: float, count: int, options: int) -> int | None:
+    """The option at a place of the picture."""
+    row = int((options_top(count) + OPTION / 2.0 - y) // OPTION)
+    inside = left + MARGIN / 2.0 <= x <= left + PANEL - MARGIN / 2.0
+    return row if inside and 0 <= row < options else None

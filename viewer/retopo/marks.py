@@ -1,0 +1,136 @@
+"""Marks of a network as it is seen: curves that face the viewer, corners, ends, and numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sketch.retopo.network import Chain, Network, Node
+from viewer import style
+from viewer.retopo.palette import CORNER
+from viewer.ribbons import NOTHING, Triangles, discs
+from viewer.style import rgb
+from viewer.view import View
+
+Points = NDArray[np.float64]
+
+#: Samples of a curve that are seen this near to each other, in points, are left out.
+FINE = 2.5
+
+#: What faces away from the viewer by more than this cosine is hidden by the surface.
+AWAY = -0.12
+
+#: Radii in points: of corners, of open ends, and of T-junctions.
+CORNER_RADIUS, END_RADIUS, T_RADIUS = 4.2, 4.4, 5.0
+
+#: Points of a half disc's rim.
+HALF = 13
+
+
+def seen_lines(chains: Iterable[Chain], view: View, *, through: bool) -> list[Points]:
+    """Polylines (k, 3) of curves as they are seen, where they face the viewer; all of them where
+    one sees through."""
+    found: list[Points] = []
+    for chain in chains:
+        line = chain.round
+        facing = chain.normals @ view.axes[2] > AWAY
+        if chain.loose:
+            facing = np.concatenate([facing, facing[:1]])
+        found += runs(view.seen(line), np.ones(len(line), np.bool_) if through else facing)
+    return found
+
+
+def runs(seen: Points, shown: NDArray[np.bool_]) -> list[Points]:
+    """Parts (k, 3) of a polyline as it is seen that are shown, no finer than is of use."""
+    if not shown.any():
+        return []
+    cuts = np.flatnonzero(np.diff(shown.astype(np.int8))) + 1
+    parts: list[Points] = []
+    for part in np.split(np.arange(len(seen)), cuts):
+        if shown[part[0]] and len(part) > 1:
+            parts.append(thinned(seen[part]))
+    return parts
+
+
+def thinned(line: Points) -> Points:
+    """A polyline (k, 3) as it is seen without the samples that nobody tells apart."""
+    length = float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())
+    most = max(2, int(length / FINE) + 2)
+    if len(line) <= most:
+        return line
+    return line[np.linspace(0, len(line) - 1, most).round().astype(np.int64)]
+
+
+def node_marks(network: Network, view: View, lift: float, *, through: bool) -> list[Triangles]:
+    """Corners full, T-junctions half, open ends hollow."""
+    corners: list[Points] = []
+    ends: list[Points] = []
+    halves: list[tuple[Points, Points]] = []
+    for node in network.nodes.values():
+        if not through and node.normal @ view.axes[2] <= AWAY:
+            continue
+        at = view.seen(node.point)
+        if node.open:
+            ends.append(at)
+        elif all(node.flagged):
+            corners.append(at)
+        else:
+            halves.append((at, stem(network, node, view)))
+    full, hollow = (np.array(places).reshape(-1, 3) for places in (corners, ends))
+    half = np.array([at for at, _ in halves]).reshape(-1, 3)
+    ways = np.array([way for _, way in halves]).reshape(-1, 2)
+    return [
+        discs(full, style.PAPER, CORNER_RADIUS + 1.0, lift),
+        discs(full, CORNER, CORNER_RADIUS, lift + 0.5),
+        discs(hollow, CORNER, END_RADIUS, lift),
+        discs(hollow, style.PAPER, 0.58 * END_RADIUS, lift + 0.5),
+        discs(half, CORNER, T_RADIUS, lift),
+        discs(half, style.PAPER, T_RADIUS - 1.1, lift + 0.5),
+        half_discs(half, ways, CORNER, T_RADIUS - 0.9, lift + 1.0),
+    ]
+
+
+def stem(network: Network, node: Node, view: View) -> Points:
+    """(2,) the direction, as it is seen, in which a T-junction's curves end on it."""
+    passed = {k for k, flag in enumerate(node.flagged) if not flag}
+    straight = {k for wedge in passed for k in (wedge, (wedge + 1) % len(node.ends))}
+    total = np.zeros(3)
+    for k, half in enumerate(node.ends):
+        if k in straight and len(straight) < len(node.ends):
+            continue
+        points, _ = network.chains[half >> 1].directed(half)
+        step = points[min(3, len(points) - 1)] - node.point
+        total += step / max(float(np.linalg.norm(step)), 1e-300)
+    way = (view.axes @ total)[:2]
+    size = float(np.hypot(*way))
+    return way / size if size > 1e-9 else np.array([0.0, 1.0])
+
+
+def half_discs(places: Points, ways: Points, colour: str, radius: float, lift: float) -> Triangles:
+    """The halves of discs at places (n, 3) that lie in directions (n, 2), as they are seen."""
+    if not len(places):
+        return NOTHING
+    angle = np.linspace(-np.pi / 2.0, np.pi / 2.0, HALF)
+    left = np.stack([-ways[:, 1], ways[:, 0]], axis=1)
+    rim = radius * (
+        np.cos(angle)[None, :, None] * ways[:, None] + np.sin(angle)[None, :, None] * left[:, None]
+    )
+    rim = np.concatenate([rim, np.zeros((*rim.shape[:2], 1))], axis=2)
+    at = (places + np.array([0.0, 0.0, lift]))[:, None]
+    fan = np.stack(
+        [np.broadcast_to(at, rim[:, 1:].shape), at + rim[:, :-1], at + rim[:, 1:]], axis=2
+    ).reshape(-1, 3, 3)
+    return fan, np.broadcast_to(rgb(colour), fan.shape).astype(np.float32)
+
+
+def shapes(places: Points, outline: Points, colour: str, lift: float) -> Triangles:
+    """A convex outline (k, 2) about places (n, 3), as they are seen."""
+    if not len(places):
+        return NOTHING
+    rim = np.concatenate([outline, np.zeros((len(outline), 1))], axis=1)
+    at = (places + np.array([0.0, 0.0, lift]))[:, None]
+    one, other = at + rim, at + np.roll(rim, -1, axis=0)
+    fan = np.stack([np.broadcast_to(at, one.shape), one, other], axis=2).reshape(-1, 3, 3)
+    return fan, np.broadcast_to(rgb(colour), fan.shape).astype(np.float32)

@@ -1,0 +1,159 @@
+"""What the window of retopology says beside its picture: tools, options, facts."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from sketch.retopo.filling.choice import Choice
+from sketch.retopo.filling.choosing import filling_of
+from sketch.retopo.filling.counting import lengths
+from sketch.retopo.filling.placing import fill_of
+from viewer import style
+from viewer.card import plural
+from viewer.panel import LINE, MARGIN, PANEL, Writer, begin_panel, hint
+from viewer.retopo.layout import OPTION, mode_box, options_top
+from viewer.retopo.palette import side_colour, valence_colour
+from viewer.retopo.state import RetopoState
+from viewer.scene import HIGHLIGHT, HIGHLIGHT_LINE, Scene
+
+#: Letters of the title that there is room for.
+LONGEST = 26
+
+
+def panel(scene: Scene, state: RetopoState) -> None:
+    """Write the panel, and above the picture what is to be done now."""
+    left = scene.width - PANEL
+    writer = begin_panel(scene, names=92.0)
+    title = state.title or "Retopology"
+    writer.heading(title if len(title) <= LONGEST else title[: LONGEST - 1] + "…", 17.0)
+    _modes(scene, state, left)
+    _options(scene, state, left)
+    writer.y = options_top(len(state.modes)) - OPTION * len(state.mode.options) - 22.0
+    _facts(writer, scene, state)
+    _patch(writer, state)
+    if state.message:
+        writer.skip(0.3)
+        writer.paragraph(state.message, style.MESSAGE)
+    if not state.helping:
+        preview = state.preview
+        refused = "" if preview is None else preview.refused
+        hint(scene, refused or state.mode.hint)
+
+
+def _modes(scene: Scene, state: RetopoState, left: float) -> None:
+    """The tools with their keys; the one in use stands out."""
+    for number, mode in enumerate(state.modes):
+        x, y, width, height = mode_box(left, number, len(state.modes))
+        on = mode is state.mode
+        if on:
+            scene.box(x, y, width - 6.0, height, HIGHLIGHT, HIGHLIGHT_LINE)
+        base = y + height / 2.0 - 4.5
+        grey = style.TEXT if on else style.FAINT_TEXT
+        scene.text(x + 19.0, base, mode.key or "·", 12.5, colour=grey, bold=True, mono=True)
+        scene.text(x + 36.0, base, mode.title, 12.5, bold=on, align="left")
+
+
+def _options(scene: Scene, state: RetopoState, left: float) -> None:
+    """The brush of the tool, and its options, with their values."""
+    top = options_top(len(state.modes))
+    right = scene.width - MARGIN
+    y = top + OPTION + 2.0
+    mode, grey = state.mode, style.FAINT_TEXT
+    name = "target edge" if mode.brush == "edge" else "radius of snapping"
+    name = "brush" if mode.given_as else name
+    if mode.brush:
+        value = state.sizes.edge if mode.brush == "edge" else state.brush
+        share = 100.0 * value / state.ground.diagonal
+        scene.text(left + MARGIN, y - 4.5, name, 12.5, align="left")
+        scene.text(right, y - 4.5, f"{share:.1f} %   [ ]", 12.5, align="right")
+    else:
+        scene.text(left + MARGIN, y - 4.5, "no brush", 12.5, colour=grey, align="left")
+    first = True
+    for row, option in enumerate(mode.options):
+        y = top - row * OPTION
+        value = state.option(mode, option)
+        said = {None: "by itself", True: "yes", False: "no"}.get(value, str(value))  # type: ignore[call-overload]
+        key = "- +" if option.number else "." if first else ""
+        first = first and option.number
+        scene.text(left + MARGIN, y - 4.5, option.name, 12.5, align="left")
+        changed = value != option.values[0]
+        scene.text(right, y - 4.5, f"{said}   {key:>3}", 12.5, bold=changed, align="right")
+
+
+def _facts(writer: Writer, scene: Scene, state: RetopoState) -> None:
+    """Patches by their sides, quads, and irregular vertices."""
+    shown = state.shown
+    patches = shown.state.network.patches
+    _rule(writer, scene)
+    sides: dict[int, int] = {}
+    for patch in patches.values():
+        sides[len(patch.corners)] = sides.get(len(patch.corners), 0) + 1
+    writer.fact("patches", f"{len(patches):,}")
+    _row(writer, scene, [(side_colour(n), f"{sides[n]}", f"{n}") for n in sorted(sides)])
+    body, stale = shown.body, shown.stale()
+    empty = len(patches) - (len(shown.filled.placed) - len(stale))
+    if state.waiting or not shown.fresh:
+        writer.fact("quads", "working …")
+    else:
+        quads = f"{len(body.mesh.quads):,}"
+        writer.fact("quads", quads + (f", {empty} without" if empty else ""))
+    if shown.fresh:
+        counts = np.unique(body.valences, return_counts=True)
+        pairs = list(zip(counts[0].tolist(), counts[1].tolist(), strict=True))
+        writer.fact("irregular", f"{len(body.irregular):,}")
+        _row(writer, scene, [(valence_colour(v), f"{n}", f"{v}") for v, n in pairs], shape=True)
+        flipped = sum(len(placed.flipped) for placed in shown.filled.placed.values())
+        if flipped:
+            writer.fact("flipped", plural(flipped, "quad"))
+    undo = f"{shown.undoable} back, {shown.redoable} on"
+    writer.fact("steps", undo + ("" if state.waiting < 2 else f", {state.waiting} waiting"))
+    if shown.state.plane is not None:
+        writer.fact("mirror", "on; quads are of both halves")
+    if state.preview is not None and state.preview.count:
+        preview = state.preview
+        writer.fact("completion", f"{preview.number + 1} of {preview.count}   - +")
+    for note in shown.filled.notes[:2] if shown.fresh else ():
+        writer.paragraph(note, style.FAINT_TEXT)
+
+
+def _row(
+    writer: Writer, scene: Scene, entries: list[tuple[str, str, str]], *, shape: bool = False
+) -> None:
+    """Small marks in colours, each with how many of them there are."""
+    if not entries:
+        return
+    x = writer.left + writer.names
+    y = writer.y + 4.0
+    for colour, count, name in entries[:5]:
+        if shape:
+            outline = style.valence_shape(int(np.clip(int(name), 2, 7)))
+            scene.polygons((outline * 5.0 + (x + 6.0, y))[None], face=colour)
+        else:
+            scene.box(x, y - 6.5, 13.0, 13.0, colour, "#aab3bf")
+            scene.text(x + 6.5, y - 3.6, name, 9.5)
+        scene.text(x + 17.0, y - 4.0, count, 11.5, align="left")
+        x += 24.0 + 7.2 * len(count)
+    writer.y -= LINE
+
+
+def _rule(writer: Writer, scene: Scene) -> None:
+    scene.box(writer.left, writer.y + LINE, writer.room, 0.0, "#e3e6ea", "#e3e6ea")
+
+
+def _patch(writer: Writer, state: RetopoState) -> None:
+    """The patch under the pointer, if one is looked for."""
+    number = state.patch_under() if state.mode.target == "patch" else None
+    patch = None if number is None else state.network.patches.get(number)
+    if patch is None:
+        return
+    choice: Choice | None = filling_of(patch).choice
+    writer.skip(0.3)
+    writer.heading(f"patch of {plural(len(patch.corners), 'side')}")
+    writer.fact("edges", " ".join(map(str, lengths(state.network, patch))))
+    if choice is not None:
+        writer.fact("fill", fill_of(choice).pattern.name)
+        by = "yours" if choice.by == "user" else "the first"
+        irregular = choice.n_irregular
+        writer.fact("", f"{len(choice.faces)} quads, {irregular} irregular; {by}")
+    if filling_of(patch).flows:
+        writer.fact("follows", plural(len(filling_of(patch).flows), "flow line"))

@@ -1,0 +1,307 @@
+"""The picture of retopology: the surface, quads on it, the network, and what is being done."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from sketch.retopo.filling.choosing import filling_of
+from viewer import style
+from viewer.explorer_scene import Drawn
+from viewer.features.shading import MATTE, Shading, shaded
+from viewer.features.skin import Skin
+from viewer.panel import PANEL, help_box
+from viewer.retopo.body import Body
+from viewer.retopo.keys import KEY_HELP, MOUSE_HELP
+from viewer.retopo.marks import AWAY, node_marks, runs, seen_lines, shapes
+from viewer.retopo.palette import (
+    BRUSH,
+    CURVE,
+    EDGE,
+    FLOW,
+    IMAGE,
+    INK,
+    MARKED,
+    PREVIEW,
+    SNAP,
+    side_colour,
+    valence_colour,
+)
+from viewer.retopo.panel import panel
+from viewer.retopo.pointing import visible
+from viewer.retopo.state import RetopoState
+from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
+from viewer.scene import HEIGHT, Scene
+from viewer.solid import Solid
+
+Points = NDArray[np.float64]
+
+#: How much nearer than it is the network is drawn: as a part of the surface's diagonal, as the
+#: released program of Takayama et al. 2013 has it, and in points. Drawing only.
+LIFT, LIFT_POINTS = 0.0005, 2.0
+
+#: Flat quads cut through what is round: they are nearer by this part of an edge, too.
+QUAD_LIFT = 0.1
+
+#: The surface below quads is drawn deeper by this part of an edge.
+SINK = 1.0
+
+#: How bright the half is that is only an image of the other.
+DARKER = 0.84
+
+#: Widths in points: of curves, edges of quads, what is being drawn.
+CURVE_WIDTH, EDGE_WIDTH, INK_WIDTH, PREVIEW_WIDTH = 3.0, 1.0, 3.4, 3.0
+
+#: Radius of an irregular vertex's marker, in edges, least and most, in points.
+MARKER = (0.17, 2.6, 6.0)
+
+#: Radii in points: of the ring around what is snapped to.
+RING = (6.0, 9.0)
+
+#: Points of a brush's circle, and of a dash.
+CIRCLE, DASH = 72, 6.0
+
+#: Quads under the pointer are lighter by this part of white.
+LIGHTER = 0.25
+
+
+class Painter:
+    """Composes pictures; what stays the same while only the pointer moves is kept."""
+
+    def __init__(self) -> None:
+        self._shading = Shading()
+        self._key: tuple[object, ...] = ()
+        self._kept: list[Triangles] = []
+        self._sunk: tuple[object, ...] = ()
+        self._made = NOTHING
+
+    def compose(
+        self, state: RetopoState, aspect: float, *, bare: bool = False, height: float = HEIGHT
+    ) -> Drawn:
+        """The picture for a window of this width to height.
+
+        bare: without the panel. height: of a bare picture, in points; one with the panel has
+        always the same.
+        """
+        height = height if bare else HEIGHT
+        scene = Scene(height * aspect, height)
+        room = scene.width if bare else max(scene.width - PANEL, 1.0)
+        state.fill(room, height)
+        middle = (room / 2.0, height / 2.0)
+        model = self._ground(state, middle)
+        parts = [NOTHING, *self._network(state), *_pointed(state)]
+        drawn = np.concatenate([part[0] for part in parts]) + np.array([*middle, 0.0])
+        solid = Solid(
+            np.concatenate([model[0], drawn]),
+            np.concatenate([model[1], *(part[1] for part in parts)]),
+            0.0,
+        )
+        _line(scene, state, middle)
+        if state.mode.gesture == "count" and not state.helping:
+            _counts(scene, state, middle)
+        if not bare:
+            panel(scene, state)
+            if state.helping:
+                help_box(scene, KEY_HELP, MOUSE_HELP)
+        if not scene.patches:
+            # A page always has something to lay text and triangles on.
+            scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
+        return Drawn(scene, solid, middle)
+
+    def _ground(self, state: RetopoState, middle: tuple[float, float]) -> Triangles:
+        """The surface; what is below quads is deeper than it is, lest it should come through, and
+        the half that is only an image is darker."""
+        seen, colours = self._shading.model(state.skin, state.view, state.model_look, middle)
+        shown, plane, quads = state.shown, state.shown.state.plane, state.quads_shown
+        if not len(seen) or (plane is None and not (quads and len(shown.body.owner))):
+            return seen, colours
+        key = (seen, shown, quads)
+        if len(self._sunk) != 3 or any(a is not b for a, b in zip(key, self._sunk, strict=True)):
+            self._sunk = key
+            deeper, darker = seen, colours
+            if quads and len(shown.body.owner):
+                under = shown.body.under
+                gone = np.fromiter(shown.stale(), np.int64)
+                below = ((under >= 0) & ~np.isin(under, gone))[state.ground.triangles]
+                deeper = seen.copy()
+                deeper[..., 2] -= SINK * shown.body.edge * state.view.scale * below
+            if plane is not None:
+                beyond = (plane.heights(state.ground.vertices) < 0.0)[state.ground.triangles]
+                darker = np.where(beyond[..., None], np.float32(DARKER) * colours, colours)
+            self._made = deeper, darker
+        return self._made
+
+    def _network(self, state: RetopoState) -> list[Triangles]:
+        lit = state.patch_under() if state.mode.target == "patch" else None
+        shown = state.shown
+        key = (shown, state.view, state.model_look, state.quads_shown, lit)
+        if self._key != key:
+            self._key = key
+            parts: list[Triangles] = []
+            if state.quads_shown and len(shown.body.owner):
+                parts += _quads(state, shown.body, shown.stale(), lit)
+            parts += _curves(state)
+            self._kept = parts
+        return self._kept
+
+
+def lift_of(state: RetopoState) -> float:
+    """How much nearer than they are curves are drawn, in points."""
+    own = LIFT_POINTS + LIFT * state.ground.diagonal * state.view.scale
+    if state.quads_shown:
+        own += QUAD_LIFT * state.shown.body.edge * state.view.scale
+    return own
+
+
+def _through(state: RetopoState) -> bool:
+    return state.model_look != "solid"
+
+
+def _quads(
+    state: RetopoState, body: Body, stale: frozenset[int], lit: int | None
+) -> list[Triangles]:
+    """Quads in the colours of their patches, their edges, and irregular vertices."""
+    view = state.view
+    gone = np.fromiter(stale, np.int64, len(stale))
+    kept = ~np.isin(body.owner, gone)
+    corners, normals = body.skin.corners[kept], body.skin.normals[kept]
+    lift = LIFT * state.ground.diagonal + QUAD_LIFT * body.edge
+    # What faces away is behind the surface, not before it: sheets may be thin.
+    away = normals.mean(axis=1) @ view.axes[2] < 0.0
+    raised = corners + np.where(away, -lift, lift)[:, None, None] * view.axes[2]
+    seen, bright = shaded(Skin(raised, normals), view, (0.0, 0.0), through=False)
+    tints = np.stack([style.rgb(side_colour(n)) for n in range(int(body.sides.max()) + 1)])
+    tint = tints[body.sides[kept]]
+    if lit is not None:
+        tint = np.where((body.owner[kept] == lit)[:, None], tint + LIGHTER * (1.0 - tint), tint)
+    colours = bright / style.rgb(MATTE) * tint[:, None]
+    parts: list[Triangles] = [(seen, np.minimum(colours, 1.0).astype(np.float32))]
+    above = lift * view.scale + 0.8
+    own = ~np.isin(body.of, gone) & (body.up.mean(axis=1) @ view.axes[2] > AWAY)
+    lines = view.seen(body.edges[own])
+    parts.append(ribbons(list(lines), EDGE, EDGE_WIDTH, above))
+    radius = float(np.clip(MARKER[0] * body.edge * view.scale, *MARKER[1:]))
+    facing = body.mesh.normals[body.irregular] @ view.axes[2] > AWAY
+    facing &= ~np.isin(body.rim, gone)
+    for valence in np.unique(body.valences[facing]).tolist():
+        here = body.irregular[facing & (body.valences == valence)]
+        places = view.seen(body.mesh.vertices[here])
+        shape = style.valence_shape(int(np.clip(valence, 2, 7)))
+        if valence >= 7 or valence < 3:
+            shape = style.circle()
+        colour = valence_colour(valence)
+        parts.append(shapes(places, shape * (radius + 1.1), style.PAPER, above + 2.6))
+        parts.append(shapes(places, shape * radius, colour, above + 3.0))
+    return parts
+
+
+def _curves(state: RetopoState) -> list[Triangles]:
+    """The network: its curves, corners and ends, and the lines that quads follow."""
+    network, view = state.network, state.view
+    through, lift = _through(state), lift_of(state)
+    plain = [chain for chain in network.chains.values() if not chain.marked]
+    marked = [chain for chain in network.chains.values() if chain.marked]
+    parts = [
+        ribbons(seen_lines(plain, view, through=through), CURVE, CURVE_WIDTH, lift),
+        ribbons(seen_lines(marked, view, through=through), MARKED, CURVE_WIDTH, lift),
+    ]
+    plane = state.shown.state.plane
+    if plane is not None:
+        images: list[Points] = []
+        for chain in plain:
+            facing = plane.mirrored_directions(chain.normals) @ view.axes[2] > AWAY
+            line = plane.mirrored(chain.round)
+            facing = np.concatenate([facing, facing[:1]]) if chain.loose else facing
+            images += runs(view.seen(line), facing | through)
+        parts.append(ribbons(images, IMAGE, 0.8 * CURVE_WIDTH, lift))
+    flows = [flow.points for patch in network.patches.values() for flow in filling_of(patch).flows]
+    for line in flows:
+        up = state.ground.nearest(line).normals @ view.axes[2] > AWAY
+        for part in runs(view.seen(line), up | through):
+            parts.append(ribbons(dashed(part, DASH), FLOW, 2.4, lift + 0.5))
+    return parts + node_marks(network, view, lift + 1.5, through=through)
+
+
+def _pointed(state: RetopoState) -> list[Triangles]:
+    """What is under the pointer, what is drawn, and what would be made."""
+    view, lift = state.view, lift_of(state)
+    parts: list[Triangles] = []
+    lit = state.patch_under() if state.mode.target == "patch" else None
+    patch = None if lit is None else state.network.patches.get(lit)
+    if patch is not None and state.quads_shown:
+        around = [state.network.chains[half >> 1] for half in patch.loop]
+        lines = seen_lines(around, view, through=_through(state))
+        parts.append(ribbons(lines, style.SELECTED, CURVE_WIDTH + 1.6, lift + 0.8))
+    meant = [state.network.chains[chain] for chain in state.chains_meant()]
+    if meant:
+        lines = seen_lines(meant, view, through=True)
+        colour = style.SELECTED
+        parts.append(ribbons(lines, colour, CURVE_WIDTH + 2.2, lift + 0.8))
+    preview = state.preview
+    if preview is not None:
+        for curve in preview.curves:
+            parts.append(ribbons([view.seen(curve)], style.PAPER, PREVIEW_WIDTH + 2.2, lift + 1.0))
+            parts.append(ribbons([view.seen(curve)], PREVIEW, PREVIEW_WIDTH, lift + 2.4))
+        if preview.corners is not None:
+            places = view.seen(preview.corners)
+            parts.append(discs(places, style.PAPER, 5.4, lift + 4.0))
+            parts.append(discs(places, PREVIEW, 4.2, lift + 4.5))
+    if len(state.line) > 1 and state.holding and state.mode.gesture != "corner":
+        colour = FLOW if state.mode.gesture == "within" else INK
+        parts.append(ribbons([view.seen(np.stack(state.line))], colour, INK_WIDTH, lift + 2.0))
+    snaps = state.snaps()
+    if snaps:
+        parts.append(discs(view.seen(np.stack(snaps)), SNAP, RING[1], lift + 5.0, RING[0]))
+    foot, brush = state.foot, state.brush
+    if brush > 0.0 and foot is not None:
+        x, y = np.cos(t := np.linspace(0.0, 2.0 * np.pi, CIRCLE)), np.sin(t)
+        # A circle that faces the viewer: on the surface it would hide behind what is round.
+        ring = view.seen(foot.points) + brush * view.scale * np.stack([x, y, 0.0 * x], axis=1)
+        ring[:, 2] = float(view.seen(foot.points)[0, 2]) + brush * view.scale
+        parts.append(ribbons(dashed(ring, 4.0), BRUSH, 1.4, lift))
+    return parts
+
+
+def _line(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> None:
+    """The straight line that is dragged across the view."""
+    ends = state.plane_line
+    if ends is None:
+        return
+    a, b = (np.array(end) + np.array(middle) for end in ends)
+    size = float(np.linalg.norm(b - a))
+    if size < 1.0:
+        return
+    side = np.array([a[1] - b[1], b[0] - a[0]]) / size
+    for width, colour in ((2.6, style.PAPER), (1.2, INK)):
+        across = width * side
+        scene.polygons(
+            np.stack([a - across, b - across, b + across, a + across])[None], face=colour
+        )
+    for end in (a, b):
+        scene.polygons((end + style.circle() * 5.0)[None], face=INK)
+
+
+def _counts(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> None:
+    """How many edges every curve has, at its middle; those that are pinned in bold."""
+    view, network = state.view, state.network
+    chains = [chain for chain in network.chains.values() if chain.count]
+    if not chains:
+        return
+    lines = [chain.round for chain in chains]
+    places = np.stack([line[len(line) // 2] for line in lines])
+    up = np.stack([chain.normals[len(chain.normals) // 2] for chain in chains])
+    shown = np.ones(len(chains), np.bool_)
+    if not _through(state):
+        shown = (up @ view.axes[2] > AWAY) & visible(view, state.ground, places)
+    meant = set(state.chains_meant())
+    seen = view.seen(places)[:, :2] + np.array(middle)
+    inside = (seen > 0.0).all(axis=1) & (seen[:, 0] < 2.0 * middle[0] - 12.0)
+    for k in np.flatnonzero(shown & inside).tolist():
+        chain, (x, y) = chains[k], seen[k].tolist()
+        text = str(chain.count)
+        half = np.array([3.9 * len(text) + 3.6, 7.8])
+        box = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        rim = style.SELECTED if chain.id in meant else CURVE if chain.pinned else "#b9c1cb"
+        scene.polygons((box * (half + (1.6 if chain.pinned else 1.0)) + (x, y))[None], face=rim)
+        scene.polygons((box * half + (x, y))[None], face=style.PAPER)
+        scene.text(x, y - 4.1, text, 11.0, bold=chain.pinned)

@@ -1,0 +1,119 @@
+"""What is seen at a place of the picture: the ground, curves on it, and their ends."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from query.placing.tree import first_along
+from sketch.retopo.ground import Feet, Ground
+from sketch.retopo.network import (
+    AtChain,
+    AtNode,
+    Network,
+    Samples,
+    nearest_node,
+    nearest_place,
+    samples,
+)
+from sketch.retopo.tools.stroke import MOST_ENDS, find_end
+from viewer.view import View
+
+Points = NDArray[np.float64]
+
+#: How near the pointer must be to a curve or a corner, in points of the picture.
+REACH = 14.0
+
+#: The pointer's way is cut into steps of so many points: a quick stroke stays on the surface.
+STEP = 3.0
+
+#: What lies deeper than the surface by this part of its diagonal is hidden.
+BENEATH = 0.004
+
+
+def picked(view: View, ground: Ground, places: ArrayLike) -> tuple[Feet, NDArray[np.bool_]]:
+    """The front-most points of the ground at places (n, 2) of the picture, in points from its
+    middle, and (n,) whether there are any; the others are some points of the ground."""
+    toward = view.axes[2]
+    at = np.asarray(places, np.float64).reshape(-1, 2)
+    on = view.focus + at @ view.axes[:2] / view.scale
+    box = np.stack([ground.vertices.min(axis=0), ground.vertices.max(axis=0)])
+    reach = 1.01 * ground.diagonal + float(np.abs((box.mean(axis=0) - view.focus) @ toward))
+    triangle, weights = first_along(
+        *ground.surface.tree,
+        np.ascontiguousarray(on + reach * toward),
+        np.tile(toward, (len(at), 1)),
+        np.full(len(at), 2.0 * reach),
+    )
+    found = triangle >= 0
+    return ground.at(np.where(found, triangle, 0).astype(np.int32), weights), found
+
+
+def foot_at(view: View, ground: Ground, x: float, y: float) -> Feet | None:
+    """The front-most point of the ground at a place of the picture, as one foot."""
+    feet, found = picked(view, ground, [[x, y]])
+    return feet if found[0] else None
+
+
+def line_at(
+    view: View, ground: Ground, last: tuple[float, float], now: tuple[float, float]
+) -> Points:
+    """(k, 3) points of the ground along the pointer's way from one place to another, the last
+    place included and the first not."""
+    steps = max(1, round(float(np.hypot(now[0] - last[0], now[1] - last[1])) / STEP))
+    share = (np.arange(1, steps + 1) / steps)[:, None]
+    feet, found = picked(view, ground, np.array(last) + share * (np.array(now) - np.array(last)))
+    return feet.points[found]
+
+
+def visible(view: View, ground: Ground, points: Points) -> NDArray[np.bool_]:
+    """(n,) which of points (n, 3) near the ground it does not hide."""
+    if not len(points):
+        return np.zeros(0, np.bool_)
+    feet, found = picked(view, ground, view.seen(points)[:, :2])
+    before = (feet.points - points) @ view.axes[2]
+    return ~found | (before <= BENEATH * ground.diagonal)
+
+
+@dataclass(slots=True)
+class Finder:
+    """Finds what of a network is near a point; samples are kept while it is the same."""
+
+    _network: Network | None = None
+    _samples: Samples | None = None
+
+    def of(self, network: Network) -> Samples:
+        """All samples of its curves."""
+        if self._samples is None or network is not self._network:
+            self._network, self._samples = network, samples(network)
+        return self._samples
+
+    def chain(self, network: Network, foot: Feet, reach: float) -> tuple[int, Points] | None:
+        """The curve within a reach of a foot, and its point (3,) that is nearest."""
+        found = nearest_place(self.of(network), foot.points[0], foot.normals[0], reach)
+        return None if found is None else (found.chain, point_on(network, found.chain, found.place))
+
+    def node(self, network: Network, foot: Feet, reach: float) -> Points | None:
+        """(3,) the node within a reach of a foot that is nearest."""
+        valences = range(1, MOST_ENDS)
+        node = nearest_node(network, foot.points[0], foot.normals[0], reach, valences)
+        return None if node is None else node.point
+
+    def end(self, network: Network, foot: Feet, snap: float) -> Points | None:
+        """(3,) where an end of a stroke at a foot snaps to."""
+        point, normal = foot.points[0], foot.normals[0]
+        found = find_end(network, self.of(network), point, normal, snap)
+        if isinstance(found, AtNode):
+            return network.nodes[found.node].point
+        if isinstance(found, AtChain):
+            return point_on(network, found.chain, found.place)
+        return None
+
+
+def point_on(network: Network, chain: int, place: float) -> Points:
+    """(3,) the point at a place of a chain."""
+    line = network.chains[chain].round
+    first = min(int(place), len(line) - 2)
+    return line[first] + (place - first) * (line[first + 1] - line[first])

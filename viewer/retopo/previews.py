@@ -1,0 +1,137 @@
+"""Previews: what a tool would make of where the pointer is, found in a thread of their own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.errors import PatternDBError
+from sketch.retopo.editor.tool import Work
+from sketch.retopo.ground import Feet
+from sketch.retopo.network import Network
+from sketch.retopo.tools.completion import completions
+from sketch.retopo.tools.loop import loop_preview
+from sketch.retopo.tools.pull import held, pull
+from sketch.retopo.tools.spine.tool import spine_preview
+
+Points = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Preview:
+    """What would be made.
+
+    network: that it was found for. at: (3,) where the pointer was. curves: (m, 3) each.
+    corners: (k, 3). number, count: it is this one of so many. refused: why there is none, "" if
+    there is one.
+    """
+
+    network: Network
+    at: Points
+    curves: tuple[Points, ...] = ()
+    corners: Points | None = None
+    number: int = 0
+    count: int = 0
+    refused: str = ""
+
+
+def completion(work: Work, foot: Feet, radius: float, number: int) -> Preview:
+    """A patch that could be completed around a foot; number: which of them, from 0 on, the last
+    if there are not so many."""
+    network, point = work.network, foot.points[0]
+    sizes = replace(work.state.sizes, autocompletion=radius)
+    try:
+        found = completions(network, work.ground, point, foot.normals[0], sizes)
+        if not found:
+            return Preview(network, point)
+        number = min(number, len(found) - 1)
+        one = found[number]
+        curves = tuple(one.curves(sizes))
+        return Preview(network, point, curves, one.corners(), number, len(found))
+    except PatternDBError as error:
+        return Preview(network, point, refused=str(error))
+
+
+def spine(work: Work, line: Points, width: float) -> Preview:
+    """The outline of the patch about a line (k, 3)."""
+    network, sizes = work.network, replace(work.state.sizes, spine=width / 2.0)
+    try:
+        stroke = work.stroke_here(line, "the spine", False)
+        found = spine_preview(network, work.ground, stroke, sizes)
+        return Preview(network, line[-1], tuple(found.curves(sizes)))
+    except PatternDBError as error:
+        return Preview(network, line[-1], refused=str(error))
+
+
+def cut(work: Work, point: Points, normal: Points, limit: float) -> Preview:
+    """The curve in which a plane through a point (3,) cuts the ground."""
+    network = work.network
+    try:
+        start = work.foot(point)
+        stroke = loop_preview(work.ground, work.state.sizes, start, normal, limit)
+    except PatternDBError as error:
+        return Preview(network, point, refused=str(error))
+    line = stroke.points
+    if stroke.closed:
+        line = np.concatenate([line, line[:1]])
+    return Preview(network, point, (line,))
+
+
+def pulled(work: Work, begun: Points, point: Points) -> Preview:
+    """The curves that follow when what is at one point (3,) is pulled to another."""
+    network, sizes = work.network, work.state.sizes
+    try:
+        start, end = work.foot(begun), work.foot(point)
+        at = held(network, sizes, start.points[0], start.normals[0])
+        made = pull(network, work.ground, sizes, at, end.points[0], end.normals[0]).network
+    except PatternDBError as error:
+        return Preview(network, point, refused=str(error))
+    moved = [c.round for k, c in made.chains.items() if network.chains.get(k) is not c]
+    return Preview(network, point, tuple(moved))
+
+
+class Latest:
+    """Finds what was wanted last; what was wanted before and not begun is dropped."""
+
+    def __init__(self) -> None:
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="previewing")
+        self._wanted: tuple[object, Future[Preview]] | None = None
+
+    def want(self, key: object, make: Callable[[], Preview]) -> None:
+        """Have it found, unless the same is being found already."""
+        if self._wanted is not None:
+            if self._wanted[0] == key:
+                return
+            self._wanted[1].cancel()
+        self._wanted = (key, self._worker.submit(make))
+
+    def drop(self) -> None:
+        """Nothing is wanted any more."""
+        if self._wanted is not None:
+            self._wanted[1].cancel()
+        self._wanted = None
+
+    @property
+    def busy(self) -> bool:
+        """Is it still to be found?"""
+        return self._wanted is not None and not self._wanted[1].done()
+
+    def wait(self, seconds: float | None = None) -> None:
+        """Until it is found, or time is out."""
+        if self._wanted is not None:
+            wait_for([self._wanted[1]], seconds)
+
+    def found(self) -> Preview | None:
+        """What was wanted last, if it is found."""
+        if self._wanted is None or not self._wanted[1].done():
+            return None
+        return self._wanted[1].result()
+
+    def close(self) -> None:
+        """Wait for what was begun."""
+        self._worker.shutdown(wait=True, cancel_futures=True)

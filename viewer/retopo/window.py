@@ -1,0 +1,257 @@
+"""The window of retopology, a thin shell on its state; pictures without one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from sketch.retopo.autosave import Autosave, recoveries
+from sketch.retopo.editor import Call, Editor, State
+from sketch.retopo.filling import RetopoMesh
+from sketch.retopo.ground import Ground
+from sketch.retopo.script import Line, Script, write_script
+from sketch.retopo.sessionfile import Session, write_session
+from viewer.browse import WINDOW
+from viewer.explorer_picture import check_png, save_drawn
+from viewer.explorer_scene import Drawn
+from viewer.keymap import Effect
+from viewer.opengl import prepare_opengl
+from viewer.retopo.keys import KEYS
+from viewer.retopo.picture import Painter
+from viewer.retopo.state import RetopoState
+from viewer.scene import HEIGHT
+from viewer.window import Window
+
+#: Writes quads to a file.
+WriteMesh = Callable[[Path, RetopoMesh], None]
+
+
+def show(
+    editor: Editor,
+    *,
+    title: str = "",
+    session: Path | None = None,
+    script: Path | None = None,
+    begun: Script | None = None,
+    write_mesh: WriteMesh | None = None,
+    keys: str = "",
+    folder: Path | str = ".",
+    window_size: tuple[int, int] = WINDOW,
+) -> None:
+    """Retopologise a surface in a window, until it is closed.
+
+    editor: with the surface, and what has been done before. title: of the window and its panel.
+    session: where the session is saved; None for a new file in the folder. script: likewise
+    where calls are saved; if it is given, at the end in any case. What is not saved is kept beside
+    the session, or in the folder, in case of a crash. begun: how a script of what was done before
+    begins, with how it names the surface; by default only with the title as that name.
+    write_mesh: writes quads. keys: pressed first, with spaces
+    between. folder: for what keys save. window_size: pixels.
+
+    Raises ValueError for a key there is not, DisplayError if no window can be opened here, and
+    OSError if the script cannot be written at the end.
+    """
+    pressed = KEYS.check(keys)
+    prepare_opengl(off_screen=False)
+    folder = Path(folder)
+    said = Script(title, ()) if begun is None else begun
+    name = Path(said.surface).name
+    autosave = Autosave(editor.ground, editor.state, session=session, folder=folder, name=name)
+    files = Writer(folder, session, script, said, write_mesh, autosave)
+    state = RetopoState(editor, title=title, files=files)
+    lost = recoveries(session, folder)
+    if lost:
+        state.message = (
+            f"a crash left {lost[0].path.name}; rename it to end in .retopo to go on from it"
+        )
+    try:
+        saver = Saver(state, files, window_size)
+        if saver.play(pressed) is not Effect.QUIT:
+            window = RetopoWindow(state, saver, KEYS, window_size, title or "Retopology")
+            try:
+                window.run()
+            finally:
+                window.close()
+    finally:
+        state.close()
+        state.take()
+        if script is not None and state.calls:
+            files.save_script(state.calls)
+    # Only a clean end takes away what a crash would have left.
+    autosave.close()
+
+
+def draw(
+    editor: Editor,
+    path: Path | str,
+    *,
+    toward: ArrayLike | None = None,
+    size: tuple[int, int] = (1200, 800),
+    keys: str = "",
+    bare: bool = True,
+    title: str = "",
+) -> None:
+    """Write a picture of an editor's network and its quads to a PNG, without a window and
+    OpenGL: the same everywhere.
+
+    toward: (3,) the direction from the surface to the viewer, None for one from the front left
+    and above. size: pixels. keys: pressed first, such as "m x". bare: without the panel. All
+    else as for :func:`show`. Patches without a fill get one.
+
+    Raises PictureFormatError if path is not a PNG, ValueError for a key there is not, and
+    OSError as writing does.
+    """
+    pressed = KEYS.check(keys)
+    path = check_png(path)
+    files = Writer(path.parent, None, None, Script(title, ()), None)
+    state = RetopoState(editor, title=title, files=files)
+    try:
+        saver = Saver(state, files, size, bare=bare)
+        saver.drawn()
+        if toward is not None:
+            state.look_along(toward)
+        saver.play(pressed)
+        state.settle()
+        save_drawn(path, saver.drawn(), size[1])
+    finally:
+        state.close()
+
+
+class Writer:
+    """Writes files into a folder under names that are free; session and script always into the
+    same."""
+
+    def __init__(
+        self,
+        folder: Path,
+        session: Path | None,
+        script: Path | None,
+        begun: Script,
+        write_mesh: WriteMesh | None,
+        autosave: Autosave | None = None,
+    ) -> None:
+        self._autosave = autosave
+        self._folder, self._begun = folder, begun
+        self._session, self._script = session, script
+        self._write_mesh = write_mesh
+
+    def save_session(self, ground: Ground, state: State) -> str:
+        """Replace the session's file, whole or not at all."""
+        path = self._session or self.free("retopo", ".retopo")
+        write_session(path, Session(ground, state, Path(self._begun.surface).name))
+        self._session = path
+        if self._autosave is not None:
+            self._autosave.saved(state, path)
+        return f"saved {path}"
+
+    def tick(self, state: State) -> None:
+        """Keep the state in case of a crash, if it is time."""
+        if self._autosave is not None:
+            self._autosave.tick(state)
+
+    def save_mesh(self, mesh: RetopoMesh) -> str:
+        """Write the quads."""
+        if self._write_mesh is None:
+            return "meshes cannot be saved here: no way to write them was given"
+        path = self.free("quads", ".obj")
+        self._write_mesh(path, mesh)
+        return f"saved {path}"
+
+    def save_script(self, calls: tuple[Call, ...]) -> str:
+        """Replace the script's file."""
+        path = self._script or self.free("retopo", ".jsonl")
+        before = self._begun.lines
+        first = 2 + len(before)
+        lines = tuple(Line(number, call) for number, call in enumerate(calls, first))
+        write_script(path, replace(self._begun, lines=(*before, *lines)))
+        self._script = path
+        return f"saved {path}"
+
+    def free(self, name: str, suffix: str) -> Path:
+        """A name that no file in the folder has."""
+        count = 1
+        while (path := self._folder / f"{name}-{count}{suffix}").exists():
+            count += 1
+        return path
+
+
+class Saver:
+    """Draws the state, obeys keys, and writes pictures.
+
+    bare: without the panel.
+    """
+
+    def __init__(
+        self, state: RetopoState, files: Writer, size: tuple[int, int], *, bare: bool = False
+    ) -> None:
+        self.state = state
+        self.size = size
+        self._files = files
+        self._painter = Painter()
+        self._bare = bare
+        self._asked_to_quit = False
+
+    def drawn(self) -> Drawn:
+        """The picture of the state as it is now."""
+        # As many points to a pixel as in a window: lines are as wide in small pictures.
+        height = self.size[1] * HEIGHT / WINDOW[1]
+        return self._painter.compose(
+            self.state, self.size[0] / self.size[1], bare=self._bare, height=height
+        )
+
+    def play(self, keys: Sequence[str]) -> Effect:
+        """Press keys one after another, each once all quads are there; QUIT if one quits."""
+        for key in keys:
+            self.state.settle()
+            if self.obey(key) is Effect.QUIT:
+                return Effect.QUIT
+        return Effect.NOTHING
+
+    def obey(self, key: str) -> Effect:
+        """Press a key, by its X name or as it is written, and save what it asks to save."""
+        state = self.state
+        if state.holding and KEYS.aliases.get(key, key) != "Escape":
+            state.message = "let go of the button first"
+            return Effect.REDRAW
+        effect = KEYS.press(state, key)
+        if effect is Effect.QUIT:
+            return self._quit()
+        if effect is not Effect.NOTHING:
+            self._asked_to_quit = False
+        if effect is Effect.PICTURE:
+            try:
+                path = self._files.free("retopo", ".png")
+                save_drawn(path, self.drawn(), self.size[1])
+                state.message = f"saved {path}"
+            except OSError as error:
+                state.message = f"not saved: {error}"
+        return effect
+
+    def _quit(self) -> Effect:
+        """Quit, but ask once if that would lose work."""
+        if not self.state.unsaved or self._asked_to_quit:
+            return Effect.QUIT
+        self._asked_to_quit = True
+        self.state.message = "the session is not saved: s saves it, q once more quits"
+        return Effect.REDRAW
+
+
+class RetopoWindow(Window):
+    """A window whose wheel knows the keys that are held down with it."""
+
+    state: RetopoState
+
+    def handlers(self) -> dict[str, Callable[[Any, str], None]]:
+        """What is done at which event of VTK's interactor."""
+        return super().handlers() | {
+            "MouseWheelForwardEvent": lambda i, _: self._wheel(i, 1.0),
+            "MouseWheelBackwardEvent": lambda i, _: self._wheel(i, -1.0),
+        }
+
+    def _wheel(self, interactor: Any, steps: float) -> None:
+        shift, modifier = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
+        self._after(self.state.wheel(steps, shift=shift, modifier=modifier))

@@ -1,0 +1,140 @@
+"""Work: calls of tools, one after another in a thread, so that whoever looks on need not wait.
+
+After every call all patches are filled, as scripts do: what is recorded gives the same mesh. A
+call that is made while another is obeyed waits its turn.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
+from dataclasses import dataclass
+from typing import Any
+
+from patterndb.errors import PatternDBError
+from sketch.retopo.editor import Call, Editor, Outcome, State
+from sketch.retopo.editor.tool import Work as ToolWork
+from sketch.retopo.filling import FilledNetwork
+from sketch.retopo.symmetry import Plane
+from viewer.retopo.body import Body
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Shown:
+    """What there is to see: curves as they are, and the quads that are known.
+
+    work:   the state, and the ground that tools work on.
+    filled: of this state, or of one before while new quads are made (``fresh`` is False).
+    body:   the quads of ``filled``, to be drawn; plane: of symmetry, that they were made for.
+    undoable, redoable: steps.
+    """
+
+    work: ToolWork
+    filled: FilledNetwork
+    body: Body
+    plane: Plane | None
+    fresh: bool
+    undoable: int = 0
+    redoable: int = 0
+
+    @property
+    def state(self) -> State:
+        return self.work.state
+
+    def stale(self) -> frozenset[int]:
+        """Patches of ``filled`` that are not as they were: their quads are not to be seen."""
+        if self.fresh:
+            return frozenset()
+        if self.plane != self.state.plane:
+            return frozenset(self.filled.placed)
+        now, then = self.state.network, self.filled.network
+        gone: set[int] = set()
+        for number in self.filled.placed:
+            patch, former = now.patches.get(number), then.patches[number]
+            if (
+                patch is None
+                or patch.loop != former.loop
+                or patch.corners != former.corners
+                or patch.choice != former.choice
+                or any(
+                    now.chains[half >> 1].count != then.chains[half >> 1].count
+                    or now.chains[half >> 1].points is not then.chains[half >> 1].points
+                    for half in patch.loop
+                )
+            ):
+                gone.add(number)
+        return frozenset(gone)
+
+
+class Work:
+    """Obeys calls in a thread.
+
+    shown: what there is to see now; another object as soon as something has changed.
+    """
+
+    def __init__(self, editor: Editor) -> None:
+        self._editor = editor
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="retopology")
+        self._asked: deque[tuple[Call, Future[Outcome]]] = deque()
+        empty = FilledNetwork(editor.network, {})
+        body = Body.made_of(empty, editor.ground, editor.mesh(empty))
+        self.shown = self._now(empty, body, editor.state.plane, not editor.network.patches)
+        self._first: Future[None] | None = None
+        if editor.network.patches:
+            self._first = self._worker.submit(self._fill)
+
+    def ask(self, call: Call) -> None:
+        """Have a call obeyed after those before it."""
+        self._asked.append((call, self._worker.submit(self._obey, call)))
+
+    @property
+    def waiting(self) -> int:
+        """Calls that are not done with."""
+        return len(self._asked) + (self._first is not None)
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Until all is done; False if time ran out before."""
+        futures: list[Future[Any]] = [future for _, future in self._asked]
+        if self._first is not None:
+            futures.append(self._first)
+        return not wait_for(futures, seconds).not_done
+
+    def done(self) -> list[tuple[Call, Outcome]]:
+        """The calls that were obeyed since this was asked last; what went wrong is raised."""
+        if self._first is not None and self._first.done():
+            self._first.result()
+            self._first = None
+        found: list[tuple[Call, Outcome]] = []
+        while self._asked and self._asked[0][1].done():
+            call, future = self._asked.popleft()
+            found.append((call, future.result()))
+        return found
+
+    def close(self) -> None:
+        """Drop what was not begun, and wait for what was."""
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _obey(self, call: Call) -> Outcome:
+        editor, before = self._editor, self.shown
+        try:
+            outcome = editor.do(call)
+        except PatternDBError as error:
+            return Outcome(False, str(error))
+        if not outcome.changed:
+            return outcome
+        self.shown = self._now(before.filled, before.body, before.plane, False)
+        self._fill()
+        return outcome
+
+    def _fill(self) -> None:
+        editor = self._editor
+        found = editor.fill()
+        body = Body.made_of(found, editor.ground, editor.mesh(found))
+        self.shown = self._now(found, body, editor.state.plane, True)
+
+    def _now(self, filled: FilledNetwork, body: Body, plane: Plane | None, fresh: bool) -> Shown:
+        """The editor as it is."""
+        editor = self._editor
+        work = ToolWork(editor.state, editor.ground_now, editor.source, editor.half)
+        return Shown(work, filled, body, plane, fresh, editor.undoable, editor.redoable)
