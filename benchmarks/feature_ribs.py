@@ -53,7 +53,11 @@ def main() -> None:
             ribs = build_ribs(model, origins, tangents)
             least, middle = timed(lambda m=model, o=origins, t=tangents: build_ribs(m, o, t))
             count = sum(rib.repaired for rib in ribs)
-            print(f"  {name:14} {least:7.1f} {middle:7.1f} ms, {count} of {len(ribs)} repaired")
+            pictures = sum(rib.rounds > 0 for rib in ribs)
+            print(
+                f"  {name:14} {least:7.1f} {middle:7.1f} ms, {count} of {len(ribs)} repaired, "
+                f"{pictures} of them by a picture"
+            )
     model = models["messy"]
     parts = (model.corners, model.triangles, model.components, *model.tree)
     radius, tolerance = RADIUS * model.diagonal, STITCH * model.diagonal
@@ -61,7 +65,7 @@ def main() -> None:
     line = sampled(car.feature("shoulder").smooth, 31)
     for origin, tangent in zip(line[1:-1], line[2:] - line[:-2], strict=True):
         cut = sliced(*parts, *frame(origin, tangent), radius, tolerance)
-        points, offsets, closed, rims, gap, about, _ = cut
+        points, offsets, closed, rims, gap, about, _, _ = cut
         if gap >= 0.0:
             given = (points, offsets, closed, rims, about, 1.0, radius, 0, gap, tolerance)
             lone.append(timed(lambda g=given: repaired(*g))[0])

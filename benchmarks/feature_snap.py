@@ -263,7 +263,7 @@ def timings() -> None:
         ("the cut alone", lambda: cut(np.random.default_rng(0).random((count, 201)), 0.05)),
         ("a slider: alpha and stiffness", lambda: found.with_settings(stiff)),
         ("a drag: one constraint moved", lambda: found.with_constraints(dragged)),
-        ("a stroke, two rounds", lambda: Snap.begin(model, middle)),
+        ("a stroke, all rounds", lambda: Snap.begin(model, middle)),
     ):
         print(f"| {name} | {clock(function):.2f} |", flush=True)
 

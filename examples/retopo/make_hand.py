@@ -10,6 +10,8 @@ and u around its rim.
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 from making import made
 from sketching import Sketch
 
@@ -18,7 +20,7 @@ FINGERS = {
     "i": ([(-0.12, 0.62, 0.06), (-0.127, 0.75, 0.06), (-0.1255, 0.885, 0.065)], (-0.04, 1, 0)),
     "m": ([(0.0, 0.625, 0.05), (0.02, 0.77, 0.045), (0.0445, 0.925, 0.05)], (0.18, 1, 0)),
     "r": ([(0.078, 0.6, 0.07), (0.12, 0.715, 0.065), (0.169, 0.838, 0.065)], (0.35, 1, 0)),
-    "p": ([(0.187, 0.538, 0.11), (0.235, 0.595, 0.11), (0.298, 0.664, 0.108)], (0.8, 1, 0)),
+    "p": ([(0.187, 0.535, 0.095), (0.235, 0.595, 0.11), (0.298, 0.664, 0.108)], (0.8, 1, 0)),
     "t": ([(-0.28, 0.405, 0.14), (-0.335, 0.475, 0.14), (-0.385, 0.541, 0.145)], (-0.7, 0.8, 0)),
 }
 
@@ -62,8 +64,8 @@ def _lines(s: Sketch) -> None:
     s.line(*_down("t", "l"), "vl", "ul")
     s.line(*_down("t", "f"), "hf", "hr", "hb", *_up("t", "b"))
     s.line("uf", "vf", "hf", "kmrf", "wmr", "kmrb", "hb", "vb", "ub")
-    s.halfway(ef="hf vf", eb="hb vb", el="t0l vl")
-    s.line("ef", "el", "eb")
+    s.halfway(ef="hf vf", eb="hb vb", el="t0l vl", er="hr vr")
+    s.line("el", "ef", "er", "eb", closed=True)
     for web in ("im", "rp"):
         s.line(f"k{web}f", f"w{web}", f"k{web}b")
     s.line("u1", "u0", "u3")
@@ -89,7 +91,7 @@ def _counts(s: Sketch) -> None:
         for one, two in ("lf", "fr", "rb", "bl"):
             s.edges(f"{name}2{one} {name}2{two}", 3 if name == "t" else 2)
     around = "l1f2r3b4l"
-    for one, two in zip(around, around[1:], strict=False):
+    for one, two in pairwise(around):
         s.edges(f"u{one} u{two}", 3)
     s.once("recount")
 

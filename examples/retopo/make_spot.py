@@ -67,8 +67,16 @@ def _body(s: Sketch) -> None:
     s.line("rfo", "rfi", "rbi", "rbo", closed=True)
     ways = (1, 0, -1), (-1, 0, -1), (-1, 0, 1), (1, 0, 1)
     ends = "fo", "fi", "bi", "bo"
-    s.ring((0.245, -0.64, -0.06), (0, 1, 0), {f"g{end}": way for end, way in zip(ends, ways)})
-    s.ring((0.205, -0.64, 0.92), (0, 1, 0), {f"q{end}": way for end, way in zip(ends, ways)})
+    s.ring(
+        (0.245, -0.64, -0.06),
+        (0, 1, 0),
+        {f"g{end}": way for end, way in zip(ends, ways, strict=True)},
+    )
+    s.ring(
+        (0.205, -0.64, 0.92),
+        (0, 1, 0),
+        {f"q{end}": way for end, way in zip(ends, ways, strict=True)},
+    )
     s.ring((0, -0.02, 1.01), (0, -0.3, 1), {"tt": (0, 1, 0), "tb": (0, -1, 0), "ts": (1, 0, 0)})
     s.line("gfo", "ffo", "a1", "c1", "a1'", "ffo'", "gfo'")
     s.line("gbo", "fbo", "a2", "c2", "a2'", "fbo'", "gbo'")
@@ -88,21 +96,20 @@ def _head(s: Sketch) -> None:
     ways = {"mt": (0, 1, 0), "m0": (0.5, 1, 0), "m1": (1, 0.4, 0), "m2": (1, -0.8, 0)}
     s.ring((0, 0.56, -0.57), (0, 0.15, 0.395), {**ways, "mb": (0, -1, 0)})
     ways = (0, 0.3, 1), (0, 1, 0), (0, -0.3, -1), (0, -1, 0)
-    s.ring((0.31, 0.82, -0.27), (1, 0, 0), dict(zip(("eb", "eu", "ef", "ed"), ways)))
-    s.ring((0.445, 0.8, -0.23), (1, 0, 0), dict(zip(("ib", "iu", "if", "id"), ways)))
+    s.ring((0.31, 0.82, -0.27), (1, 0, 0), dict(zip(("eb", "eu", "ef", "ed"), ways, strict=True)))
+    s.ring((0.445, 0.8, -0.23), (1, 0, 0), dict(zip(("ib", "iu", "if", "id"), ways, strict=True)))
     ways = (0, 0, 1), (1, 0, 0), (0, 0, -1), (-1, 0, 0)
-    s.ring((0.23, 0.9, -0.3), (0.3, 1, 0), dict(zip(("hb", "ho", "hf", "hi"), ways)))
-    s.ring((0.22, 0.97, -0.3), (0.3, 1, 0), dict(zip(("jb", "jo", "jf", "ji"), ways)))
+    s.ring((0.23, 0.9, -0.3), (0.3, 1, 0), dict(zip(("hb", "ho", "hf", "hi"), ways, strict=True)))
+    s.ring((0.22, 0.97, -0.3), (0.3, 1, 0), dict(zip(("jb", "jo", "jf", "ji"), ways, strict=True)))
 
 
 def _join(s: Sketch) -> None:
     s.seen("+x", k=(0.23, -0.33))
     s.seen("-y", kb=(0, -0.31))
     s.seen("+y", c0=(0, -0.31))
+    s.seen("-z", mc=(0, 0.4))
     s.line("ffi", "n2", "k", "m2")
     s.line("rbi", "ts")
-    s.seen("-z", mc=(0, 0.4))
-
     s.line("ts", "a4", "a3", "a2", "a1", "n1", "eb", "ib")
     s.line("id", "ed", "k", "kb", "k'", "ed'", "id'")
     s.line("if", "ef", "m1", "mc", "m1'", "ef'", "if'")

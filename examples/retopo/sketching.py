@@ -9,6 +9,7 @@ corners that bends least. On a symmetric surface one half is told.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.files import replace_file
 from query.polyline import arc_length, at_lengths
 from sketch.retopo.editor import Call
-from sketch.retopo.ground import Ground, geodesic, planar_cut
+from sketch.retopo.ground import Feet, Ground, geodesic, planar_cut
 from sketch.retopo.script import line_of
 
 Points = NDArray[np.float64]
@@ -31,6 +32,9 @@ FINE = 0.004
 #: pull back to where the curve was, in spacings to the fourth.
 ROUNDS = 20
 STIFFNESS = 2e3
+
+#: Points that a ring is looked at in: half a degree apart.
+AROUND = 720
 
 #: Decimals of a script's coordinates, in diagonals: below what a picture shows.
 DECIMALS = 5
@@ -89,52 +93,28 @@ class Sketch:
         plane is through ``at`` itself, inside the body, and the ring what is first met there in
         the direction of the first name.
         """
-        start = self.ground.nearest(np.asarray(at, float)[None])
+        across = np.asarray(normal, float)
+        middle = np.asarray(at, float)
+        start = self.ground.nearest(middle[None])
         if inside:
-            across = np.asarray(normal, float) / np.linalg.norm(normal)
-            towards = np.asarray(next(iter(names.values())), float)
-            towards = towards - (towards @ across) * across
-            start = self.ground.project([at], [towards], self.ground.diagonal).feet
-            if (start.points[0] - np.asarray(at, float)) @ towards < 0.0:
-                raise ValueError(f"{at} is outside the surface: {', '.join(names)}")
-        cut = planar_cut(self.ground, start, normal).points
-        cut = at_lengths(np.concatenate([cut, cut[:1]]), np.linspace(0.0, 1.0, 721)[:-1] * _length(cut))
-        middle = 0.5 * (cut.min(axis=0) + cut.max(axis=0))
-        out = cut - middle
-        out /= np.linalg.norm(out, axis=1)[:, None]
-        at_place: dict[int, str] = {}
-        for name, direction in names.items():
-            wanted = np.asarray(direction, float)
-            k = int(np.argmax(out @ (wanted / np.linalg.norm(wanted))))
-            self._name(name, cut[k])
-            at_place[k] = name
-            other = self.mirrored(name)
-            off = np.linalg.norm(cut - self.places[other], axis=1)
-            if off.min() <= self.reach:
-                at_place.setdefault(int(np.argmin(off)), other)
-        order = sorted(at_place)
-        for one, two in zip(order, [*order[1:], order[0] + len(cut)], strict=True):
-            middle = cut[(one + two) // 2 % len(cut)]
-            self._remember(at_place[one], at_place[two % len(cut)], middle)
-        self._call("loop", at=start.points[0], normal=np.asarray(normal, float))
+            start = self._beyond(middle, across, next(iter(names.values())))
+        cut = planar_cut(self.ground, start, across).round
+        cut = at_lengths(cut, np.linspace(0.0, arc_length(cut)[-1], AROUND + 1)[:-1])
+        self._name_around(cut, names)
+        self._call("loop", at=start.points[0], normal=across)
         if self.mirror is not None and (np.abs(cut[:, self.mirror]) > self.reach).all():
             turn = self._turn()
-            self._call("loop", at=start.points[0] * turn, normal=np.asarray(normal, float) * turn)
+            self._call("loop", at=start.points[0] * turn, normal=across * turn)
 
-    def line(self, *names: str, closed: bool = False, stiffness: float = STIFFNESS) -> None:
-        """Draw the line through some places as one stroke, and its mirror image.
-
-        stiffness: less for lines through narrow folds, which they are not to leave.
-        """
-        self._stroke(self._remembered(*names, closed=closed, stiffness=stiffness), closed)
+    def line(self, *names: str, closed: bool = False) -> None:
+        """Draw the line through some places as one stroke, and its mirror image."""
+        self._stroke(self._remembered(*names, closed=closed), closed)
         others = [self.mirrored(name) for name in names]
         if self.mirror is None or set(others) == set(names):
             return
-        self._stroke(self._remembered(*others, closed=closed, stiffness=stiffness), closed)
+        self._stroke(self._remembered(*others, closed=closed), closed)
 
-    def curve(
-        self, *names: str, closed: bool = False, stiffness: float = STIFFNESS
-    ) -> Points:
+    def curve(self, *names: str, closed: bool = False) -> Points:
         """(n, 3) the curve through some places that bends least; a closed one ends where it
         began."""
         at = [self.places[name] for name in names]
@@ -143,14 +123,14 @@ class Sketch:
         feet = [self.ground.nearest(one[None]) for one in at]
         parts: list[Points] = []
         fixed = [0]
-        for one, two in zip(feet, feet[1:], strict=False):
+        for one, two in pairwise(feet):
             path = geodesic(self.ground, one, two).points
             along = arc_length(path)
             count = max(3, round(float(along[-1]) / (FINE * self.ground.diagonal)))
             even = at_lengths(path, np.linspace(0.0, along[-1], count + 1))
             parts.append(even[1:] if parts else even)
             fixed.append(fixed[-1] + count)
-        return self._bent(np.concatenate(parts), np.array(fixed), closed, stiffness)
+        return self._bent(np.concatenate(parts), np.array(fixed), closed)
 
     def halfway(self, **between: str) -> None:
         """Name the places halfway along pieces of curves, between two places next to each other:
@@ -219,8 +199,8 @@ class Sketch:
                 self.places[name + MIRRORED] = there.points[0]
         self.places[name] = point
 
-    def _remembered(self, *names: str, closed: bool, stiffness: float) -> Points:
-        curve = self.curve(*names, closed=closed, stiffness=stiffness)
+    def _remembered(self, *names: str, closed: bool) -> Points:
+        curve = self.curve(*names, closed=closed)
         stops = [int(np.argmin(np.linalg.norm(curve - self.places[n], axis=1))) for n in names]
         if closed:
             names, stops = (*names, names[0]), [*stops, len(curve) - 1]
@@ -231,6 +211,33 @@ class Sketch:
 
     def _remember(self, one: str, two: str, middle: Points) -> None:
         self._middles[frozenset((one, two))] = middle
+
+    def _beyond(self, at: Points, across: Points, way: Sequence[float]) -> Feet:
+        """What is met first from a point inside, in the plane across which ``across`` stands."""
+        towards = np.asarray(way, float)
+        towards = towards - (towards @ across) / (across @ across) * across
+        found = self.ground.project(at[None], towards[None], self.ground.diagonal).feet
+        if (found.points[0] - at) @ towards < 0.0:
+            raise ValueError(f"{at.tolist()} is outside the surface")
+        return found
+
+    def _name_around(self, ring: Points, names: Mapping[str, Sequence[float]]) -> None:
+        """Name places on a closed curve (n, 3) by their directions from its middle."""
+        out = ring - 0.5 * (ring.min(axis=0) + ring.max(axis=0))
+        out /= np.linalg.norm(out, axis=1)[:, None]
+        found: dict[int, str] = {}
+        for name, way in names.items():
+            k = int(np.argmax(out @ (np.asarray(way, float) / np.linalg.norm(way))))
+            self._name(name, ring[k])
+            found[k] = name
+            other = self.mirrored(name)
+            off = np.linalg.norm(ring - self.places[other], axis=1)
+            if off.min() <= self.reach:
+                found.setdefault(int(np.argmin(off)), other)
+        order = sorted(found)
+        for one, two in pairwise([*order, order[0] + len(ring)]):
+            middle = ring[(one + two) // 2 % len(ring)]
+            self._remember(found[one], found[two % len(ring)], middle)
 
     def _turn(self) -> Points:
         turn = np.ones(3)
@@ -254,9 +261,7 @@ class Sketch:
         even = at_lengths(curve, np.linspace(0.0, along[-1], count + 1))
         self._call("stroke", points=even[:-1] if closed else even, closed=closed)
 
-    def _bent(
-        self, at: Points, fixed: NDArray[np.intp], closed: bool, stiffness: float
-    ) -> Points:
+    def _bent(self, at: Points, fixed: NDArray[np.intp], closed: bool) -> Points:
         """A polyline bent as little as its fixed points and the surface let it."""
         up = self.ground.nearest(at).normals
         free = np.setdiff1d(np.arange(len(at)), fixed)
@@ -264,7 +269,7 @@ class Sketch:
             return at
         for _ in range(ROUNDS):
             bend = _second_differences(at, closed)
-            matrix = np.eye(len(at)) + stiffness * (bend.T @ bend)
+            matrix = np.eye(len(at)) + STIFFNESS * (bend.T @ bend)
             right = at[free] - matrix[np.ix_(free, fixed)] @ at[fixed]
             moved = at.copy()
             moved[free] = np.linalg.solve(matrix[np.ix_(free, free)], right)
@@ -290,7 +295,3 @@ def _second_differences(at: Points, closed: bool) -> NDArray[np.float64]:
         before, after = step[-1], step[0]
         rows[n - 2, [n - 2, 0, 1]] = 1 / before, -1 / before - 1 / after, 1 / after
     return rows
-
-
-def _length(closed: Points) -> float:
-    return float(arc_length(np.concatenate([closed, closed[:1]]))[-1])

@@ -11,11 +11,11 @@ from scipy.sparse.csgraph import connected_components
 
 from patterndb.halfedge import Int32Array
 from patterndb.polygonmesh import PolygonMesh
-from query.placing.tree import build
+from query.placing.tree import build, nearest
 from query.polyline import as_points
 from sketch.features.casting import all_hits, first_hits
 from sketch.features.errors import InvalidFeatureError
-from sketch.features.proximity import nearest, within_box
+from sketch.features.proximity import within_box
 from sketch.features.triangulation import WELD, sorted_triangles, triangulated, weld
 
 Points = NDArray[np.float64]

@@ -10,11 +10,20 @@ from numpy.typing import ArrayLike, NDArray
 
 from query.polyline import Points, as_points
 from sketch.features.errors import InvalidFeatureError
-from sketch.features.fishbone import Fishbone, Terms, cut, held_rows, synchronised, tau, terms
+from sketch.features.fishbone import (
+    Fishbone,
+    Terms,
+    cut,
+    held_rows,
+    moves,
+    synchronised,
+    tau,
+    terms,
+)
 from sketch.features.fishbone.constraints import with_held
 from sketch.features.initial import initial_curve
 from sketch.features.model import Model
-from sketch.features.ribs import RADIUS, SAMPLES, Rib, build_ribs
+from sketch.features.ribs import RADIUS, SAMPLES, STITCH, Rib, build_ribs
 from sketch.features.splines import Constraint, Spline, fit_spline
 
 Floats = NDArray[np.float64]
@@ -50,7 +59,8 @@ class SnapSettings:
                share of the diagonal, inf where all count alike.
     degree:    of the curve.
     radius:    reach of ribs to either side, as a share of the diagonal. n_samples: of each.
-    rounds:    how often the ribs are built about the curve and cut.
+    rounds:    how often the ribs are built about the curve and cut. Two bring the curve to the
+               feature; a third the ribs of a stroke's ends, which at first lie askew to it.
 
     Raises InvalidFeatureError for numbers out of range.
     """
@@ -66,7 +76,7 @@ class SnapSettings:
     degree: int = 3
     radius: float = RADIUS
     n_samples: int = SAMPLES
-    rounds: int = 2
+    rounds: int = 3
 
     def __post_init__(self) -> None:
         for name, value, low, high in (
@@ -106,10 +116,11 @@ class SnapSettings:
 class FeatureCurve:
     """A curve on a feature of a model.
 
-    samples:     (m, 3) float64, where it was found, on the model; its constraints at theirs.
+    samples:     (m, 3) float64, where it was found: on the model, or where a rib bridges a gap on
+                 that rib, off the model by less than 1.2 times the gap; its constraints at theirs.
     parameters:  (m,) float64, of the samples on the spline.
     constraints: numbers of samples and the points that the spline meets exactly there.
-    repaired:    numbers of ribs that were mended in the raster.
+    repaired:    numbers of ribs that were put together from several segments.
     failed:      numbers of ribs without a contour, or with one of another surface alone: samples
                  there moved as those of their neighbours.
     ended:       numbers of ribs that were cut at an end: the feature may be farther off.
@@ -240,12 +251,17 @@ class Snap:
         held = held_rows(bone, constraints)
         costs = with_held(tau(self.terms, self.settings.alpha), held)
         rows = cut(costs, self.settings.cross(bone, costs)).rows
-        found = bone.at(rows)
-        # Samples of ribs that are not there are as far from the backbone as their neighbours.
         numbers = np.arange(len(self.ribs))
-        moved = found - bone.origins
+        moved, told = moves(bone, rows, costs)
+        # Samples of ribs that are not there are as far from the backbone as their neighbours.
         between = [np.interp(numbers, bone.ribs, moved[:, c]) for c in range(3)]
-        samples = self.model.nearest(self.origins + np.stack(between, axis=1)).points
+        wanted = self.origins + np.stack(between, axis=1)
+        hits = self.model.nearest(wanted)
+        samples = hits.points
+        # Ribs leave the model only where they bridge gaps, and there the feature is on them.
+        bridged = bone.ribs[told]
+        bridged = bridged[hits.lengths[bridged] > STITCH * self.model.diagonal]
+        samples[bridged] = wanted[bridged]
         for number, place in constraints:
             samples[number] = place
         fit = fit_spline(samples, degree=self.settings.degree, constraints=constraints)
@@ -288,8 +304,10 @@ def snap(
     The stroke's initial curve carries ribs; the cheapest way across them is reprojected onto the
     model and fitted, and carries the ribs of the next round.
 
-    Source: feature curve recovery paper, section 4.3. Raises InvalidFeatureError for a stroke
-    that is none, and if no rib has a contour.
+    Source: feature curve recovery paper, section 4.3. Differs from the paper: samples on a bridged
+    gap stay there, as the model's nearest point is beside the feature; ribs that miss the feature
+    move as those beside them. Raises InvalidFeatureError for a stroke that is none, and if no rib
+    has a contour.
     """
     return Snap.begin(model, stroke, settings, constraints).curve
 

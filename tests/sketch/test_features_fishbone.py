@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from sketch.features.errors import InvalidFeatureError
@@ -15,6 +17,7 @@ from sketch.features.fishbone import (
     curvature,
     held_rows,
     isophote,
+    moves,
     synchronised,
     tau,
     terms,
@@ -229,6 +232,50 @@ def test_ribs_are_turned_to_run_one_way() -> None:
     assert (found.ribs == there).all() and (found.backbone == 105).all()
     assert (found.points == bone.points[there]).all()
     assert (found.normals == bone.normals[there]).all()
+
+
+def test_a_scrap_of_a_rib_makes_no_feature_look_flat() -> None:
+    """A rib shorter than the window turns by what it turns over the whole window, not its own."""
+    places = np.linspace(0.0, 1.0, 11).tolist()
+    bone = fishbone_of(corner(1.0), places, 0.5)
+    wanted = curvature(bone, 0.05)
+    points = bone.points.copy()
+    points[5, :, 1:] *= 1e-6
+    scrap = Fishbone(points, bone.normals, bone.valid, bone.backbone, bone.ribs, bone.origins)
+    found = curvature(scrap, 0.05)
+    assert (np.delete(found, 5, axis=0) == np.delete(wanted, 5, axis=0)).all()
+    assert found[5].max() <= wanted.max() * (1.0 + 1e-9)
+    points[5] = points[5, :1]
+    still = Fishbone(points, bone.normals, bone.valid, bone.backbone, bone.ribs, bone.origins)
+    assert (curvature(still, 0.05)[5] == 0.0).all()
+
+
+@settings(max_examples=40)
+@given(st.integers(0, 2**32))
+def test_ribs_that_gain_little_move_as_those_beside_them(seed: int) -> None:
+    """Against one rib at a time: those that gain half of the usual stay as they were cut, and the
+    others go, by what they lack, to the line between the next of those on both sides."""
+    rng = np.random.default_rng(seed)
+    bone = fishbone_of(corner(1.0), np.sort(rng.uniform(0.0, 3.0, 15)).tolist(), 0.5)
+    rows = rng.integers(0, 201, 15)
+    gains = rng.uniform(0.0, 1.0, 15) * rng.choice([0.0, 0.3, 1.0], 15)
+    costs = np.ones((15, 201))
+    costs[np.arange(15), rows] = 1.0 - gains
+    found, told = moves(bone, rows, costs)
+    own = bone.at(rows) - bone.origins
+    half = np.median(1.0 - costs[np.arange(15), rows]) / 2.0
+    if half == 0.0:
+        assert (found == own).all() and len(told) == 15
+        return
+    assert (told == np.flatnonzero(1.0 - costs[np.arange(15), rows] >= half)).all()
+    for i in range(15):
+        before, after = told[told <= i], told[told >= i]
+        low = before[-1] if len(before) else after[0]
+        high = after[0] if len(after) else low
+        share = (i - low) / (high - low) if high > low else 0.0
+        line = own[low] + share * (own[high] - own[low])
+        sure = min(gains[i] / half, 1.0)
+        assert found[i] == pytest.approx(sure * own[i] + (1.0 - sure) * line, abs=1e-9)
 
 
 def test_a_constraint_holds_the_sample_nearest_to_it() -> None:

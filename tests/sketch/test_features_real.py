@@ -14,6 +14,8 @@ from ingest.read import read_mesh
 from sketch.features.files.strokesjson import read_strokes
 from sketch.features.model import Model
 from sketch.features.registration import box_template, register
+from sketch.features.ribs import RADIUS
+from sketch.features.ribs.outline import GAP
 from sketch.features.sessionfile import read_network
 from sketch.features.shapemodel import ShapeModel
 from sketch.features.snap import snap
@@ -58,12 +60,15 @@ def car_of(name: str) -> Model:
 
 @pytest.mark.parametrize("name", MODELS)
 def test_strokes_snap_without_failure(name: str) -> None:
-    """Every rib has a contour, samples are on the model, and there is nothing to note."""
+    """Every rib has a contour, samples are on the model, or on a bridge over a gap, and there
+    is nothing to note."""
     model = model_of(name)
     for stroke in strokes_of(name):
         curve = snap(model, stroke.points, stroke.settings)
         assert curve.failed == () and curve.notes == (), stroke.name
-        assert model.nearest(curve.samples).lengths.max() < 1e-9 * model.diagonal, stroke.name
+        off = model.nearest(curve.samples).lengths
+        assert off.max() < 1.2 * GAP * RADIUS * model.diagonal, stroke.name
+        assert (off < 1e-9 * model.diagonal).mean() > 0.5, stroke.name
         # A curve is where it was drawn: no farther off than ribs reach.
         reach = stroke.settings.radius * model.diagonal
         ends = curve.spline.evaluate([*curve.spline.domain])

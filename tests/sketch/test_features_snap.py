@@ -254,6 +254,32 @@ def test_flat_surfaces_are_told() -> None:
     assert any("curvature is the same everywhere" in note for note in found.notes)
 
 
+@pytest.mark.parametrize("short", [(0.004, 0.004), (0.002, 0.006)])
+def test_a_ridge_that_lies_in_a_gap_is_found(short: tuple[float, float]) -> None:
+    """Both sides of a roof end short of its ridge: the curve is where they would meet, off the
+    model, but no farther than the gap lets it be; it is the same on the soup, bit for bit."""
+    along, sides = np.linspace(0.0, 4.0, 41), []
+    for way, end in zip((-1.0, 1.0), short, strict=True):
+        y = way * np.linspace(end, 1.0, 12)
+        sides.append(swept(np.stack([y, -0.7 * np.abs(y)], axis=1), along))
+    count = len(sides[0].points)
+    points = np.concatenate([side.points for side in sides])
+    triangles = np.concatenate([sides[0].triangles, sides[1].triangles + count])
+    roof = Model.from_arrays(points, triangles)
+    x, off = np.linspace(0.4, 3.6, 6), 0.03 * (-1.0) ** np.arange(6)
+    rough = roof.nearest(np.stack([x, off, -0.7 * np.abs(off)], axis=1)).points
+    found = snap(roof, rough)
+    width = float(np.hypot(sum(short), 0.7 * (short[1] - short[0])))
+    spacing = 2.0 * found.settings.radius * roof.diagonal / (found.settings.n_samples - 1)
+    assert np.abs(found.samples[:, 1]).max() < spacing and len(found.repaired) > 0
+    assert np.abs(found.spline.sample(100)[:, 1:]).max() < 0.5 * min(short)
+    lengths = roof.nearest(found.samples).lengths
+    assert np.median(lengths) > min(short) and lengths.max() < 1.2 * width
+    corners = np.random.default_rng(1).permutation(roof.corners).reshape(-1, 3)
+    soup = Model.from_arrays(corners, np.arange(len(corners)).reshape(-1, 3))
+    assert (snap(soup, rough).spline.control == found.spline.control).all()
+
+
 def lateral(curve: Points, feature: Points, drawn: Points) -> float:
     """Mean distance of the feature, between the feet of the stroke's ends, from the curve."""
     true = at_lengths(feature, np.linspace(0.0, arc_length(feature)[-1], 2001))

@@ -3,6 +3,7 @@
 from sketch.features.fishbone.constraints import held_rows
 from sketch.features.fishbone.cut import Cut, cut
 from sketch.features.fishbone.fishbone import Fishbone, RibLike
+from sketch.features.fishbone.moves import moves
 from sketch.features.fishbone.synchronise import synchronised
 from sketch.features.fishbone.terms import Terms, curvature, isophote, tau, terms
 
@@ -15,6 +16,7 @@ __all__ = [
     "cut",
     "held_rows",
     "isophote",
+    "moves",
     "synchronised",
     "tau",
     "terms",

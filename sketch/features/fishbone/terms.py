@@ -164,6 +164,8 @@ def _bends(
     m, k = points.shape[:2]
     result = np.zeros((m, k))
     for i in range(m):
+        # Ribs of hardly any length, too, bend by what they turn over the whole window.
+        step = max(spacing[i], 1e-9 * window)
         for j in range(first[i] + 1, stop[i] - 1):
             room = min(j - first[i], stop[i] - 1 - j)
             total = 0.0
@@ -171,14 +173,14 @@ def _bends(
             for scale in SCALES:
                 # A window between two whole numbers of samples is a mixture of both: a circle's
                 # curvature is exact for either.
-                steps = min(max(scale * window / spacing[i], 1.0), 1.0 * k)
+                steps = max(scale * window / step, 1.0)
                 fewer = int(steps)
                 share = steps - fewer
                 low = _turn(points[i], j, min(fewer, room)) / min(fewer, room)
                 high = _turn(points[i], j, min(fewer + 1, room)) / min(fewer + 1, room)
                 total += ((1.0 - share) * low + share * high) * min(steps, room)
                 length += steps
-            result[i, j] = total / (length * spacing[i])
+            result[i, j] = total / (length * step)
     return result
 
 

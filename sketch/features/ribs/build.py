@@ -107,12 +107,12 @@ def _rib(
     rounds: int,
     tolerance: float,
 ) -> Rib:
-    points, offsets, closed, rims, gap, about, nearest = cut
+    points, offsets, closed, rims, gap, about, nearest, mended = cut
     if not len(points):
         none = np.empty((0, 3))
         note = f"the model has nothing within {radius:g} of the backbone"
         return Rib(
-            origin, axes, none, none, none, -1, math.inf, False, 0, (False, False), note
+            origin, axes, none, none, none, -1, math.inf, False, 0, False, (False, False), note
         )  # fmt: skip
     note = ""
     taken = 0
@@ -142,6 +142,7 @@ def _rib(
         float(off_backbone(polygon)),
         around,
         taken,
+        mended,
         reaches,
         note,
     )

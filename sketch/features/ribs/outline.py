@@ -9,11 +9,14 @@ from numba import njit
 from numpy.typing import NDArray
 
 from patterndb.halfedge import Index, Int32Array
+from sketch.features.ribs.bridges import bridged
 from sketch.features.ribs.contour import outer_contour, passing
-from sketch.features.ribs.crossings import foot, nearest_segment, related
+from sketch.features.ribs.crossings import foot, nearest_segment
 from sketch.features.ribs.drawing import begun, drawn, framing
+from sketch.features.ribs.overhangs import chosen, without_overhangs
 from sketch.features.ribs.polygon import along_runs, simple, thinned
 from sketch.features.ribs.raster import MARGIN, closed_gaps
+from sketch.features.ribs.related import related
 from sketch.features.ribs.segments import joined
 from sketch.features.ribs.slicing import cut_edges
 from sketch.features.ribs.walking import AROUND, walk
@@ -25,6 +28,13 @@ Bools = NDArray[np.bool_]
 #: as dilation may close within the picture's margin. At the usual radius 0.28 % of the diagonal,
 #: or 13 mm of a car.
 GAP = 0.055
+
+#: Where two segments cross, both may hang over by this share of the radius: at the usual radius
+#: 0.75 % of the diagonal, or 35 mm of a car.
+OVERHANG = 0.15
+
+#: How often overhangs are taken off, and ends joined: what one leaves may be for the next.
+MENDS = 4
 
 #: Edges this close touch, as a share of the tolerance for stitching: points are computed to some
 #: 1e-15 of the diagonal.
@@ -66,55 +76,42 @@ def chord_normal(
 
 
 @njit(cache=True, nogil=True)
-def _trimmed(
-    points: Points, low: Index, high: Index, cut: Points, s: Index, result: Points, n: int
-) -> int:
-    """Appends the points ``low:high`` of segment s without the lengths cut[s] at its ends; whole
-    if no more than those would be left. How many points the result then has."""
-    size = 0.0
-    for k in range(low, high - 1):
-        size += math.hypot(points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1])
-    first, last = cut[s, 0], size - cut[s, 1]
-    if last - first <= first + size - last:
-        first, last = 0.0, size
-    along = 0.0
-    for k in range(low, high - 1):
-        dx, dy = points[k + 1, 0] - points[k, 0], points[k + 1, 1] - points[k, 1]
-        step = math.hypot(dx, dy)
-        if along + step > first and along < last:
-            if along <= first:
-                share = (first - along) / step
-                result[n, 0], result[n, 1] = points[k, 0] + share * dx, points[k, 1] + share * dy
-                n += 1
-            share = min((last - along) / step, 1.0)
-            result[n] = points[k + 1]
-            if share < 1.0:
-                result[n, 0], result[n, 1] = points[k, 0] + share * dx, points[k, 1] + share * dy
-            n += 1
-        along += step
-    return n
-
-
-@njit(cache=True, nogil=True)
-def _cluster(
-    points: Points, offsets: Int32Array, closed: Bools, rims: Bools, radius: float, reach: float
-) -> tuple[Points, Int32Array, Bools, Bools, float]:
-    """The segments that belong to the one nearest to the origin, without what hangs over, and the
-    widest gap to be closed; -1 if that segment is alone and has none."""
-    nearest = nearest_segment(points, offsets)[0]
-    label, touching, gaps, over = related(points, offsets, closed, rims, reach, GAP * radius)
-    kept = np.flatnonzero(label == label[nearest])
-    widest = gaps[nearest]
-    tangled = len(kept) > 1 or touching[nearest] or widest > 0.0
-    result = np.empty((len(points), 2))
-    starts = np.zeros(len(kept) + 1, np.int32)
-    n = 0
-    for i in range(len(kept)):
-        s = kept[i]
-        widest = max(widest, gaps[s])
-        n = _trimmed(points, offsets[s], offsets[s + 1], over, s, result, n)
-        starts[i + 1] = n
-    return result[:n].copy(), starts, closed[kept], rims[kept], widest if tangled else -1.0
+def _mended(
+    points: Points,
+    offsets: Int32Array,
+    closed: Bools,
+    rims: Bools,
+    radius: float,
+    tolerance: float,
+) -> tuple[Points, Int32Array, Bools, Bools, float, bool]:
+    """The segments that belong to the one nearest to the origin, without what hangs over and
+    joined where that leaves no choice; the widest gap to be closed, -1 if the nearest segment is
+    alone and has none; and was anything taken off or joined?"""
+    gap, touch = GAP * radius, TOUCH * tolerance
+    changed = False
+    widest = -1.0
+    for step in range(MENDS + 1):
+        label, touching, gaps, free = related(
+            points, offsets, closed, rims, touch, gap, OVERHANG * radius
+        )
+        nearest = nearest_segment(points, offsets)[0]
+        kept = np.flatnonzero(label == label[nearest])
+        tangled = len(kept) > 1 or touching[nearest] or gaps[nearest] > 0.0
+        widest = gaps[kept].max() if tangled else -1.0
+        points, offsets, closed, rims, free = chosen(points, offsets, closed, rims, free, kept)
+        if not tangled or step == MENDS:
+            break
+        points, offsets, closed, rims, trimmed = without_overhangs(
+            points, offsets, closed, rims, free, touch, tolerance
+        )
+        if not trimmed:
+            points, offsets, closed, rims, joins = bridged(
+                points, offsets, closed, rims, free, gap, tolerance
+            )
+            if not joins:
+                break
+        changed = True
+    return points, offsets, closed, rims, widest, changed
 
 
 @njit(cache=True, nogil=True)
@@ -129,12 +126,13 @@ def sliced(
     axes: Points,
     radius: float,
     tolerance: float,
-) -> tuple[Points, Int32Array, Bools, Bools, float, Points, int]:
+) -> tuple[Points, Int32Array, Bools, Bools, float, Points, int, bool]:
     """The segments that belong to the one nearest to the origin: points, offsets, closed and rims
-    as of Segments, without short overhangs where segments cross.
+    as of Segments, without overhangs where segments cross, and joined where ends face each other.
 
     Then the widest gap to be closed, -1 if the nearest segment is alone and has none; (2, 2) the
-    foot of the origin and the unit normal of the nearest segment there; and its number.
+    foot of the origin and the unit normal of the nearest segment there; its number; and whether
+    any was shortened or joined.
     """
     ends, keys, _ = cut_edges(
         corners, triangles, components, boxes, nodes, order, origin, axes, radius
@@ -142,9 +140,9 @@ def sliced(
     points, offsets, closed, rims = joined(ends, keys, tolerance)
     about = np.zeros((2, 2))
     if not len(closed):
-        return points, offsets, closed, rims, -1.0, about, -1
-    points, offsets, closed, rims, gap = _cluster(
-        points, offsets, closed, rims, radius, TOUCH * tolerance
+        return points, offsets, closed, rims, -1.0, about, -1, False
+    points, offsets, closed, rims, gap, mended = _mended(
+        points, offsets, closed, rims, radius, tolerance
     )
     nearest, edge, share, _ = nearest_segment(points, offsets)
     for c in range(2):
@@ -152,7 +150,7 @@ def sliced(
     about[1, 0], about[1, 1] = chord_normal(
         points, offsets[nearest], offsets[nearest + 1], edge, share, WINDOW * radius
     )
-    return points, offsets, closed, rims, gap, about, nearest
+    return points, offsets, closed, rims, gap, about, nearest, mended
 
 
 @njit(cache=True, nogil=True)

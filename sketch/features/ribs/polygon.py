@@ -67,7 +67,9 @@ def along_runs(points: Points, known: Drawn, runs: Runs, last: bool) -> Points:
         turn = math.floor(least / whole) * whole if closed[s] else 0.0
         while turn <= most:
             for k in range(low, high if closed[s] else high + 1):
-                if least < along[k] + turn < most:
+                # Runs that begin at a point both go on from there, and one has to take it.
+                place = along[k] + turn
+                if least < place < most or (r == 0 and place == begin[0]):
                     result[n] = points[k]
                     n += 1
             if not closed[s]:
@@ -130,9 +132,10 @@ def _meeting(points: Points, e: Index, f: Index, reach: float) -> float:
 def simple(points: Points, closed: bool, reach: float) -> Points:
     """The polygon with its loops cut off where it crosses itself, or comes within reach.
 
-    What hangs between the two passes of a crossing goes, unless the place nearest to the origin
-    is there: then the two ends go, and a little more of the last, so that they stay apart. A
-    closed polygon, its first point also its last, keeps the longer part.
+    What hangs between the two passes of a crossing goes, unless it goes around something and the
+    place nearest to the origin is there, and not at the crossing: then the two ends go, and a
+    little more of the last, so that they stay apart. A closed polygon, its first point also its
+    last, keeps the longer part.
     """
     points = points.copy()
     again = True
@@ -151,7 +154,7 @@ def simple(points: Points, closed: bool, reach: float) -> Points:
                 rest = np.concatenate((points[: e + 1], meeting, points[f + 1 :]))
                 if closed:
                     points = loop if _length(loop) > _length(rest) else rest
-                elif foot_on(loop)[2] < foot_on(rest)[2]:
+                elif foot_on(loop)[2] < foot_on(rest)[2] - reach and not _spike(loop, reach):
                     k = len(loop) - 1
                     size = math.hypot(loop[k, 0] - loop[k - 1, 0], loop[k, 1] - loop[k - 1, 1])
                     back = min(max(4.0 * reach / size, SHORTER), 1.0) if size > 0.0 else 1.0
@@ -167,6 +170,16 @@ def simple(points: Points, closed: bool, reach: float) -> Points:
             if again:
                 break
     return points
+
+
+@njit(cache=True, nogil=True)
+def _spike(loop: Points, reach: float) -> bool:
+    """Does a loop go out and back the same way?"""
+    area = 0.0
+    for k in range(len(loop) - 1):
+        area += (loop[k, 0] - loop[0, 0]) * (loop[k + 1, 1] - loop[0, 1])
+        area -= (loop[k, 1] - loop[0, 1]) * (loop[k + 1, 0] - loop[0, 0])
+    return abs(area) <= 2.0 * reach * _length(loop)
 
 
 @njit(cache=True, nogil=True)

@@ -25,6 +25,7 @@ class Rib:
     away:     how far the polygon is from the origin; inf without one.
     closed:   the whole outline lies within the radius; it is cut open opposite the origin.
     rounds:   of dilation and erosion, 0 if no picture was needed.
+    joined:   did segments lose what hangs over at crossings, or were gaps between them bridged?
     reaches:  does the first, the last sample lie on the circle? If not, a sheet ends there, or
               the outline meets itself.
     note:     what is not as it should be, "" if all is.
@@ -41,13 +42,14 @@ class Rib:
     away: float
     closed: bool
     rounds: int
+    joined: bool
     reaches: tuple[bool, bool]
     note: str
 
     @property
     def repaired(self) -> bool:
-        """Was the rib read from a picture, as segments cross or leave gaps?"""
-        return self.rounds > 0
+        """Do segments cross or leave gaps, so that the rib is put together from several?"""
+        return self.joined or self.rounds > 0
 
     def __len__(self) -> int:
         return len(self.points)

@@ -85,7 +85,7 @@ def _mates(node: Int32Array, n: int) -> Int32Array:
 
 
 @njit(cache=True, nogil=True)
-def _strung(mate: Int32Array) -> tuple[Int32Array, Int32Array, Bools]:
+def strung(mate: Int32Array) -> tuple[Int32Array, Int32Array, Bools]:
     """Pieces with two ends each, 2 i and 2 i + 1, strung up where ends are mates.
 
     The ends (m,) where pieces are entered, in turn; offsets (s + 1,) of the strings; and which
@@ -164,7 +164,7 @@ def joined(
 ) -> tuple[Points, Int32Array, Bools, Bools]:
     """Points, offsets, closed and rims of Segments from edges (e, 2, 2) with keys (e, 2)."""
     node, n_nodes = _nodes(keys)
-    entered, strings, closed = _strung(_mates(node, n_nodes))
+    entered, strings, closed = strung(_mates(node, n_nodes))
     points = np.empty((len(ends) + len(closed), 2))
     offsets = np.empty(len(strings), np.int32)
     rims = np.zeros((len(closed), 2), np.bool_)
@@ -182,11 +182,11 @@ def joined(
         first = entered[strings[i]]
         rims[i, 0] = keys[first >> 1, first & 1] == RIM
         rims[i, 1] = keys[last >> 1, last & 1] == RIM
-    return _stitched(points, offsets, closed, rims, tolerance)
+    return stitched(points, offsets, closed, rims, tolerance)
 
 
 @njit(cache=True, nogil=True)
-def _stitched(
+def stitched(
     points: Points, offsets: Int32Array, closed: Bools, rims: Bools, tolerance: float
 ) -> tuple[Points, Int32Array, Bools, Bools]:
     """The segments end to end where two free ends meet, thinned."""
@@ -194,7 +194,7 @@ def _stitched(
     for i in range(len(closed)):
         for side in range(2):
             free[2 * i + side] = not (closed[i] or rims[i, side])
-    entered, strings, loops = _strung(_ends_within(points, offsets, free, tolerance))
+    entered, strings, loops = strung(_ends_within(points, offsets, free, tolerance))
     result = np.empty((len(points) + len(loops), 2))
     starts = np.empty(len(strings), np.int32)
     whole = np.empty(len(loops), np.bool_)

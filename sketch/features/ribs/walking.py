@@ -24,6 +24,9 @@ AT_RIM = 1.5
 #: Pixels that a change between segments may lie before or behind where both are in one pixel.
 SLACK = 3.0
 
+#: Contour pixels looked ahead for whether a walk leaves the segment that it begins on.
+LEAVING = 12
+
 #: Contour pixels looked back, and ahead, at a change between segments: half of the picture.
 LOOK = 400
 
@@ -67,6 +70,21 @@ def _covered(known: Drawn, runs: Runs, n: Index, s: Index, t: float) -> bool:
 
 
 @njit(cache=True, nogil=True)
+def _sense(
+    known: Drawn, picture: Picture, border: Int32Array, start: Index, way: Index, s: Index, t: float
+) -> float:
+    """+1 or -1: the sense in which a contour that leaves segment s at pixel ``start`` came along
+    it; 0 if it stays on it, or none can be told."""
+    _, low, high = stays(known, picture, border, start, way, s, t, LEAVING)
+    if high - low > 2.0:
+        return 0.0
+    _, low, high = stays(known, picture, border, start, -way, s, t, LEAVING)
+    if max(high - t, t - low) <= 2.0:
+        return 0.0
+    return 1.0 if t - low > high - t else -1.0
+
+
+@njit(cache=True, nogil=True)
 def walk(
     known: Drawn,
     picture: Picture,
@@ -103,6 +121,7 @@ def walk(
     saved = (np.empty(0, np.int32), np.empty(0), np.empty(0))
     segment[0] = s
     begin[0] = end[0] = entry[0] = history[0] = t
+    sense[0] = _sense(known, picture, border, start, way, s, t)
     r = 0
     farthest = t
     back = False
