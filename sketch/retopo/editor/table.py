@@ -15,6 +15,7 @@ from sketch.retopo.editor.arguments import Argument, Flag, Line, Number, Vector,
 from sketch.retopo.editor.mirroring import MIRRORING
 from sketch.retopo.editor.shaping import SHAPING
 from sketch.retopo.editor.tool import LEAST_LENGTH, Result, Tool, Work
+from sketch.retopo.editor.topology import TOPOLOGY
 from sketch.retopo.errors import InvalidRetopoError
 from sketch.retopo.filling import (
     changed,
@@ -312,4 +313,4 @@ _ALL = (
 )
 
 #: The tools by name; "undo" and "redo" are the editor's own.
-TOOLS = {tool.name: tool for tool in (*_ALL, *SHAPING, MIRRORING)}
+TOOLS = {tool.name: tool for tool in (*_ALL, *SHAPING, *TOPOLOGY, MIRRORING)}

@@ -1,0 +1,101 @@
+"""A whole surface retopologised by a script of examples/retopo/, and all scripts as they stand."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from shared import EXAMPLES, SHARED
+
+import patterndb
+from ingest.read import read_mesh
+from sketch.retopo.editor import Editor
+from sketch.retopo.filling import FilledNetwork, welded
+from sketch.retopo.filling.report import hausdorff, report
+from sketch.retopo.ground import Ground
+from sketch.retopo.network import check
+from sketch.retopo.script import play, read_script
+
+SCRIPTS = EXAMPLES / "retopo"
+SURFACES = SHARED / "data" / "surfaces"
+
+#: The fastest of the scripts.
+NAME = "hand_closed"
+
+#: Distances from surface to quads and back may have this part of the surface's diagonal.
+NEAR = 0.01
+
+#: How far vertices may be off the surface: a tenth of the distance of a curve's samples.
+ON_SURFACE = 2e-4
+
+pytestmark = pytest.mark.skipif(
+    not (SURFACES / f"{NAME}.obj").is_file(), reason="the surfaces are not beside the checkout"
+)
+
+
+@cache
+def played() -> tuple[Ground, FilledNetwork]:
+    script = read_script(SCRIPTS / f"{NAME}.jsonl")
+    ground = Ground.of_polygons(read_mesh(SURFACES / Path(script.surface).name))
+    with patterndb.open() as database:
+        editor = Editor(ground, database)
+        for line, outcome in play(script, editor, lambda *_: None):
+            assert outcome.refused is None, line
+        return ground, editor.fill()
+
+
+def test_the_mesh_of_quads_is_a_closed_surface_of_the_kind_of_the_ground() -> None:
+    ground, found = played()
+    mesh = welded(found)
+    assert mesh.quads.shape[1] == 4
+    assert all(len(set(quad)) == 4 for quad in mesh.quads.tolist())
+    # Every edge has one quad on either side, which pass it in opposite ways.
+    directed = np.stack([mesh.quads.ravel(), np.roll(mesh.quads, -1, axis=1).ravel()], axis=1)
+    pairs = {tuple(edge) for edge in directed.tolist()}
+    assert len(pairs) == len(directed)
+    assert {(b, a) for a, b in pairs} == pairs
+    # Around every vertex the quads are one fan.
+    after = {}
+    for quad in mesh.quads.tolist():
+        for k in range(4):
+            after[quad[k], quad[k - 3]] = quad[k - 1]
+    for vertex in range(len(mesh.vertices)):
+        spokes = [b for a, b in after if a == vertex]
+        at, seen = spokes[0], 0
+        while seen == 0 or at != spokes[0]:
+            at, seen = after[vertex, at], seen + 1
+        assert seen == len(spokes)
+    quads_euler = len(mesh.vertices) - len(pairs) // 2 + len(mesh.quads)
+    sides = {tuple(sorted((t[k], t[k - 1]))) for t in ground.triangles.tolist() for k in range(3)}
+    assert quads_euler == len(ground.vertices) - len(sides) + len(ground.triangles)
+
+
+def test_every_patch_has_quads_none_is_flipped_and_the_report_says_the_same() -> None:
+    ground, found = played()
+    check(found.network)
+    made = report(found, ground)
+    assert found.notes == ()
+    assert (made.unfilled, made.flipped, made.open_edges, made.tangled) == (0, 0, 0, 0)
+    assert made.euler == 2
+    assert max(made.irregular) <= 6
+    # Each valence v counts 4 - v towards 4 times the Euler characteristic.
+    assert sum(count * (4 - valence) for valence, count in made.irregular.items()) == 4 * 2
+
+
+def test_quads_and_surface_are_near_to_each_other() -> None:
+    ground, found = played()
+    mesh = welded(found)
+    assert max(hausdorff(mesh.vertices, mesh.quads, ground)) < NEAR
+    # Vertices are on the surface, those of curves on chords between samples of these.
+    off = np.linalg.norm(ground.nearest(mesh.vertices).points - mesh.vertices, axis=1)
+    assert off.max() < ON_SURFACE * ground.diagonal
+
+
+@pytest.mark.parametrize("path", sorted(SCRIPTS.glob("*.jsonl")), ids=lambda path: path.stem)
+def test_scripts_name_surfaces_that_are_there(path: Path) -> None:
+    script = read_script(path)
+    assert not Path(script.surface).is_absolute()
+    assert (SURFACES / Path(script.surface).name).is_file()
+    assert script.lines
