@@ -15,7 +15,7 @@ import build_docs  # noqa: E402
 import walkthrough  # noqa: E402
 
 PAGES = [ROOT / "README.md"]
-PAGES += [ROOT / "docs" / f"{name}.md" for name in ("tutorial", "queries", "database")]
+PAGES += [ROOT / "docs" / f"{name}.md" for name in ("tutorial", "queries", "database", "retopo")]
 ALL_PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -63,6 +63,8 @@ def test_the_pages_made_from_the_code_are_up_to_date() -> None:
     hint = "'make docs' writes it anew"
     assert (ROOT / "docs" / "cli.md").read_text(encoding="utf-8") == build_docs.cli_page(), hint
     assert (ROOT / "docs" / "api.md").read_text(encoding="utf-8") == build_docs.api_page(), hint
+    guide = (ROOT / "docs" / "retopo.md").read_text(encoding="utf-8")
+    assert build_docs.retopo_page(guide) == guide, hint
 
 
 @pytest.mark.parametrize("page", ALL_PAGES, ids=lambda p: p.name)

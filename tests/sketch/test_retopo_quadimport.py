@@ -17,6 +17,7 @@ from shared import MESHES
 import patterndb
 from ingest.read import read_mesh
 from query.placing.surface import Points
+from sketch.retopo.editor import Call, Editor
 from sketch.retopo.errors import InvalidRetopoError
 from sketch.retopo.filling import completed, open_edges, suits, welded
 from sketch.retopo.filling.choosing import stepped
@@ -393,3 +394,23 @@ def test_what_is_no_quad_mesh_is_named(
 ) -> None:
     with pytest.raises(ValueError, match=message):
         imported(points, np.array(quads))
+
+
+def test_quads_follow_a_curve_that_is_pulled() -> None:
+    """Held vertices of the patches beside it are let go; all others stay where they were."""
+    points, quads = cube(4)
+    with patterndb.open() as source:
+        editor = Editor.of_quads(imported(points, quads), source)
+        before = welded(editor.fill())
+        outcome = editor.do(Call("pull", {"at": [1.0, 0.5, 0.0], "to": [1.0, 0.5, 0.2]}))
+        assert outcome.changed, outcome.refused
+        check(editor.network)
+        after = welded(editor.fill())
+        assert len(after.quads) == len(quads)
+        assert len(open_edges(after)) == 0
+        one, two = ({tuple(p) for p in m.vertices.tolist()} for m in (before, after))
+        kept = one & two
+        # The two patches beside the cube's edge moved, the inner vertices of the others not.
+        assert 4 * 9 <= len(kept) < len(before.vertices) - 2 * 9
+        editor.do(Call("undo"))
+        assert np.array_equal(welded(editor.fill()).vertices, before.vertices)

@@ -12,13 +12,16 @@ from sketch.retopo.editor.state import State
 from sketch.retopo.editor.table import TOOLS
 from sketch.retopo.editor.tool import Work
 from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.filling import Cache, FilledNetwork, RetopoMesh, completed, welded
+from sketch.retopo.filling import Cache, FilledNetwork, RetopoMesh, completed, let_go, welded
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import Network, with_borders
 from sketch.retopo.quadimport import Imported
 from sketch.retopo.sizes import Sizes
 from sketch.retopo.symmetry import Half, Plane, half_of, mirrored
 from sketch.retopo.tools.salience import Salience
+
+#: Tools that say themselves which vertices are held where, after any other curves' new courses.
+HOLDING = frozenset({"brush", "relax"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,9 +141,12 @@ class Editor:
             )
         except RefusedError as error:
             return Outcome(False, str(error))
-        if result.state.same(self.state):
+        state = result.state
+        if call.tool not in HOLDING:
+            state = replace(state, network=let_go(self.network, state.network))
+        if state.same(self.state):
             return Outcome(False, None, result.notes)
-        self._history.step(result.state)
+        self._history.step(state)
         return Outcome(True, None, result.notes)
 
     def fill(self) -> FilledNetwork:

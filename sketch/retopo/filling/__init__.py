@@ -9,6 +9,7 @@ from sketch.retopo.filling.border import border, divided
 from sketch.retopo.filling.choice import Choice, Filling, Flow
 from sketch.retopo.filling.choosing import (
     filling_of,
+    let_go,
     ranked,
     stepped,
     suits,
@@ -46,6 +47,7 @@ __all__ = [
     "freed",
     "irregular_vertices",
     "lengths",
+    "let_go",
     "open_edges",
     "placed",
     "ranked",

@@ -101,6 +101,26 @@ def filled(
     return best
 
 
+def let_go(before: Network, after: Network) -> Network:
+    """The network after an edit, without vertices held by hand in patches whose curves took
+    another course: they follow them."""
+    for patch in list(after.patches.values()):
+        former = before.patches.get(patch.id)
+        filling = filling_of(patch)
+        if former is None or not filling.moved[0] or filling.moved != filling_of(former).moved:
+            continue
+        chains = {half >> 1 for half in patch.loop}
+        if any(_runs_elsewhere(before, after, chain) for chain in chains):
+            free = filling.with_moved([], np.empty((0, 3)))
+            after = with_choice(after, patch.id, free)
+    return after
+
+
+def _runs_elsewhere(before: Network, after: Network, chain: int) -> bool:
+    one, two = before.chains.get(chain), after.chains[chain]
+    return one is None or (one is not two and not np.array_equal(one.points, two.points))
+
+
 def stepped(network: Network, patch: int, source: PatternSource, by: int) -> Network:
     """The network with the fill that comes after a patch's own in the list, or before it.
 
