@@ -95,6 +95,9 @@ def retopo(
     same surface, and its calls come after what is there. What is refused stops the script, and
     the session stays as it was.
 
+    With --json, open_loops tells where no patch is yet: of each loop the number of corners, a
+    point on it, and one further on, with the empty side on the left.
+
     Exit code 1 where there is no quad at the end, 3 for a script that is not what it must be,
     or a call that is refused.
 
@@ -163,7 +166,7 @@ def retopo(
         say(note)
     if nothing_else:
         return 0
-    from sketch.retopo.filling.report import report
+    from sketch.retopo.filling.report import open_loops, report
 
     made = report(found, start.ground, mesh)
     if as_json:
@@ -176,6 +179,7 @@ def retopo(
                 for line, outcome in refused
             ],
             **asdict(made),
+            "open_loops": [asdict(loop) for loop in open_loops(found.network)],
             "seconds": round(seconds, 6),
             "notes": list(found.notes),
             "output": None if output is None else str(output),

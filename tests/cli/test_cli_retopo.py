@@ -75,6 +75,7 @@ def test_a_script_makes_the_mesh_that_is_told(ball: Path, tmp_path: Path) -> Non
     assert (told["patches"], told["unfilled"], told["refused"]) == ({"3": 8}, 0, [])
     assert (told["open_edges"], told["tangled"], told["flipped"], told["euler"]) == (0, 0, 0, 2)
     assert told["irregular"]["3"] == 8, "one in each octant"
+    assert told["open_loops"] == []
     assert 0.0 < told["to_ground"] < told["from_ground"] < 0.01
     assert told["output"] == str(output)
     # Exported beside the script, before the recount.
@@ -143,6 +144,13 @@ def test_a_refused_call_ends_the_script_and_leaves_the_session(ball: Path, tmp_p
 def test_nothing_drawn_is_nothing_found(ball: Path, tmp_path: Path) -> None:
     told = document("--script", script(tmp_path / "a.jsonl"), code=1)
     assert (told["patches"], told["quads"], told["to_ground"]) == ({}, 0, 1.0)
+    told = document("--script", script(tmp_path / "b.jsonl", LOOPS[0]), code=1)
+    one, other = told["open_loops"]
+    assert (one["corners"], other["corners"]) == (0, 0)
+    # Each side of the equator once: they run opposite ways.
+    steps = [np.subtract(loop["towards"], loop["at"]) for loop in (one, other)]
+    sides = [np.cross(loop["at"], step)[2] for loop, step in zip((one, other), steps, strict=True)]
+    assert sides[0] * sides[1] < 0.0
 
 
 def test_options_that_do_not_go_together_are_usage_errors(ball: Path, tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from sketch.retopo.filling.meshing import (
     welded,
 )
 from sketch.retopo.ground import Ground
+from sketch.retopo.network import HalfChain, Network, face
 
 #: Samples along an edge of a quad, or of a triangle of the ground, for distances.
 SAMPLES = 4
@@ -72,6 +73,37 @@ def report(found: FilledNetwork, ground: Ground, mesh: RetopoMesh | None = None)
         to_ground=to_ground,
         from_ground=from_ground,
     )
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLoop:
+    """A loop without a patch. corners: of it. at: a point on it, with the surface's empty side
+    on the left of the way to ``towards``."""
+
+    corners: int
+    at: tuple[float, float, float]
+    towards: tuple[float, float, float]
+
+
+def open_loops(network: Network) -> list[OpenLoop]:
+    """The sides of curves where no patch is and one may be: what is left to be closed.
+
+    One for each loop of half-chains; those around all of what was drawn are among them.
+    """
+    taken = network.patch_of()
+    done: set[HalfChain] = set()
+    found: list[OpenLoop] = []
+    for chain in sorted(network.chains):
+        for half in (2 * chain, 2 * chain + 1):
+            if half in taken or half in done or network.mark(half):
+                continue
+            loop, corners = face(network.nodes, network.chains, half)
+            done.update(loop)
+            line, _ = network.chains[chain].directed(half)
+            k = len(line) // 2
+            at, towards = (tuple(line[i].tolist()) for i in (k - 1, k))
+            found.append(OpenLoop(len(corners), at, towards))
+    return found
 
 
 def hausdorff(vertices: Points, quads: np.ndarray, ground: Ground) -> tuple[float, float]:

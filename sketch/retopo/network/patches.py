@@ -10,6 +10,7 @@ import numpy as np
 from query.placing.surface import Points
 from sketch.retopo.errors import InvalidRetopoError
 from sketch.retopo.network.enclosed import Enclosed, enclosed
+from sketch.retopo.network.spanned import is_strip
 from sketch.retopo.network.structure import Chain, HalfChain, Network, Patch
 from sketch.retopo.network.walks import dead_end, face
 
@@ -48,12 +49,31 @@ def is_patch(network: Network, loop: tuple[HalfChain, ...], corners: tuple[int, 
     """Is a loop to be a patch?
 
     Source: Takayama et al. 2013, section 5.1. Differs from the paper: any number of corners
-    from two on, since any such loop has fills.
+    from two on, since any such loop has fills; and strips that are bent so far around a limb
+    that equation 1 does not see them (:mod:`.spanned`).
     """
     if not possible(network, loop, corners):
         return False
     found = loop_encloses(network, loop)
-    return found.length <= network.longest and found.encloses
+    if found.length > network.longest:
+        return False
+    return found.encloses or (len(corners) == 4 and is_strip(_sides(network, loop, corners)))
+
+
+def _sides(
+    network: Network, loop: tuple[HalfChain, ...], corners: tuple[int, ...]
+) -> list[tuple[Points, Points]]:
+    """(n, 3) points and normals of every side of a loop, both of its corners included."""
+    found: list[tuple[Points, Points]] = []
+    for begin, end in zip(corners, (*corners[1:], len(loop)), strict=True):
+        lines = [network.chains[half >> 1].directed(half) for half in loop[begin:end]]
+        found.append(
+            (
+                np.concatenate([line for line, _ in lines]),
+                np.concatenate([up for _, up in lines]),
+            )
+        )
+    return found
 
 
 def with_patches(
