@@ -386,7 +386,8 @@ def test_a_pair_follows_the_drag_and_comes_back(source: PatternSource) -> None:
     assert len(poles) == 2
     moved = 0
     for by in ([0.2, 0, 0], [-0.2, 0, 0], [0, 0.2, 0], [0, -0.2, 0], [0.15, -0.15, 0]):
-        outcome = editor.do(Call("movepair", {"at": poles.mean(axis=0).tolist(), "by": by}))
+        at = poles.mean(axis=0)
+        outcome = editor.do(Call("movepair", {"at": at.tolist(), "to": (at + by).tolist()}))
         if outcome.refused is not None:
             assert "can move this way while its border stays" in outcome.refused
             assert editor.network is former

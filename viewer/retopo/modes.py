@@ -118,6 +118,12 @@ KNOWN: Mapping[str, Known] = {
         target="patch",
         fixed=(("by", 1),),
     ),
+    "insertloop": Known(
+        "4", "add loop", "click an edge: a loop is added beside it", target="patch"
+    ),
+    "movepair": Known("5", "move pair", "drag irregular vertices within a patch", target="patch"),
+    "brush": Known("6", "brush", "drag the vertices of quads", target="none", brush="brush"),
+    "relax": Known("7", "relax", "click: vertices are evened out", target="none", brush="brush"),
 }
 
 #: Tools that are no modes: keys change sizes, and in the mode of counts choose all anew.

@@ -34,8 +34,7 @@ def _insert_loop(work: Work, a: dict[str, Any]) -> Result:
 
 
 def _move_pair(work: Work, a: dict[str, Any]) -> Result:
-    start = work.foot(a["at"])
-    work.foot(a["at"] + a["by"])
+    start, end = work.foot(a["at"]), work.foot(a["to"])
     patch = patch_at(work.network, work.ground, a["at"])
     return work.edited(
         move_pair(
@@ -45,7 +44,7 @@ def _move_pair(work: Work, a: dict[str, Any]) -> Result:
             work.state.sizes,
             patch,
             start.points[0],
-            a["by"],
+            end.points[0] - start.points[0],
         )
     )
 
@@ -99,7 +98,7 @@ TOPOLOGY: tuple[Tool, ...] = (
         "Move the two irregular vertices of a patch that are nearest, its border staying.",
         {
             "at": Argument(Vector(), "a point of the patch, near the pair"),
-            "by": Argument(Vector(), "how far, and which way"),
+            "to": Argument(Vector(), "where it is dragged to"),
         },
         _move_pair,
     ),
