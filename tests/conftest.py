@@ -19,7 +19,9 @@ settings.load_profile("patient")
 
 
 #: How a test module names what lies in the shared folder.
-NEEDS_SHARED = re.compile(r"\b(SHARED|GOLDEN|MESHES|oracle|query_cases|viewer_disks)\b")
+NEEDS_SHARED = re.compile(
+    r"\b(SHARED|GOLDEN|MESHES|oracle|query_cases|placing_cases|viewer_disks)\b"
+)
 
 
 def pytest_report_header() -> str:

@@ -130,8 +130,8 @@ def begin_drag(view: View, model: Model, samples: ArrayLike, pressed: ArrayLike)
     Samples hidden by the model count only if visible ones are RATHER_VISIBLE pixels farther
     from the place. Raises InvalidFeatureError if all samples are behind the eye.
 
-    Source: feature curve recovery paper, section 4.2. Differs from it: where a curve runs round
-    the model, its back is not taken for its front.
+    Source: feature curve recovery paper, section 4.2. Differs from the paper: where a curve runs
+    round the model, its back is not taken for its front.
     """
     given = as_points(samples, "samples of a curve", InvalidFeatureError)
     place = _place(pressed)

@@ -11,8 +11,17 @@ import pytest
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "scripts"))
 
-import build_docs  # noqa: E402
 import walkthrough  # noqa: E402
+from build_docs_api import api_page  # noqa: E402
+from build_docs_cli import cli_page  # noqa: E402
+from build_docs_markdown import anchors  # noqa: E402
+from build_docs_pictures import (  # noqa: E402
+    DRAWN_APART,
+    IMAGES,
+    LARGEST_PICTURE,
+    pictures_of_steps,
+)
+from build_docs_retopo import retopo_page  # noqa: E402
 
 PAGES = [ROOT / "README.md"]
 PAGES += [ROOT / "docs" / f"{name}.md" for name in ("tutorial", "queries", "database", "retopo")]
@@ -55,16 +64,16 @@ def test_the_steps_of_a_page_work_and_write_what_it_shows(page: Path, tmp_path: 
             compare(step.shown, written)
         elif step.language == "sql":
             assert written, f"{page.name}:{step.line} finds nothing"
-    for picture in build_docs.pictures_of_steps(page.read_text(encoding="utf-8")):
+    for picture in pictures_of_steps(page.read_text(encoding="utf-8")):
         assert (tmp_path / picture).stat().st_size > 0, f"no step draws {picture}"
 
 
 def test_the_pages_made_from_the_code_are_up_to_date() -> None:
     hint = "'make docs' writes it anew"
-    assert (ROOT / "docs" / "cli.md").read_text(encoding="utf-8") == build_docs.cli_page(), hint
-    assert (ROOT / "docs" / "api.md").read_text(encoding="utf-8") == build_docs.api_page(), hint
+    assert (ROOT / "docs" / "cli.md").read_text(encoding="utf-8") == cli_page(), hint
+    assert (ROOT / "docs" / "api.md").read_text(encoding="utf-8") == api_page(), hint
     guide = (ROOT / "docs" / "retopo.md").read_text(encoding="utf-8")
-    assert build_docs.retopo_page(guide) == guide, hint
+    assert retopo_page(guide) == guide, hint
 
 
 @pytest.mark.parametrize("page", ALL_PAGES, ids=lambda p: p.name)
@@ -78,19 +87,19 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert path.exists(), f"{page.name}: there is no {target}"
         if heading and path.suffix == ".md":
             titles = re.findall(r"^#+ (.+)$", path.read_text(encoding="utf-8"), re.MULTILINE)
-            assert heading in build_docs.anchors(titles), f"{page.name}: no heading {target}"
+            assert heading in anchors(titles), f"{page.name}: no heading {target}"
 
 
 def test_pictures_are_small_and_all_shown() -> None:
-    pictures = {p.name: p.stat().st_size for p in build_docs.IMAGES.glob("*")}
-    assert max(pictures.values()) <= build_docs.LARGEST_PICTURE
+    pictures = {p.name: p.stat().st_size for p in IMAGES.glob("*")}
+    assert max(pictures.values()) <= LARGEST_PICTURE
     shown = {
         name
         for page in ALL_PAGES
         for name in re.findall(r"images/([\w-]+\.png)", page.read_text(encoding="utf-8"))
     }
     assert shown == set(pictures)
-    for name in build_docs.DRAWN_APART:
+    for name in DRAWN_APART:
         assert (ROOT / "scripts" / f"draw_{name.rstrip('-')}.py").exists()
 
 

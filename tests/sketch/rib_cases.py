@@ -1,14 +1,29 @@
-"""What the tests of ribs share: shapes in the plane as sheets in space, and a slow slicer."""
+"""What the tests of ribs share: sheets, shapes, a slow slicer, and what holds for every rib."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from model_cases import sphere, together
 from numpy.typing import ArrayLike, NDArray
 
 from sketch.features.model import Model
+from sketch.features.ribs import Rib
+from sketch.features.ribs.bridges import SHARPEST
 
 Points = NDArray[np.float64]
+
+#: The direction that ribs of sheets are across.
+ACROSS = [0.0, 1.0, 0.0]
+
+BOX = np.array([[x, y, z] for x in (0.0, 1) for y in (0.0, 1) for z in (0.0, 1)])
+BOX_FACES = np.array([
+    [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
+    [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
+])  # fmt: skip
+
+#: How far a restored corner may be from the ends of the gap, in widths of it.
+FARTHEST = 1.0 / np.sqrt(1.0 - SHARPEST**2) + 1e-6
 
 
 def sheet(line: Points, half: float = 1.0) -> tuple[Points, NDArray]:
@@ -105,3 +120,26 @@ def slow_length(corners: Points, origin: Points, normal: Points, radius: float) 
             low, high = max((-b - root) / a, 0.0), min((-b + root) / a, 1.0)
             total += max(high - low, 0.0) * np.sqrt(a)
     return total
+
+
+def flat(points: Points) -> Points:
+    """x and z: the plane y = 0 that sheets are cut in."""
+    return points[:, [0, 2]]
+
+
+def in_plane(rib: Rib) -> Points:
+    return (rib.polygon - rib.origin) @ rib.axes[:2].T
+
+
+def sound(rib: Rib, samples: int = 201) -> None:
+    """What holds for every rib."""
+    span = np.ptp(rib.polygon, axis=0).max() + np.abs(rib.origin).max()
+    for points in (rib.points, rib.polygon):
+        assert np.abs((points - rib.origin) @ rib.axes[2]).max() <= 1e-9 * span
+    assert rib.points.shape == rib.normals.shape == (samples, 3)
+    assert np.linalg.norm(rib.normals, axis=1) == pytest.approx(np.ones(samples), abs=1e-12)
+    assert np.abs(rib.normals @ rib.axes[2]).max() < 1e-12
+    away = np.linalg.norm(rib.points - rib.origin, axis=1)
+    assert rib.backbone == np.argmin(away)
+    assert (to_polyline(rib.points, rib.polygon) < 1e-9 * span).all()
+    assert not crosses_itself(in_plane(rib), rib.closed)

@@ -169,6 +169,8 @@ def test_refused_networks_say_what_would_mend_them() -> None:
         resolved(high, CORNERS)
     with pytest.raises(InvalidFeatureError, match="no joint 'up'"):
         resolved(short, CORNERS, near={"up": [0, 0, 0]})
+    with pytest.raises(InvalidFeatureError, match="the point near se"):
+        resolved(short, CORNERS, near={"se": np.eye(3)})
     with pytest.raises(InvalidFeatureError, match="no joint 'up'"):
         resolved(short, CORNERS, meet={"up": ("south", "east")})
     with pytest.raises(InvalidFeatureError, match="two or more of the curves south, east"):

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import importlib
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import ArrayLike
 from registration_cases import car_template, grid_quads, laid
 from scipy.optimize import minimize
 
 from sketch.features.errors import InvalidFeatureError
 from sketch.features.registration import Feature
-from sketch.features.shapemodel import ShapeModel, edit, error_table, moved
+from sketch.features.shapemodel import Edit, ShapeModel, edit, error_table, moved
 from sketch.features.shapemodel.edit import system
 
 QUADS = grid_quads(6)
@@ -121,23 +126,11 @@ def targets(model: ShapeModel, seed: int, size: float) -> dict[str, np.ndarray]:
     return {"low": model.mean[FEATURES[0].vertices] + size * rng.normal(size=(6, 3))}
 
 
-@settings(max_examples=60, deadline=None)
-@given(
-    st.integers(0, 10**6),
-    st.sampled_from([0.01, 0.3, 3.0]),
-    st.sampled_from([0.0, 0.5, 4.0]),
-    st.sampled_from([0.0, 1e-3, 0.5]),
-)
-def test_an_edit_meets_the_conditions_of_optimality(
-    seed: int, size: float, weight: float, stiffness: float
+def assert_nearest(
+    model: ShapeModel, wanted: Mapping[str, ArrayLike], found: Edit, **options: Any
 ) -> None:
-    """Karush, Kuhn and Tucker's: the gradient is 0 within the box, and points out of it at a
-    bound: since the sum is convex, no shape in the box is nearer to the targets."""
-    model = made(seed % 50, 8)
-    start = model.sample(seed)
-    options = {"held": {"high": weight}, "start": start, "stiffness": stiffness}
-    wanted = targets(model, seed, size)
-    found = edit(model, wanted, **options)
+    """Karush, Kuhn and Tucker's conditions: the gradient is 0 within the box, and points out of
+    it at a bound: since the sum is convex, no shape in the box is nearer to the targets."""
     low, high = model.box
     assert (low <= found.coefficients).all() and (found.coefficients <= high).all()
     begin, matrix, right = system(model, wanted, **options)
@@ -149,9 +142,57 @@ def test_an_edit_meets_the_conditions_of_optimality(
     assert (found.coefficients[found.at_bound < 0] == low[found.at_bound < 0]).all()
     assert (found.coefficients[found.at_bound > 0] == high[found.at_bound > 0]).all()
     assert np.array_equal(found.points, model.shape(found.coefficients))
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.integers(0, 10**6),
+    st.sampled_from([0.01, 0.3, 3.0]),
+    st.sampled_from([0.0, 0.5, 4.0]),
+    st.sampled_from([0.0, 1e-3, 0.5]),
+)
+def test_an_edit_meets_the_conditions_of_optimality(
+    seed: int, size: float, weight: float, stiffness: float
+) -> None:
+    model = made(seed % 50, 8)
+    start = model.sample(seed)
+    options = {"held": {"high": weight}, "start": start, "stiffness": stiffness}
+    wanted = targets(model, seed, size)
+    found = edit(model, wanted, **options)
+    assert_nearest(model, wanted, found, **options)
     assert found.misses["low"] == pytest.approx(
         np.linalg.norm(found.points[:6] - wanted["low"], axis=1).max()
     )
+
+
+def pulled(seed: int) -> tuple[ShapeModel, dict[str, np.ndarray]]:
+    """Ten shapes that differ less and less, three vertices of them and where these shall be:
+    few numbers to meet with nine modes, so that modes come to their limits and leave them."""
+    rng = np.random.default_rng(seed)
+    fading = 0.8 ** np.arange(10)[:, None, None]
+    many = rng.normal(size=(36, 3)) + fading * rng.normal(size=(10, 36, 3))
+    model = ShapeModel.build(many, QUADS, (Feature("three", np.arange(3, dtype=np.int32)),))
+    return model, {"three": model.mean[:3] + rng.normal(size=(3, 3))}
+
+
+def test_modes_that_leave_their_limits_again_are_waited_for(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Some pulls take more steps than there are modes: with so few they are refused, and with
+    those that there are all end in the optimum."""
+    module = importlib.import_module("sketch.features.shapemodel.edit")
+    pulls = [pulled(seed) for seed in range(600)]
+    for model, wanted in pulls:
+        assert_nearest(model, wanted, edit(model, wanted))
+    monkeypatch.setattr(module, "STEPS_EACH", 1)
+    refused = 0
+    for model, wanted in pulls:
+        try:
+            assert_nearest(model, wanted, edit(model, wanted))
+        except InvalidFeatureError as error:
+            assert "the edit found no shape" in str(error)
+            refused += 1
+    assert refused > 0
 
 
 def test_bounds_are_not_clipping() -> None:
@@ -254,6 +295,7 @@ def test_what_is_no_shape_model_is_refused() -> None:
         "has 5 modes": lambda: made(0).kept(6),
         "5 finite numbers": lambda: made(0).shape([1.0]),
         "has 3 vertices": lambda: made(0).project(np.zeros((3, 3))),
+        "the displacement have": lambda: moved(made(0), "low", np.zeros((2, 3))),
         "nothing was dragged": lambda: edit(made(0), {}),
         "and 2 targets": lambda: edit(made(0), {"low": np.zeros((2, 3))}),
         "dragged and held": lambda: edit(made(0), {"low": np.zeros((6, 3))}, held={"low": 1.0}),

@@ -264,6 +264,7 @@ class TestNumbers:
             (walk(9, 9), {"n_control": 3}, "at least 4 control points"),
             (np.eye(3), {"constraints": [(3, [0, 0, 0])]}, "sample 3"),
             (np.eye(3), {"constraints": [(1, [0, np.inf, 0])]}, "not finite"),
+            (np.eye(3), {"constraints": [(1, np.eye(3))]}, "the point of sample 1"),
             (np.eye(3), {"parameters": [0, 1]}, "one for each of the 3"),
             (np.eye(3), {"parameters": [0, 2, 1]}, "below the one before"),
             (np.eye(3), {"parameters": [0, 0.5, 0.9]}, "exactly 1"),

@@ -12,7 +12,6 @@ from sketch.features.errors import InvalidFeatureError
 #: Random cars lie between the named ones, and beyond by at most this share of their spread.
 BEYOND = 0.05
 
-
 #: The lower edges of nose and tail lie this much behind the bumpers, in metres.
 CHIN = 0.07
 
@@ -130,7 +129,7 @@ CARS: dict[str, Car] = {
         wheelbase=2.64, front_overhang=0.90, rear_overhang=0.98, width=1.82, height=1.34,
         nose_height=0.73, cowl_height=0.92, belt_height=0.95, tail_height=0.94, cowl=0.60,
         roof_front=1.28, roof_rear=2.05, rear_base=2.88, tumblehome=0.15, roof_fall=0.025,
-        roof_crown=0.045, screen_bow=0.17,        clearance=0.17, edge=1.1,
+        roof_crown=0.045, screen_bow=0.17, clearance=0.17, edge=1.1,
     ),
     "sports": Car(
         wheelbase=2.55, front_overhang=0.98, rear_overhang=0.82, width=1.92, height=1.18,

@@ -42,6 +42,14 @@ FEATURE_KEYS = ("name", "vertices")
 #: Bytes that the arrays may have together: a hundred modes of a million vertices.
 MAX_BYTES = 4_000_000_000
 
+#: What reading a file that is none of these may raise. RuntimeError: an encrypted member;
+#: NotImplementedError: a method of compression that is not known; MemoryError: a size that is a
+#: lie.
+UNREADABLE = (
+    zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, KeyError, RuntimeError,
+    NotImplementedError, MemoryError,
+)  # fmt: skip
+
 #: How far modes may be from orthonormal: rounding alone moves them by some 1e-14.
 ORTHONORMAL = 1e-9
 
@@ -99,12 +107,9 @@ def _arrays(data: bytes) -> dict[str, Any]:
             name: np.lib.format.read_array(io.BytesIO(one), allow_pickle=False)
             for name, one in content.items()
         }
-    except (zipfile.BadZipFile, ValueError, EOFError, OSError, KeyError, zlib.error) as reason:
-        if isinstance(reason, InvalidFeatureError):
-            raise
-        raise InvalidFeatureError(f"this is no file of a shape model: {reason}") from None
-    except (RuntimeError, NotImplementedError, MemoryError) as reason:
-        # An encrypted member, a method of compression that is not known, a size that is a lie.
+    except InvalidFeatureError:
+        raise
+    except UNREADABLE as reason:
         raise InvalidFeatureError(f"this is no file of a shape model: {reason}") from None
     for name, (kind, axes) in ARRAYS.items():
         if arrays[name].dtype.str != kind or arrays[name].ndim != axes:
@@ -142,9 +147,8 @@ def _model(arrays: dict[str, Any], header: JsonValue) -> ShapeModel:
     flat = modes.reshape(count, -1)
     if np.abs(flat @ flat.T - np.eye(count)).max() > ORTHONORMAL:
         header.fail("the modes are not orthonormal")
-    if (np.ptp(coefficients, axis=0) <= 0.0).any() or (coefficients.min(axis=0) > 0.0).any():
-        header.fail("a mode's coefficients must be about 0 and differ")
-    if (coefficients.max(axis=0) < 0.0).any():
+    low, high = coefficients.min(axis=0), coefficients.max(axis=0)
+    if not ((low < high) & (low <= 0.0) & (high >= 0.0)).all():
         header.fail("a mode's coefficients must be about 0 and differ")
     names = [one.text() for one in entries["names"].items()]
     if len(names) != k or len(set(names)) < k:

@@ -23,6 +23,7 @@ import numpy as np
 
 from patterndb.files import replace_file
 from patterndb.jsonread import JsonValue, parse_json, read_limited
+from sketch.features.curvesettings import WHOLE
 from sketch.features.errors import InvalidFeatureError
 from sketch.features.snap import SnapSettings
 from sketch.features.splines.spline import MAX_DEGREE
@@ -34,7 +35,6 @@ MAX_BYTES = 64_000_000
 KEYS = ("strokes",)
 STROKE_KEYS = ("name", "points", "constraints", "settings")
 SETTINGS = tuple(one.name for one in fields(SnapSettings))
-WHOLE = ("degree", "n_samples", "rounds")
 
 #: Settings that mean something only together: a file has all of them, or none.
 ANGLE = {"alpha", "axis", "beta"}

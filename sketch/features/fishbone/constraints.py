@@ -20,7 +20,9 @@ def held_rows(fishbone: Fishbone, constraints: Sequence[Constraint]) -> NDArray[
     """
     rows = np.full(len(fishbone.points), -1, np.int64)
     for number, place in constraints:
-        target = as_points(np.atleast_2d(place), f"the point of rib {number}", InvalidFeatureError)
+        target = as_points(
+            np.asarray(place)[None], f"the point of rib {number}", InvalidFeatureError
+        )
         for i in np.flatnonzero(fishbone.ribs == number):
             away = np.linalg.norm(fishbone.points[i] - target, axis=1)
             rows[i] = np.argmin(np.where(fishbone.valid[i], away, np.inf))

@@ -128,11 +128,6 @@ class Fishbone:
         return (self.valid.shape[1] - np.argmax(self.valid[:, ::-1], axis=1)).astype(np.int64)
 
     @property
-    def backbone_points(self) -> Points:
-        """(m, 3) the samples that the curve runs through."""
-        return self.points[np.arange(len(self.points)), self.backbone]
-
-    @property
     def spacing(self) -> Floats:
         """(m,) the mean step between neighbouring samples of every rib."""
         steps = np.linalg.norm(np.diff(self.points, axis=1), axis=2)

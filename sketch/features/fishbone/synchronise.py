@@ -28,8 +28,8 @@ def synchronised(fishbone: Fishbone, start: int | None = None) -> Fishbone:
 
     Ribs that stray are left out: beyond the end of a surface, planes meet other sheets alone.
 
-    Source: feature curve recovery paper, section 4.3.3 and figure 6. Differs from it: what
-    becomes of rows that a shift leaves empty, and of ribs on other sheets, it does not say.
+    Source: feature curve recovery paper, section 4.3.3 and figure 6. Differs from the paper:
+    it does not say what becomes of rows that a shift leaves empty, and of ribs on other sheets.
     """
     m = len(fishbone.points)
     if start is not None and not 0 <= start < m:

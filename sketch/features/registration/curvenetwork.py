@@ -108,7 +108,7 @@ def resolved(
     if tolerance is None:
         tolerance = TOLERANCE * _diagonal(curves[name] for name in wanted)
     hints = {
-        name: as_points(np.atleast_2d(place), f"the point near {name}", InvalidFeatureError)[0]
+        name: as_points(np.asarray(place)[None], f"the point near {name}", InvalidFeatureError)[0]
         for name, place in (near or {}).items()
     }
     unknown = sorted(set(hints) - {joint.name for joint in joints})

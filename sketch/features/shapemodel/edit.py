@@ -52,7 +52,7 @@ def moved(
     others fall behind towards the feature's ends, which stay, as the curve that is pulled.
     """
     feature = model.feature(name)
-    offset = as_points(np.atleast_2d(by), "the displacement", InvalidFeatureError)[0]
+    offset = as_points(np.asarray(by)[None], "the displacement", InvalidFeatureError)[0]
     places = _shape(model, start)[1][feature.vertices]
     if vertex is None:
         return {name: places + offset}
@@ -165,6 +165,7 @@ def _rows(model: ShapeModel, vertices: NDArray[np.int32]) -> Floats:
 def _shape(model: ShapeModel, start: ArrayLike | None) -> tuple[Floats, Points]:
     """Coefficients in the box, and their shape."""
     given = np.zeros(model.n_modes) if start is None else np.asarray(start, np.float64)
+    # Says what is wrong with them before they are put into the box.
     model.shape(given)
     begin = np.clip(given, *model.box)
     return begin, model.shape(begin)

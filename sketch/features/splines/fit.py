@@ -136,7 +136,7 @@ def _constraints(
                 f"a constraint names sample {number}; there are 0..{len(samples) - 1}"
             )
         point = as_points(
-            np.atleast_2d(place), f"the point of sample {number}", InvalidFeatureError
+            np.asarray(place)[None], f"the point of sample {number}", InvalidFeatureError
         )[0]
         other = met.setdefault(float(parameters[number]), (number, point))
         if np.linalg.norm(other[1] - point) > reach:

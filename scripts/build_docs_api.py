@@ -1,0 +1,133 @@
+"""The page of the Python interface: what can be imported from where, from its docstrings."""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+from collections.abc import Iterable
+from typing import Any
+
+from build_docs_markdown import NOTICE, anchors, fence, prose, tidy
+from build_docs_signatures import one_line, returned, signature
+
+#: The modules of the API page, each with the names it documents; None: its ``__all__``.
+MODULES: dict[str, tuple[str, ...] | None] = {
+    "patterndb": None,
+    "patterndb.store": None,
+    "ingest": None,
+    "query": None,
+    "query.placing": None,
+    "query.boundaryfile": ("parse_boundary", "read_boundary", "read_strokes"),
+    "sketch.surfacing": None,
+    "sketch.surfacing.chords": ("Decomposition", "decompose", "affordable"),
+    "sketch.surfacing.tessellation": ("PatchMesh", "minimal_area", "tessellate_patch"),
+    "sketch.surfacing.quads": ("even_edges", "fill_with_quads"),
+    "sketch.features.model": ("Model", "Feet", "Crossings"),
+    "sketch.features.strokes": ("Stroke", "RecoveredCurve", "Figures", "Spread", "recovered"),
+    "sketch.features.snap": ("Snap", "SnapSettings", "FeatureCurve", "snap"),
+    "sketch.features.splines": ("Spline", "Fit", "fit_spline"),
+    "sketch.features.drag": ("View", "Drag", "begin_drag", "dragged"),
+    "sketch.features.files.strokesjson": ("read_strokes", "write_strokes"),
+    "sketch.features.files.curvesjson": ("read_curves", "write_curves"),
+    "sketch.features.registration": None,
+    "sketch.features.shapemodel": None,
+    "sketch.features.sessionfile": (
+        "Session",
+        "SessionCurve",
+        "read_session",
+        "write_session",
+        "read_template",
+        "write_template",
+        "write_network",
+        "read_shapes",
+        "write_shapes",
+    ),
+    "sketch.features.errors": ("InvalidFeatureError",),
+    "sketch.retopo": None,
+    "sketch.retopo.editor": ("Call", "Editor", "Outcome", "State"),
+    "sketch.retopo.ground": ("Ground", "Feet", "Projected", "Stroke", "cleaned"),
+    "sketch.retopo.network": ("Network", "Node", "Chain", "Patch"),
+    "sketch.retopo.filling": ("FilledNetwork", "RetopoMesh", "completed", "welded", "ranked"),
+    "sketch.retopo.filling.report": ("Report", "report", "hausdorff"),
+    "sketch.retopo.script": ("Script", "Line", "read_script", "write_script", "play"),
+    "sketch.retopo.sessionfile": ("Session", "read_session", "write_session"),
+    "sketch.retopo.symmetry": None,
+    "sketch.retopo.quadimport": ("Imported", "imported"),
+    "viewer": None,
+    "viewer.surfacing": None,
+    "viewer.features": None,
+    "viewer.shapes": None,
+    "viewer.retopo": None,
+    "patterndb.pattern": ("Pattern",),
+    "patterndb.patternclass": ("PatternClass",),
+    "patterndb.disk": ("Disk",),
+    "patterndb.polygonmesh": ("PolygonMesh",),
+    "query.listing.filters": ("Filters",),
+    "query.families.family": ("Family", "family"),
+    "patterndb.errors": (
+        "InvalidMeshError",
+        "MeshFileError",
+        "UnsupportedFormatError",
+        "InvalidCodeError",
+        "InvalidBoundaryError",
+        "DatabaseError",
+        "NotFoundError",
+        "MissingExtraError",
+    ),
+    "query.errors": ("InvalidQueryError",),
+}
+
+
+def api_page() -> str:
+    lines = [
+        NOTICE,
+        "# Python interface\n",
+        "What can be imported from where. Arrays are numpy's; a shape such as (q, 4) names its "
+        "sizes. The words are those of [definitions.md](definitions.md).\n",
+    ]
+    body: list[str] = []
+    home: dict[Any, str] = {}
+    taken: list[str] = []
+    for module_name, names in MODULES.items():
+        module = importlib.import_module(module_name)
+        listed: list[str] = []
+        for name in names or sorted(module.__all__):
+            thing = getattr(module, name)
+            title = f"{module_name}.{name}"
+            if thing not in home:
+                taken.append(title)
+                home[thing] = anchors(taken)[-1]
+                body += [f"### {title}\n", *describe(name, thing)]
+            listed.append(f"[`{name}`](#{home[thing]})")
+        lines.append(f"- `{module_name}`: {', '.join(listed)}")
+    return "\n".join([*lines, "", *tidy(body)]).rstrip() + "\n"
+
+
+def describe(name: str, thing: Any) -> list[str]:
+    if not inspect.isclass(thing):
+        names = inspect.signature(thing).parameters
+        return [*fence("python", signature(name, thing)), *prose(thing.__doc__, names)]
+    bases = [b.__name__ for b in thing.__bases__ if b is not object]
+    head = f"class {name}" + (f"({', '.join(bases)})" if bases else "")
+    made_of: Iterable[str] = ()
+    if "__init__" in vars(thing) and not getattr(thing, "_is_protocol", False):
+        # What a constructor sets is told of like what it takes.
+        made_of = [*inspect.signature(thing.__init__).parameters][1:]
+        made_of += [name for name in thing.__init__.__code__.co_names if name not in made_of]
+        if not issubclass(thing, Exception):
+            head = "class " + signature(name, thing.__init__, drop_first=True)
+    lines = [*fence("python", head), *prose(thing.__doc__, [*made_of, *vars(thing)])]
+    for member, value in vars(thing).items():
+        if member.startswith("_"):
+            continue
+        if isinstance(value, property):
+            returns = returned(value.fget)
+            lines += [f"**`{member}`**{f' → `{returns}`' if returns else ''}", ""]
+            lines += prose(value.fget.__doc__ if value.fget else None)
+        elif isinstance(value, classmethod | staticmethod):
+            text = signature(member, value.__func__, drop_first=isinstance(value, classmethod))
+            lines += [f"**`{name}.{one_line(text)}`**", "", *prose(value.__func__.__doc__)]
+        elif inspect.isfunction(value):
+            text = signature(member, value, drop_first=True)
+            lines += [f"**`.{one_line(text)}`**", "", *prose(value.__doc__)]
+    return lines

@@ -1,0 +1,88 @@
+"""The page of the command line, from the commands' own help."""
+
+from __future__ import annotations
+
+import inspect
+import re
+from collections.abc import Iterator
+
+import click
+from build_docs_markdown import NOTICE, anchors, fence
+
+
+def cli_page() -> str:
+    from patterndb.cli import cli
+
+    verbs = list(leaves(cli))
+    lines = [NOTICE, "# Command line\n", *help_text(cli.help), "| verb | |", "|---|---|"]
+    links = dict(zip((name for name, _ in verbs), anchors(n for n, _ in verbs), strict=True))
+    lines += [f"| [{name}](#{links[name]}) | {summary(command.help)} |" for name, command in verbs]
+    lines += [
+        "",
+        "Every verb has `--help` (or `-h`). `python -m patterndb` is the same program.\n",
+    ]
+    for name, command in verbs:
+        lines += [f"## {name}\n", *fence("text", usage(name, command)), *help_text(command.help)]
+        options = [p for p in command.params if isinstance(p, click.Option)]
+        if not options:
+            continue
+        lines += ["| option | |", "|---|---|"]
+        lines += [f"| {option_name(o)} | {option_help(o)} |" for o in options]
+        lines.append("")
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def leaves(group: click.Group, before: str = "") -> Iterator[tuple[str, click.Command]]:
+    """All verbs by their names, those of a group after it."""
+    for word, command in group.commands.items():
+        yield before + word, command
+        if isinstance(command, click.Group):
+            yield from leaves(command, f"{before}{word} ")
+
+
+def usage(name: str, command: click.Command) -> str:
+    if isinstance(command, click.Group):
+        return f"patterndb {name} {'|'.join(command.commands)} ..."
+    words = ["patterndb", name, "[OPTIONS]"]
+    for param in command.params:
+        if isinstance(param, click.Argument):
+            word = param.metavar or (param.name or "").upper()
+            words.append(word if param.required else f"[{word}]")
+    return " ".join(words)
+
+
+def option_name(option: click.Option) -> str:
+    names = ", ".join([*option.opts, *option.secondary_opts])
+    if option.is_flag:
+        return f"`{names}`"
+    kind = option.type
+    choices = [str(c) for c in kind.choices] if isinstance(kind, click.Choice) else []
+    value = option.metavar or "\\|".join(choices) or kind.name.upper()
+    return f"`{names} {value}`"
+
+
+def option_help(option: click.Option) -> str:
+    text = option.help or ""
+    if option.required:
+        text += " Required."
+    if option.secondary_opts:
+        text += f" Default: {option.opts[0] if option.default else option.secondary_opts[0]}."
+    elif option.show_default and option.default is not None and not option.is_flag:
+        text += f" Default: {option.default}."
+    return re.sub(r"\s+", " ", text).strip()
+
+
+def summary(text: str | None) -> str:
+    first = inspect.cleandoc(text or "").split("\n\n")[0]
+    return re.sub(r"\s+", " ", first).partition(". ")[0].removesuffix(".") + "."
+
+
+def help_text(text: str | None) -> list[str]:
+    """Paragraphs as they are, and click's unwrapped ones, which hold examples, fenced."""
+    lines: list[str] = []
+    for paragraph in inspect.cleandoc(text or "").split("\n\n"):
+        if paragraph.startswith("\b\n"):
+            lines += fence("sh", paragraph[2:])
+        else:
+            lines.append(paragraph + "\n")
+    return lines

@@ -1,0 +1,49 @@
+"""Grounds halved by planes, for the tests of symmetry."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+import trimesh
+
+from sketch.retopo.ground import Ground
+from sketch.retopo.network import SYMMETRY, Network, with_borders
+from sketch.retopo.sizes import Sizes
+from sketch.retopo.symmetry import Half, Plane, half_of
+
+X = Plane()
+TILTED = Plane.of((0.3, 0.3, -0.3), (1.0, 2.0, 3.0))
+PLANES = pytest.mark.parametrize("plane", [X, TILTED], ids=["x", "tilted"])
+
+
+def turned(mesh: trimesh.Trimesh) -> Ground:
+    """A mesh turned, so that no vertex is on a plane by chance."""
+    mesh.apply_transform(trimesh.transformations.rotation_matrix(0.7, [1, 2, 3]))
+    return Ground.of(mesh.vertices, mesh.faces)
+
+
+@cache
+def ball() -> Ground:
+    return turned(trimesh.creation.icosphere(subdivisions=3))
+
+
+@cache
+def dome() -> Ground:
+    """The upper half of the unit sphere, with a border near z = 0."""
+    mesh = trimesh.creation.icosphere(subdivisions=3)
+    kept = mesh.vertices[mesh.faces][:, :, 2].min(axis=1) > -1e-9
+    return Ground.of(mesh.vertices, mesh.faces[kept])
+
+
+@cache
+def half(name: str, plane: Plane) -> Half:
+    return half_of({"ball": ball, "dome": dome}[name](), plane)
+
+
+def empty(ground: Ground, sizes: Sizes) -> Network:
+    return with_borders(Network(longest=4.0 * ground.diagonal), ground, sizes.sampling)
+
+
+def seam(network: Network) -> list[int]:
+    return [chain.id for chain in network.chains.values() if SYMMETRY in chain.marks]

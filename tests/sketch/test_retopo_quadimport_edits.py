@@ -1,0 +1,106 @@
+"""Imported quad meshes are networks like others: filled, edited, and laid on another surface."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import trimesh
+from quadmesh_cases import cube, refined, thirds
+
+import patterndb
+from sketch.retopo.editor import Call, Editor
+from sketch.retopo.filling import completed, open_edges, welded
+from sketch.retopo.filling.choosing import stepped
+from sketch.retopo.ground import Ground
+from sketch.retopo.network import Network, check
+from sketch.retopo.quadimport import imported
+from sketch.retopo.tools.erase import erase
+
+
+def test_filling_leaves_what_was_imported() -> None:
+    """Counts, fills and places are there already: filling changes no bit, and an edit only what
+    is beside it."""
+    ball = trimesh.creation.icosphere(subdivisions=0)
+    points, quads = refined(*thirds(ball.vertices, ball.faces), 2)
+    found = imported(points + 0.01 * np.random.default_rng(1).normal(size=points.shape), quads)
+    assert len(found.network.patches) == 60
+    with patterndb.open() as source:
+        whole = completed(found.network, found.ground, source, found.sizes.edge)
+        assert whole.network is found.network
+        assert welded(whole).vertices.tobytes() == welded(found.filled).vertices.tobytes()
+        # The fill is the database's own: another can be taken, and the first again.
+        patch = min(found.network.patches)
+        other = stepped(found.network, patch, source, 1)
+        assert other.patches[patch].choice != found.network.patches[patch].choice
+        again = stepped(other, patch, source, -1)
+        former = found.network.patches[patch].choice.choice
+        assert again.patches[patch].choice.choice == former
+        # Without one curve two patches are one.
+        edit = erase(found.network, [0])
+        check(edit.network)
+        assert len(edit.network.patches) == 59
+        after = completed(edit.network, found.ground, source, found.sizes.edge)
+    made = welded(after)
+    assert len(open_edges(made)) == 0
+    kept = found.network.patches.keys() & edit.network.patches.keys()
+    assert len(kept) == 58
+    for patch in kept:
+        assert (
+            after.placed[patch].vertices.tobytes() == found.filled.placed[patch].vertices.tobytes()
+        )
+
+
+def test_corners_that_were_regular_go_with_their_curves() -> None:
+    """Erasing a curve from an irregular vertex to the border joins the border again."""
+    points = np.array([[i, j, 0.0] for i in range(5) for j in range(5)])
+    every = [
+        [5 * i + j, 5 * i + 5 + j, 5 * i + 6 + j, 5 * i + 1 + j]
+        for i in range(4)
+        for j in range(4)
+        if not (i >= 2 and j >= 2)
+    ]
+    # Without the limit to how long a loop may be, which this sheet's reach.
+    network: Network = replace(imported(points, np.array(every)).network, longest=np.inf)
+    inner = [chain.id for chain in network.chains.values() if not chain.marked]
+    assert len(inner) == 2
+    after = erase(network, inner[:1]).network
+    check(after)
+    assert len(after.nodes) == len(network.nodes) - 1
+    assert len(after.patches) == 2
+
+
+def test_on_another_surface_vertices_lie_on_it() -> None:
+    ball = trimesh.creation.icosphere(subdivisions=4)
+    ground = Ground.of(ball.vertices, ball.faces)
+    points, quads = cube(4)
+    points = 2.0 * points - 1.0
+    found = imported(points, quads, ground)
+    check(found.network)
+    made = welded(found.filled)
+    gaps = ground.nearest(made.vertices).points - made.vertices
+    assert abs(gaps).max() < 1e-12
+    for chain in found.network.chains.values():
+        gaps = ground.nearest(chain.points).points - chain.points
+        assert abs(gaps).max() < 1e-12
+    assert len(open_edges(made)) == 0
+
+
+def test_quads_follow_a_curve_that_is_pulled() -> None:
+    """Held vertices of the patches beside it are let go; all others stay where they were."""
+    points, quads = cube(4)
+    with patterndb.open() as source:
+        editor = Editor.of_quads(imported(points, quads), source)
+        before = welded(editor.fill())
+        outcome = editor.do(Call("pull", {"at": [1.0, 0.5, 0.0], "to": [1.0, 0.5, 0.2]}))
+        assert outcome.changed, outcome.refused
+        check(editor.network)
+        after = welded(editor.fill())
+        assert len(after.quads) == len(quads)
+        assert len(open_edges(after)) == 0
+        one, two = ({tuple(p) for p in m.vertices.tolist()} for m in (before, after))
+        kept = one & two
+        # The two patches beside the cube's edge moved, the inner vertices of the others not.
+        assert 4 * 9 <= len(kept) < len(before.vertices) - 2 * 9
+        editor.do(Call("undo"))
+        assert np.array_equal(welded(editor.fill()).vertices, before.vertices)
