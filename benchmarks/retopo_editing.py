@@ -5,10 +5,10 @@
 
 Calls are made from the table of tools: plausible strokes and places, mostly near what is there, and
 now and then absurd values, unknown names and missing arguments. After each call the network's
-invariants hold; a refused call, or one of bad arguments, leaves the state as it was; undo and
-redo give earlier states bit for bit; now and then patches are filled, and the session is written
-and read back. Nothing but InvalidRetopoError, for bad arguments, is raised. A new drawing is begun
-every so many calls.
+invariants hold, and it goes round no more handles than the surface has (Euler's formula); a refused
+call, or one of bad arguments, leaves the state as it was; undo and redo give earlier states bit
+for bit; now and then patches are filled, and the session is written and read back. Nothing but
+InvalidRetopoError, for bad arguments, is raised. A new drawing is begun every so many calls.
 
 Prints one JSON document; exits 1 if there were failures, each with the script that leads there.
 """
@@ -44,7 +44,7 @@ from sketch.retopo.editor.arguments import (
 )
 from sketch.retopo.errors import InvalidRetopoError
 from sketch.retopo.ground import Ground
-from sketch.retopo.network import check
+from sketch.retopo.network import check, genus_of, handles_of
 from sketch.retopo.script import line_of
 from sketch.retopo.sessionfile import Session, parse_session, session_bytes, surface_bytes
 
@@ -209,6 +209,7 @@ class Watch:
 
     editor: Editor
     surface: bytes
+    handles: int
     past: list[str] = field(default_factory=list)
     future: list[str] = field(default_factory=list)
     script: list[str] = field(default_factory=list)
@@ -252,6 +253,8 @@ class Watch:
         self.now = after
         assert (editor.undoable, editor.redoable) == (len(self.past), len(self.future))
         check(editor.network, patches=False)
+        genus = genus_of(editor.network.nodes, editor.network.chains)
+        assert genus <= self.handles, f"the network goes round {genus} of {self.handles} handles"
         if rng.random() < FILLED:
             self.fill()
         if rng.random() < SAVED:
@@ -280,7 +283,7 @@ class Watch:
 
 
 def begun(ground: Ground, source: PatternSource, surface: bytes, why: Counter[str]) -> Watch:
-    watch = Watch(Editor(ground, source), surface, why=why)
+    watch = Watch(Editor(ground, source), surface, handles_of(ground), why=why)
     watch.now = watch.digest(watch.editor.state)
     return watch
 

@@ -19,7 +19,7 @@ import numpy as np
 
 import patterndb
 from sketch.retopo.editor import Call, Editor
-from sketch.retopo.filling import ranked
+from sketch.retopo.filling import changed, chosen_anew, ranked
 from sketch.retopo.ground import Ground, cleaned
 from sketch.retopo.network import check
 from sketch.retopo.sizes import Sizes
@@ -28,6 +28,9 @@ from sketch.retopo.tools.spine import spine_preview
 
 #: Columns and rows of patches, and the sheet's side.
 COLUMNS, ROWS, SIDE = 5, 4, 10.0
+
+#: Columns and rows of a network of many patches.
+MANY = 20, 10
 
 
 def hills(triangles: int) -> Ground:
@@ -51,10 +54,12 @@ def line(*points: tuple[float, float]) -> list[list[float]]:
     return found
 
 
-def drawn(ground: Ground, source: patterndb.Database) -> Editor:
-    """An editor with COLUMNS x ROWS patches in the middle of the sheet."""
+def drawn(
+    ground: Ground, source: patterndb.Database, columns: int = COLUMNS, rows: int = ROWS
+) -> Editor:
+    """An editor with columns x rows patches in the middle of the sheet."""
     editor = Editor(ground, source, Sizes.of(ground.diagonal))
-    xs, ys = np.linspace(1.5, 7.5, COLUMNS + 1), np.linspace(1.5, 7.5, ROWS + 1)
+    xs, ys = np.linspace(1.5, 7.5, columns + 1), np.linspace(1.5, 7.5, rows + 1)
     corners = [(xs[0], ys[0]), (xs[-1], ys[0]), (xs[-1], ys[-1]), (xs[0], ys[-1]), (xs[0], ys[0])]
     for a, b in pairwise(corners):
         editor.do(Call("stroke", {"points": line(a, b)}))
@@ -78,8 +83,33 @@ def timed(act: Callable[[], object], reset: Callable[[], object], times: int) ->
     return found[1:]
 
 
+def recounted(
+    ground: Ground, source: patterndb.Database, times: int
+) -> list[tuple[str, list[float]]]:
+    """Counts of MANY patches, chosen anew and changed one by one."""
+    editor = drawn(ground, source, *MANY)
+    edge = editor.sizes.edge
+    network, _ = chosen_anew(editor.network, edge)
+    name = f"{MANY[0] * MANY[1]} patches"
+    anew = timed(lambda: chosen_anew(network, edge), int, max(1, times // 4))
+    chance = np.random.default_rng(1)
+    steps: list[float] = []
+    most = 0
+    for chain in chance.choice(sorted(network.chains), times + 1):
+        count = max(1, network.chains[chain].count + int(chance.choice([-2, -1, 1, 2])))
+        begun = time.perf_counter()
+        after, _ = changed(network, edge, {int(chain): count})
+        steps.append(1000.0 * (time.perf_counter() - begun))
+        others = sum(after.chains[c].count != network.chains[c].count for c in network.chains)
+        most = max(most, others)
+    return [
+        (f"all counts of {name} chosen anew", anew),
+        (f"one count of {name} changed, {most} chains at most", steps[1:]),
+    ]
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else None)
     parser.add_argument("--triangles", type=int, default=100_000)
     parser.add_argument("--times", type=int, default=20)
     given = parser.parse_args()
@@ -130,6 +160,7 @@ def main() -> None:
                 timed(lambda: list(ranked(editor.network, edge, source)), int, given.times),
             ),
         ]
+        rows += recounted(ground, source, given.times)
         print(f"{len(ground.triangles):,} triangles, {inside} patches\n")
     print("| what | median, ms | slowest, ms |")
     print("|---|---:|---:|")

@@ -122,11 +122,12 @@ view = View.parallel([3, 2, 1], [0, 0, 0], [0, 0, 1], 3.0, (99, 99), (0.1, 9.0))
 samples = snapped.curve.samples
 drag = dragged(begin_drag(view, model, samples, view.seen_at(samples)[5]), model, [50, 50])
 model.outermost(line[:2], line[1:3] - line[:2])
-from viewer.features.shading import shaded
-from viewer.features.skin import Skin
+from viewer.shading import shaded
+from viewer.skin import Skin
 from viewer.view import View as Seen
 import numpy as np
-shaded(Skin.of(model), Seen(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
+skin = Skin.of(model.corners, model.triangles)
+shaded(skin, Seen(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
 """
 
 #: Retopology: strokes that cross on a sheet, a loop, a path, a patch beside others, counts.
@@ -135,6 +136,7 @@ import numpy as np
 from sketch.retopo.counts import CountsProblem, changed, choose
 from sketch.retopo.ground import Ground, cleaned, geodesic, planar_cut
 from sketch.retopo.network import Network, with_borders
+from sketch.retopo.network.flooding import flooded
 from sketch.retopo.sizes import Sizes
 from sketch.retopo.tools.completion import completions
 from sketch.retopo.tools.corners import toggle
@@ -159,6 +161,7 @@ planar_cut(ground, one, (1, 0.3, 0))
 completions(network, ground, (4.99, 4, 0), (0, 0, 1), sizes)
 network = toggle(network, sizes, (5, 4.1, 0), (0, 0, 1)).network
 erase_crossed(network, cleaned([(4.5, 3, 0), (4.5, 6, 0)], ground, sizes))
+flooded(ground, np.zeros(len(ground.triangles), bool), np.array([0], np.int32), 1e9)
 Salience.of(ground, sizes.edge).felt(ground.vertices[:2], ground.normals[:2], "both")
 patches = [[[0], [1], [2], [3]], [[1], [4], [4]]]
 problem = CountsProblem.of([3.0, 4, 3, 4, 2], patches, [0, 0, 2, 0, 0])

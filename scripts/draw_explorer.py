@@ -22,8 +22,8 @@ from ingest.read import read_mesh
 from patterndb.store import Database
 from query.placing import Surface
 from viewer.contour import flat
+from viewer.drawn import save_drawn
 from viewer.explorer_keys import KEYS
-from viewer.explorer_picture import save_drawn
 from viewer.explorer_scene import compose
 from viewer.explorer_state import ExplorerState
 from viewer.view import View

@@ -18,7 +18,7 @@ from PIL import Image
 
 from sketch.features.bodies import Body, body, degrade, stroke
 from sketch.features.model import Model
-from viewer.explorer_picture import save_drawn
+from viewer.drawn import save_drawn
 from viewer.features import FeatureState
 from viewer.features.keys import KEYS
 from viewer.features.picture import Painter

@@ -22,8 +22,7 @@ from sketch.features.model import Model
 from sketch.features.registration import Template, box_template, register
 from sketch.features.shapemodel import ShapeModel
 from viewer import style
-from viewer.explorer_picture import save_drawn
-from viewer.explorer_scene import Drawn
+from viewer.drawn import Drawn, save_drawn
 from viewer.framing import framed
 from viewer.scene import Scene
 from viewer.shapes import ShapesState

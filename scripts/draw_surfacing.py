@@ -30,7 +30,7 @@ from sketch.surfacing.network import Curve, Cycle, Network
 from sketch.surfacing.networkfile import read_drawing
 from sketch.surfacing.sampling import Loop
 from sketch.surfacing.surfaceloop import Settings
-from viewer.explorer_picture import save_drawn
+from viewer.drawn import save_drawn
 from viewer.surfacing import SurfacingState, draw
 from viewer.surfacing.keys import KEYS
 from viewer.surfacing.picture import compose

@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from viewer import style
 from viewer.browser_state import BrowserState, Expand, PatternSource
-from viewer.keymap import Effect
+from viewer.keymap import Effect, KeyMap
 from viewer.keys import KEYS
 from viewer.opengl import prepare_opengl
 from viewer.paper import PictureFormatError
 from viewer.scene import Meshes, cell_at, compose
 from viewer.stage import CAMERA, layered, text_of
-
-#: Pixels of a new window.
-WINDOW = (1400, 860)
+from viewer.window import WINDOW, Shell
 
 
 def browse(
@@ -58,8 +55,8 @@ def browse(
     return state
 
 
-class Window:
-    """A pyvista plotter that shows a browser's state."""
+class Window(Shell):
+    """A window that shows a browser's state."""
 
     def __init__(
         self,
@@ -69,52 +66,25 @@ class Window:
         size: tuple[int, int],
         off_screen: bool,
     ) -> None:
-        # pyvista takes half a second to import; most verbs draw nothing.
-        import pyvista as pv
-
+        super().__init__(size, "Patterns", off_screen=off_screen)
         self.state = state
         self._meshes = meshes
         self._screenshots = screenshots
-        self._plotter: Any = pv.Plotter(
-            off_screen=off_screen, window_size=list(size), title="Patterns"
-        )
-        self._plotter.set_background(style.PAPER)
-        self._plotter.enable_anti_aliasing("ssaa")
-        self._plotter.enable_parallel_projection()
-        self._size = size
         self.redraw()
+
+    @property
+    def keys(self) -> KeyMap[Any]:
+        return KEYS
+
+    def handlers(self) -> dict[str, Callable[[Any, str], None]]:
+        return {"LeftButtonPressEvent": self._on_click}
 
     def play(self, keys: Sequence[str]) -> Effect:
         """Press keys one after another; QUIT if one of them quits."""
         for key in keys:
-            if self._obey(KEYS.press(self.state, key)) is Effect.QUIT:
+            if self.obey(key) is Effect.QUIT:
                 return Effect.QUIT
         return Effect.NOTHING
-
-    def run(self) -> None:
-        """Open the window and wait until it is closed."""
-        from vtkmodules.vtkInteractionStyle import vtkInteractorStyleUser
-
-        plotter = self._plotter
-        # Shown without pyvista's own loop, which would bring its keys and its mouse back: they
-        # turn the page in space, or end the program.
-        plotter.show(auto_close=False, interactive=False)
-        plotter.iren.interactor.SetInteractorStyle(vtkInteractorStyleUser())
-        for event in ("CharEvent", "KeyPressEvent"):
-            plotter.iren.interactor.RemoveObservers(event)
-        plotter.iren.add_observer("KeyPressEvent", self._on_key)
-        plotter.iren.add_observer("LeftButtonPressEvent", self._on_click)
-        plotter.iren.add_observer("ConfigureEvent", self._on_resize)
-        plotter.iren.initialize()
-        plotter.iren.interactor.Start()
-
-    def save(self, path: Path) -> None:
-        """Write what is shown to a PNG."""
-        self._plotter.screenshot(str(path))
-
-    def close(self) -> None:
-        """Give the window back."""
-        self._plotter.close()
 
     def redraw(self) -> None:
         """Show the state as it is now."""
@@ -137,7 +107,8 @@ class Window:
         plotter.camera.clipping_range = (0.5, CAMERA + 1.0)
         plotter.render()
 
-    def _obey(self, effect: Effect) -> Effect:
+    def obey(self, key: str) -> Effect:
+        effect = KEYS.press(self.state, key)
         if effect is Effect.PICTURE:
             pattern = self.state.selected
             name = "patterns" if pattern is None else f"pattern-{pattern.name}"
@@ -152,13 +123,6 @@ class Window:
             self.redraw()
         return effect
 
-    def _on_key(self, interactor: Any, _event: str) -> None:
-        character = interactor.GetKeyCode()
-        # "<" and the like have names of their own on every keyboard layout.
-        key = character if KEYS.writes(character) else None
-        if self._obey(KEYS.press(self.state, key or interactor.GetKeySym())) is Effect.QUIT:
-            interactor.TerminateApp()
-
     def _on_click(self, interactor: Any, _event: str) -> None:
         x, y = interactor.GetEventPosition()
         unit = self._scene.height / self._size[1]
@@ -166,8 +130,4 @@ class Window:
         if place is not None:
             self.state.message = ""
             self.state.select(place)
-            self.redraw()
-
-    def _on_resize(self, _interactor: Any, _event: str) -> None:
-        if tuple(self._plotter.window_size) != self._size:
             self.redraw()

@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 from query import Boundary, Fill, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
-from viewer.browse import WINDOW
+from viewer import saver
+from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.explorer_keys import KEYS
-from viewer.explorer_picture import check_png, save_drawn
-from viewer.explorer_scene import Drawn, compose
+from viewer.explorer_scene import compose
 from viewer.explorer_state import ExplorerState
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
-from viewer.window import Window
+from viewer.window import WINDOW, open_window
 
 #: Writes a placed fill, vertices (v, 3), to a file.
 WriteObj = Callable[[Path, Fill, NDArray[np.float64]], None]
@@ -62,30 +62,28 @@ def explore(
         prepare_opengl(off_screen=False)
     state = ExplorerState(source, boundary, surface=surface, strokes=strokes, tolerance=tolerance)
     try:
-        saver = Saver(state, Path(folder), write_obj, window_size)
+        shell = Saver(state, Path(folder), write_obj, window_size)
         if off_screen is not None:
             state.settle(rank - 1)
-            saver.play(pressed)
+            shell.play(pressed)
             if state.boundary is not None:
                 state.settle()
-            save_drawn(off_screen, saver.drawn(), window_size[1])
+            save_drawn(off_screen, shell.drawn(), window_size[1])
             return state
         if rank > 1:
             state.settle(rank - 1)
-        if saver.play(pressed) is Effect.QUIT:
+        if shell.play(pressed) is Effect.QUIT:
             return state
-        window = Window(state, saver, KEYS, window_size, "Fills")
-        try:
-            window.run()
-        finally:
-            window.close()
+        open_window(state, shell, KEYS, window_size, "Fills")
     finally:
         state.close()
     return state
 
 
-class Saver:
+class Saver(saver.Saver):
     """Obeys keys, and writes what some of them save."""
+
+    state: ExplorerState
 
     def __init__(
         self,
@@ -94,46 +92,30 @@ class Saver:
         write_obj: WriteObj | None,
         size: tuple[int, int],
     ) -> None:
-        self.state = state
-        self.size = size
+        super().__init__(state, KEYS, size)
         self._folder = folder
         self._write_obj = write_obj
 
     def drawn(self) -> Drawn:
-        """The picture of the state as it is now."""
         return compose(self.state, self.size[0] / self.size[1])
 
-    def play(self, keys: Sequence[str]) -> Effect:
-        """Press keys one after another, each once all is found; QUIT if one of them quits."""
-        for key in keys:
-            if self.state.boundary is not None:
-                self.state.settle()
-            if self.obey(key) is Effect.QUIT:
-                return Effect.QUIT
-        return Effect.NOTHING
+    def ready(self) -> None:
+        if self.state.boundary is not None:
+            self.state.settle()
 
-    def obey(self, key: str) -> Effect:
-        """Press a key, and save what it asks to save."""
-        effect = KEYS.press(self.state, key)
-        if effect in (Effect.OBJ, Effect.PICTURE):
-            self.state.message = self._saved(effect)
-        return effect
+    def picture_path(self) -> Path:
+        return self._folder / f"{self._name()}.png"
 
-    def _saved(self, effect: Effect) -> str:
-        fill = self.state.fill
-        name = "boundary" if fill is None else f"fill-{fill.pattern.name}-{self.state.rank + 1}"
-        try:
-            if effect is Effect.PICTURE:
-                path = self._folder / f"{name}.png"
-                save_drawn(path, self.drawn(), self.size[1])
-                return f"saved {path}"
-            placed = self.state.placed
-            if placed is None:
-                return "there is no placed fill to save"
-            if self._write_obj is None:
-                return "fills cannot be saved here: no way to write them was given"
-            path = self._folder / f"{name}.obj"
-            self._write_obj(path, placed.fill, placed.placement.vertices)
-        except OSError as error:
-            return f"not saved: {error}"
+    def saved_object(self) -> str:
+        placed = self.state.placed
+        if placed is None:
+            return "there is no placed fill to save"
+        if self._write_obj is None:
+            return "fills cannot be saved here: no way to write them was given"
+        path = self._folder / f"{self._name()}.obj"
+        self._write_obj(path, placed.fill, placed.placement.vertices)
         return f"saved {path}"
+
+    def _name(self) -> str:
+        fill = self.state.fill
+        return "boundary" if fill is None else f"fill-{fill.pattern.name}-{self.state.rank + 1}"

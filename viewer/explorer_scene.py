@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from viewer import style
-from viewer.explorer_panel import PANEL, help_box, panel
+from viewer.drawn import Drawn
+from viewer.explorer_keys import KEY_HELP, MOUSE_HELP
+from viewer.explorer_panel import panel
 from viewer.explorer_state import ExplorerState
 from viewer.net import Net
+from viewer.panel import PANEL, help_box
 from viewer.pen import Mode
 from viewer.scene import HEIGHT, Patch, Scene
 from viewer.solid import Hiding, Solid
@@ -36,15 +38,6 @@ LABEL = 18.0
 LABEL_RIM = "#b9c1cb"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Drawn:
-    """The whole picture: the solid behind, the scene over it. middle: of the view."""
-
-    scene: Scene
-    solid: Solid
-    middle: tuple[float, float]
-
-
 def compose(state: ExplorerState, aspect: float) -> Drawn:
     """The picture for a window of this width to height."""
     scene = Scene(HEIGHT * aspect, HEIGHT)
@@ -65,7 +58,7 @@ def compose(state: ExplorerState, aspect: float) -> Drawn:
     painter.in_progress()
     panel(scene, state)
     if state.helping:
-        help_box(scene)
+        help_box(scene, KEY_HELP, MOUSE_HELP)
     return Drawn(scene, solid, middle)
 
 

@@ -6,9 +6,12 @@ import textwrap
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from viewer import style
 from viewer.scene import HEIGHT, HIGHLIGHT_LINE, RULE, Scene
+
+Points = NDArray[np.float64]
 
 #: Width of the panel, and of its margins, in points.
 PANEL = 336.0
@@ -19,8 +22,11 @@ LINE = 21.0
 SIZE = 12.5
 NAMES = 108.0
 
-#: Width of DejaVu Sans as a part of its size, on average.
-LETTER = 0.58
+#: Width of DejaVu Sans as a part of its size, on average, and of its kin of even width.
+LETTER, MONO = 0.58, 0.61
+
+#: Size of text that nothing is written smaller than.
+LEAST = 8.5
 
 #: Lines that a paragraph may take; the command line's --json has all of it.
 MOST_LINES = 7
@@ -43,13 +49,25 @@ class Writer:
         self.scene.text(self.left, self.y, text, size, bold=True, align="left")
         self.y -= 1.15 * LINE
 
-    def fact(self, name: str, value: str) -> None:
-        """A name and its value; a long one is written smaller, but not too small."""
-        size = max(min(SIZE, (self.room - self.names) / (LETTER * max(len(value), 1))), 8.5)
+    def fact(self, name: str, value: str, *, mono: bool = False) -> None:
+        """A name and its value; a long one is written smaller, and cut if that is not enough."""
+        room, letter = self.room - self.names, MONO if mono else LETTER
+        size = max(min(SIZE, room / (letter * max(len(value), 1))), LEAST)
+        most = int(room / (letter * size))
+        if len(value) > most:
+            value = value[: max(most - 1, 1)] + "…"
         grey = style.FAINT_TEXT
         self.scene.text(self.left, self.y, name, 12.0, colour=grey, align="left")
-        self.scene.text(self.left + self.names, self.y, value, size, align="left")
+        self.scene.text(self.left + self.names, self.y, value, size, mono=mono, align="left")
         self.y -= LINE
+
+    def marker(self, x: float, shape: Points, face: str, line: str, text: str) -> None:
+        """A marker, an outline (k, 2), and what it means, at x from the left; the line goes on."""
+        radius = 5.2
+        at = np.array([self.left + x + radius, self.y + 4.4])
+        self.scene.polygons((at + shape * radius)[None], face=face, line=line, width=1.4)
+        grey = style.FAINT_TEXT
+        self.scene.text(self.left + x + 19.0, self.y, text, 12.0, colour=grey, align="left")
 
     def paragraph(self, text: str, colour: str) -> None:
         """A text in lines as long as fit."""

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Protocol
 
 from viewer import style
-from viewer.explorer_scene import Drawn
+from viewer.drawn import Drawn
 from viewer.keymap import Effect, KeyMap
 from viewer.stage import Stage
+
+#: Pixels of a new window.
+WINDOW = (1400, 860)
 
 #: Milliseconds between two looks at what has been made in the background.
 PATIENCE = 40
@@ -36,12 +40,94 @@ class Drawing(Protocol):
     def obey(self, key: str) -> Effect: ...
 
 
-class Window:
-    """A pyvista plotter that shows the state of a viewer.
+class Shell(ABC):
+    """A pyvista plotter on its own: flat, on paper, with VTK's events and nothing else.
+
+    size: pixels. title: of the window. patience: milliseconds between events of the clock, 0 for
+    no clock.
+    """
+
+    patience = 0
+
+    def __init__(self, size: tuple[int, int], title: str, *, off_screen: bool) -> None:
+        # pyvista takes half a second to import; most verbs draw nothing.
+        import pyvista as pv
+
+        self._plotter: Any = pv.Plotter(off_screen=off_screen, window_size=list(size), title=title)
+        self._plotter.set_background(style.PAPER)
+        self._plotter.enable_anti_aliasing("ssaa")
+        self._plotter.enable_parallel_projection()
+        self._size = size
+
+    @abstractmethod
+    def handlers(self) -> dict[str, Callable[[Any, str], None]]:
+        """What is done at which event of VTK's interactor."""
+
+    @abstractmethod
+    def redraw(self) -> None:
+        """Show the state as it is now."""
+
+    @abstractmethod
+    def obey(self, key: str) -> Effect:
+        """Press a key, by its X name or as it is written, and show what comes of it."""
+
+    @property
+    @abstractmethod
+    def keys(self) -> KeyMap[Any]:
+        """The keys that there are."""
+
+    def run(self) -> None:
+        """Open the window and wait until it is closed."""
+        plotter = self._plotter
+        # Shown without pyvista's own loop, which would bring its keys and its mouse back.
+        plotter.show(auto_close=False, interactive=False)
+        interactor = plotter.iren.interactor
+        self.listen(interactor)
+        plotter.iren.initialize()
+        if self.patience:
+            interactor.CreateRepeatingTimer(self.patience)
+        interactor.Start()
+
+    def listen(self, interactor: Any) -> None:
+        """Have an interactor's events, and none but those, change the state."""
+        from vtkmodules.vtkInteractionStyle import vtkInteractorStyleUser
+
+        interactor.SetInteractorStyle(vtkInteractorStyleUser())
+        # pyvista's own keys would end the program, say.
+        for event in ("CharEvent", "KeyPressEvent"):
+            interactor.RemoveObservers(event)
+        own = {"KeyPressEvent": self._on_key, "ConfigureEvent": self._on_resize}
+        for event, handler in (own | self.handlers()).items():
+            interactor.AddObserver(event, handler)
+
+    def close(self) -> None:
+        """Give the window back."""
+        self._plotter.close()
+
+    def save(self, path: Path) -> None:
+        """Write what the window shows to a PNG."""
+        self._plotter.screenshot(str(path))
+
+    def _on_key(self, interactor: Any, _event: str) -> None:
+        character = interactor.GetKeyCode()
+        # "<" and the like have names of their own on every keyboard layout.
+        key = character if self.keys.writes(character) else interactor.GetKeySym()
+        if self.obey(key) is Effect.QUIT:
+            interactor.TerminateApp()
+
+    def _on_resize(self, _interactor: Any, _event: str) -> None:
+        if tuple(self._plotter.window_size) != self._size:
+            self.redraw()
+
+
+class Window(Shell):
+    """A window that shows the state of a viewer.
 
     state: what mouse and clock change. saver: draws it, and obeys keys. keys: the viewer's.
     size: pixels. title: of the window.
     """
+
+    patience = PATIENCE
 
     def __init__(
         self,
@@ -53,49 +139,23 @@ class Window:
         *,
         off_screen: bool = False,
     ) -> None:
-        # pyvista takes half a second to import; most verbs draw nothing.
-        import pyvista as pv
-
+        super().__init__(size, title, off_screen=off_screen)
         self.state = state
         self._saver = saver
         self._keys = keys
-        self._plotter: Any = pv.Plotter(off_screen=off_screen, window_size=list(size), title=title)
-        self._plotter.set_background(style.PAPER)
-        self._plotter.enable_anti_aliasing("ssaa")
-        self._plotter.enable_parallel_projection()
         self._stage = Stage(self._plotter)
         self._shifting: tuple[int, int] | None = None
         self._drawn = saver.drawn()
         self.redraw()
 
-    def run(self) -> None:
-        """Open the window and wait until it is closed."""
-        plotter = self._plotter
-        # Shown without pyvista's own loop, which would bring its keys and its mouse back.
-        plotter.show(auto_close=False, interactive=False)
-        interactor = plotter.iren.interactor
-        self.listen(interactor)
-        plotter.iren.initialize()
-        interactor.CreateRepeatingTimer(PATIENCE)
-        interactor.Start()
-
-    def listen(self, interactor: Any) -> None:
-        """Have an interactor's events, and none but those, change the state."""
-        from vtkmodules.vtkInteractionStyle import vtkInteractorStyleUser
-
-        interactor.SetInteractorStyle(vtkInteractorStyleUser())
-        for event, handler in self.handlers().items():
-            if event == "KeyPressEvent":
-                # pyvista's own keys would end the program, say.
-                interactor.RemoveObservers("CharEvent")
-                interactor.RemoveObservers(event)
-            interactor.AddObserver(event, handler)
+    @property
+    def keys(self) -> KeyMap[Any]:
+        return self._keys
 
     def handlers(self) -> dict[str, Callable[[Any, str], None]]:
         """What is done at which event of VTK's interactor."""
         state = self.state
         return {
-            "KeyPressEvent": self._on_key,
             "MouseMoveEvent": self._on_move,
             "LeftButtonPressEvent": lambda i, _: self._after(state.press(*self._at(i))),
             "LeftButtonReleaseEvent": lambda i, _: self._after(state.release(*self._at(i))),
@@ -105,22 +165,13 @@ class Window:
             "MiddleButtonReleaseEvent": self._on_middle_up,
             "MouseWheelForwardEvent": lambda _i, _e: self._after(state.wheel(1.0)),
             "MouseWheelBackwardEvent": lambda _i, _e: self._after(state.wheel(-1.0)),
-            "ConfigureEvent": self._on_resize,
             "TimerEvent": lambda _i, _e: self._after(state.poll()),
         }
-
-    def close(self) -> None:
-        """Give the window back."""
-        self._plotter.close()
-
-    def save(self, path: Path) -> None:
-        """Write what the window shows to a PNG."""
-        self._plotter.screenshot(str(path))
 
     def redraw(self) -> None:
         """Show the state as it is now."""
         width, height = self._plotter.window_size
-        self._saver.size = (width, height)
+        self._size = self._saver.size = (width, height)
         self._drawn = self._saver.drawn()
         self._stage.show(self._drawn.scene, self._drawn.solid)
 
@@ -135,14 +186,10 @@ class Window:
         middle = self._drawn.middle
         return x * unit - middle[0], y * unit - middle[1]
 
-    def _on_key(self, interactor: Any, _event: str) -> None:
-        character = interactor.GetKeyCode()
-        written = self._keys.writes(character)
-        effect = self._saver.obey(character if written else interactor.GetKeySym())
-        if effect is Effect.QUIT:
-            interactor.TerminateApp()
-        else:
-            self._after(effect is not Effect.NOTHING)
+    def obey(self, key: str) -> Effect:
+        effect = self._saver.obey(key)
+        self._after(effect not in (Effect.NOTHING, Effect.QUIT))
+        return effect
 
     def _on_move(self, interactor: Any, _event: str) -> None:
         at = interactor.GetEventPosition()
@@ -160,6 +207,18 @@ class Window:
     def _on_middle_up(self, _interactor: Any, _event: str) -> None:
         self._shifting = None
 
-    def _on_resize(self, _interactor: Any, _event: str) -> None:
-        if tuple(self._plotter.window_size) != self._saver.size:
-            self.redraw()
+
+def open_window(
+    state: Watched,
+    saver: Drawing,
+    keys: KeyMap[Any],
+    size: tuple[int, int],
+    title: str,
+    kind: type[Window] = Window,
+) -> None:
+    """Show a state in a window until it is closed; kind: of window."""
+    window = kind(state, saver, keys, size, title)
+    try:
+        window.run()
+    finally:
+        window.close()

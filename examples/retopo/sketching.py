@@ -48,6 +48,10 @@ class Sketch:
     mirror: 0, 1 or 2 if the surface is symmetric in that coordinate: everything off the plane is
     drawn twice, and the mirror image of "ear" is "ear'". Places within ``on_plane`` of it, a part
     of the diagonal, are taken to be on it.
+
+    spacing, fine: as SPACING and FINE; set them smaller before lines that go around small things.
+    rounds: as ROUNDS; 0 leaves shortest paths from place to place, for narrow folds, where a curve
+    that is bent would come to lie on the other side.
     """
 
     def __init__(
@@ -60,6 +64,9 @@ class Sketch:
         self.decimals = DECIMALS - round(np.log10(ground.diagonal))
         self.places: dict[str, Points] = {}
         self._middles: dict[frozenset[str], Points] = {}
+        self.spacing = SPACING
+        self.fine = FINE
+        self.rounds = ROUNDS
         self.calls: list[Call] = []
 
     def seen(self, side: str, **places: Sequence[float]) -> None:
@@ -126,7 +133,7 @@ class Sketch:
         for one, two in pairwise(feet):
             path = geodesic(self.ground, one, two).points
             along = arc_length(path)
-            count = max(3, round(float(along[-1]) / (FINE * self.ground.diagonal)))
+            count = max(3, round(float(along[-1]) / (self.fine * self.ground.diagonal)))
             even = at_lengths(path, np.linspace(0.0, along[-1], count + 1))
             parts.append(even[1:] if parts else even)
             fixed.append(fixed[-1] + count)
@@ -257,7 +264,7 @@ class Sketch:
 
     def _stroke(self, curve: Points, closed: bool) -> None:
         along = arc_length(curve)
-        count = max(3, round(float(along[-1]) / (SPACING * self.ground.diagonal)))
+        count = max(3, round(float(along[-1]) / (self.spacing * self.ground.diagonal)))
         even = at_lengths(curve, np.linspace(0.0, along[-1], count + 1))
         self._call("stroke", points=even[:-1] if closed else even, closed=closed)
 
@@ -267,7 +274,7 @@ class Sketch:
         free = np.setdiff1d(np.arange(len(at)), fixed)
         if len(at) < 4 or not len(free):
             return at
-        for _ in range(ROUNDS):
+        for _ in range(self.rounds):
             bend = _second_differences(at, closed)
             matrix = np.eye(len(at)) + STIFFNESS * (bend.T @ bend)
             right = at[free] - matrix[np.ix_(free, fixed)] @ at[fixed]

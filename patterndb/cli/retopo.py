@@ -135,7 +135,7 @@ def retopo(
         for one in recoveries(session):
             say(
                 f"a crash left work on this session: {one.path}; rename it to end in .retopo to "
-                "read"
+                "read it, or press R in the window"
             )
         say(f"{name}: {plural(len(start.ground.triangles), 'triangle')}")
         began = time.perf_counter()

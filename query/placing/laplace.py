@@ -20,6 +20,9 @@ Points = NDArray[np.float64]
 #: The residual is brought below this part of the right side: rounding, nearly.
 PRECISION = 1e-13
 
+#: The same for moves that are made again and again.
+FEW_DIGITS = 1e-4
+
 #: Steps per free vertex. In exact arithmetic one each would do; rounding costs a few more.
 STEPS_EACH = 4
 
@@ -161,7 +164,7 @@ def relax_within(
             residual[i, f] = r
             toward[i, f] = r / (e - s)
             squared += r * r / (e - s)
-    target = 1e-16 * squared
+    target = FEW_DIGITS * FEW_DIGITS * squared
     for _ in range(STEPS_EACH * n + 10):
         if squared <= target:
             break

@@ -15,18 +15,36 @@ from query.placing.editing import pulled
 from query.placing.flow import Following, follow
 from query.placing.laplace import centred, harmonic
 from query.placing.neighbours import Neighbours
-from query.placing.projection import AT_REST, laid_on, normals_at, settled
+from query.placing.projection import AT_REST, laid_on, laid_on_disk, normals_at, settled
 from query.placing.region import Region, enclosed
 from query.placing.shape import flipped, own_normals, plane_normal
 from query.placing.strand import position
 from query.placing.surface import Surface, Triangles
-from query.placing.untangle import untangled
+from query.placing.untangle import REACHES, untangled
+from query.placing.whole import settled_whole
 from query.polyline import Points, as_points
 from query.stroke import TOLERANCE, Stroke
 
 #: Parts of the way to the strokes that are tried, the furthest first, until no quad flips that
 #: was not flipped before.
 PULLS = (1.0, 0.75, 0.5, 0.25)
+
+#: Rounds of smoothing after which a net that is tangled is not smoothed further, but untangled.
+TRIAL = 5
+
+#: A net is tangled all over if more than this part of its quads is flipped, and more than so many:
+#: then it is laid anew. Untangling a few takes milliseconds.
+ALL_OVER = 0.02
+FEW = 20
+
+#: Untangling goes on while it leaves this part of the flipped quads, or fewer.
+HOPE = 0.8
+
+#: Fills of so many quads, at most, are tried in all ways: each takes milliseconds.
+SMALL = 500
+
+#: Edges from flipped quads within which vertices move at first to untangle them.
+NEAR = REACHES[:2]
 
 #: Times that flipped quads on a surface are untangled: projecting may flip some again.
 UNTANGLINGS = 5
@@ -128,7 +146,7 @@ class _Placing:
         self.rounds, self.residual = 0, 0.0
 
     def done(self, strokes: Sequence[Stroke], tolerance: int) -> Placement:
-        vertices = self._sound(self._smooth())
+        vertices = self._placed()
         before = follow(self.fill, vertices, strokes, tolerance, self.beside)
         pull = 0.0
         drawn = [one for one in before if one is not None]
@@ -170,49 +188,88 @@ class _Placing:
         """How many quads are flipped."""
         return int(self._flipped(vertices).sum())
 
-    def _smooth(self) -> Points:
+    def _placed(self) -> Points:
+        """Where the vertices lie without strokes."""
         if self.region is None:
-            return harmonic(self.beside, self.points)
+            return self._flat(self._sound(harmonic(self.beside, self.points), hope=1.0))
+        surface, p = self.region.surface, len(self.points)
         start = laid_on(self.region, self.beside, self.points)
-        rest = settled(self.region.surface, self.beside, start, len(self.points))
-        self.rounds, self.residual = rest.rounds, rest.move
-        allowed = self._wrong(start)
-        if self._wrong(rest.vertices) <= allowed:
-            return rest.vertices
-        repaired = self._sound(rest.vertices)
-        if self._wrong(repaired) <= allowed:
-            return repaired
-        # A net over far more than half of a ball slips off and turns inside out: go no
-        # further than it stays whole.
-        at = start
-        for self.rounds in range(1, rest.rounds + 1):
-            rest = settled(self.region.surface, self.beside, at, len(self.points), 1)
-            if self._wrong(rest.vertices) > allowed:
-                break
-            at = rest.vertices
-        self.residual = max(rest.move, AT_REST)
-        return at
+        first = settled(surface, self.beside, start, p, TRIAL)
+        self.rounds, self.residual = first.rounds, first.move
+        best, wrong = first.vertices, self._wrong(first.vertices)
+        if not wrong:
+            rest = settled(surface, self.beside, best, p) if first.move >= AT_REST else first
+            if not self._wrong(rest.vertices):
+                self.rounds += 0 if rest is first else rest.rounds
+                self.residual = rest.move
+                return rest.vertices
+            # A net over far more than half of a ball slips off and turns inside out: it goes on
+            # as far as it stays whole.
+        elif wrong <= max(FEW, ALL_OVER * len(self.quads)):
+            best = self._sound(best, NEAR)
+            wrong = self._wrong(best)
+        if wrong:
+            return self._unfolded(best, wrong)
+        rest = settled_whole(surface, self.quads, self.beside, best, p)
+        self.rounds, self.residual = self.rounds + rest.rounds, rest.move
+        return rest.vertices
 
-    def _sound(self, vertices: Points) -> Points:
+    def _unfolded(self, vertices: Points, wrong: int) -> Points:
+        """The placing with the fewest flipped quads: ``vertices``, which have ``wrong``, or fill
+        and region laid on one disk, which folds nowhere; untangled.
+
+        The latter is not smoothed: where the net of the least squared edges folds, quads get worse
+        on the way there.
+        """
+        assert self.region is not None
+        best, fewest = vertices, wrong
+        spread = laid_on_disk(self.region, self.beside, self.points)
+        if spread is not None:
+            spread = self._sound(spread)
+            remain = self._wrong(spread)
+            if remain < fewest:
+                best, fewest = spread, remain
+        if fewest and (spread is None or len(self.quads) <= SMALL):
+            # Where the region is no disk there is only the net as it settles.
+            rest = settled(self.region.surface, self.beside, vertices, len(self.points))
+            tried = self._sound(rest.vertices, hope=np.inf)
+            remain = self._wrong(tried)
+            if remain < fewest:
+                self.rounds, self.residual = self.rounds + rest.rounds, rest.move
+                return tried
+        self.residual = max(self.residual, AT_REST)
+        return best
+
+    def _sound(
+        self, vertices: Points, reaches: Sequence[int] = REACHES, hope: float = HOPE
+    ) -> Points:
         """The vertices with as few flipped quads as can be found."""
         p = len(self.points)
         best, fewest = vertices, self._wrong(vertices)
+        at = best
         for _ in range(UNTANGLINGS):
             if fewest == 0:
                 break
-            normals = self._normals(best)
-            tried = untangled(self.quads, best, normals, p, self.beside)
+            normals = self._normals(at)
+            at = untangled(self.quads, at, normals, p, self.beside, reaches)
             if self.region is not None:
-                tried[p:] = self.region.surface.along(tried[p:], normals[p:]).points
-            remain = self._wrong(tried)
-            if remain >= fewest:
+                at[p:] = self.region.surface.along(at[p:], normals[p:]).points
+            remain = self._wrong(at)
+            hopeless = remain > hope * fewest and len(self.quads) > SMALL
+            if remain < fewest:
+                best, fewest = at, remain
+            if hopeless:
                 break
-            best, fewest = tried, remain
-        if fewest and self.region is None and self.plane is not None:
+        return best
+
+    def _flat(self, vertices: Points) -> Points:
+        """The vertices, or others with fewer flipped quads where the boundary is planar."""
+        fewest = self._wrong(vertices)
+        if fewest and self.plane is not None:
             tried = centred(self.quads, self.beside, self.points)
             if self._wrong(tried) < fewest:
-                best = tried
-        return best
+                return tried
+        return vertices
 
     def _pulled(self, vertices: Points, drawn: list[Following]) -> tuple[Points, float]:
         """The vertices with strands on their strokes, and the part of the way they went."""

@@ -46,17 +46,31 @@ def laid_on(region: Region, beside: Neighbours, points: Points) -> Points:
     laid on one disk instead.
     """
     p = len(points)
-    if region.separates and is_curved(region, points):
-        turn = 2.0 * np.pi * np.arange(p) / p
-        disk = harmonic(beside, np.stack([np.cos(turn), np.sin(turn)], axis=1))
-        feet = mapped(region, disk, p)
-        if feet is not None:
-            vertices = feet.points
-            vertices[:p] = points
-            return vertices
+    if is_curved(region, points):
+        spread = laid_on_disk(region, beside, points)
+        if spread is not None:
+            return spread
     vertices = harmonic(beside, points)
     normals = units(harmonic(beside, region.surface.nearest(points).normals))
     vertices[p:] = region.surface.along(vertices[p:], normals[p:]).points
+    return vertices
+
+
+def laid_on_disk(region: Region, beside: Neighbours, points: Points) -> Points | None:
+    """(v, 3) fill and region laid on one disk: it folds nowhere, and the sizes of quads vary.
+
+    None where the region is no disk.
+    """
+    if not region.separates:
+        return None
+    p = len(points)
+    turn = 2.0 * np.pi * np.arange(p) / p
+    disk = harmonic(beside, np.stack([np.cos(turn), np.sin(turn)], axis=1))
+    feet = mapped(region, disk, p)
+    if feet is None:
+        return None
+    vertices = feet.points
+    vertices[:p] = points
     return vertices
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -100,6 +101,7 @@ def test_any_edits_leave_a_sound_network(ground, seed: int, names: list[str]) ->
             assert equal(network, kept[history.index(network)])
             continue
         check(after)
+        assert genus(after) == 0
         network = after
         history.append(network)
         kept.append(copy.deepcopy(network))
@@ -116,7 +118,8 @@ def test_the_order_around_nodes_is_that_of_a_drawing(ground, seed: int) -> None:
         places = rng.uniform(-0.9, 0.9, (3, 2))
         height = 0.9 if on is sphere() else 0.0
         stroke = cleaned(np.c_[places, np.full(3, height)], on, SIZES)
-        network = insert(network, on, SIZES, stroke).network
+        with suppress(RefusedError):  # it may lie on another
+            network = insert(network, on, SIZES, stroke).network
         check(network)
         assert genus(network) == 0
 

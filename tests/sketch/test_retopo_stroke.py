@@ -75,7 +75,7 @@ def test_a_crossing_is_a_corner_of_all_four_wedges() -> None:
 def test_ends_snap_to_open_ends_before_corners_before_sides() -> None:
     # An open end at 0.09, a corner at 0.06, a side right there: all within the radius of 0.1.
     network = drawn(
-        [[0, 1], [0.06, 0], [1, 0]], [[-0.09, -1], [-0.09, 0]], [[-0.5, 0.02], [-0.2, 0.02]]
+        [[0, 1], [0.06, 0], [1, 0]], [[-0.5, -1], [-0.09, 0]], [[-0.5, 0.02], [-0.2, 0.02]]
     )
     place = nearest_place(samples(network), [0.06, 0, 0], [0, 0, 1], 0.1)
     assert place is not None
@@ -265,6 +265,11 @@ def test_straight_strokes_make_their_arrangement(draw, random) -> None:
     for a, b in itertools.combinations(apart, 2):
         if np.linalg.norm(a - b) < 0.05:
             return  # no general position
+    for a, b in itertools.permutations(lines, 2):
+        for end in a:
+            share = np.clip((end - b[0]) @ (b[1] - b[0]) / ((b[1] - b[0]) @ (b[1] - b[0])), 0, 1)
+            if np.linalg.norm(end - b[0] - share * (b[1] - b[0])) < 1.1 * SIZES.snap:
+                return  # the one would be joined to the other
     networks: list[Network] = []
     for order in range(2):
         network = Network()

@@ -6,19 +6,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from viewer import style
-from viewer.explorer_scene import Drawn
+from viewer.axes import draw_axes
+from viewer.drawn import Drawn
 from viewer.features.edits import Curve
 from viewer.features.keys import KEY_HELP, MOUSE_HELP
-from viewer.features.layout import AXIS_OF, axis_name
+from viewer.features.layout import axis_name
 from viewer.features.palette import colour_of
 from viewer.features.panel import panel
 from viewer.features.pointing import PIN
-from viewer.features.shading import Shading
 from viewer.features.state import FeatureState
-from viewer.panel import PANEL, help_box
-from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
-from viewer.scene import HEIGHT, Scene
-from viewer.solid import Solid
+from viewer.frame import Frame
+from viewer.panel import help_box
+from viewer.ribbons import Triangles, dashed, discs, ribbons
+from viewer.shading import Shading
 
 Points = NDArray[np.float64]
 Grid = NDArray[np.float32]
@@ -42,10 +42,6 @@ GLINT = (-1.6, 1.7, 0.0)
 RIB_COLOUR, MENDED, FAILED = "#5b708c", "#d9730d", "#c0183c"
 INK = "#1f2733"
 
-#: The axes in the picture's corner: their length, and from the corner to their origin.
-AXES_LENGTH, AXES_AT = 30.0, 52.0
-AXES_COLOUR = "#9aa3af"
-
 #: Length of a dash, in points.
 DASH = 6.0
 
@@ -58,24 +54,17 @@ class Painter:
 
     def compose(self, state: FeatureState, aspect: float, *, bare: bool = False) -> Drawn:
         """The picture for a window of this width to height; bare: without the panel."""
-        scene = Scene(HEIGHT * aspect, HEIGHT)
-        room = scene.width if bare else max(scene.width - PANEL, 1.0)
-        state.fill(room, HEIGHT)
-        middle = (room / 2.0, HEIGHT / 2.0)
-        model = self._shading.model(state.skin, state.view, state.model_look, middle)
-        parts = [NOTHING, *_curves(state)]
-        lines = np.concatenate([part[0] for part in parts]) + np.array([*middle, 0.0])
-        solid = Solid(
-            np.concatenate([model[0], lines]),
-            np.concatenate([model[1], *(part[1] for part in parts)]),
-            0.0,
-        )
-        _axes(scene, state)
+        frame = Frame.of(state, aspect, bare=bare)
+        model = self._shading.model(state.skin, state.view, state.model_look, frame.middle)
+        solid = frame.solid(_curves(state), model)
+        settings = state.shown_settings
+        chosen = (axis_name(settings) or "") if settings.alpha < 1.0 else ""
+        draw_axes(frame.scene, state.view.axes, chosen)
         if not bare:
-            panel(scene, state)
+            panel(frame.scene, state)
             if state.helping:
-                help_box(scene, KEY_HELP, MOUSE_HELP)
-        return Drawn(scene, solid, middle)
+                help_box(frame.scene, KEY_HELP, MOUSE_HELP)
+        return frame.drawn(solid)
 
 
 def _curves(state: FeatureState) -> list[Triangles]:
@@ -176,23 +165,3 @@ def _ribs(state: FeatureState, curve: Curve) -> list[Triangles]:
         ribbons(list(crosses), FAILED, 2.2, lift_of(state) + 3.0),
         discs(found, style.PAPER, 0.9, lift_of(state) + 1.4),
     ]
-
-
-def _axes(scene: Scene, state: FeatureState) -> None:
-    """The model's axes at the lower left; that of the isophote angle in strong ink."""
-    chosen = axis_name(state.shown_settings)
-    order = sorted(AXIS_OF, key=lambda name: float(state.view.axes[2] @ np.array(AXIS_OF[name])))
-    for name in order:
-        x, y, _ = (state.view.axes @ np.array(AXIS_OF[name])).tolist()
-        strong = name == chosen and state.shown_settings.alpha < 1.0
-        colour = INK if strong else AXES_COLOUR
-        along = np.array([x, y])
-        size = float(np.linalg.norm(along))
-        begin = np.array([AXES_AT, AXES_AT])
-        end = begin + AXES_LENGTH * along
-        if size > 0.02:
-            side = np.array([-y, x]) / size * (1.5 if strong else 0.9)
-            stem = np.stack([begin - side, end - side, end + side, begin + side])
-            scene.polygons(stem[None], face=colour)
-        label = end + (9.0 * along / size if size > 0.25 else np.array([7.0, 5.0]))
-        scene.text(label[0], label[1] - 4.5, name, 11.5, colour=colour, bold=strong)

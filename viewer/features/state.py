@@ -21,11 +21,11 @@ from viewer.features.layout import (
     slider_under,
     value_of,
 )
-from viewer.features.looking import Looking
 from viewer.features.picking import Picking
 from viewer.features.pointing import Under, camera, place_in, surface_at, under_pointer
-from viewer.features.skin import Skin
 from viewer.features.work import Files
+from viewer.looking import Looking
+from viewer.skin import Skin
 
 #: A press and a release this near to each other, in points, are a click.
 CLICK = 4.0
@@ -64,7 +64,7 @@ class FeatureState(Picking, Looking):
         )
         Looking.__init__(self, model.points)
         self.title = title
-        self.skin = Skin.of(model)
+        self.skin = Skin.of(model.corners, model.triangles)
         self._held: Held | None = None
         self._slider = ""
         self._pressed: tuple[float, float] | None = None
@@ -139,8 +139,7 @@ class FeatureState(Picking, Looking):
         if self._held == "curve":
             self._pull(x, y)
         else:
-            self.view = self.view.turned(x - last[0], y - last[1])
-            self._moved = True
+            self.aim(self.view.turned(x - last[0], y - last[1]))
         return True
 
     def release(self, x: float, y: float) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -13,15 +13,15 @@ from sketch.features.model import Model
 from sketch.features.registration import DrawnNetwork
 from sketch.features.sessionfile import Session, write_network, write_session
 from sketch.features.snap import SnapSettings
-from viewer.browse import WINDOW
-from viewer.explorer_picture import check_png, save_drawn
-from viewer.explorer_scene import Drawn
+from viewer import saver
+from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.features.keys import KEYS
 from viewer.features.picture import Painter
 from viewer.features.state import FeatureState
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
-from viewer.window import Window
+from viewer.saver import free_name
+from viewer.window import WINDOW, open_window
 
 Points = NDArray[np.float64]
 
@@ -60,14 +60,9 @@ def show(
     files = Writer(Path(folder), session_path)
     state = FeatureState(model, session=session, settings=settings, files=files, title=title)
     try:
-        saver = Saver(state, files, window_size)
-        if saver.play(pressed) is Effect.QUIT:
-            return state
-        window = Window(state, saver, KEYS, window_size, title or "Feature curves")
-        try:
-            window.run()
-        finally:
-            window.close()
+        shell = Saver(state, files, window_size)
+        if shell.play(pressed) is not Effect.QUIT:
+            open_window(state, shell, KEYS, window_size, title or "Feature curves")
     finally:
         state.close()
     return state
@@ -97,11 +92,11 @@ def draw(
     files = Writer(path.parent, None)
     state = FeatureState(model, session=session, files=files, title=title)
     try:
-        saver = Saver(state, files, size, bare=bare)
-        saver.drawn()
-        saver.play(pressed)
+        shell = Saver(state, files, size, bare=bare)
+        shell.drawn()
+        shell.play(pressed)
         state.settle()
-        save_drawn(path, saver.drawn(), size[1])
+        save_drawn(path, shell.drawn(), size[1])
     finally:
         state.close()
     return state
@@ -139,10 +134,7 @@ class Writer:
 
     def free(self, name: str, suffix: str) -> Path:
         """A name that no file in the folder has."""
-        count = 1
-        while (path := self._folder / f"{name}-{count}{suffix}").exists():
-            count += 1
-        return path
+        return free_name(self._folder, name, suffix)
 
 
 def obj_of(lines: Mapping[str, Points]) -> str:
@@ -158,63 +150,41 @@ def obj_of(lines: Mapping[str, Points]) -> str:
     return "\n".join(text) + "\n"
 
 
-class Saver:
+class Saver(saver.Saver):
     """Draws the state, obeys keys, and writes pictures.
 
     bare: without the panel.
     """
 
+    state: FeatureState
+
     def __init__(
         self, state: FeatureState, files: Writer, size: tuple[int, int], *, bare: bool = False
     ) -> None:
-        self.state = state
-        self.size = size
+        super().__init__(state, KEYS, size)
         self._files = files
         self._painter = Painter()
         self._bare = bare
-        self._asked_to_quit = False
 
     def drawn(self) -> Drawn:
-        """The picture of the state as it is now."""
         return self._painter.compose(self.state, self.size[0] / self.size[1], bare=self._bare)
 
-    def play(self, keys: Sequence[str]) -> Effect:
-        """Press keys one after another, each once all curves are there; QUIT if one quits."""
-        for key in keys:
-            self.state.settle()
-            if self.obey(key) is Effect.QUIT:
-                return Effect.QUIT
-        return Effect.NOTHING
+    def ready(self) -> None:
+        self.state.settle()
 
-    def obey(self, key: str) -> Effect:
-        """Press a key, by its X name or as it is written, and save what it asks to save."""
-        state = self.state
-        if state.typed is not None:
+    def picture_path(self) -> Path:
+        return self._files.free("features", ".png")
+
+    def would_lose(self) -> str:
+        return "the curves are not saved: s saves them" if self.state.unsaved else ""
+
+    def at_once(self, key: str) -> Effect | None:
+        if self.state.typed is not None:
             return self._typed(key)
-        if state.holding:
-            state.message = "let go of the button first"
+        if self.state.holding:
+            self.state.message = "let go of the button first"
             return Effect.REDRAW
-        effect = KEYS.press(state, key)
-        if effect is Effect.QUIT:
-            return self._quit()
-        if effect is not Effect.NOTHING:
-            self._asked_to_quit = False
-        if effect is Effect.PICTURE:
-            try:
-                path = self._files.free("features", ".png")
-                save_drawn(path, self.drawn(), self.size[1])
-                state.message = f"saved {path}"
-            except OSError as error:
-                state.message = f"not saved: {error}"
-        return effect
-
-    def _quit(self) -> Effect:
-        """Quit, but ask once if that would lose work."""
-        if not self.state.unsaved or self._asked_to_quit:
-            return Effect.QUIT
-        self._asked_to_quit = True
-        self.state.message = "the curves are not saved: s saves them, q once more quits"
-        return Effect.REDRAW
+        return None
 
     def _typed(self, key: str) -> Effect:
         """A key while a name is typed."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 from sketch.retopo.editor import Call, Editor, Outcome, State
@@ -9,6 +10,7 @@ from sketch.retopo.filling import RetopoMesh
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import Network
 from sketch.retopo.sizes import Sizes
+from viewer.card import plural
 from viewer.retopo.work import Shown, Work
 
 #: Seconds that a call is waited for: what is done at once is shown at once.
@@ -17,7 +19,11 @@ AT_ONCE = 0.05
 
 class Files(Protocol):
     """Writes what is worked on, and says where it is; ``tick`` is called often, and may write
-    what is to be found after a crash. OSError as writing does."""
+    what is to be found after a crash. OSError as writing does.
+
+    lost: what a crash left, on the same ground; None if it left nothing."""
+
+    lost: State | None
 
     def save_session(self, ground: Ground, state: State) -> str: ...
     def save_mesh(self, mesh: RetopoMesh) -> str: ...
@@ -66,6 +72,11 @@ class Acting:
         return self._work.waiting
 
     @property
+    def working(self) -> tuple[str, ...]:
+        """Their tools, in order; the first is at work."""
+        return self._work.tools
+
+    @property
     def unsaved(self) -> bool:
         """Has anything changed since the session was saved?"""
         return not self.shown.state.same(self._saved)
@@ -83,7 +94,7 @@ class Acting:
             self._told(call, outcome)
         shown = self._work.shown
         new, self._seen = shown is not self._seen, shown
-        return new or bool(done)
+        return self._work.lists.take() or new or bool(done)
 
     def tick(self) -> bool:
         """Time goes on: what a crash would lose may be written. True if that cannot be."""
@@ -106,45 +117,68 @@ class Acting:
 
     def save_session(self) -> None:
         """Save the session."""
-        if self.files is None:
-            self.message = "sessions cannot be saved here"
-            return
         state = self.shown.state
-        try:
-            self.message = self.files.save_session(self.ground, state)
-        except OSError as error:
-            self.message = f"not saved: {error}"
-        else:
+        if self._save("sessions", lambda files: files.save_session(self.ground, state)):
             self._saved = state
 
     def save_mesh(self) -> None:
         """Save the quads."""
         shown = self.shown
-        if self.files is None:
-            self.message = "meshes cannot be saved here"
-        elif not shown.fresh:
+        if self.files is not None and not shown.fresh:
             self.message = "the quads are still being made; save them in a moment"
-        elif not shown.filled.placed:
+        elif self.files is not None and not shown.filled.placed:
             self.message = "there are no quads to save; close a loop of curves"
         else:
-            try:
-                self.message = self.files.save_mesh(shown.body.mesh)
-            except OSError as error:
-                self.message = f"not saved: {error}"
+            self._save("meshes", lambda files: files.save_mesh(shown.body.mesh))
 
     def save_script(self) -> None:
         """Save all calls since the window was opened."""
-        if self.files is None:
-            self.message = "scripts cannot be saved here"
-        elif self.calls is None:
+        calls = self.calls
+        if self.files is not None and calls is None:
             self.message = "this did not begin from the bare surface: a script would not make it"
-        elif not self.calls:
+        elif self.files is not None and not calls:
             self.message = "nothing has been done that a script could do again"
         else:
-            try:
-                self.message = self.files.save_script(self.calls)
-            except OSError as error:
-                self.message = f"not saved: {error}"
+            self._save("scripts", lambda files: files.save_script(calls or ()))
+
+    def recover(self) -> None:
+        """Go on from what a crash left; only before anything else is done."""
+        found = None if self.files is None else self.files.lost
+        if self.files is None or found is None:
+            self.message = "there is nothing that a crash left"
+        elif self.shown.undoable or self.waiting:
+            self.message = "undo what has been done first: the recovered session replaces it"
+        else:
+            self._work.begin(found)
+            self.files.lost = None
+            self.calls = None
+            self.message = (
+                "this is what the crash left; s saves it, and its file goes then. A script would "
+                "not make it: none is recorded"
+            )
+
+    def drop_waiting(self) -> bool:
+        """Drop what was asked for and has not begun; False if nothing is being made."""
+        if not self.waiting:
+            return False
+        dropped = self._work.drop()
+        if dropped:
+            self.message = f"dropped: {plural(dropped, 'step')} that had not begun"
+        else:
+            self.message = "what is being made cannot be stopped; u takes it back"
+        return True
+
+    def _save(self, what: str, save: Callable[[Files], str]) -> bool:
+        """Save something, and say where or why not; True if it is saved."""
+        if self.files is None:
+            self.message = f"{what} cannot be saved here"
+            return False
+        try:
+            self.message = save(self.files)
+        except OSError as error:
+            self.message = f"not saved: {error}"
+            return False
+        return True
 
     def _told(self, call: Call, outcome: Outcome) -> None:
         if outcome.refused is not None:

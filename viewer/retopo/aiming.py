@@ -2,31 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from sketch.retopo.editor import Editor
-from sketch.retopo.errors import RefusedError
 from sketch.retopo.filling import strip
 from sketch.retopo.ground import Feet
 from sketch.retopo.tools.loop import plane_of_line
-from viewer.features.skin import Skin, smooth_normals
 from viewer.retopo.acting import Acting, Files
-from viewer.retopo.modes import Mode, Option, modes
+from viewer.retopo.lists import Place
+from viewer.retopo.modes import SNAP, Mode, Option, modes
 from viewer.retopo.pointing import REACH, Finder, foot_at, line_at
-from viewer.retopo.previews import Latest, Preview, completion, cut, pulled, spine
-from viewer.retopo.sight import Sight
+from viewer.retopo.previews import (
+    Latest,
+    Preview,
+)
+from viewer.retopo.sight import Sight, stands_along
+from viewer.skin import Skin
 
 Points = NDArray[np.float64]
 
 #: A button that never goes farther than this while it is down, in points, clicks.
 CLICK = 4.0
-
-#: Seconds that a move of the pointer waits for its preview.
-LIVE = 0.03
 
 #: Brushes follow the view: nearer by, they reach less; so far, at most and at least.
 ZOOMS = (0.05, 1.0)
@@ -39,24 +38,24 @@ class Aiming(Acting, Sight):
     """A network on a ground as it is looked at, and a pointer over it.
 
     mode: what the left button does. choice: which completion is shown, 0 for the largest.
-    options: of tools, as they were set. quads_shown, helping: what is seen. line: what is being
-    drawn, on the ground. preview: what would come of it.
+    options: of tools, as they were set. quads_shown, curves_shown, helping: what is seen. line:
+    what is being drawn, on the ground. preview: what would come of it.
     """
 
     def __init__(self, editor: Editor, *, title: str = "", files: Files | None = None) -> None:
         Acting.__init__(self, editor, files)
-        Sight.__init__(self, editor.ground.vertices)
+        Sight.__init__(self, editor.ground.vertices, stands_along(editor.ground))
         self.title = title
         self.modes = modes()
         self.mode = self.modes[0]
         self.choice = 0
         self.options: dict[tuple[str, str], object] = {}
-        self.quads_shown = True
+        self.quads_shown = self.curves_shown = True
         self.helping = False
         self.line: list[Points] = []
         self.preview: Preview | None = None
         corners = editor.ground.vertices[editor.ground.triangles]
-        self.skin = Skin(corners, smooth_normals(corners, editor.ground.triangles))
+        self.skin = Skin.of(corners, editor.ground.triangles)
         self.finder = Finder()
         self._factors: dict[str, float] = {}
         self._latest = Latest()
@@ -104,14 +103,25 @@ class Aiming(Acting, Sight):
         found = self.shown.body.patch_at(self._foot.points[0])
         return None if found in self.shown.stale() else found
 
+    def empty(self) -> tuple[int, ...]:
+        """The patches that have no quads, none of them while quads are made."""
+        shown = self.shown
+        if not shown.fresh:
+            return ()
+        return tuple(sorted(shown.state.network.patches.keys() - shown.filled.placed.keys()))
+
+    def place_in_list(self, patch: int) -> Place | None:
+        """Which of its fills a patch has; None while that is not known."""
+        return self._work.lists.place(self.network, self.network.patches[patch])
+
     def snaps(self) -> list[Points]:
         """(3,) where the ends of what is drawn, or would be, snap to."""
         mode, foot = self.mode, self._foot
         if self._held == "view" or foot is None:
             return []
         if mode.target == "corner":
-            node = self.finder.node(self.network, foot, self.sizes.snap)
-            chain = self.finder.chain(self.network, foot, self.sizes.snap)
+            node = self.finder.node(self.network, foot, self.reach)
+            chain = self.finder.chain(self.network, foot, self.reach)
             at = node if node is not None else None if chain is None else chain[1]
             return [] if at is None else [at]
         if mode.target != "ends":
@@ -119,15 +129,28 @@ class Aiming(Acting, Sight):
         feet = [foot]
         if self._held == "line" and self.line:
             feet.append(self.ground.nearest(self.line[0][None]))
-        found = [self.finder.end(self.network, one, self.sizes.snap) for one in feet]
+        found = [self.finder.end(self.network, one, self.reach) for one in feet]
         return [at for at in found if at is not None]
 
     @property
     def plane_line(self) -> tuple[tuple[float, float], tuple[float, float]] | None:
-        """The straight line that is being dragged across a part, in points of the picture."""
-        if self._held not in ("plane", "drag") or self._pressed is None or self.pointer is None:
+        """The straight line that is being dragged, in points of the picture; what a brush drags is
+        seen below it."""
+        if (
+            self._held not in ("plane", "drag")
+            or self.mode.given_as
+            or self._pressed is None
+            or self.pointer is None
+        ):
             return None
         return self._pressed, self.pointer
+
+    @property
+    def brush_at(self) -> Points | None:
+        """(3,) the middle of the tool's brush: where the pointer is, or a drag began."""
+        if self._held == "drag":
+            return self.line[0]
+        return None if self._foot is None else self._foot.points[0]
 
     @property
     def brush(self) -> float:
@@ -135,11 +158,21 @@ class Aiming(Acting, Sight):
         mode = self.mode
         if not mode.brush or mode.brush == "edge":
             return 0.0
+        if mode.brush == "snap" and not mode.given_as:
+            return self.reach
         size = float(getattr(self.sizes, mode.brush))
-        if not mode.given_as:
-            return size
-        zoom = float(np.clip(self._framed().scale / self.view.scale, *ZOOMS))
-        return size * zoom * self._factors.get(mode.brush, 1.0)
+        return size * self._nearness * self._factors.get(mode.brush, 1.0) if mode.given_as else size
+
+    @property
+    def reach(self) -> float:
+        """Radius within which the tool finds what is near, in the surface's unit: that of the
+        sizes, and less nearer by where the tool can be told."""
+        return self.sizes.snap * (self._nearness if self.mode.snaps else 1.0)
+
+    @property
+    def _nearness(self) -> float:
+        """How much less brushes reach in this view than in that of the whole surface."""
+        return float(np.clip(self._framed().scale / self.view.scale, *ZOOMS))
 
     def option(self, mode: Mode, option: Option) -> object:
         """The value of an option."""
@@ -170,7 +203,14 @@ class Aiming(Acting, Sight):
         if self.mode.given_as:
             width = 2.0 if self.mode.given_as == "width" else 1.0
             given[self.mode.given_as] = width * self.brush
+        if self.mode.snaps and self.reach < self.sizes.snap:
+            given[SNAP] = self.reach
         return given
+
+    def _ends(self, begun: Points, foot: Feet) -> dict[str, object]:
+        """The places that a drag gives: where it began, and a foot."""
+        first, second = self.mode.places
+        return {first: begun.tolist(), second: foot.points[0].tolist()}
 
     def _plane(
         self, begin: tuple[float, float], end: tuple[float, float]
@@ -186,51 +226,3 @@ class Aiming(Acting, Sight):
             self.view.under(*begin), self.view.under(*end), self.view.axes[2]
         )
         return met[len(met) // 2], normal, limit
-
-    # Previews
-
-    def _seek(self) -> None:
-        """Have the preview made that the pointer asks for, and show it if it is there soon."""
-        wanted = self._wanted()
-        if wanted is None:
-            self._latest.drop()
-            self.preview = None
-            return
-        self._latest.want(*wanted)
-        self._latest.wait(LIVE)
-        self._take_preview()
-
-    def _wanted(self) -> tuple[object, Callable[[], Preview]] | None:
-        """What preview there is to be made, and a key that tells it from others."""
-        work, foot = self.shown.work, self._foot
-        tool, held = self.mode.tool, self._held
-        if tool == "autocomplete" and held in (None, "click") and foot is not None:
-            radius, number = self.brush, self.choice
-            key = (tool, work, foot.points.tobytes(), radius, number)
-            return key, lambda: completion(work, foot, radius, number)
-        if tool == "spine" and held == "line" and len(self.line) > 2:
-            line, width = np.stack(self.line), 2.0 * self.brush
-            key = (tool, work, len(line), line[-1].tobytes(), width)
-            return key, lambda: spine(work, line, width)
-        if tool == "pull" and held == "drag" and self._strayed and foot is not None:
-            begun, point = self.line[0], foot.points[0]
-            key = (tool, work, begun.tobytes(), point.tobytes())
-            return key, lambda: pulled(work, begun, point)
-        if held == "plane" and self._pressed is not None and self.pointer is not None:
-            try:
-                found = self._plane(self._pressed, self.pointer)
-            except RefusedError:
-                return None
-            if found is not None:
-                at, normal, limit = found
-                key = (tool, work, at.tobytes(), normal.tobytes())
-                return key, lambda: cut(work, at, normal, limit)
-        return None
-
-    def _take_preview(self) -> None:
-        """Show the preview that was found; one of another network is never shown."""
-        found = self._latest.found()
-        if found is not None:
-            self.preview = found
-        if self.preview is not None and self.preview.network is not self.network:
-            self.preview = None

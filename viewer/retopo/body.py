@@ -11,7 +11,7 @@ from patterndb.halfedge import Int32Array
 from query.placing.surface import Surface
 from sketch.retopo.filling import FilledNetwork, RetopoMesh, irregular_vertices, open_edges
 from sketch.retopo.ground import Ground
-from viewer.features.skin import Skin
+from viewer.skin import Skin
 
 Points = NDArray[np.float64]
 
@@ -33,6 +33,7 @@ class Body:
     mesh:    what they are of, as it is saved.
     skin:    (2 q) triangles, the two halves of a quad one after another.
     owner:   (2 q,) int32, the patch of each. sides: (2 q,) int32, how many sides it has.
+    flipped: (2 q,) bool, is its quad clockwise, or does it cross itself?
     edges:   (e, 2, 3) edges within patches, up: (e, 2, 3) normals there, of: (e,) their patch.
     irregular: (k,) int32 vertices not of 4 quads, but for those on open borders; valences: (k,).
     rim:     (k,) int32, one of the patches around each.
@@ -44,6 +45,7 @@ class Body:
     skin: Skin
     owner: Int32Array
     sides: Int32Array
+    flipped: NDArray[np.bool_]
     edges: Points
     up: Points
     of: Int32Array
@@ -96,6 +98,7 @@ class Body:
             skin,
             owner.astype(np.int32),
             sides,
+            np.repeat(_flipped(found, len(quads)), 2),
             at[pairs],
             mesh.normals[pairs],
             named[:, 0].astype(np.int32),
@@ -117,6 +120,14 @@ class Body:
         if np.linalg.norm(foot - point) > ON * self.edge:
             return None
         return int(self.owner[self._sound[triangle[0]]])
+
+
+def _flipped(found: FilledNetwork, count: int) -> NDArray[np.bool_]:
+    """(count,) which quads of the network's mesh are flipped; images come after all others."""
+    placed = [found.placed[patch] for patch in sorted(found.placed)]
+    own = [np.isin(np.arange(len(one.quads)), one.flipped) for one in placed]
+    flags = np.concatenate([np.zeros(0, np.bool_), *own])
+    return np.resize(flags, count)
 
 
 def _under(ground: Ground, surface: Surface | None, owner: Int32Array, edge: float) -> Int32Array:

@@ -11,7 +11,7 @@ from viewer.retopo.state import RetopoState
 
 #: (keys, what they do), as the help lists them. Those of the tools are in the panel.
 KEY_HELP = (
-    ("a letter", "take the tool with that key in the list"),
+    ("a tool's key", "take the tool with that key in the list"),
     ("Tab", "the next tool of the list"),
     ("[ ]", "brush smaller, larger; for counts: edges"),
     ("- +", "less, more: completions, divisions, edges"),
@@ -23,12 +23,13 @@ KEY_HELP = (
     ("Del   E", "erase the curve at the pointer; all open ends"),
     ("C", "choose all counts anew but pinned ones"),
     ("u   U", "undo; redo"),
-    ("m   x", "surface solid, see-through, hidden; quads"),
+    ("m   x", "surface, see-through or not; quads, curves"),
     ("1 2 3   v", "along the axes; as at first"),
     ("Z   F", "which axis is upright; roll the view"),
     ("s   o", "save the session; the quads as OBJ"),
     ("S   p", "save what was done as a script; the picture"),
-    ("h ?   Esc   q", "this list; leave; quit"),
+    ("R", "open what a crash left, as told at the start"),
+    ("h ?   Esc   q", "this list; leave, drop what waits; quit"),
 )
 
 #: Under the list of keys.
@@ -42,7 +43,7 @@ ALIASES = (
     {name: key for name, key in keys.ALIASES.items() if key in {*"+-[]."} or key == "h"}
     | {"Return": "Enter", "KP_Enter": "Enter", "ISO_Left_Tab": "BackTab", "space": "."}
     | {f"KP_{i}": str(i) for i in (1, 2, 3)}
-    | {k.upper(): k for k in [*MODE_KEYS, *"nbmxvopqh"] if k.upper() not in {*"ECUZFSM"}}
+    | {k.upper(): k for k in [*MODE_KEYS, *"nbmxvopqh"] if k.upper() not in {*"ECUZFSMRP"}}
 )
 
 
@@ -68,7 +69,7 @@ ACTIONS: dict[str, Callable[[RetopoState], None]] = {
     "u": lambda s: s.undo(),
     "U": lambda s: s.redo(),
     "m": lambda s: s.next_model_look(),
-    "x": lambda s: s.toggle("quads_shown"),
+    "x": lambda s: s.next_seen(),
     "1": lambda s: s.look_along((1.0, 0.0, 0.0)),
     "2": lambda s: s.look_along((0.0, 1.0, 0.0)),
     "3": lambda s: s.look_along((0.0, 0.0, 1.0)),
@@ -78,6 +79,7 @@ ACTIONS: dict[str, Callable[[RetopoState], None]] = {
     "s": lambda s: s.save_session(),
     "o": lambda s: s.save_mesh(),
     "S": lambda s: s.save_script(),
+    "R": lambda s: s.recover(),
     "h": lambda s: s.toggle("helping"),
 }
 

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.retopo.network import Chain, Network, Node
+from sketch.retopo.network import Chain, Network, Node, outline
 from viewer import style
-from viewer.retopo.palette import CORNER
-from viewer.ribbons import NOTHING, Triangles, discs
+from viewer.retopo.palette import CORNER, WRONG
+from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
 from viewer.style import rgb
 from viewer.view import View
 
@@ -24,6 +24,10 @@ AWAY = -0.12
 
 #: Radii in points: of corners, of open ends, and of T-junctions.
 CORNER_RADIUS, END_RADIUS, T_RADIUS = 4.2, 4.4, 5.0
+
+#: The line in a patch without quads: how far within its loop, as a part of it, its width and its
+#: dashes, in points.
+DRAWN_IN, EMPTY_WIDTH, DASH = 0.9, 2.4, 7.0
 
 #: Points of a half disc's rim.
 HALF = 13
@@ -90,6 +94,21 @@ def node_marks(network: Network, view: View, lift: float, *, through: bool) -> l
         discs(half, style.PAPER, T_RADIUS - 1.1, lift + 0.5),
         half_discs(half, ways, CORNER, T_RADIUS - 0.9, lift + 1.0),
     ]
+
+
+def empty_marks(
+    network: Network, empty: Iterable[int], view: View, lift: float, *, through: bool
+) -> Triangles:
+    """A dashed line within the loops of patches that have no quads."""
+    dashes: list[Points] = []
+    for number in empty:
+        points, normals = outline(network, network.patches[number].loop)
+        within = points.mean(axis=0) + DRAWN_IN * (points - points.mean(axis=0))
+        facing = normals @ view.axes[2] > AWAY
+        line = view.seen(np.concatenate([within, within[:1]]))
+        for part in runs(line, np.concatenate([facing, facing[:1]]) | through):
+            dashes += dashed(part, DASH)
+    return ribbons(dashes, WRONG, EMPTY_WIDTH, lift)
 
 
 def stem(network: Network, node: Node, view: View) -> Points:

@@ -51,6 +51,7 @@ class Mode:
     target:  what is shown to be meant. hint: what to do, in a line.
     brush:   the size, a field of ``Sizes``, that brush keys change here, "" for none; given_as:
              the argument that takes it, "" if it is changed for all tools.
+    snaps:   may it be told within which radius it finds what is near?
     fixed:   arguments that are always so. options: what else the tool may be told.
     """
 
@@ -63,6 +64,7 @@ class Mode:
     hint: str
     brush: str
     given_as: str
+    snaps: bool
     fixed: tuple[tuple[str, object], ...]
     options: tuple[Option, ...]
 
@@ -105,8 +107,13 @@ KNOWN: Mapping[str, Known] = {
         "corner",
         brush="snap",
     ),
+    "patch": Known(
+        "P", "patch", "click in a loop: it becomes a patch    .: or none", target="patch"
+    ),
     "symmetry": Known("M", "mirror", "work on one half, and get both"),
-    "knot": Known("k", "knot", "click a tangle: it becomes one corner", brush="snap"),
+    "knot": Known(
+        "k", "knot", "click a tangle: it becomes one corner", target="none", brush="snap"
+    ),
     "flow": Known("w", "flow", "draw where edges are to flow    click: clear", "within", "patch"),
     "subdivide": Known(
         "t", "count", "wheel over a curve: edges; with Shift: of its strip", "count", "chain"
@@ -119,7 +126,7 @@ KNOWN: Mapping[str, Known] = {
         fixed=(("by", 1),),
     ),
     "insertloop": Known(
-        "4", "add loop", "click an edge: a loop is added beside it", target="patch"
+        "4", "add loop", "click an edge: a loop is added along its strip of quads", target="none"
     ),
     "movepair": Known("5", "move pair", "drag irregular vertices within a patch", target="patch"),
     "brush": Known("6", "brush", "drag the vertices of quads", target="none", brush="brush"),
@@ -134,6 +141,9 @@ SET = ("points", "at", "to", "wedge", "open", "choice", "clear", "by", "count", 
 
 #: Arguments that a brush is given as, the width being all of it.
 BRUSHES = ("width", "radius")
+
+#: The argument that says within which radius a tool finds what is near.
+SNAP = "snap"
 
 
 def modes(tools: Mapping[str, Tool] = TOOLS) -> tuple[Mode, ...]:
@@ -169,6 +179,7 @@ def mode_of(tool: Tool) -> Mode | None:
         known.hint or tool.help,
         "edge" if gesture == "count" else brush,
         given_as,
+        SNAP in tool.arguments,
         known.fixed,
         tuple(options(tool)),
     )

@@ -6,6 +6,9 @@ from __future__ import annotations
 SIDES = {2: "#f3bfd0", 3: "#a9cdee", 4: "#f7efdc", 5: "#f0c9a0", 6: "#b9dcb4"}
 MORE_SIDES = "#d5c2e8"
 
+#: Quads that are flipped, and patches that have no quads.
+WRONG = "#e0362c"
+
 #: Edges of quads, curves, curves that are the surface's border or lie on the plane of symmetry.
 EDGE = "#79828f"
 CURVE = "#27364a"
@@ -17,10 +20,11 @@ IMAGE = "#8b96a8"
 #: Nodes: corners, and the rim of what is hollow.
 CORNER = "#14202e"
 
-#: What is drawn just now, what it snaps to, and what would be made.
+#: What is drawn just now, what it snaps to, what would be made, and its quads.
 INK = "#d8237a"
 SNAP = "#10a37f"
 PREVIEW = "#10a37f"
+REMADE = "#eaf7f2"
 FLOW = "#8a3ffc"
 BRUSH = "#5f6b7a"
 

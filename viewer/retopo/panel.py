@@ -16,6 +16,9 @@ from viewer.retopo.palette import side_colour, valence_colour
 from viewer.retopo.state import RetopoState
 from viewer.scene import HIGHLIGHT, HIGHLIGHT_LINE, Scene
 
+#: Calls that are named while they wait.
+WAITING = 3
+
 #: Letters of the title that there is room for.
 LONGEST = 26
 
@@ -94,9 +97,11 @@ def _facts(writer: Writer, scene: Scene, state: RetopoState) -> None:
     empty = len(patches) - (len(shown.filled.placed) - len(stale))
     if state.waiting or not shown.fresh:
         writer.fact("quads", "working …")
+        _waiting(writer, state)
     else:
         quads = f"{len(body.mesh.quads):,}"
-        writer.fact("quads", quads + (f", {empty} without" if empty else ""))
+        without = f", {empty} {'patch' if empty == 1 else 'patches'} without" if empty else ""
+        writer.fact("quads", quads + without)
     if shown.fresh:
         counts = np.unique(body.valences, return_counts=True)
         pairs = list(zip(counts[0].tolist(), counts[1].tolist(), strict=True))
@@ -104,9 +109,8 @@ def _facts(writer: Writer, scene: Scene, state: RetopoState) -> None:
         _row(writer, scene, [(valence_colour(v), f"{n}", f"{v}") for v, n in pairs], shape=True)
         flipped = sum(len(placed.flipped) for placed in shown.filled.placed.values())
         if flipped:
-            writer.fact("flipped", plural(flipped, "quad"))
-    undo = f"{shown.undoable} back, {shown.redoable} on"
-    writer.fact("steps", undo + ("" if state.waiting < 2 else f", {state.waiting} waiting"))
+            writer.fact("flipped", f"{plural(flipped, 'quad')}, in red")
+    writer.fact("steps", f"{shown.undoable} back, {shown.redoable} on")
     if shown.state.plane is not None:
         writer.fact("mirror", "on; quads are of both halves")
     if state.preview is not None and state.preview.count:
@@ -114,6 +118,18 @@ def _facts(writer: Writer, scene: Scene, state: RetopoState) -> None:
         writer.fact("completion", f"{preview.number + 1} of {preview.count}   - +")
     for note in shown.filled.notes[:2] if shown.fresh else ():
         writer.paragraph(note, style.FAINT_TEXT)
+
+
+def _waiting(writer: Writer, state: RetopoState) -> None:
+    """What is at work, and what waits for it."""
+    titles = {mode.tool: mode.title for mode in state.modes}
+    names = [titles.get(tool, tool) for tool in state.working]
+    if names:
+        writer.fact("at work", names[0])
+    if len(names) > 1:
+        waits = ", ".join(names[1 : 1 + WAITING]) + (" …" if len(names) > 1 + WAITING else "")
+        writer.fact("waiting", waits)
+        writer.fact("", f"Esc drops {'it' if len(names) == 2 else f'these {len(names) - 1}'}")
 
 
 def _row(
@@ -151,9 +167,16 @@ def _patch(writer: Writer, state: RetopoState) -> None:
     writer.heading(f"patch of {plural(len(patch.corners), 'side')}")
     writer.fact("edges", " ".join(map(str, lengths(state.network, patch))))
     if choice is not None:
-        writer.fact("fill", fill_of(choice).pattern.name)
-        by = "yours" if choice.by == "user" else "the first"
-        irregular = choice.n_irregular
-        writer.fact("", f"{len(choice.faces)} quads, {irregular} irregular; {by}")
+        place = state.place_in_list(patch.id)
+        if place is None:
+            writer.fact("fill", "…")
+        elif place.number is None:
+            writer.fact("fill", f"not one of the list of {place.count}   n b")
+        else:
+            of = f"the first {place.count}" if place.more else f"{place.count}"
+            writer.fact("fill", f"{place.number + 1} of {of}   n b")
+        writer.fact("pattern", fill_of(choice).pattern.name)
+        writer.fact("quads", f"{len(choice.faces)}, {choice.n_irregular} irregular")
+        writer.fact("taken", "by you" if choice.by == "user" else "by itself")
     if filling_of(patch).flows:
         writer.fact("follows", plural(len(filling_of(patch).flows), "flow line"))

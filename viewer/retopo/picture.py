@@ -7,41 +7,31 @@ from numpy.typing import NDArray
 
 from sketch.retopo.filling.choosing import filling_of
 from viewer import style
-from viewer.explorer_scene import Drawn
-from viewer.features.shading import MATTE, Shading, shaded
-from viewer.features.skin import Skin
-from viewer.panel import PANEL, help_box
-from viewer.retopo.body import Body
+from viewer.axes import draw_axes, stroke
+from viewer.drawn import Drawn
+from viewer.frame import Frame
+from viewer.panel import help_box
 from viewer.retopo.keys import KEY_HELP, MOUSE_HELP
-from viewer.retopo.marks import AWAY, node_marks, runs, seen_lines, shapes
+from viewer.retopo.marks import AWAY, empty_marks, node_marks, runs, seen_lines
 from viewer.retopo.palette import (
     BRUSH,
     CURVE,
-    EDGE,
     FLOW,
     IMAGE,
     INK,
     MARKED,
     PREVIEW,
     SNAP,
-    side_colour,
-    valence_colour,
 )
 from viewer.retopo.panel import panel
 from viewer.retopo.pointing import visible
+from viewer.retopo.quads import drawn_quads, lift_of, remade_quads
 from viewer.retopo.state import RetopoState
 from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
 from viewer.scene import HEIGHT, Scene
-from viewer.solid import Solid
+from viewer.shading import Shading
 
 Points = NDArray[np.float64]
-
-#: How much nearer than it is the network is drawn: as a part of the surface's diagonal, as the
-#: released program of Takayama et al. 2013 has it, and in points. Drawing only.
-LIFT, LIFT_POINTS = 0.0005, 2.0
-
-#: Flat quads cut through what is round: they are nearer by this part of an edge, too.
-QUAD_LIFT = 0.1
 
 #: The surface below quads is drawn deeper by this part of an edge.
 SINK = 1.0
@@ -49,20 +39,17 @@ SINK = 1.0
 #: How bright the half is that is only an image of the other.
 DARKER = 0.84
 
-#: Widths in points: of curves, edges of quads, what is being drawn.
-CURVE_WIDTH, EDGE_WIDTH, INK_WIDTH, PREVIEW_WIDTH = 3.0, 1.0, 3.4, 3.0
-
-#: Radius of an irregular vertex's marker, in edges, least and most, in points.
-MARKER = (0.17, 2.6, 6.0)
+#: Widths in points: of curves, what is being drawn, and what would be.
+CURVE_WIDTH, INK_WIDTH, PREVIEW_WIDTH = 3.0, 3.4, 3.0
 
 #: Radii in points: of the ring around what is snapped to.
 RING = (6.0, 9.0)
 
+#: Where it is told which axis is upright, in points.
+UP_AT = (104.0, 20.0)
+
 #: Points of a brush's circle, and of a dash.
 CIRCLE, DASH = 72, 6.0
-
-#: Quads under the pointer are lighter by this part of white.
-LIGHTER = 0.25
 
 
 class Painter:
@@ -83,30 +70,21 @@ class Painter:
         bare: without the panel. height: of a bare picture, in points; one with the panel has
         always the same.
         """
-        height = height if bare else HEIGHT
-        scene = Scene(height * aspect, height)
-        room = scene.width if bare else max(scene.width - PANEL, 1.0)
-        state.fill(room, height)
-        middle = (room / 2.0, height / 2.0)
+        frame = Frame.of(state, aspect, bare=bare, height=height)
+        scene, middle = frame.scene, frame.middle
         model = self._ground(state, middle)
-        parts = [NOTHING, *self._network(state), *_pointed(state)]
-        drawn = np.concatenate([part[0] for part in parts]) + np.array([*middle, 0.0])
-        solid = Solid(
-            np.concatenate([model[0], drawn]),
-            np.concatenate([model[1], *(part[1] for part in parts)]),
-            0.0,
-        )
+        solid = frame.solid([*self._network(state), *_pointed(state)], model)
         _line(scene, state, middle)
         if state.mode.gesture == "count" and not state.helping:
             _counts(scene, state, middle)
         if not bare:
+            draw_axes(scene, state.view.axes, state.upright)
+            text = f"{state.upright} is up    Z: another"
+            scene.text(*UP_AT, text, 10.5, colour=style.FAINT_TEXT, align="left")
             panel(scene, state)
             if state.helping:
                 help_box(scene, KEY_HELP, MOUSE_HELP)
-        if not scene.patches:
-            # A page always has something to lay text and triangles on.
-            scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
-        return Drawn(scene, solid, middle)
+        return frame.drawn(solid)
 
     def _ground(self, state: RetopoState, middle: tuple[float, float]) -> Triangles:
         """The surface; what is below quads is deeper than it is, lest it should come through, and
@@ -134,65 +112,24 @@ class Painter:
     def _network(self, state: RetopoState) -> list[Triangles]:
         lit = state.patch_under() if state.mode.target == "patch" else None
         shown = state.shown
-        key = (shown, state.view, state.model_look, state.quads_shown, lit)
+        key = (shown, state.view, state.model_look, state.quads_shown, state.curves_shown, lit)
         if self._key != key:
             self._key = key
             parts: list[Triangles] = []
             if state.quads_shown and len(shown.body.owner):
-                parts += _quads(state, shown.body, shown.stale(), lit)
-            parts += _curves(state)
+                parts += drawn_quads(state, shown.body, shown.stale(), lit)
+            if state.curves_shown:
+                parts += _curves(state)
+                lift, through = lift_of(state), _through(state)
+                parts.append(
+                    empty_marks(state.network, state.empty(), state.view, lift, through=through)
+                )
             self._kept = parts
         return self._kept
 
 
-def lift_of(state: RetopoState) -> float:
-    """How much nearer than they are curves are drawn, in points."""
-    own = LIFT_POINTS + LIFT * state.ground.diagonal * state.view.scale
-    if state.quads_shown:
-        own += QUAD_LIFT * state.shown.body.edge * state.view.scale
-    return own
-
-
 def _through(state: RetopoState) -> bool:
     return state.model_look != "solid"
-
-
-def _quads(
-    state: RetopoState, body: Body, stale: frozenset[int], lit: int | None
-) -> list[Triangles]:
-    """Quads in the colours of their patches, their edges, and irregular vertices."""
-    view = state.view
-    gone = np.fromiter(stale, np.int64, len(stale))
-    kept = ~np.isin(body.owner, gone)
-    corners, normals = body.skin.corners[kept], body.skin.normals[kept]
-    lift = LIFT * state.ground.diagonal + QUAD_LIFT * body.edge
-    # What faces away is behind the surface, not before it: sheets may be thin.
-    away = normals.mean(axis=1) @ view.axes[2] < 0.0
-    raised = corners + np.where(away, -lift, lift)[:, None, None] * view.axes[2]
-    seen, bright = shaded(Skin(raised, normals), view, (0.0, 0.0), through=False)
-    tints = np.stack([style.rgb(side_colour(n)) for n in range(int(body.sides.max()) + 1)])
-    tint = tints[body.sides[kept]]
-    if lit is not None:
-        tint = np.where((body.owner[kept] == lit)[:, None], tint + LIGHTER * (1.0 - tint), tint)
-    colours = bright / style.rgb(MATTE) * tint[:, None]
-    parts: list[Triangles] = [(seen, np.minimum(colours, 1.0).astype(np.float32))]
-    above = lift * view.scale + 0.8
-    own = ~np.isin(body.of, gone) & (body.up.mean(axis=1) @ view.axes[2] > AWAY)
-    lines = view.seen(body.edges[own])
-    parts.append(ribbons(list(lines), EDGE, EDGE_WIDTH, above))
-    radius = float(np.clip(MARKER[0] * body.edge * view.scale, *MARKER[1:]))
-    facing = body.mesh.normals[body.irregular] @ view.axes[2] > AWAY
-    facing &= ~np.isin(body.rim, gone)
-    for valence in np.unique(body.valences[facing]).tolist():
-        here = body.irregular[facing & (body.valences == valence)]
-        places = view.seen(body.mesh.vertices[here])
-        shape = style.valence_shape(int(np.clip(valence, 2, 7)))
-        if valence >= 7 or valence < 3:
-            shape = style.circle()
-        colour = valence_colour(valence)
-        parts.append(shapes(places, shape * (radius + 1.1), style.PAPER, above + 2.6))
-        parts.append(shapes(places, shape * radius, colour, above + 3.0))
-    return parts
 
 
 def _curves(state: RetopoState) -> list[Triangles]:
@@ -242,6 +179,8 @@ def _pointed(state: RetopoState) -> list[Triangles]:
         for curve in preview.curves:
             parts.append(ribbons([view.seen(curve)], style.PAPER, PREVIEW_WIDTH + 2.2, lift + 1.0))
             parts.append(ribbons([view.seen(curve)], PREVIEW, PREVIEW_WIDTH, lift + 2.4))
+        if preview.quads is not None:
+            parts += remade_quads(preview.quads, view, lift)
         if preview.corners is not None:
             places = view.seen(preview.corners)
             parts.append(discs(places, style.PAPER, 5.4, lift + 4.0))
@@ -252,12 +191,13 @@ def _pointed(state: RetopoState) -> list[Triangles]:
     snaps = state.snaps()
     if snaps:
         parts.append(discs(view.seen(np.stack(snaps)), SNAP, RING[1], lift + 5.0, RING[0]))
-    foot, brush = state.foot, state.brush
-    if brush > 0.0 and foot is not None:
+    middle, brush = state.brush_at, state.brush
+    if brush > 0.0 and middle is not None:
         x, y = np.cos(t := np.linspace(0.0, 2.0 * np.pi, CIRCLE)), np.sin(t)
         # A circle that faces the viewer: on the surface it would hide behind what is round.
-        ring = view.seen(foot.points) + brush * view.scale * np.stack([x, y, 0.0 * x], axis=1)
-        ring[:, 2] = float(view.seen(foot.points)[0, 2]) + brush * view.scale
+        at = view.seen(middle)
+        ring = at + brush * view.scale * np.stack([x, y, 0.0 * x], axis=1)
+        ring[:, 2] = at[2] + brush * view.scale
         parts.append(ribbons(dashed(ring, 4.0), BRUSH, 1.4, lift))
     return parts
 
@@ -268,15 +208,8 @@ def _line(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> None
     if ends is None:
         return
     a, b = (np.array(end) + np.array(middle) for end in ends)
-    size = float(np.linalg.norm(b - a))
-    if size < 1.0:
-        return
-    side = np.array([a[1] - b[1], b[0] - a[0]]) / size
     for width, colour in ((2.6, style.PAPER), (1.2, INK)):
-        across = width * side
-        scene.polygons(
-            np.stack([a - across, b - across, b + across, a + across])[None], face=colour
-        )
+        stroke(scene, a, b, width, colour)
     for end in (a, b):
         scene.polygons((end + style.circle() * 5.0)[None], face=INK)
 

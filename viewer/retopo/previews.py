@@ -9,17 +9,31 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from patterndb.errors import PatternDBError
+from patterndb.halfedge import Int32Array
+from sketch.retopo.editor import TOOLS, Call
+from sketch.retopo.editor.arguments import read_arguments
 from sketch.retopo.editor.tool import Work
+from sketch.retopo.filling import RetopoMesh
+from sketch.retopo.filling.border import divided
+from sketch.retopo.filling.choosing import filled
+from sketch.retopo.filling.finding import patch_at
+from sketch.retopo.filling.looping import edge_at
 from sketch.retopo.ground import Feet
-from sketch.retopo.network import Network
+from sketch.retopo.network import Network, nearest_place, samples
 from sketch.retopo.tools.completion import completions
 from sketch.retopo.tools.loop import loop_preview
 from sketch.retopo.tools.pull import held, pull
 from sketch.retopo.tools.spine.tool import spine_preview
+from viewer.retopo.strips import nearest_edge, strip_line
 
 Points = NDArray[np.float64]
+
+#: A vertex is where it was if it moves by less than this part of the ground's diagonal: placing
+#: a patch again gives the same within rounding, and less is not seen.
+STILL = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -28,7 +42,7 @@ class Preview:
 
     network: that it was found for. at: (3,) where the pointer was. curves: (m, 3) each.
     corners: (k, 3). number, count: it is this one of so many. refused: why there is none, "" if
-    there is one.
+    there is one. quads: (q, 4, 3) that would be other ones.
     """
 
     network: Network
@@ -38,6 +52,7 @@ class Preview:
     number: int = 0
     count: int = 0
     refused: str = ""
+    quads: Points | None = None
 
 
 def completion(work: Work, foot: Feet, radius: float, number: int) -> Preview:
@@ -93,6 +108,54 @@ def pulled(work: Work, begun: Points, point: Points) -> Preview:
         return Preview(network, point, refused=str(error))
     moved = [c.round for k, c in made.chains.items() if network.chains.get(k) is not c]
     return Preview(network, point, tuple(moved))
+
+
+def looped(work: Work, mesh: RetopoMesh, foot: Feet) -> Preview:
+    """Where a loop would run that is inserted at a foot, along a strip of the quads of a mesh."""
+    network, point = work.network, foot.points[0]
+    near = nearest_place(samples(network), point, foot.normals[0], work.state.sizes.snap)
+    sides = network.patch_of()
+    which: Int32Array
+    try:
+        if near is not None and not sides.keys().isdisjoint((2 * near.chain, 2 * near.chain + 1)):
+            chain = network.chains[near.chain]
+            ends, first = divided(chain)[0], edge_at(chain, near.place)
+            point = ends[[first, first + 1]].mean(axis=0)
+            which = np.arange(len(mesh.quads), dtype=np.int32)
+        else:
+            patch = patch_at(network, work.ground, point)
+            which = np.flatnonzero(mesh.patch == patch).astype(np.int32)
+    except PatternDBError:
+        return Preview(network, point)
+    if not len(which):
+        return Preview(network, point)
+    return Preview(network, point, (strip_line(mesh, nearest_edge(mesh, which, point)),))
+
+
+def remade(work: Work, mesh: RetopoMesh, call: Call, at: Points) -> Preview:
+    """The quads that would not be as those of a mesh after a call of a tool; at: (3,) where the
+    pointer is."""
+    network, tool = work.network, TOOLS[call.tool]
+    try:
+        made = tool.act(work, read_arguments(call.tool, tool.arguments, call.arguments)).state
+        after = made.network
+        found: list[Points] = []
+        for number, patch in made.network.patches.items():
+            former = network.patches.get(number)
+            same = former is not None and former.choice == patch.choice
+            chains = {half >> 1 for half in patch.loop}
+            if same and all(after.chains[c] is network.chains.get(c) for c in chains):
+                continue
+            after, placed = filled(after, work.ground, work.source, number)
+            found.append(placed.vertices[placed.quads])
+    except PatternDBError as error:
+        return Preview(network, at, refused=str(error))
+    if not found or not len(mesh.vertices):
+        return Preview(network, at)
+    quads = np.concatenate(found)
+    away, _ = KDTree(mesh.vertices).query(quads)
+    moved = (away > STILL * work.ground.diagonal).any(axis=1)
+    return Preview(network, at, quads=quads[moved])
 
 
 class Latest:

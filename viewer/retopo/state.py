@@ -21,12 +21,22 @@ class RetopoState(Using):
             self._click(self.foot)
 
     def leave(self) -> bool:
-        """Escape: let go of what is drawn, or leave the help; False if there is neither."""
-        left = self.helping or self._held is not None
+        """Escape: let go of what is drawn, leave the help, or drop what waits; False if there is
+        nothing of these."""
+        left = self.helping or self._held is not None or self.drop_waiting()
         self.helping = False
         self._held = None
         self._let_go()
         return left
+
+    def next_seen(self) -> None:
+        """Quads and curves are seen, curves alone, or quads alone."""
+        if self.quads_shown and self.curves_shown:
+            self.quads_shown = False
+        elif self.curves_shown:
+            self.quads_shown, self.curves_shown = True, False
+        else:
+            self.curves_shown = True
 
     def toggle(self, name: str) -> None:
         """Switch something that is seen or not."""
@@ -68,8 +78,7 @@ class RetopoState(Using):
                     return False
                 # What began as a click turns, by all that it has moved.
                 last, self._pressed, self._held = pressed, None, "view"
-            self.view = self.view.turned(x - last[0], y - last[1])
-            self._moved = True
+            self.aim(self.view.turned(x - last[0], y - last[1]))
             self.pointer = (x, y)
             return True
         self._point(x, y)
@@ -136,6 +145,8 @@ class RetopoState(Using):
         self._work.wait()
         self.take()
         self._seek()
+        self._work.lists.wait()
+        self.take()
         self._latest.wait()
         self._take_preview()
 

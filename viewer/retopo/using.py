@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from sketch.retopo.ground import Feet
-from viewer.retopo.aiming import Aiming
+from viewer.retopo.foreseeing import Foreseeing
 from viewer.retopo.modes import Mode, Option
 
 Points = NDArray[np.float64]
@@ -15,7 +15,7 @@ Points = NDArray[np.float64]
 WIDER, BRUSHES = 1.15, (0.1, 6.0)
 
 
-class Using(Aiming):
+class Using(Foreseeing):
     """Tools in use: what keys and gestures have the editor do."""
 
     def choose_mode(self, tool: str) -> None:
@@ -181,15 +181,14 @@ class Using(Aiming):
         if foot is None:
             self.message = "let go on the surface"
             return
-        first, second = mode.places
         if mode.gesture == "corner":
+            first, second = mode.places
             wedge = {} if still else {second: begun.tolist()}
             self.do(mode.tool, **(self._given() | {first: foot.points[0].tolist()} | wedge))
         elif still:
             self.message = f"hold the button: {mode.hint}"
         else:
-            ends = {first: begun.tolist(), second: foot.points[0].tolist()}
-            self.do(mode.tool, **(self._given() | ends))
+            self.do(mode.tool, **(self._given() | self._ends(begun, foot)))
 
     def _cut(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
         found = self._plane(begin, end)

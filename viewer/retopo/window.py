@@ -2,29 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import contextlib
+import time
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb.errors import PatternDBError
 from sketch.retopo.autosave import Autosave, recoveries
 from sketch.retopo.editor import Call, Editor, State
 from sketch.retopo.filling import RetopoMesh
 from sketch.retopo.ground import Ground
 from sketch.retopo.script import Line, Script, write_script
-from sketch.retopo.sessionfile import Session, write_session
-from viewer.browse import WINDOW
-from viewer.explorer_picture import check_png, save_drawn
-from viewer.explorer_scene import Drawn
+from sketch.retopo.sessionfile import Session, read_session, write_session
+from viewer import saver
+from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.retopo.keys import KEYS
 from viewer.retopo.picture import Painter
 from viewer.retopo.state import RetopoState
+from viewer.saver import free_name
 from viewer.scene import HEIGHT
-from viewer.window import Window
+from viewer.window import WINDOW, Window, open_window
 
 #: Writes quads to a file.
 WriteMesh = Callable[[Path, RetopoMesh], None]
@@ -63,19 +67,11 @@ def show(
     autosave = Autosave(editor.ground, editor.state, session=session, folder=folder, name=name)
     files = Writer(folder, session, script, said, write_mesh, autosave)
     state = RetopoState(editor, title=title, files=files)
-    lost = recoveries(session, folder)
-    if lost:
-        state.message = (
-            f"a crash left {lost[0].path.name}; rename it to end in .retopo to go on from it"
-        )
+    state.message = files.find_lost(editor.ground, folder)
     try:
-        saver = Saver(state, files, window_size)
-        if saver.play(pressed) is not Effect.QUIT:
-            window = RetopoWindow(state, saver, KEYS, window_size, title or "Retopology")
-            try:
-                window.run()
-            finally:
-                window.close()
+        shell = Saver(state, files, window_size)
+        if shell.play(pressed) is not Effect.QUIT:
+            open_window(state, shell, KEYS, window_size, title or "Retopology", RetopoWindow)
     finally:
         state.close()
         state.take()
@@ -110,13 +106,13 @@ def draw(
     files = Writer(path.parent, None, None, Script(title, ()), None)
     state = RetopoState(editor, title=title, files=files)
     try:
-        saver = Saver(state, files, size, bare=bare)
-        saver.drawn()
+        shell = Saver(state, files, size, bare=bare)
+        shell.drawn()
         if toward is not None:
             state.look_along(toward)
-        saver.play(pressed)
+        shell.play(pressed)
         state.settle()
-        save_drawn(path, saver.drawn(), size[1])
+        save_drawn(path, shell.drawn(), size[1])
     finally:
         state.close()
 
@@ -138,6 +134,30 @@ class Writer:
         self._folder, self._begun = folder, begun
         self._session, self._script = session, script
         self._write_mesh = write_mesh
+        self.lost: State | None = None
+        self._left: Path | None = None
+
+    def find_lost(self, ground: Ground, folder: Path) -> str:
+        """Read what a crash left of this work, if it did, and say so; "" if it did not."""
+        found = recoveries(self._session, folder)
+        if not found:
+            return ""
+        path = found[0].path
+        try:
+            kept = read_session(path)
+        except (PatternDBError, OSError) as error:
+            return f"a crash left {path.name}, which cannot be read: {error}"
+        same = np.array_equal(kept.ground.vertices, ground.vertices) and np.array_equal(
+            kept.ground.triangles, ground.triangles
+        )
+        if not same:
+            return (
+                f"a crash left {path.name}, of another surface, {kept.name or 'unnamed'}; rename "
+                "it to end in .retopo, and give it as --session to go on from it"
+            )
+        self.lost, self._left = kept.state, path
+        when = time.strftime("%d %B, %H:%M", time.localtime(found[0].written))
+        return f"a crash left work of {when}: R opens it in place of what is here"
 
     def save_session(self, ground: Ground, state: State) -> str:
         """Replace the session's file, whole or not at all."""
@@ -146,6 +166,11 @@ class Writer:
         self._session = path
         if self._autosave is not None:
             self._autosave.saved(state, path)
+        if self._left is not None and self.lost is None:
+            # What it held was opened, and is saved now. One that cannot go is offered once more.
+            with contextlib.suppress(OSError):
+                self._left.unlink(missing_ok=True)
+            self._left = None
         return f"saved {path}"
 
     def tick(self, state: State) -> None:
@@ -173,71 +198,46 @@ class Writer:
 
     def free(self, name: str, suffix: str) -> Path:
         """A name that no file in the folder has."""
-        count = 1
-        while (path := self._folder / f"{name}-{count}{suffix}").exists():
-            count += 1
-        return path
+        return free_name(self._folder, name, suffix)
 
 
-class Saver:
+class Saver(saver.Saver):
     """Draws the state, obeys keys, and writes pictures.
 
     bare: without the panel.
     """
 
+    state: RetopoState
+
     def __init__(
         self, state: RetopoState, files: Writer, size: tuple[int, int], *, bare: bool = False
     ) -> None:
-        self.state = state
-        self.size = size
+        super().__init__(state, KEYS, size)
         self._files = files
         self._painter = Painter()
         self._bare = bare
-        self._asked_to_quit = False
 
     def drawn(self) -> Drawn:
-        """The picture of the state as it is now."""
         # As many points to a pixel as in a window: lines are as wide in small pictures.
         height = self.size[1] * HEIGHT / WINDOW[1]
         return self._painter.compose(
             self.state, self.size[0] / self.size[1], bare=self._bare, height=height
         )
 
-    def play(self, keys: Sequence[str]) -> Effect:
-        """Press keys one after another, each once all quads are there; QUIT if one quits."""
-        for key in keys:
-            self.state.settle()
-            if self.obey(key) is Effect.QUIT:
-                return Effect.QUIT
-        return Effect.NOTHING
+    def ready(self) -> None:
+        self.state.settle()
 
-    def obey(self, key: str) -> Effect:
-        """Press a key, by its X name or as it is written, and save what it asks to save."""
-        state = self.state
-        if state.holding and KEYS.aliases.get(key, key) != "Escape":
-            state.message = "let go of the button first"
+    def picture_path(self) -> Path:
+        return self._files.free("retopo", ".png")
+
+    def would_lose(self) -> str:
+        return "the session is not saved: s saves it" if self.state.unsaved else ""
+
+    def at_once(self, key: str) -> Effect | None:
+        if self.state.holding and KEYS.aliases.get(key, key) != "Escape":
+            self.state.message = "let go of the button first"
             return Effect.REDRAW
-        effect = KEYS.press(state, key)
-        if effect is Effect.QUIT:
-            return self._quit()
-        if effect is not Effect.NOTHING:
-            self._asked_to_quit = False
-        if effect is Effect.PICTURE:
-            try:
-                path = self._files.free("retopo", ".png")
-                save_drawn(path, self.drawn(), self.size[1])
-                state.message = f"saved {path}"
-            except OSError as error:
-                state.message = f"not saved: {error}"
-        return effect
-
-    def _quit(self) -> Effect:
-        """Quit, but ask once if that would lose work."""
-        if not self.state.unsaved or self._asked_to_quit:
-            return Effect.QUIT
-        self._asked_to_quit = True
-        self.state.message = "the session is not saved: s saves it, q once more quits"
-        return Effect.REDRAW
+        return None
 
 
 class RetopoWindow(Window):

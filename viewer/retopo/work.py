@@ -18,6 +18,7 @@ from sketch.retopo.editor.tool import Work as ToolWork
 from sketch.retopo.filling import FilledNetwork
 from sketch.retopo.symmetry import Plane
 from viewer.retopo.body import Body
+from viewer.retopo.lists import Lists
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,13 +71,15 @@ class Shown:
 class Work:
     """Obeys calls in a thread.
 
-    shown: what there is to see now; another object as soon as something has changed.
+    shown: what there is to see now; another object as soon as something has changed. lists: of the
+    fills of patches.
     """
 
     def __init__(self, editor: Editor) -> None:
         self._editor = editor
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="retopology")
         self._asked: deque[tuple[Call, Future[Outcome]]] = deque()
+        self.lists = Lists(self._worker)
         empty = FilledNetwork(editor.network, {})
         body = Body.made_of(empty, editor.ground, editor.mesh(empty))
         self.shown = self._now(empty, body, editor.state.plane, not editor.network.patches)
@@ -88,10 +91,27 @@ class Work:
         """Have a call obeyed after those before it."""
         self._asked.append((call, self._worker.submit(self._obey, call)))
 
+    def begin(self, state: State) -> None:
+        """Begin from another state on the same ground; nothing can be undone."""
+        self.wait()
+        self._first = self._worker.submit(self._restore, state)
+
+    def drop(self) -> int:
+        """Drop the calls that were not begun; how many there were."""
+        kept = [one for one in self._asked if not one[1].cancel()]
+        dropped = len(self._asked) - len(kept)
+        self._asked = deque(kept)
+        return dropped
+
     @property
     def waiting(self) -> int:
         """Calls that are not done with."""
         return len(self._asked) + (self._first is not None)
+
+    @property
+    def tools(self) -> tuple[str, ...]:
+        """Their tools, in order; the first is at work."""
+        return tuple(call.tool for call, _ in self._asked)
 
     def wait(self, seconds: float | None = None) -> bool:
         """Until all is done; False if time ran out before."""
@@ -103,17 +123,26 @@ class Work:
     def done(self) -> list[tuple[Call, Outcome]]:
         """The calls that were obeyed since this was asked last; what went wrong is raised."""
         if self._first is not None and self._first.done():
-            self._first.result()
+            if not self._first.cancelled():
+                self._first.result()
             self._first = None
         found: list[tuple[Call, Outcome]] = []
         while self._asked and self._asked[0][1].done():
             call, future = self._asked.popleft()
-            found.append((call, future.result()))
+            # At the end what was not begun is dropped.
+            if not future.cancelled():
+                found.append((call, future.result()))
         return found
 
     def close(self) -> None:
         """Drop what was not begun, and wait for what was."""
         self._worker.shutdown(wait=True, cancel_futures=True)
+
+    def _restore(self, state: State) -> None:
+        before = self.shown
+        self._editor.restore(state)
+        self.shown = self._now(before.filled, before.body, before.plane, False)
+        self._fill()
 
     def _obey(self, call: Call) -> Outcome:
         editor, before = self._editor, self.shown

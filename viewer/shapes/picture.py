@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from viewer import style
-from viewer.explorer_scene import Drawn
+from viewer.drawn import Drawn
+from viewer.frame import Frame
 from viewer.panel import LETTER, PANEL, help_box
 from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
 from viewer.scene import HEIGHT, HIGHLIGHT_LINE, Scene
@@ -17,7 +18,6 @@ from viewer.shapes.panel import panel
 from viewer.shapes.sight import Sight
 from viewer.shapes.skin import Line
 from viewer.shapes.state import ShapesState
-from viewer.solid import Solid
 
 Points = NDArray[np.float64]
 Grid = NDArray[np.float32]
@@ -66,29 +66,18 @@ def compose(
     bare: without the panel. caption: a line below the shape. height: of a bare picture, in
     points; one with the panel has always the same.
     """
-    height = height if bare else HEIGHT
-    scene = Scene(height * aspect, height)
-    room = scene.width if bare else max(scene.width - PANEL, 1.0)
-    below = CAPTION if caption else 0.0
-    state.fill(room, height - below)
-    middle = (room / 2.0, (height + below) / 2.0)
-    parts = _parts(state)
-    shift = np.array([*middle, 0.0])
-    corners = np.concatenate([part[0] for part in parts]) + shift
-    solid = Solid(corners, np.concatenate([part[1] for part in parts]), 0.0)
+    frame = Frame.of(state, aspect, bare=bare, height=height, below=CAPTION if caption else 0.0)
+    scene, solid = frame.scene, frame.solid(_parts(state))
     if caption:
-        scene.text(room / 2.0, CAPTION / 3.0, caption, CAPTION * 0.42)
+        scene.text(frame.room / 2.0, CAPTION / 3.0, caption, CAPTION * 0.42)
     if not bare:
         if state.helping:
             help_box(scene, KEY_HELP, MOUSE_HELP)
         else:
-            _label(scene, state, middle)
-            _message(scene, state.message, room)
+            _label(scene, state, frame.middle)
+            _message(scene, state.message, frame.room)
         panel(scene, state)
-    if not scene.patches:
-        # A page always has something to lay text and triangles on.
-        scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
-    return Drawn(scene, solid, middle)
+    return frame.drawn(solid)
 
 
 def colour_of(state: ShapesState, line: Line) -> str:

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 
 from sketch.features.registration import Template
 from sketch.features.shapemodel import ShapeModel
+from viewer.camera import Camera
 from viewer.framing import framed
-from viewer.scene import HEIGHT
 from viewer.shapes.layout import Knob, rails
 from viewer.shapes.pull import Grab, displaced
 from viewer.shapes.sight import Sight
@@ -35,7 +35,7 @@ VIEWS = (
 )
 
 
-class ShapesState(Switches):
+class ShapesState(Switches, Camera):
     """A shape model, the shape that is shown, and how it is looked at.
 
     The arguments are those of :class:`viewer.shapes.shaping.Shaping`. axis: 0 to 2 where pulls go
@@ -46,27 +46,17 @@ class ShapesState(Switches):
     def __init__(
         self, shapes: ShapeModel, template: Template, coefficients: ArrayLike | None = None
     ) -> None:
-        super().__init__(shapes, template, coefficients)
+        Switches.__init__(self, shapes, template, coefficients)
+        Camera.__init__(self)
         self.axis: int | None = None
         self.bending = False
-        self.pointer: tuple[float, float] | None = None
-        #: Width and height of the picture without the panel, in points.
-        self.room = (HEIGHT, HEIGHT)
         self._facing = 0
-        self._moved = False
         self._drag: Grab | Knob | None = None
         self._turning = False
         self._pressed: tuple[float, float] | None = None
         self._sight: Sight | None = None
         self._ghost_sight: Sight | None = None
         self.view = self._framed()
-
-    def fill(self, width: float, height: float) -> None:
-        """The picture has this size without the panel; a view not yet moved is fitted into it."""
-        if self.room != (width, height):
-            self.room = (width, height)
-            if not self._moved:
-                self.view = self._framed()
 
     @property
     def sight(self) -> Sight:
@@ -158,10 +148,6 @@ class ShapesState(Switches):
         self._facing, self._moved = way, False
         self.view = self._framed()
 
-    def aim(self, view: View) -> None:
-        """Look from there, whatever the picture's size."""
-        self.view, self._moved = view, True
-
     def leave(self) -> bool:
         """Let go of what is dragged, as if it had not been, or close the help; False if there
         is neither."""
@@ -215,8 +201,7 @@ class ShapesState(Switches):
         elif self._drag is not None:
             self._slide(x, y)
         elif self._turning and last is not None:
-            self.view = self.view.turned(x - last[0], y - last[1])
-            self._moved = True
+            self.aim(self.view.turned(x - last[0], y - last[1]))
         else:
             return before != (self.line_under(), self.knob_under())
         return True
@@ -236,20 +221,12 @@ class ShapesState(Switches):
 
     def wheel(self, steps: float) -> bool:
         """The wheel turns: nearer, or farther off, about the pointer."""
-        if isinstance(self._drag, Grab):
-            # A pull is measured in this view.
-            return False
-        self.view = self.view.zoomed(1.15**steps, *(self.pointer or (0.0, 0.0)))
-        self._moved = True
-        return True
+        # A pull is measured in this view.
+        return not isinstance(self._drag, Grab) and Camera.wheel(self, steps)
 
     def drag_view(self, dx: float, dy: float) -> bool:
         """Shift the picture."""
-        if isinstance(self._drag, Grab):
-            return False
-        self.view = self.view.moved(dx, dy)
-        self._moved = True
-        return True
+        return not isinstance(self._drag, Grab) and Camera.drag_view(self, dx, dy)
 
     def poll(self) -> bool:
         """Nothing is made in the background: an edit takes a few milliseconds."""

@@ -2,24 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 from numpy.typing import ArrayLike
 
 from sketch.features.registration import Template
 from sketch.features.shapemodel import ShapeModel
-from viewer.browse import WINDOW
-from viewer.explorer_picture import check_png, save_drawn
-from viewer.explorer_scene import Drawn
+from viewer import saver
+from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
+from viewer.saver import free_name
 from viewer.scene import HEIGHT
 from viewer.shapes.keys import KEYS
 from viewer.shapes.objfile import write_obj
 from viewer.shapes.picture import compose
 from viewer.shapes.state import ShapesState
-from viewer.window import Window
+from viewer.window import WINDOW, open_window
 
 
 def show(
@@ -45,14 +44,9 @@ def show(
     pressed = KEYS.check(keys)
     state = ShapesState(shapes, template, coefficients)
     prepare_opengl(off_screen=False)
-    saver = Saver(state, output, window_size)
-    if saver.play(pressed) is Effect.QUIT:
-        return
-    window = Window(state, saver, KEYS, window_size, title)
-    try:
-        window.run()
-    finally:
-        window.close()
+    shell = Saver(state, output, window_size)
+    if shell.play(pressed) is not Effect.QUIT:
+        open_window(state, shell, KEYS, window_size, title)
 
 
 def draw(
@@ -84,51 +78,33 @@ def draw(
     save_drawn(path, drawn, size[1])
 
 
-class Saver:
+class Saver(saver.Saver):
     """Obeys keys, and writes what some of them save.
 
     output: as for :func:`show`.
     """
 
+    state: ShapesState
+
     def __init__(self, state: ShapesState, output: Path | None, size: tuple[int, int]) -> None:
-        self.state = state
-        self.size = size
+        super().__init__(state, KEYS, size)
         self._output = output
 
     def drawn(self) -> Drawn:
-        """The picture of the state as it is now."""
         return compose(self.state, self.size[0] / self.size[1])
 
-    def play(self, keys: Sequence[str]) -> Effect:
-        """Press keys one after another; QUIT if one quits."""
-        for key in keys:
-            if self.obey(key) is Effect.QUIT:
-                return Effect.QUIT
-        return Effect.NOTHING
+    def ready(self) -> None:
+        """Nothing is made in the background."""
 
-    def obey(self, key: str) -> Effect:
-        """Press a key, and save what it asks to save."""
-        effect = KEYS.press(self.state, key)
-        if effect in (Effect.OBJ, Effect.PICTURE):
-            try:
-                self.state.message = f"saved {self._saved(effect)}"
-            except OSError as error:
-                self.state.message = f"not saved: {error}"
-        return effect
+    def picture_path(self) -> Path:
+        return self._free(".png")
 
-    def _saved(self, effect: Effect) -> Path:
-        if effect is Effect.OBJ:
-            path = self._free(".obj") if self._output is None else self._output
-            write_obj(path, self.state)
-        else:
-            path = self._free(".png")
-            save_drawn(path, self.drawn(), self.size[1])
-        return path
+    def saved_object(self) -> str:
+        path = self._free(".obj") if self._output is None else self._output
+        write_obj(path, self.state)
+        return f"saved {path}"
 
     def _free(self, suffix: str) -> Path:
         """A name that no file has, beside the output."""
         given = Path("shape") if self._output is None else self._output
-        count = 1
-        while (path := given.with_name(f"{given.stem}-{count}{suffix}")).exists():
-            count += 1
-        return path
+        return free_name(given.parent, given.stem, suffix)

@@ -6,11 +6,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from viewer import style
-from viewer.explorer_scene import Drawn
-from viewer.panel import PANEL, help_box
+from viewer.drawn import Drawn
+from viewer.frame import Frame
+from viewer.panel import help_box
 from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
-from viewer.scene import HEIGHT, Scene
-from viewer.solid import Solid
+from viewer.scene import HEIGHT
 from viewer.surfacing.body import Body
 from viewer.surfacing.keys import KEY_HELP, MOUSE_HELP
 from viewer.surfacing.panel import panel
@@ -66,26 +66,15 @@ def compose(
     bare: without the panel. caption: a line below the network. height: of a bare picture, in
     points; one with the panel has always the same.
     """
-    height = height if bare else HEIGHT
-    scene = Scene(height * aspect, height)
-    room = scene.width if bare else max(scene.width - PANEL, 1.0)
-    below = CAPTION if caption else 0.0
-    state.fill(room, height - below)
-    middle = (room / 2.0, (height + below) / 2.0)
-    parts = _parts(state)
-    shift = np.array([*middle, 0.0])
-    corners = np.concatenate([part[0] for part in parts]) + shift
-    solid = Solid(corners, np.concatenate([part[1] for part in parts]), 0.0)
+    frame = Frame.of(state, aspect, bare=bare, height=height, below=CAPTION if caption else 0.0)
+    scene, solid = frame.scene, frame.solid(_parts(state))
     if caption:
-        scene.text(room / 2.0, CAPTION / 3.0, caption, CAPTION / 2.0)
+        scene.text(frame.room / 2.0, CAPTION / 3.0, caption, CAPTION / 2.0)
     if not bare:
         panel(scene, state)
         if state.helping:
             help_box(scene, KEY_HELP, MOUSE_HELP)
-    if not scene.patches:
-        # A page always has something to lay text and triangles on.
-        scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
-    return Drawn(scene, solid, middle)
+    return frame.drawn(solid)
 
 
 def _parts(state: SurfacingState) -> list[Triangles]:

@@ -14,8 +14,8 @@ from patterndb.store import Database
 from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.network import Cycle, Network
 from sketch.surfacing.surfaceloop import Settings
+from viewer.camera import Camera
 from viewer.framing import framed
-from viewer.scene import HEIGHT
 from viewer.surfacing.body import Body
 from viewer.surfacing.choices import Choices
 from viewer.surfacing.edits import Edits, next_method
@@ -49,7 +49,7 @@ class Under(NamedTuple):
     number: int
 
 
-class SurfacingState(Choices):
+class SurfacingState(Choices, Camera):
     """A network, the surface that is made of it, and how it is looked at.
 
     source: a drawing or a network. settings: the method and alpha to begin with. spacing: about
@@ -81,15 +81,12 @@ class SurfacingState(Choices):
             drawing, len(drawing.stages), given, tuple(added), tuple(banned), wanted.method
         )
         self.drawing_mode = False
-        self.pointer: tuple[float, float] | None = None
-        #: Width and height of the picture without the panel, in points.
-        self.room = (HEIGHT, HEIGHT)
+        Camera.__init__(self)
         self._facing = (toward, up)
         self._quill = Quill()
         self._drag: Drag | None = None
         self._pressed: tuple[float, float] | None = None
-        super().__init__(first, wanted, spacing, db, find)
-        self._moved = False
+        Choices.__init__(self, first, wanted, spacing, db, find)
         self.view = self._framed()
 
     @property
@@ -99,13 +96,6 @@ class SurfacingState(Choices):
         if not self._quill.down or made is None or made.surfacing is None or made.body is None:
             return None
         return self._quill.ink(made.surfacing, made.body)
-
-    def fill(self, width: float, height: float) -> None:
-        """The picture has this size without the panel; a view not yet moved is fitted into it."""
-        if self.room != (width, height):
-            self.room = (width, height)
-            if not self._moved:
-                self.view = self._framed()
 
     # What keys do, see viewer.surfacing.keys
 
@@ -164,16 +154,6 @@ class SurfacingState(Choices):
         self.leave()
         self._edit(after)
 
-    def fit(self) -> None:
-        """The whole drawing back into the middle, as it was seen at first."""
-        self.view = self._framed()
-        self._moved = False
-
-    def roll(self) -> None:
-        """A quarter turn about the line of sight."""
-        self.view = self.view.rolled()
-        self._moved = True
-
     # The pointer, at places of the picture in points from its middle
 
     def move(self, x: float, y: float) -> bool:
@@ -185,16 +165,14 @@ class SurfacingState(Choices):
         elif self._drag == "stroke":
             self._quill.extend(self.view, x, y, self._far())
         elif self._drag == "view" and last is not None and self._pressed is None:
-            self.view = self.view.turned(x - last[0], y - last[1])
-            self._moved = True
+            self.aim(self.view.turned(x - last[0], y - last[1]))
         elif self._drag == "view" and self._pressed is not None:
             dx, dy = x - self._pressed[0], y - self._pressed[1]
             if np.hypot(dx, dy) < CLICK:
                 return False
             # What began as a click turns the view by all that it has moved.
             self._pressed = None
-            self.view = self.view.turned(dx, dy)
-            self._moved = True
+            self.aim(self.view.turned(dx, dy))
         else:
             return before != self.under()
         return True
@@ -231,18 +209,6 @@ class SurfacingState(Choices):
             self.toggle_patch()
             return True
         return False
-
-    def wheel(self, steps: float) -> bool:
-        """The wheel turns: nearer, or farther off, about the pointer."""
-        self.view = self.view.zoomed(1.15**steps, *(self.pointer or (0.0, 0.0)))
-        self._moved = True
-        return True
-
-    def drag_view(self, dx: float, dy: float) -> bool:
-        """Shift the picture."""
-        self.view = self.view.moved(dx, dy)
-        self._moved = True
-        return True
 
     def under(self) -> Under | None:
         """What the pointer is on, the patch that is seen there; rings and outlines before."""

@@ -12,17 +12,17 @@ from sketch.surfacing.drawing import Drawing
 from sketch.surfacing.network import Cycle, Network
 from sketch.surfacing.patch import Surfacing
 from sketch.surfacing.surfaceloop import Settings
-from viewer.browse import WINDOW
-from viewer.explorer_picture import check_png, save_drawn
-from viewer.explorer_scene import Drawn
+from viewer import saver
+from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
+from viewer.saver import free_name
 from viewer.scene import HEIGHT
 from viewer.surfacing.finding import Find, found
 from viewer.surfacing.keys import KEYS
 from viewer.surfacing.picture import compose
 from viewer.surfacing.state import TOWARD, UP, SurfacingState
-from viewer.window import Window
+from viewer.window import WINDOW, open_window
 
 #: Writes a surface to a file.
 WriteObj = Callable[[Path, Surfacing], None]
@@ -61,14 +61,10 @@ def show(
         banned=banned, find=find, toward=toward, up=up,
     )  # fmt: skip
     try:
-        saver = Saver(state, Path(folder), write_obj, window_size)
-        if saver.play(pressed) is Effect.QUIT:
+        shell = Saver(state, Path(folder), write_obj, window_size)
+        if shell.play(pressed) is Effect.QUIT:
             return state
-        window = Window(state, saver, KEYS, window_size, "Surface")
-        try:
-            window.run()
-        finally:
-            window.close()
+        open_window(state, shell, KEYS, window_size, "Surface")
     finally:
         state.close()
     return state
@@ -109,8 +105,8 @@ def draw(
         banned=banned, find=find, toward=toward, up=up,
     )  # fmt: skip
     try:
-        saver = Saver(state, path.parent, write_obj, size)
-        saver.play(pressed)
+        shell = Saver(state, path.parent, write_obj, size)
+        shell.play(pressed)
         state.settle()
         # As many points to a pixel as in a window: lines are as wide in small pictures.
         height = size[1] * HEIGHT / WINDOW[1]
@@ -121,8 +117,10 @@ def draw(
     return state
 
 
-class Saver:
+class Saver(saver.Saver):
     """Obeys keys, and writes what some of them save."""
+
+    state: SurfacingState
 
     def __init__(
         self,
@@ -131,50 +129,25 @@ class Saver:
         write_obj: WriteObj | None,
         size: tuple[int, int],
     ) -> None:
-        self.state = state
-        self.size = size
+        super().__init__(state, KEYS, size)
         self._folder = folder
         self._write_obj = write_obj
 
     def drawn(self) -> Drawn:
-        """The picture of the state as it is now."""
         return compose(self.state, self.size[0] / self.size[1])
 
-    def play(self, keys: Sequence[str]) -> Effect:
-        """Press keys one after another, each once the surface is there; QUIT if one quits."""
-        for key in keys:
-            self.state.settle()
-            if self.obey(key) is Effect.QUIT:
-                return Effect.QUIT
-        return Effect.NOTHING
+    def ready(self) -> None:
+        self.state.settle()
 
-    def obey(self, key: str) -> Effect:
-        """Press a key, and save what it asks to save."""
-        effect = KEYS.press(self.state, key)
-        if effect in (Effect.OBJ, Effect.PICTURE):
-            self.state.message = self._saved(effect)
-        return effect
+    def picture_path(self) -> Path:
+        return free_name(self._folder, "surface", ".png")
 
-    def _saved(self, effect: Effect) -> str:
-        try:
-            if effect is Effect.PICTURE:
-                path = self._free(".png")
-                save_drawn(path, self.drawn(), self.size[1])
-                return f"saved {path}"
-            made = self.state.made
-            if made is None or made.surfacing is None:
-                return "there is no surface to save"
-            if self._write_obj is None:
-                return "surfaces cannot be saved here: no way to write them was given"
-            path = self._free(".obj")
-            self._write_obj(path, made.surfacing)
-        except OSError as error:
-            return f"not saved: {error}"
+    def saved_object(self) -> str:
+        made = self.state.made
+        if made is None or made.surfacing is None:
+            return "there is no surface to save"
+        if self._write_obj is None:
+            return "surfaces cannot be saved here: no way to write them was given"
+        path = free_name(self._folder, "surface", ".obj")
+        self._write_obj(path, made.surfacing)
         return f"saved {path}"
-
-    def _free(self, suffix: str) -> Path:
-        """A name that no file in the folder has."""
-        count = 1
-        while (path := self._folder / f"surface-{count}{suffix}").exists():
-            count += 1
-        return path

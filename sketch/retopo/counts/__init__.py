@@ -6,7 +6,7 @@ Evening (a T-join) -> strips -> walks -> balls; see :func:`choose`, :func:`chang
 from sketch.retopo.counts.choosing import Counts, changed, choose, improved, improvements
 from sketch.retopo.counts.evening import Stuck
 from sketch.retopo.counts.problem import REGULARITY, CheapRule, CountsProblem
-from sketch.retopo.counts.rules import family_rule, has_cheap_fill
+from sketch.retopo.counts.rules import family_rule, has_cheap_fill, judged_narrowly
 
 __all__ = [
     "REGULARITY",
@@ -20,4 +20,5 @@ __all__ = [
     "has_cheap_fill",
     "improved",
     "improvements",
+    "judged_narrowly",
 ]

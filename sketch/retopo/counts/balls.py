@@ -15,7 +15,6 @@ import numpy as np
 
 from patterndb.halfedge import Int32Array
 from sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem
-from sketch.retopo.counts.rules import LEAST_TWICE
 
 #: A chain may get so many edges more or fewer than nearest to its target.
 WINDOW = 3
@@ -169,18 +168,29 @@ class _Model:
             return True
         if p.cheap is not None:
             return self._add_asked(sides)
-        if len(sides) in (3, 4, 5):
+        if len(sides) > 2:
             irregular = self.cp.new_bool_var("")
             self.costs.append((round(p.regularity * COST_UNITS), irregular))
             if len(sides) == 4:
                 self._add_equal(sides[0], sides[2], irregular)
                 self._add_equal(sides[1], sides[3], irregular)
             else:
-                for i in range(len(sides)):
-                    less = [*sides[i], *(sides[i - 1] if len(sides) == 5 else [])]
-                    room = self.length(around) - 2 * self.length(less)
-                    self._add_unless(irregular, room >= LEAST_TWICE)
+                self._add_room(sides, irregular)
         return True
+
+    def _add_room(self, sides: list[list[int]], irregular: Any) -> None:
+        """No side, and no two neighbours, are longer than what lies across, or it is irregular."""
+        around = self.length([c for side in sides for c in side])
+        lengths = [self.length(side) for side in sides]
+        for i, here in enumerate(lengths):
+            if len(sides) == 3:
+                self._add_unless(irregular, around >= 2 * here)
+                continue
+            before, after = lengths[i - 1], lengths[(i + 1) % len(sides)]
+            self._add_unless(irregular, around >= 2 * (here + after))
+            if len(sides) > 5:
+                # For 5 sides it follows from the other.
+                self._add_unless(irregular, around >= before + 2 * here + after)
 
     def _add_unless(self, literal: Any, claim: Any) -> None:
         if isinstance(claim, (bool, np.bool_)):

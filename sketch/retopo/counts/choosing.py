@@ -19,7 +19,7 @@ from sketch.retopo.counts.balls import ball, neighbours, solve_ball
 from sketch.retopo.counts.descent import Descent
 from sketch.retopo.counts.evening import Stuck, along_strips, fewest_changes, least_errors
 from sketch.retopo.counts.problem import MOST_COUNT, CountsProblem
-from sketch.retopo.counts.rules import irregular_patches
+from sketch.retopo.counts.rules import irregular_patches, judged_narrowly
 from sketch.retopo.counts.strips import strips
 from sketch.retopo.errors import InvalidRetopoError
 
@@ -47,13 +47,15 @@ class Counts:
 
     counts:    (c,) int32 >= 1.
     cost:      the sum of the chains' weighted errors.
-    irregular: (i,) int32, the patches without a cheap regular fill.
+    irregular: (i,) int32, the patches without a regular fill.
     total:     cost + the problem's regularity for each of these.
     bound:     no even counts have a lower total; 0 where that was not asked about.
     stuck:     patches that are odd or too small because of pinned counts: tell the user.
     n_balls:   balls solved, of which n_proven to the proven optimum.
     finished:  no walk and no ball gains anything any more.
     unasked:   patches with too many side lengths for the caller's rule to be asked in a ball.
+    narrowly:  of the irregular ones those with 7 or 8 sides that have a regular fill after all, of
+               a kind that the search does not look for; see :func:`rules.judged_narrowly`.
     """
 
     counts: Int32Array
@@ -66,6 +68,7 @@ class Counts:
     n_proven: int = 0
     finished: bool = False
     unasked: tuple[int, ...] = ()
+    narrowly: tuple[int, ...] = ()
 
 
 def choose(problem: CountsProblem, n_balls: int = MOST_BALLS) -> Counts:
@@ -76,20 +79,16 @@ def choose(problem: CountsProblem, n_balls: int = MOST_BALLS) -> Counts:
     however many threads there are and however fast they are.
     """
     least = least_errors(problem)
-    bound = least.bound
-    if problem.cheap is None:
-        sides = np.diff(problem.first_side)
-        bound += problem.regularity * int(((sides < 3) | (sides > 5)).sum())
     found: list[Counts] = []
     for start in (least, along_strips(problem, strips(problem))):
         descent = Descent(problem, start.counts)
         descent.run()
-        found.append(replace(_told(problem, descent.counts, start.stuck), bound=bound))
+        found.append(replace(_told(problem, descent.counts, start.stuck), bound=least.bound))
     # The first of equals.
     best = min(found, key=lambda counts: counts.total)
     for better in islice(improvements(problem, best), n_balls):
         best = better
-    return best
+    return _judged(problem, best)
 
 
 def improvements(problem: CountsProblem, counts: Counts) -> Iterator[Counts]:
@@ -148,7 +147,8 @@ def changed(problem: CountsProblem, counts: ArrayLike, chain: int, count: int) -
     descent.run(_chains_of(pinned, patches))
     fewest = int((evened.counts != former).sum())
     few = int((descent.counts != former).sum()) <= max(MOST_CHANGED, fewest)
-    return _told(pinned, descent.counts if few else evened.counts, evened.stuck)
+    made = _told(pinned, descent.counts if few else evened.counts, evened.stuck)
+    return _judged(pinned, made)
 
 
 def improved(problem: CountsProblem, former: ArrayLike, counts: Counts, chain: int) -> Counts:
@@ -175,7 +175,7 @@ def improved(problem: CountsProblem, former: ArrayLike, counts: Counts, chain: i
     few = max(MOST_CHANGED, int((counts.counts != before).sum()))
     if int((made.counts != before).sum()) > few or price(made) >= price(counts):
         return counts
-    return made
+    return _judged(problem, made)
 
 
 def _checked(problem: CountsProblem, counts: ArrayLike) -> Int32Array:
@@ -193,6 +193,10 @@ def _told(problem: CountsProblem, counts: Int32Array, stuck: tuple[Stuck, ...]) 
     irregular = np.flatnonzero(irregular_patches(problem, counts)).astype(np.int32)
     total = cost + problem.regularity * len(irregular)
     return Counts(counts.copy(), cost, irregular, total, 0.0, stuck)
+
+
+def _judged(problem: CountsProblem, counts: Counts) -> Counts:
+    return replace(counts, narrowly=judged_narrowly(problem, counts.counts))
 
 
 def _on(former: Counts, problem: CountsProblem, counts: Int32Array) -> Counts:

@@ -28,10 +28,10 @@ MOST_COUNT = 1_000_000
 WEIGHT = 3.0
 SHORT = 1.5
 
-#: What a patch without a cheap regular fill costs, for new networks: regularity is what one sees.
+#: What a patch without a regular fill costs, for new networks: regularity is what one sees.
 REGULARITY = 3.0
 
-#: Lengths of sides -> has the patch a regular fill that is to be had cheaply?
+#: Lengths of sides -> has the patch a regular fill?
 CheapRule = Callable[[tuple[int, ...]], bool]
 
 
@@ -45,11 +45,13 @@ class CountsProblem:
     first_chain: (s + 1,) int32: the chains of side k are chains[first_chain[k]:first_chain[k + 1]].
     chains:      (k,) int32. A chain occurs twice at most, once a side of it; perhaps twice in
                  one patch.
-    regularity:  what a patch without a cheap regular fill costs beside errors of counts.
-    cheap:       whether side lengths have one, instead of :func:`rules.has_cheap_fill`.
+    regularity:  what a patch without a regular fill costs beside errors of counts.
+    cheap:       whether side lengths have one, instead of :func:`rules.has_cheap_fill`. A rule in
+                 Python takes the longer: several times as long in all.
     least:       (c,) int32, the fewest edges a chain may get: 1, or 2 where it alone is a side of
                  a patch with other than 4 sides (there a side of one edge has no strict fill), or
-                 4 where it is all of a patch's boundary. Pinned chains keep what the user chose.
+                 4 where it is all of a patch's boundary, or what the caller asks for. Pinned chains
+                 keep what the user chose.
     weights:     (c,) float64, the cost of an edge too many or too few.
     ends:        (c, 2) int32, the patches on the two sides of a chain, p for none.
     """
@@ -74,13 +76,16 @@ class CountsProblem:
         *,
         regularity: float = REGULARITY,
         cheap: CheapRule | None = None,
+        least: ArrayLike | None = None,
     ) -> CountsProblem:
         """A problem from lists: of every patch its sides, of every side its chains.
 
+        least: the fewest edges of every chain, where it shall have more than patches ask for.
         A patch without corners has one side. Where a chain must have as many edges as several
         others together (a seam between two networks), name those instead of it. Raises
-        InvalidRetopoError for targets that are not above 0, pinned counts below 0, chains that
-        do not exist or occur more than twice, sides without chains, and patches without sides.
+        InvalidRetopoError for targets that are not above 0, pinned or least counts below 0,
+        chains that do not exist or occur more than twice, sides without chains, and patches
+        without sides.
         """
         lists = [[list(side) for side in patch] for patch in patches]
         wanted = np.array(targets, np.float64)
@@ -96,7 +101,9 @@ class CountsProblem:
             )
         pins = _pinned(np.zeros(len(wanted)) if pinned is None else pinned, len(wanted))
         first_side, first_chain, chains = _flat(lists, len(wanted))
-        least, ends = _bounds(first_side, first_chain, chains, len(wanted))
+        bounds, ends = _bounds(first_side, first_chain, chains, len(wanted))
+        if least is not None:
+            bounds = np.maximum(bounds, _least(least, len(wanted)))
         return cls(
             wanted,
             pins,
@@ -105,7 +112,7 @@ class CountsProblem:
             chains,
             float(regularity),
             cheap,
-            least,
+            bounds,
             WEIGHT / np.maximum(wanted, SHORT),
             ends,
         )
@@ -130,7 +137,7 @@ class CountsProblem:
         return replace(self, pinned=_pinned(pinned, self.n_chains))
 
     def with_regularity(self, regularity: float) -> CountsProblem:
-        """The same with another cost of patches without a cheap regular fill."""
+        """The same with another cost of patches without a regular fill."""
         return replace(self, regularity=float(regularity))
 
     def side_lengths(self, counts: Int32Array) -> Int32Array:
@@ -165,6 +172,16 @@ def _pinned(pinned: ArrayLike, n_chains: int) -> Int32Array:
         )
     if not np.all(given == np.floor(given)):
         raise InvalidRetopoError("a pinned count is not a whole number; pin whole edges")
+    return given.astype(np.int32)
+
+
+def _least(least: ArrayLike, n_chains: int) -> Int32Array:
+    given = np.array(least)
+    whole = given.shape == (n_chains,) and bool(np.all(given == np.floor(given)))
+    if not whole or not np.all((given >= 0) & (given <= MOST_COUNT)):
+        raise InvalidRetopoError(
+            f"least counts must be one whole number a chain, 0 to {MOST_COUNT}"
+        )
     return given.astype(np.int32)
 
 

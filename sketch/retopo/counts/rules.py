@@ -1,7 +1,11 @@
-"""Which side lengths have a cheap regular fill, and what counts cost in all.
+"""Which side lengths have a regular fill, and what counts cost in all.
 
-A fill is cheap here where as few irregular vertices as its number of sides asks for will do, in
-a patch of 3, 4 or 5 sides: a grid, or one inner vertex of valence 3 or 5.
+A patch of N sides has |N - 4| irregular vertices at least, or some of higher valence. Which side
+lengths can do with so many, the complete family of the database knows (:func:`family_rule`). Its
+answer follows from a few inequalities, which take nanoseconds. By Gauss and Bonnet no strip of
+quads leads from a side back to itself, nor to a neighbour of it, if no vertex has fewer than four
+quads: what lies across must be long enough, for each side and for each two neighbours. For 2 to 6
+sides this is the family's answer exactly; for more it is sufficient.
 """
 
 from __future__ import annotations
@@ -11,17 +15,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from patterndb.halfedge import Int32Array
-from query.boundary import Boundary
+from query.boundary import MAX_PERIMETER, Boundary
 from query.listing.familylookup import MOST_SIDES, FamilyLookup
 from sketch.retopo.counts.problem import CountsProblem
 
-#: Twice the edges of the narrowest strip of quads about the inner vertex of a triangle or
-#: pentagon: every strip is one edge wide at least.
-LEAST_TWICE = 2
+#: Up to so many sides the inequalities are the family's own answer.
+SURE_SIDES = 6
 
 
 def irregular_patches(problem: CountsProblem, counts: Int32Array) -> NDArray[np.bool_]:
-    """(p,) bool: the patches without a cheap regular fill."""
+    """(p,) bool: the patches without a regular fill."""
     lengths = problem.side_lengths(counts)
     if problem.cheap is None:
         return _irregular(problem.first_side, lengths)
@@ -36,33 +39,52 @@ def irregular_patches(problem: CountsProblem, counts: Int32Array) -> NDArray[np.
 
 
 def total(problem: CountsProblem, counts: Int32Array) -> float:
-    """Errors of all chains, and the cost of all patches without a cheap regular fill."""
+    """Errors of all chains, and the cost of all patches without a regular fill."""
     n_irregular = int(irregular_patches(problem, counts).sum())
     return float(problem.errors(counts).sum()) + problem.regularity * n_irregular
 
 
 def has_cheap_fill(lengths: tuple[int, ...]) -> bool:
-    """Has a patch of these side lengths a grid, or a fill with one inner vertex, irregular?
+    """Has a patch of these side lengths, each 1 or more, a fill with |N - 4| irregular vertices?
 
-    N = 4: opposite sides are equal. N = 3 and 5: with an even perimeter, every strip between
-    the inner vertex and the boundary is one edge wide or more: l_i + l_j - l_k >= 2, and
-    l_i-1 + l_i + l_i+1 - l_i+2 - l_i-2 >= 2, for all i. Other patches have none.
+    Those on the boundary count with those inside. All need an even perimeter. N = 4: opposite
+    sides are equal. N = 3: no side is longer than the others together. N >= 5: no side is longer
+    than those that do not touch it, and no two neighbours are longer than all others. N < 3: all.
+
+    Where it is False for 7 sides or more, a fill of so many may exist all the same, with a vertex
+    of valence 3 between corners of three quads: see :func:`family_rule`.
     """
     return bool(is_cheap(np.array(lengths, np.int32), 0, len(lengths)))
 
 
 def family_rule(lengths: tuple[int, ...]) -> bool:
-    """The same by the complete family, for 2 to 8 sides: has it a fill with |N - 4| irregular ones?
+    """The same by the complete family itself, for 2 to 8 sides.
 
-    Vertices of the boundary count with the inner ones. It is asked by
-    :class:`query.listing.familylookup.FamilyLookup`, which takes 2 to 130 microseconds and grows
-    the family on first use.
+    It is asked by :class:`query.listing.familylookup.FamilyLookup`, which takes 2 to 130
+    microseconds and grows the family on first use: too much for a search that asks a million
+    times, so that :func:`has_cheap_fill` answers there.
     """
     n = len(lengths)
     if not 2 <= n <= MOST_SIDES or sum(lengths) % 2:
         return False
     count = FamilyLookup.shared().count(Boundary(lengths))
     return count is not None and count <= abs(n - 4)
+
+
+def judged_narrowly(problem: CountsProblem, counts: Int32Array) -> tuple[int, ...]:
+    """The patches of 7 or 8 sides that the inequalities call irregular, and the family does not."""
+    if problem.cheap is not None:
+        return ()
+    sides = np.diff(problem.first_side)
+    asked = irregular_patches(problem, counts) & (sides > SURE_SIDES) & (sides <= MOST_SIDES)
+    asked &= problem.perimeters(counts) % 2 == 0
+    asked &= problem.perimeters(counts) <= MAX_PERIMETER
+    lengths, first = problem.side_lengths(counts), problem.first_side
+    return tuple(
+        f
+        for f in np.flatnonzero(asked).tolist()
+        if family_rule(tuple(lengths[first[f] : first[f + 1]].tolist()))
+    )
 
 
 @njit(cache=True, nogil=True)
@@ -77,19 +99,21 @@ def _irregular(first_side: Int32Array, lengths: Int32Array) -> NDArray[np.bool_]
 def is_cheap(lengths: Int32Array, low: int, high: int) -> bool:
     """:func:`has_cheap_fill` of lengths[low:high]."""
     n = high - low
-    if n == 4:
-        return lengths[low] == lengths[low + 2] and lengths[low + 1] == lengths[low + 3]
-    if n != 3 and n != 5:
-        return False
     perimeter = 0
-    for i in range(n):
-        perimeter += lengths[low + i]
+    for i in range(low, high):
+        perimeter += lengths[i]
     if perimeter % 2:
         return False
-    for i in range(n):
-        less = lengths[low + i]
-        if n == 5:
-            less += lengths[low + (i + 1) % n]
-        if perimeter - 2 * less < LEAST_TWICE:
-            return False
+    if n == 4:
+        return lengths[low] == lengths[low + 2] and lengths[low + 1] == lengths[low + 3]
+    for i in range(n if n > 2 else 0):
+        here = lengths[low + i]
+        after = lengths[low + (i + 1) % n]
+        if n == 3:
+            if 2 * here > perimeter:
+                return False
+        else:
+            before = lengths[low + (i + n - 1) % n]
+            if 2 * (here + after) > perimeter or before + 2 * here + after > perimeter:
+                return False
     return True

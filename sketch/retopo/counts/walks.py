@@ -89,7 +89,7 @@ def maze_of(problem: CountsProblem) -> Maze:
 
 @njit(cache=True, nogil=True)
 def judge(maze: Maze, lengths: Int32Array, patches: Int32Array) -> None:
-    """Write what patches are, and would be, by the rules for 3, 4 and 5 sides.
+    """Write what patches are, and would be, by :func:`rules.has_cheap_fill`.
 
     lengths: (s,) int32 of all sides; left as they are.
     """

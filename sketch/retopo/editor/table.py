@@ -14,6 +14,7 @@ import numpy as np
 from sketch.retopo.editor.arguments import Argument, Flag, Line, Number, Vector, Word
 from sketch.retopo.editor.mirroring import MIRRORING
 from sketch.retopo.editor.shaping import SHAPING
+from sketch.retopo.editor.snapping import snapping
 from sketch.retopo.editor.tool import LEAST_LENGTH, Result, Tool, Work
 from sketch.retopo.editor.topology import TOPOLOGY
 from sketch.retopo.errors import InvalidRetopoError
@@ -36,6 +37,7 @@ from sketch.retopo.tools.cylinder import CAPS, DIVISION, cylinder
 from sketch.retopo.tools.erase import erase, erase_crossed, erase_open
 from sketch.retopo.tools.knot import clean_knot
 from sketch.retopo.tools.loop import loop
+from sketch.retopo.tools.patch import drop_patch, make_patch
 from sketch.retopo.tools.spine import spine
 from sketch.retopo.tools.stroke import insert
 
@@ -119,6 +121,11 @@ def _corner(work: Work, a: dict[str, Any]) -> Result:
         return work.edited(toggle(work.network, work.state.sizes, point, normal))
     pressed = work.foot(a["wedge"]).points[0]
     return work.edited(flip_wedge(work.network, work.state.sizes, pressed, point, normal))
+
+
+def _patch(work: Work, a: dict[str, Any]) -> Result:
+    change = drop_patch if a["off"] else make_patch
+    return work.edited(change(work.network, work.ground, work.foot(a["at"])))
 
 
 def _subdivide(work: Work, a: dict[str, Any]) -> Result:
@@ -257,6 +264,12 @@ _ALL = (
         _corner,
     ),
     Tool(
+        "patch",
+        "Make a patch of the loop around a point, or let it be none.",
+        {"at": AT, "off": Argument(Flag(), "let it be none, until its curves change", False)},
+        _patch,
+    ),
+    Tool(
         "subdivide",
         "Change how many edges a curve has; others follow where they must.",
         {
@@ -313,4 +326,4 @@ _ALL = (
 )
 
 #: The tools by name; "undo" and "redo" are the editor's own.
-TOOLS = {tool.name: tool for tool in (*_ALL, *SHAPING, *TOPOLOGY, MIRRORING)}
+TOOLS = {tool.name: snapping(tool) for tool in (*_ALL, *SHAPING, *TOPOLOGY, MIRRORING)}

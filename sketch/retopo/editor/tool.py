@@ -42,7 +42,9 @@ class Work:
 
     @property
     def network(self) -> Network:
-        return self.state.network
+        """The network, which knows its ground: one that was read or restored does not yet."""
+        found = self.state.network
+        return found if found.ground is self.ground else replace(found, ground=self.ground)
 
     @property
     def whole(self) -> Ground:

@@ -12,7 +12,8 @@ from sketch.retopo.counts import CountsProblem, choose
 from sketch.retopo.counts import changed as changed_counts
 from sketch.retopo.counts.evening import Stuck, fewest_changes
 from sketch.retopo.errors import RefusedError
-from sketch.retopo.network import Network, Patch
+from sketch.retopo.filling.bending import fewest_edges
+from sketch.retopo.network import Chain, Network, Patch
 
 #: Edges around a patch, at least.
 FEWEST = 4
@@ -36,11 +37,14 @@ class Numbering:
         edge: float,
         patches: Collection[int] | None = None,
         pinned: Mapping[int, int] | None = None,
+        *,
+        anew: bool = False,
     ) -> Numbering:
         """Of some patches, or all, and their chains.
 
         edge: target length of an edge. pinned: counts of chains by id to hold beside those that
-        the user has pinned.
+        the user has pinned. anew: shall all other chains have the edges that their shapes need?
+        Else only those do that have them already, and few are to change.
         """
         chosen = [
             network.patches[p] for p in sorted(network.patches if patches is None else patches)
@@ -53,6 +57,7 @@ class Numbering:
             [max(network.chains[c].length / edge, 1e-6) for c in chains],
             [[[number[half >> 1] for half in side] for side in patch.sides] for patch in chosen],
             [held.get(c, 0) for c in chains],
+            least=[_least(network.chains[c], edge, anew) for c in chains],
         )
         return cls(problem, tuple(chains), tuple(patch.id for patch in chosen))
 
@@ -107,7 +112,7 @@ def counted(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
     }
     if new:
         settled = {c: chain.count for c, chain in network.chains.items() if chain.count}
-        part = Numbering.of(network, edge, new, settled)
+        part = Numbering.of(network, edge, new, settled, anew=True)
         network = part.put(network, choose(part.problem).counts)
     if all(_sound(network, patch) for patch in network.patches.values()):
         return network, ()
@@ -119,7 +124,7 @@ def counted(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
 def chosen_anew(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
     """The network with all counts but pinned ones chosen anew, as near to the target edge and as
     regular as can be; and notes."""
-    whole = Numbering.of(network, edge)
+    whole = Numbering.of(network, edge, anew=True)
     found = choose(whole.problem)
     return whole.put(network, found.counts), whole.told(found.stuck)
 
@@ -188,6 +193,12 @@ def strip(network: Network, chain: int) -> tuple[int, ...]:
             found[over >> 1] = None
             queue.append(over ^ 1)
     return tuple(found)
+
+
+def _least(chain: Chain, edge: float, anew: bool) -> int:
+    """The fewest edges that a chain may get so as to keep its shape."""
+    needed = fewest_edges(chain, edge)
+    return needed if anew else min(needed, chain.count)
 
 
 def _sound(network: Network, patch: Patch) -> bool:

@@ -10,13 +10,13 @@ from numpy.typing import ArrayLike
 from patterndb.halfedge import Int32Array
 from patterndb.polygonmesh import PolygonMesh
 from query.placing.shape import units
-from query.placing.surface import Points, Surface, Triangles
+from query.placing.surface import GRAZE, Points, Surface, Triangles
 from query.placing.tree import first_along, nearest
 from sketch.retopo.errors import InvalidRetopoError
 from sketch.retopo.ground.facing import nearest_facing
 from sketch.retopo.ground.feet import Feet, Projected
 from sketch.retopo.ground.topology import Topology
-from sketch.retopo.sizes import EDGE
+from sketch.retopo.sizes import EDGE, Sizes
 
 #: A line along the normal that meets the surface further off than this many target edges has
 #: met another part of it.
@@ -125,14 +125,27 @@ class Ground:
             triangle[lost], weights[lost] = nearest(*self._tree, at[lost])
         return Projected(self.at(triangle, weights), np.empty(0, np.int32), lost)
 
+    def project_near(self, points: ArrayLike, normals: ArrayLike, sizes: Sizes) -> Projected:
+        """Points (n, 3) that lie nearly on the ground, as those of a curve that was smoothed or
+        cut short between places on it, taken along their normals; see :meth:`project`.
+
+        A hit much further off than the nearest point that faces so is on another part: in a
+        crease the line may pass the near side, and meet what is far beyond. Such a point counts
+        as missed.
+        """
+        at, up = _three(points, "points"), _three(normals, "normals")
+        close = self.nearest_facing(at, up).feet.points
+        off = np.linalg.norm(close - at, axis=1)
+        return self.project(at, up, np.minimum(GRAZE * off + sizes.sampling, TOO_FAR * sizes.edge))
+
     def project(
-        self, points: ArrayLike, normals: ArrayLike, reach: float | None = None
+        self, points: ArrayLike, normals: ArrayLike, reach: ArrayLike | None = None
     ) -> Projected:
         """Points (n, 3) taken along their normals (n, 3), both ways, to the nearest hit.
 
-        Triangles that face away from the normal are not seen. reach: how far a hit may be
-        (by default TOO_FAR times the default target edge); where there is none within, the
-        nearest point whose triangle faces as the normal does, and it is reported.
+        Triangles that face away from the normal are not seen. reach: how far a hit may be, one
+        length or (n,); by default TOO_FAR times the default target edge. Where there is none
+        within, the nearest point whose triangle faces as the normal does, and it is reported.
 
         Source: the released program of Takayama et al. 2013. Differs from it: points without a
         hit do not stay off the surface; lines begin at the points, not a little to either
@@ -141,7 +154,7 @@ class Ground:
         at, up = _three(points, "points"), units(_three(normals, "normals"))
         if len(at) != len(up):
             raise InvalidRetopoError(f"{len(at)} points have {len(up)} normals; give one for each")
-        far = TOO_FAR * EDGE * self.diagonal if reach is None else float(reach)
+        far = TOO_FAR * EDGE * self.diagonal if reach is None else np.asarray(reach, np.float64)
         triangle, weights = first_along(*self._tree, at, up, np.full(len(at), far))
         missed = np.flatnonzero(triangle < 0).astype(np.int32)
         lost = missed[:0]

@@ -11,7 +11,7 @@ from query.placing.shape import units
 from query.placing.surface import Points
 from query.polyline import arc_length, as_points, at_lengths
 from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.ground.ground import TOO_FAR, Ground
+from sketch.retopo.ground.ground import Ground
 from sketch.retopo.sizes import Sizes
 
 #: Rounds of smoothing that take the jitter of a hand out of a stroke. Source: the released
@@ -86,7 +86,7 @@ def cleaned(
     even = at_lengths(drawn, wanted)
     turned = np.stack([np.interp(wanted, along, up[:, d]) for d in range(3)], axis=1)
     even = smoothed(even, ROUNDS, closed)
-    done = ground.project(even, units(turned), TOO_FAR * sizes.edge)
+    done = ground.project_near(even, units(turned), sizes)
     return Stroke(done.points, done.normals, closed, len(done.missed) + len(done.lost))
 
 

@@ -29,6 +29,11 @@ a :class:`Draft`, in which chains that were cut may still be named by their old 
     draft.flag(2 * left, False)       # the wedge on its left is passed straight
     network = draft.finished()        # patches are found again, only where something changed
 
+A network stays a drawing on its ground: both ends of a new chain go into one face, whatever
+directions say, and :func:`genus_of` is never above the ground's :func:`handles_of`. What could only
+be drawn through another curve is refused. A network that knows its ground (``Network.ground``, set
+by tools that are given one) also sees the ends of limbs as patches.
+
 Patches whose loops and corners an edit does not change keep their ids and choices.
 ``tools.stroke.insert`` is for curves that may cross others; it ends in the same calls.
 :func:`samples` gives all points of all chains as flat arrays, :func:`nearest_places` and
@@ -49,8 +54,16 @@ from sketch.retopo.network.edits import (
 from sketch.retopo.network.enclosed import Enclosed, enclosed
 from sketch.retopo.network.ends import AtChain, AtNode, End, Free
 from sketch.retopo.network.gaps import Gap
+from sketch.retopo.network.handles import genus_of, handles_of
 from sketch.retopo.network.invariants import BrokenNetworkError, check, equal
-from sketch.retopo.network.patches import is_patch, loop_encloses, outline, with_patches
+from sketch.retopo.network.patches import (
+    is_end,
+    is_patch,
+    loop_encloses,
+    outline,
+    with_patches,
+    without_patch,
+)
 from sketch.retopo.network.samples import Samples, nearest_node, nearest_place, samples
 from sketch.retopo.network.structure import (
     BORDER,
@@ -98,6 +111,9 @@ __all__ = [
     "equal",
     "face",
     "forward",
+    "genus_of",
+    "handles_of",
+    "is_end",
     "is_patch",
     "loop_encloses",
     "nearest_node",
@@ -111,4 +127,5 @@ __all__ = [
     "with_choice",
     "with_count",
     "with_patches",
+    "without_patch",
 ]

@@ -17,9 +17,10 @@ def with_borders(network: Network, ground: Ground, sampling: float) -> Network:
     """The network with every border of the ground as a closed chain, marked beyond it.
 
     sampling: greatest distance of neighbouring samples; the border's vertices are among them.
-    The surface is on the left of the chains, and never a patch on their right.
+    The surface is on the left of the chains, and never a patch on their right. From then on the
+    network knows the ground.
     """
-    draft = Draft(network)
+    draft = Draft(network, ground)
     for loop in border_loops(ground):
         corners, up = ground.vertices[loop], ground.normals[loop]
         after, up_after = np.roll(corners, -1, axis=0), np.roll(up, -1, axis=0)

@@ -8,6 +8,7 @@ other, the new curve is looked at as if it lay a little aside: by the same tiny 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,6 +46,11 @@ class Crossings:
 
     def __len__(self) -> int:
         return len(self.along)
+
+    def taken(self, order: Sequence[int]) -> Crossings:
+        """Those with these numbers, in this order."""
+        k = np.array(order, np.int64)
+        return Crossings(self.along[k], self.chain[k], self.place[k], self.rightward[k])
 
 
 def crossings(points: Points, normals: Points, closed: bool, of: Samples) -> Crossings:

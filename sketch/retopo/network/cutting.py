@@ -6,15 +6,28 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from query.placing.shape import units
 from query.placing.surface import Points
+from query.polyline import as_points
 from sketch.retopo.errors import InvalidRetopoError
 from sketch.retopo.network.structure import NONE, Chain, HalfChain
 
 #: A cut this near to a sample, as a part of the segment, is made at the sample: chains get no
 #: tiny segments, and a cut and a merge give the chain that was.
 AT_SAMPLE = 0.1
+
+
+def line_of(points: ArrayLike, normals: ArrayLike) -> tuple[Points, Points]:
+    """A chain's points and normals (n, 3) as new arrays; InvalidRetopoError if they are none."""
+    line = as_points(points, "a chain's points", InvalidRetopoError)
+    up = as_points(normals, "a chain's normals", InvalidRetopoError)
+    if len(line) < 2 or len(up) != len(line):
+        raise InvalidRetopoError(
+            f"a chain of {len(line)} points with {len(up)} normals; give two or more, one each"
+        )
+    return line, up
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,41 +9,37 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from query.placing.surface import Points
-from query.polyline import as_points
 from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.network.cutting import Cut, at_place, joined, located, opened, split
+from sketch.retopo.ground import Ground
+from sketch.retopo.network.attaching import Gaps, attach
+from sketch.retopo.network.cutting import Cut, at_place, joined, line_of, located, opened, split
 from sketch.retopo.network.ends import AtChain, AtNode, End, Free
-from sketch.retopo.network.gaps import Gap, beside, pointed_into
+from sketch.retopo.network.handles import genus_of, handles_of
 from sketch.retopo.network.patches import with_patches
-from sketch.retopo.network.structure import NONE, Chain, HalfChain, Network, Node
+from sketch.retopo.network.structure import NONE, Chain, HalfChain, Network
+from sketch.retopo.network.tables import Tables
 
 #: Directions in which curves leave a node are taken over this many samples.
 SAMPLES_AHEAD = 2.0
 
 
-class Draft:
+class Draft(Tables):
     """A network that edits change in place; :meth:`finished` gives the new network.
 
     Chains that were cut may still be named by their old ids and places: they stand for the
     pieces. Patches are found again when it is finished, and only where something changed.
+    ground: what the network lies on, if it does not know yet.
     """
 
-    def __init__(self, network: Network) -> None:
-        self.before = network
-        self.nodes = dict(network.nodes)
-        self.chains = dict(network.chains)
-        self.next_id = network.next_id
+    def __init__(self, network: Network, ground: Ground | None = None) -> None:
+        super().__init__(network if ground is None else replace(network, ground=ground))
         self.notes: list[str] = []
-        self._cuts: dict[int, Cut] = {}
-        self._gaps: dict[HalfChain, Gap] = {}  # of ends whose gaps were given
-        self._nodes: set[int] = set()  # whose ends, flags or place changed
-        self._chains: set[int] = set()  # that are new or run elsewhere
 
     # Adding
 
     def add_node(self, point: ArrayLike, normal: ArrayLike) -> int:
         """A node without chains, for some to come; dropped at the end if none does."""
-        return self._new_node(np.array(point, np.float64), np.array(normal, np.float64), False)
+        return self.new_node(np.array(point, np.float64), np.array(normal, np.float64), False)
 
     def add_chain(
         self,
@@ -55,7 +51,7 @@ class Draft:
         count: int = 0,
         pinned: bool = False,
         marks: tuple[str, str] = ("", ""),
-        gaps: tuple[Gap | None, Gap | None] = (None, None),
+        gaps: Gaps = (None, None),
     ) -> int:
         """A chain between two ends; returns its id.
 
@@ -66,21 +62,20 @@ class Draft:
 
         A smooth joint makes one chain of two; the id returned then is the one of that.
         Raises InvalidRetopoError for ends that are not there and points that are none, and
-        RefusedError for a chain without length.
+        RefusedError for a chain without length, or one that would pass through others.
         """
-        line, up = _line(points, normals)
+        line, up = line_of(points, normals)
         first, last = self.end_node(start, line[0], up[0]), self.end_node(end, line[-1], up[-1])
         line[0], up[0] = self.nodes[first].point, self.nodes[first].normal
         line[-1], up[-1] = self.nodes[last].point, self.nodes[last].normal
         inner = (line[1:-1] != line[0]).any()
         if (line[0] == line[-1]).all() and (len(line) < 4 or not inner):
             raise RefusedError("the curve would begin and end at one place; draw it longer")
-        chain = self._new_id()
+        chain = self.new_id()
         self.chains[chain] = Chain(chain, first, last, line, up, count, pinned, marks)
-        self._chains.add(chain)
+        self.touched_chains.add(chain)
         reach = SAMPLES_AHEAD * self.chains[chain].length / (len(line) - 1)
-        self._attach(first, 2 * chain, reach, gaps[0])
-        self._attach(last, 2 * chain + 1, reach, gaps[1])
+        attach(self, chain, reach, gaps)
         for joint, node in ((start, first), (end, last)):
             if isinstance(joint, AtNode) and joint.smooth and first != last:
                 merged = self.merge(node)
@@ -96,19 +91,19 @@ class Draft:
         marks: tuple[str, str] = ("", ""),
     ) -> int:
         """A closed chain without a node: (n, 3) points with n >= 3, the first not repeated."""
-        line, up = _line(points, normals)
+        line, up = line_of(points, normals)
         if len(line) < 3:
             raise InvalidRetopoError(f"a closed chain of {len(line)} points; give 3 or more")
-        chain = self._new_id()
+        chain = self.new_id()
         self.chains[chain] = Chain(chain, NONE, NONE, line, up, count, False, marks)
-        self._chains.add(chain)
+        self.touched_chains.add(chain)
         return chain
 
     def end_node(self, end: End, point: Points, normal: Points) -> int:
         """The node of an end: that which is there, or made by cutting, or made at the point."""
         match end:
             case Free():
-                return self._new_node(point, normal, False)
+                return self.new_node(point, normal, False)
             case AtNode(node):
                 if node not in self.nodes:
                     raise InvalidRetopoError(f"there is no node {node} in the network")
@@ -117,33 +112,6 @@ class Draft:
                 return self.cut_chain(chain, place)
 
     # Cutting, joining, removing
-
-    def located(self, chain: int, place: float) -> tuple[int, float]:
-        """The chain and place that a chain and place, perhaps of before a cut, are now."""
-        while chain in self._cuts:
-            chain, place = self._cuts[chain].moved(place)
-        if chain not in self.chains:
-            raise InvalidRetopoError(f"there is no chain {chain} in the network")
-        return chain, place
-
-    def pieces(self, chains: Iterable[int]) -> set[int]:
-        """What chains, perhaps of before cuts, are now."""
-        found: set[int] = set()
-        left = list(chains)
-        while left:
-            chain = left.pop()
-            if chain in self._cuts:
-                left += self._cuts[chain].pieces
-            elif chain in self.chains:
-                found.add(chain)
-        return found
-
-    def half_now(self, half: HalfChain) -> HalfChain:
-        """The half-chain that leaves the same node as one of before a cut."""
-        while (half >> 1) in self._cuts:
-            pieces = self._cuts[half >> 1].pieces
-            half = 2 * pieces[-(half & 1)] + (half & 1)
-        return half
 
     def cut_chain(
         self,
@@ -163,25 +131,25 @@ class Draft:
         if not old.loose and share == 0.0 and k in (0, len(old.points) - 1):
             return old.start if k == 0 else old.end
         point, normal = at if at is not None else at_place(old, k, share)
-        node = self._new_node(point, normal, True)
+        node = self.new_node(point, normal, True)
         point, normal = self.nodes[node].point, self.nodes[node].normal
         if old.loose:
-            cut = Cut(k, share, (self._new_id(),), len(old.points))
+            cut = Cut(k, share, (self.new_id(),), len(old.points))
             new = opened(old, cut, node, point, normal)
             pieces: tuple[Chain, ...] = (new,)
             ends = (2 * new.id, 2 * new.id + 1)
         else:
-            cut = Cut(k, share, (self._new_id(), self._new_id()), len(old.points))
+            cut = Cut(k, share, (self.new_id(), self.new_id()), len(old.points))
             pieces = split(old, cut, node, point, normal)
             ends = (2 * pieces[1].id, 2 * pieces[0].id + 1)
-            self._rename_end(old.start, 2 * chain, 2 * pieces[0].id)
-            self._rename_end(old.end, 2 * chain + 1, 2 * pieces[1].id + 1)
+            self.rename_end(old.start, 2 * chain, 2 * pieces[0].id)
+            self.rename_end(old.end, 2 * chain + 1, 2 * pieces[1].id + 1)
         del self.chains[chain]
-        self._cuts[chain] = cut
+        self.cuts[chain] = cut
         for piece in pieces:
             self.chains[piece.id] = piece
-            self._chains.add(piece.id)
-        self._set(replace(self.nodes[node], ends=ends, flagged=(False, False)))
+            self.touched_chains.add(piece.id)
+        self.set_node(replace(self.nodes[node], ends=ends, flagged=(False, False)))
         return node
 
     def merge(self, node: int) -> int | None:
@@ -200,16 +168,15 @@ class Draft:
         marks = first.marks if one & 1 else first.marks[::-1]
         if marks != (last.marks[::-1] if two & 1 else last.marks):
             return None
-        new = joined(first, last, one ^ 1, two, self._new_id())
+        new = joined(first, last, one ^ 1, two, self.new_id())
         self.chains.pop(first.id)
         self.chains.pop(last.id, None)
-        self.nodes.pop(node)
-        self._nodes.discard(node)
+        self.drop_node(node)
         self.chains[new.id] = new
-        self._chains.add(new.id)
+        self.touched_chains.add(new.id)
         if not new.loose:
-            self._rename_end(new.start, one ^ 1, 2 * new.id)
-            self._rename_end(new.end, two ^ 1, 2 * new.id + 1)
+            self.rename_end(new.start, one ^ 1, 2 * new.id)
+            self.rename_end(new.end, two ^ 1, 2 * new.id + 1)
         return new.id
 
     def remove_chain(self, chain: int) -> tuple[int, ...]:
@@ -228,15 +195,14 @@ class Draft:
             j = at.ends.index(half)
             ends = at.ends[:j] + at.ends[j + 1 :]
             if not ends:
-                del self.nodes[node]
-                self._nodes.discard(node)
+                self.drop_node(node)
                 continue
             flags = list(at.flagged)
             del flags[j]
             closing = (j - 1) % len(ends)
             others = sum(flags) - flags[closing]
             flags[closing] = len(ends) > 1 and (len(ends) == 2 or others < 2)
-            self._set(replace(at, ends=ends, flagged=tuple(flags)))
+            self.set_node(replace(at, ends=ends, flagged=tuple(flags)))
             left.append(node)
         return tuple(n for n in dict.fromkeys(left) if n in self.nodes)
 
@@ -249,17 +215,17 @@ class Draft:
         at = self.nodes[chain.end if half & 1 else chain.start]
         j = at.wedge_after(half)
         flags = (*at.flagged[:j], corner, *at.flagged[j + 1 :])
-        self._set(replace(at, flagged=flags, cut=at.cut and not corner))
+        self.set_node(replace(at, flagged=flags, cut=at.cut and not corner))
 
     def reshape_chain(self, chain: int, points: ArrayLike, normals: ArrayLike) -> None:
         """Let a chain run elsewhere between the same nodes: (n, 3) points and normals."""
-        line, up = _line(points, normals)
+        line, up = line_of(points, normals)
         old = self.chains[chain]
         if not old.loose:
             line[0], up[0] = self.nodes[old.start].point, self.nodes[old.start].normal
             line[-1], up[-1] = self.nodes[old.end].point, self.nodes[old.end].normal
         self.chains[chain] = replace(old, points=line, normals=up)
-        self._chains.add(chain)
+        self.touched_chains.add(chain)
 
     def move_node(self, node: int, point: ArrayLike, normal: ArrayLike) -> None:
         """Move a node, and with it the ends of its chains and nothing else of them."""
@@ -268,7 +234,7 @@ class Draft:
             point=np.array(point, np.float64),
             normal=np.array(normal, np.float64),
         )
-        self._set(new)
+        self.set_node(new)
         for chain in {half >> 1 for half in new.ends}:
             self.reshape_chain(chain, self.chains[chain].points, self.chains[chain].normals)
 
@@ -285,8 +251,10 @@ class Draft:
         also:   the loops on the left of these half-chains become patches even if they do not
                 enclose by equation 1; they must have two corners and no open end.
         forget: are counts that no patch uses any more, and that no user chose, forgotten?
+
+        Raises RefusedError if curves would pass through each other without a crossing.
         """
-        for node in sorted(self._nodes):
+        for node in sorted(self.touched_nodes):
             at = self.nodes.get(node)
             if at is None:
                 continue
@@ -295,7 +263,8 @@ class Draft:
             elif at.valence > 1 and not any(at.flagged):
                 if at.valence == 2 and self.merge(node) is not None:
                     continue
-                self._set(replace(at, flagged=(True,) * at.valence))
+                self.set_node(replace(at, flagged=(True,) * at.valence))
+        self._refuse_crossings()
         return with_patches(
             replace(
                 self.before,
@@ -303,58 +272,20 @@ class Draft:
                 chains=dict(self.chains),
                 next_id=self.next_id,
             ),
-            self._nodes,
-            self._chains,
+            self.touched_nodes,
+            self.touched_chains,
             tuple(map(self.half_now, also)),
             forget,
         )
 
-    # Parts
-
-    def _new_id(self) -> int:
-        self.next_id += 1
-        return self.next_id - 1
-
-    def _new_node(self, point: Points, normal: Points, cut: bool) -> int:
-        node = self._new_id()
-        self._set(Node(node, np.array(point), np.array(normal), cut=cut))
-        return node
-
-    def _set(self, node: Node) -> None:
-        self.nodes[node.id] = node
-        self._nodes.add(node.id)
-
-    def _rename_end(self, node: int, old: HalfChain, new: HalfChain) -> None:
-        at = self.nodes[node]
-        if old in self._gaps:
-            self._gaps[new] = self._gaps.pop(old)
-        self._set(replace(at, ends=tuple(new if half == old else half for half in at.ends)))
-
-    def _attach(self, node: int, half: HalfChain, reach: float, gap: Gap | None) -> None:
-        """Put a half-chain among the ends of its node, with a corner on either side."""
-        at = self.nodes[node]
-        if not at.ends:
-            self._set(replace(at, ends=(half,), flagged=(False,)))
+    def _refuse_crossings(self) -> None:
+        """RefusedError if the order around nodes is that of no drawing on the ground."""
+        ground = self.before.ground
+        if ground is None or not self.touched_nodes:
             return
-        if gap is None:
-            j = pointed_into(at, half, reach, self.chains, self._gaps, self.half_now)
-        else:
-            j = beside(at, gap, self._gaps, self.half_now)
-            self._gaps[half] = gap
-        self._set(
-            replace(
-                at,
-                ends=(*at.ends[: j + 1], half, *at.ends[j + 1 :]),
-                flagged=(*at.flagged[:j], True, True, *at.flagged[j + 1 :]),
+        genus = genus_of(self.nodes, self.chains)
+        if genus and genus > handles_of(ground):
+            raise RefusedError(
+                "curves would pass through each other without a crossing; erase what is in the "
+                "way first, or end the curve beside it"
             )
-        )
-
-
-def _line(points: ArrayLike, normals: ArrayLike) -> tuple[Points, Points]:
-    line = as_points(points, "a chain's points", InvalidRetopoError)
-    up = as_points(normals, "a chain's normals", InvalidRetopoError)
-    if len(line) < 2 or len(up) != len(line):
-        raise InvalidRetopoError(
-            f"a chain of {len(line)} points with {len(up)} normals; give two or more, one each"
-        )
-    return line, up

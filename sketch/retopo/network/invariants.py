@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from patterndb.errors import PatternDBError
+from sketch.retopo.network.handles import genus_of, handles_of
 from sketch.retopo.network.patches import is_patch, possible
 from sketch.retopo.network.structure import MARKS, NONE, HalfChain, Network
 from sketch.retopo.network.walks import face
@@ -56,6 +57,11 @@ def check(network: Network, patches: bool = True) -> None:
             _hold((half >> 1) in network.chains, where, f"half-chain {half} is not there")
             _hold(network.origin(half) == node.id, where, f"half-chain {half} leaves another")
         _hold(any(node.flagged) != node.open, where, "flags: none at an open end, else one")
+    genus = genus_of(network.nodes, network.chains)
+    if genus and network.ground is not None:
+        handles = handles_of(network.ground)
+        wrong = f"it goes round {genus} handles, and the ground has {handles}"
+        _hold(genus <= handles, "the order around nodes", wrong)
     _check_patches(network)
     if patches:
         _check_loops(network)

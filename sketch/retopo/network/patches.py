@@ -9,7 +9,8 @@ import numpy as np
 
 from query.placing.surface import Points
 from sketch.retopo.errors import InvalidRetopoError
-from sketch.retopo.network.enclosed import Enclosed, enclosed
+from sketch.retopo.network.caps import is_cap
+from sketch.retopo.network.enclosed import ROUND, Enclosed, enclosed
 from sketch.retopo.network.spanned import is_strip
 from sketch.retopo.network.structure import Chain, HalfChain, Network, Patch
 from sketch.retopo.network.walks import dead_end, face
@@ -49,15 +50,24 @@ def is_patch(network: Network, loop: tuple[HalfChain, ...], corners: tuple[int, 
     """Is a loop to be a patch?
 
     Source: Takayama et al. 2013, section 5.1. Differs from the paper: any number of corners
-    from two on, since any such loop has fills; and strips that are bent so far around a limb
-    that equation 1 does not see them (:mod:`.spanned`).
+    from two on, since any such loop has fills; and what equation 1 does not see: strips that are
+    bent far around a limb (:mod:`.spanned`), and the ends of limbs (:mod:`.caps`).
     """
     if not possible(network, loop, corners):
         return False
-    found = loop_encloses(network, loop)
-    if found.length > network.longest:
+    if loop_encloses(network, loop).length > network.longest:
         return False
-    return found.encloses or (len(corners) == 4 and is_strip(_sides(network, loop, corners)))
+    return is_end(network, loop) or (len(corners) == 4 and is_strip(_sides(network, loop, corners)))
+
+
+def is_end(network: Network, loop: tuple[HalfChain, ...]) -> bool:
+    """Does a loop enclose by equation 1, or the end of a limb, which the ground tells?"""
+    points, normals = outline(network, loop)
+    found = enclosed(points, normals)
+    # Clockwise around a piece of the ground seen from outside, it is around the rest of it.
+    return found.encloses or (
+        found.roundness > -ROUND and is_cap(network, loop, points, found.length)
+    )
 
 
 def _sides(
@@ -139,6 +149,14 @@ def with_patches(
         unused = _unused(result, (network.patches[p] for p in gone))
         result = replace(result, chains={**lines, **unused})
     return result
+
+
+def without_patch(network: Network, patch: int) -> Network:
+    """The network with a patch less; counts that only it used, and no user chose, are forgotten."""
+    patches = {p: one for p, one in network.patches.items() if p != patch}
+    result = replace(network, patches=patches)
+    unused = _unused(result, [network.patches[patch]])
+    return replace(result, chains={**network.chains, **unused})
 
 
 def _unused(network: Network, gone: Iterable[Patch]) -> dict[int, Chain]:

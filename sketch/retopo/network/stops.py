@@ -1,10 +1,9 @@
-"""Where a curve that is added meets the network, and the parts between."""
+"""Where a curve that is added meets the network."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,20 +11,16 @@ from numpy.typing import NDArray
 from query.placing.shape import units
 from query.placing.surface import Points
 from query.polyline import arc_length
+from sketch.retopo.network.contracting import AROUND
 from sketch.retopo.network.crossings import Crossings, crossings
-from sketch.retopo.network.cutting import AT_SAMPLE
 from sketch.retopo.network.draft import Draft
-from sketch.retopo.network.ends import AtNode, End, Free
 from sketch.retopo.network.gaps import Gap
+from sketch.retopo.network.passing import in_order
 from sketch.retopo.network.samples import samples_of
 from sketch.retopo.network.structure import Chain, HalfChain
 
 #: Takes (k, 3) points with normals to the surface.
 Project = Callable[[Points, Points], tuple[Points, Points]]
-
-#: A curve from a node back to it is nothing if it is no longer than this many times what counts as
-#: near: it goes round the node at most.
-AROUND = 4.0
 
 #: A crossing that a hand overshot is at most this many snap radii along the chain from the node.
 OVERSHOT = 2.0
@@ -38,10 +33,12 @@ class Nearness:
     node: a crossing this near to the end of a chain, along it, is at the node there.
     ends: the same for the nodes that the curve's start and end are joined to, where the crossing
           must be this near to them along the curve, too: a hand overshoots.
+    open: open ends this near to the curve are joined to it.
     """
 
     node: float
     ends: tuple[float, float]
+    open: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -69,13 +66,26 @@ def stops_of(
     joints: tuple[int | None, int | None],
     near: Nearness,
     project: Project,
+    passed: Collection[HalfChain] = (),
 ) -> list[Stop]:
-    """Cut the chains where the curve crosses them."""
-    of = samples_of(draft.chains)
-    found = crossings(line, up, False, of)
+    """Cut the chains where the curve crosses them.
+
+    passed: half-chains that leave nodes on the curve: it does not cross them there.
+    """
+    found = crossings(line, up, False, samples_of(draft.chains))
+    if passed:
+        found = found.taken(_elsewhere(draft, found, passed, near.node))
     if not len(found):
         return []
     at = np.interp(found.along, np.arange(len(along)), along)
+    crossed = [
+        2 * int(chain) + (not rightward)
+        for chain, rightward in zip(found.chain, found.rightward, strict=True)
+    ]
+    order = in_order(draft.nodes, draft.chains, at, crossed, near.node)
+    if order != sorted(order):
+        found = found.taken(order)
+        at = np.maximum.accumulate(at[order])
     points, normals = between(line, up, found.along)
     for k, chain in enumerate(found.chain):
         old = draft.chains[int(chain)]
@@ -110,6 +120,18 @@ def stops_of(
             )
         )
     return stops
+
+
+def _elsewhere(
+    draft: Draft, found: Crossings, passed: Collection[HalfChain], near: float
+) -> list[int]:
+    """The numbers of the crossings that are not where one of these half-chains begins."""
+    elsewhere: list[int] = []
+    for k in range(len(found)):
+        ends = _ends(draft.chains[int(found.chain[k])], float(found.place[k]))
+        if not any(half in passed and off <= near for off, _, half in ends):
+            elsewhere.append(k)
+    return elsewhere
 
 
 def _ends(chain: Chain, place: float) -> list[tuple[float, int, HalfChain]]:
@@ -186,62 +208,6 @@ def gathered(
                 continue
         result.append(stop)
     return result
-
-
-def pairs(
-    stops: list[Stop], free: tuple[bool, bool], whole: float, shortest: float
-) -> list[tuple[Stop | float, Stop | float]]:
-    """The parts of an open curve: from stop to stop, or from or to a loose end (arc length)."""
-    if not stops:
-        return [(0.0, whole)]
-    pairs: list[tuple[Stop | float, Stop | float]] = []
-    if free[0] and stops[0].begins > shortest:
-        pairs.append((0.0, stops[0]))
-    pairs += pairwise(stops)
-    if free[1] and whole - stops[-1].ends > shortest:
-        pairs.append((stops[-1], whole))
-    return pairs
-
-
-def piece(
-    draft: Draft,
-    line: Points,
-    up: Points,
-    along: NDArray[np.float64],
-    a: Stop | float,
-    b: Stop | float,
-) -> list[int]:
-    """Add the part of the curve between two stops; nothing beyond a marked side."""
-    if (isinstance(a, Stop) and a.outside[1]) or (isinstance(b, Stop) and b.outside[0]):
-        return []
-    begin = a.ends if isinstance(a, Stop) else a
-    finish = b.begins if isinstance(b, Stop) else b
-    step = float(along[-1]) / (len(along) - 1)
-    inner = np.flatnonzero((along > begin) & (along < finish))
-    edge = np.interp([begin, finish], along, np.arange(len(along)))
-    points, normals = between(line, up, edge)
-    ends: list[End] = [Free(), Free()]
-    for k, stop in enumerate((a, b)):
-        off = 0.0
-        if isinstance(stop, Stop):
-            node = draft.nodes[stop.node]
-            off = float(np.linalg.norm(points[k] - node.point))
-            points[k], normals[k] = node.point, node.normal
-            ends[k] = AtNode(stop.node)
-        # Samples that the node has come past.
-        close = np.linalg.norm(line[inner] - points[k], axis=1) < max(AT_SAMPLE * step, off)
-        run = close if k == 0 else close[::-1]
-        drop = len(run) if run.all() else int(np.argmin(run))
-        inner = inner[drop:] if k == 0 else inner[: len(inner) - drop]
-    line = np.concatenate([points[:1], line[inner], points[1:]])
-    up = np.concatenate([normals[:1], up[inner], normals[1:]])
-    if (line[0] == line[-1]).all() and len(inner) < 2:
-        return []
-    gaps = (
-        a.after if isinstance(a, Stop) else None,
-        b.before if isinstance(b, Stop) else None,
-    )
-    return [draft.add_chain(line, up, ends[0], ends[1], gaps=gaps)]
 
 
 def between(points: Points, normals: Points, places: NDArray[np.float64]) -> tuple[Points, Points]:

@@ -16,6 +16,7 @@ import numpy as np
 
 from query.placing.surface import Points
 from sketch.retopo.errors import InvalidRetopoError
+from sketch.retopo.ground import Ground
 
 HalfChain = int
 
@@ -181,6 +182,8 @@ class Network:
     next_id: above all ids in use; an id is never used twice within one line of edits.
     longest: a loop longer than this never becomes a patch; the surface's own unit. Takayama et
              al.'s program takes twice the diagonal of the surface.
+    ground:  the surface that it lies on, None for a plane. Tools that are given one put it here;
+             it is no part of what :func:`~sketch.retopo.network.equal` compares and sessions keep.
     """
 
     nodes: Mapping[int, Node] = field(default_factory=dict)
@@ -188,6 +191,7 @@ class Network:
     patches: Mapping[int, Patch] = field(default_factory=dict)
     next_id: int = 0
     longest: float = math.inf
+    ground: Ground | None = field(default=None, repr=False)
 
     def chain(self, chain: int) -> Chain:
         """By id; raises InvalidRetopoError if it is not there (any more)."""

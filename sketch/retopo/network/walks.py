@@ -48,6 +48,34 @@ def face(
     return tuple(loop), tuple(k for k, corner in enumerate(leaves_corner) if corner)
 
 
+def walked(
+    nodes: Mapping[int, Node], chains: Mapping[int, Chain], half: HalfChain
+) -> list[HalfChain]:
+    """The half-chains around the face on the left of one, from that one on."""
+    loop = [half]
+    at, _ = successor(nodes, chains, half)
+    while at != half:
+        loop.append(at)
+        at, _ = successor(nodes, chains, at)
+    return loop
+
+
+def joined_chains(nodes: Mapping[int, Node], chains: Mapping[int, Chain], chain: int) -> set[int]:
+    """The chains that hang together with one, by nodes."""
+    found = {chain}
+    seen = {NONE}
+    left = [chain]
+    while left:
+        line = chains[left.pop()]
+        for node in (line.start, line.end):
+            if node not in seen:
+                seen.add(node)
+                new = {half >> 1 for half in nodes[node].ends} - found
+                found |= new
+                left += new
+    return found
+
+
 def dead_end(
     nodes: Mapping[int, Node], chains: Mapping[int, Chain], loop: tuple[HalfChain, ...]
 ) -> bool:

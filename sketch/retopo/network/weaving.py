@@ -14,6 +14,8 @@ from query.polyline import arc_length
 from sketch.retopo.network.crossings import crossings, self_crossings
 from sketch.retopo.network.draft import Draft
 from sketch.retopo.network.ends import AtNode, End, Free
+from sketch.retopo.network.passedends import open_places, passed_ends, straightened
+from sketch.retopo.network.pieces import pairs, piece
 from sketch.retopo.network.samples import samples_of
 from sketch.retopo.network.stops import (
     Nearness,
@@ -21,8 +23,6 @@ from sketch.retopo.network.stops import (
     Stop,
     between,
     gathered,
-    pairs,
-    piece,
     stops_of,
 )
 
@@ -52,10 +52,10 @@ def weave(
     bounds = [0.0, *_cuts(own.place, own.along, others), float(len(line) - 1)]
     for k, (begin, finish) in enumerate(pairwise(bounds)):
         points, normals = _part(line, up, begin, finish)
-        one, two = start, end
+        one, two = _now(draft, start), _now(draft, end)
         reach = list(near.ends)
         if k > 0:
-            one, reach[0] = AtNode(joints[-1]), near.node
+            one, reach[0] = AtNode(draft.node_now(joints[-1])), near.node
         if k < len(bounds) - 2:
             joints.append(draft.add_node(points[-1], normals[-1]))
             two, reach[1] = AtNode(joints[-1]), near.node
@@ -70,10 +70,11 @@ def weave_closed(
     """The same of a closed curve (n, 3), its first point not repeated."""
     own = self_crossings(line, up, True)
     others = crossings(line, up, True, samples_of(draft.chains))
-    places = np.sort(np.concatenate([own.along, own.place, others.along]))
+    ends = open_places(draft, line, up, near.open)
+    places = np.sort(np.concatenate([own.along, own.place, others.along, ends]))
     if not len(places):
         return [draft.add_loop(line, up)]
-    # It is opened where it is furthest from any crossing, and joined again in the end.
+    # It is opened where it is furthest from all it meets, and joined again in the end.
     gaps = np.diff(places, append=places[0] + len(line))
     widest = int(np.argmax(gaps))
     begin = float((places[widest] + 0.5 * gaps[widest]) % len(line))
@@ -100,7 +101,10 @@ def _open(
     whole = float(along[-1])
     first = None if isinstance(start, Free) else draft.end_node(start, line[0], up[0])
     last = None if isinstance(end, Free) else draft.end_node(end, line[-1], up[-1])
-    stops = stops_of(draft, line, up, along, (first, last), near, project)
+    passed = passed_ends(draft, line, up, along, (first, last), near.open, project)
+    stems = [one.stem for one in passed]
+    stops = stops_of(draft, line, up, along, (first, last), near, project, stems)
+    stops = sorted([*stops, *(one.stop() for one in passed)], key=lambda stop: stop.begins)
     if first is not None:
         stops.insert(0, Stop(first, 0.0, 0.0))
     if last is not None:
@@ -108,14 +112,20 @@ def _open(
     stops = gathered(stops, near, (first is not None, last is not None), whole)
     made: list[int] = []
     for one, two in pairs(stops, (first is None, last is None), whole, near.node):
-        made += piece(draft, line, up, along, one, two)
+        made += piece(draft, line, up, along, one, two, near)
+    straightened(draft, passed)
     return made
+
+
+def _now(draft: Draft, end: End) -> End:
+    """An end whose node may have gone into another."""
+    return replace(end, node=draft.node_now(end.node)) if isinstance(end, AtNode) else end
 
 
 def _smoothed(draft: Draft, made: Iterable[int], joints: Iterable[int]) -> list[int]:
     """Join the parts of one curve; what its chains are then."""
     now = draft.pieces(made)
-    for joint in joints:
+    for joint in map(draft.node_now, joints):
         if joint in draft.nodes:
             parts = {half >> 1 for half in draft.nodes[joint].ends}
             merged = draft.merge(joint)

@@ -11,7 +11,6 @@ from query.placing.surface import Points
 from sketch.retopo.errors import RefusedError
 from sketch.retopo.filling.choice import Choice, Filling, Flow
 from sketch.retopo.ground import Ground
-from sketch.retopo.ground.ground import TOO_FAR
 from sketch.retopo.network import (
     NONE,
     SYMMETRY,
@@ -97,7 +96,7 @@ class _Images:
         """Images (n, 3) of points with normals, on the ground, and how far they were off it."""
         images = self.plane.mirrored(points)
         up = self.plane.mirrored_directions(normals)
-        found = self.ground.project(images, up, TOO_FAR * self.sizes.edge)
+        found = self.ground.project_near(images, up, self.sizes)
         off = np.linalg.norm(found.points - images, axis=1)
         # Next to the plane the surface may lead across it; there the image itself is better.
         there = (off <= self.sizes.snap) & (self.plane.heights(found.points) < 0.0)

@@ -78,12 +78,19 @@ def edges_around(network: Network) -> list[Edge]:
     """All boundaries of what is there.
 
     A half-chain belongs to one if it has no patch on its left and may have one, and there is a
-    patch on its right, or the border of the surface, or the plane of symmetry.
+    patch on its right, or the border of the surface, or the plane of symmetry. A patch that has a
+    chain on both its sides is none here: one curve between two rings closes the whole strip
+    between them, and more are to come.
 
     Differs from the paper and its released program, to which only patches count: beside the
     surface's border they leave a gap that no quad can fill.
     """
-    taken = network.patch_of()
+    slit = {
+        patch.id
+        for patch in network.patches.values()
+        if any(h ^ 1 in patch.loop for h in patch.loop)
+    }
+    taken = {half for half, patch in network.patch_of().items() if patch not in slit}
     empty = {
         half
         for chain in network.chains

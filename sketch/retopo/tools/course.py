@@ -10,7 +10,6 @@ import numpy as np
 from query.placing.surface import Points
 from query.polyline import arc_length, at_lengths
 from sketch.retopo.ground import Ground
-from sketch.retopo.ground.ground import TOO_FAR
 from sketch.retopo.network.crossings import crossings, self_crossings
 from sketch.retopo.network.order import departure, turn
 from sketch.retopo.network.samples import samples_of
@@ -30,7 +29,7 @@ def on_ground(
     points: Points, normals: Points, ground: Ground, sizes: Sizes
 ) -> tuple[Points, Points]:
     """(n, 3) points taken to the ground along normals (n, 3), with the ground's normals there."""
-    done = ground.project(points, normals, TOO_FAR * sizes.edge)
+    done = ground.project_near(points, normals, sizes)
     return done.points, done.normals
 
 

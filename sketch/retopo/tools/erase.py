@@ -36,9 +36,11 @@ def erase_crossed(network: Network, scribble: Stroke) -> Edit:
 def erase(network: Network, chains: Iterable[int]) -> Edit:
     """Erase chains by their ids; marked ones, the borders and the seam of symmetry, stay.
 
-    Where an erased curve had ended on another, or crossed it, what it had cut is one chain again
-    if it runs straight (STRAIGHT). Chains that no patch uses any more, but one did, lose their
-    counts, unless the user chose them.
+    What an erased curve had cut is one chain again: where it had ended on another, which passes
+    the T-junction however it bends; where it had crossed one, both sides of it gone; and where
+    it had met several, if the two that are left run straight (STRAIGHT). Corners that were
+    drawn as such stay. Chains that no patch uses any more, but one did, lose their counts, unless
+    the user chose them.
 
     Raises RefusedError if nothing can be erased, InvalidRetopoError for ids that are not there.
     Source: the program of Takayama et al. 2013. Differs from it: it leaves a corner wherever
@@ -54,10 +56,36 @@ def erase(network: Network, chains: Iterable[int]) -> Edit:
     left: list[int] = []
     for line in gone:
         left += draft.remove_chain(line.id)
-    for node in dict.fromkeys(left):
-        if node in draft.nodes and draft.nodes[node].cut and passed_straight(draft, node):
-            draft.merge(node)
+    # All are looked at before any goes: then ends have other names.
+    joints = [
+        node
+        for node in dict.fromkeys(left)
+        if node in draft.nodes
+        and (
+            _one_curve(draft, network.nodes[node])
+            or (draft.nodes[node].cut and passed_straight(draft, node))
+        )
+    ]
+    for node in joints:
+        draft.merge(node)
     return Edit.of(network, draft.finished(forget=True), notes)
+
+
+def _one_curve(draft: Draft, before: Node) -> bool:
+    """Are the two ends that are left at a node one curve that passed it?
+
+    That is so if its other side passed it straight, and if it crossed the one that is gone.
+    """
+    left = set(draft.nodes[before.id].ends)
+    n = before.valence
+    if len(left) != 2:
+        return False
+    one, two = sorted(before.ends.index(half) for half in left)
+    if before.cut and n == 4 and two - one == 2:
+        return True
+    return (two - one == 1 and not before.flagged[one]) or (
+        two - one == n - 1 and not before.flagged[two]
+    )
 
 
 def erase_open(network: Network) -> Edit:

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike, NDArray
 from query.placing.surface import Points
 from sketch.retopo.errors import RefusedError
 from sketch.retopo.ground import Ground
-from sketch.retopo.ground.ground import TOO_FAR
 from sketch.retopo.network.draft import Draft
 from sketch.retopo.network.edits import Edit
 from sketch.retopo.network.ends import AtNode
@@ -90,5 +89,5 @@ def _lead(draft: Draft, ground: Ground, sizes: Sizes, node: int, centre: int) ->
     share = np.linspace(0.0, 1.0, steps + 1)[:, None]
     line = (1.0 - share) * rim.point + share * hub.point
     up = (1.0 - share) * rim.normal + share * hub.normal
-    done = ground.project(line, up, TOO_FAR * sizes.edge)
+    done = ground.project_near(line, up, sizes)
     return draft.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))

@@ -9,7 +9,7 @@ from query.placing.surface import Points
 from query.polyline import arc_length
 from sketch.retopo.errors import InvalidRetopoError, RefusedError
 from sketch.retopo.ground import Ground, Stroke
-from sketch.retopo.ground.ground import TOO_FAR
+from sketch.retopo.network.doubled import undoubled
 from sketch.retopo.network.draft import Draft
 from sketch.retopo.network.edits import Edit
 from sketch.retopo.network.ends import AtChain, AtNode, End, Free
@@ -54,12 +54,13 @@ def insert(
     """
     if stroke.closed and not (start is None and end is None):
         raise InvalidRetopoError("a closed stroke has no ends to join; leave start and end out")
-    draft = Draft(network)
-    near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (sizes.snap, sizes.snap))
+    draft = Draft(network, ground)
+    same = min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap)
+    near = Nearness(same, (sizes.snap, sizes.snap), sizes.snap)
     line, up = stroke.points, stroke.normals
 
     def project(points: Points, normals: Points) -> tuple[Points, Points]:
-        done = ground.project(points, normals, TOO_FAR * sizes.edge)
+        done = ground.project_near(points, normals, sizes)
         return done.points, done.normals
 
     joints: list[int] = []
@@ -79,13 +80,18 @@ def insert(
             ends.append(joint)
         line, up = dragged(line, up, draft, ends, project)
         made = weave(draft, line, up, ends[0], ends[1], near, project)
+    drawn, made = made, undoubled(draft, made, sizes.snap)
     if not made:
         raise RefusedError(
-            "nothing of the stroke is left: it begins and ends at one corner, or lies beyond "
+            "nothing of the stroke is left: it lies within the snap radius of a curve that is "
+            "there; draw it further off, or with a smaller snap radius"
+            if drawn
+            else "nothing of the stroke is left: it begins and ends at one corner, or lies beyond "
             "the border of the surface; draw it longer"
         )
-    for node in joints:
-        draft.merge(node)
+    for node in map(draft.node_now, joints):
+        if node in draft.nodes:
+            draft.merge(node)
     notes: list[str] = []
     if stroke.missed:
         notes.append(f"{stroke.missed} points of the stroke had no surface along their normals")

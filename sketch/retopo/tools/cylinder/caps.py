@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal, get_args
 
-from sketch.retopo.network import Draft, HalfChain, Network, face, loop_encloses
+from sketch.retopo.network import Draft, HalfChain, Network, face, is_end
 from sketch.retopo.tools.cylinder.rings import Ring
 
 Caps = Literal["auto", "always", "never"]
@@ -15,7 +15,7 @@ def wants_cap(network: Network, ring: Ring, caps: Caps) -> bool:
     """Is there to be a patch on the other side of a ring?
 
     Never where that side has a patch, a mark or other curves; else always, or, by itself, where
-    the loop encloses a part of the surface there as a patch does.
+    the loop encloses a part of the surface there as a patch does, or the end of a limb.
     """
     if caps == "never":
         return False
@@ -25,7 +25,7 @@ def wants_cap(network: Network, ring: Ring, caps: Caps) -> bool:
     loop, _ = face(network.nodes, network.chains, beyond[0])
     if set(loop) != set(beyond):
         return False
-    return caps == "always" or loop_encloses(network, loop).encloses
+    return caps == "always" or is_end(network, loop)
 
 
 def flag_beyond(draft: Draft, node: int, join: HalfChain) -> HalfChain:

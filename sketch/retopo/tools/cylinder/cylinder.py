@@ -8,7 +8,6 @@ from __future__ import annotations
 from query.placing.surface import Points
 from sketch.retopo.errors import InvalidRetopoError, RefusedError
 from sketch.retopo.ground import Ground, Stroke, geodesic
-from sketch.retopo.ground.ground import TOO_FAR
 from sketch.retopo.network import AtNode, Draft, Edit, Network
 from sketch.retopo.network.stops import Nearness
 from sketch.retopo.network.weaving import weave
@@ -55,10 +54,10 @@ def cylinder(
         raise InvalidRetopoError(f"a division into {division}; give 2 to {MOST}")
     if caps not in CAPS:
         raise InvalidRetopoError(f"caps is {caps!r}; there are {', '.join(CAPS)}")
+    draft = Draft(network, ground)
     one, other = _ends(network, stroke, sizes.snap)
     pairs = paired(one, other, division)
-    capped = [ring for ring, _ in (one, other) if wants_cap(network, ring, caps)]
-    draft = Draft(network)
+    capped = [ring for ring, _ in (one, other) if wants_cap(draft.before, ring, caps)]
     nodes = [
         [_node(draft, network, ring, pair[k]) for pair in pairs]
         for k, (ring, _) in enumerate((one, other))
@@ -127,7 +126,7 @@ def _join(
     ends = AtNode(one), AtNode(other)
 
     def project(points: Points, normals: Points) -> tuple[Points, Points]:
-        done = ground.project(points, normals, TOO_FAR * sizes.edge)
+        done = ground.project_near(points, normals, sizes)
         return done.points, done.normals
 
     if stroke is None:

@@ -1,0 +1,90 @@
+"""How many edges curves need so as to keep their shape, and that counts respect it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from editor_cases import drawn_octants
+from filling_cases import assert_even
+from hypothesis import given
+from hypothesis import strategies as st
+
+import patterndb
+from query.engine import PatternSource
+from query.placing.surface import Points
+from query.polyline import sampled
+from sketch.retopo.filling import changed, chosen_anew
+from sketch.retopo.filling.bending import SAGITTA, STRETCH, fewest_edges
+from sketch.retopo.network import Chain
+
+
+@pytest.fixture(scope="module")
+def source() -> Iterator[PatternSource]:
+    with patterndb.open() as opened:
+        yield opened
+
+
+def chain(line: Points, loose: bool = False) -> Chain:
+    ends = (-1, -1) if loose else (0, 1)
+    return Chain(0, *ends, line.copy(), np.zeros_like(line))
+
+
+def arc(turn: float, n: int = 400) -> Points:
+    t = np.linspace(0.0, turn, n)
+    return np.stack([np.cos(t), np.sin(t), 0.0 * t], axis=1)
+
+
+def cut_off(line: Points, edges: int) -> float:
+    """The furthest that a point of a line lies from its division into edges."""
+    corners = sampled(line, edges)
+    along = corners[1:] - corners[:-1]
+    share = np.einsum("nec,ec->ne", line[:, None] - corners[:-1], along) / (along**2).sum(axis=1)
+    feet = corners[:-1] + np.clip(share, 0.0, 1.0)[..., None] * along
+    return float(np.linalg.norm(line[:, None] - feet, axis=2).min(axis=1).max())
+
+
+@given(st.floats(0.1, 2 * np.pi - 0.01), st.floats(0.05, 3.0))
+def test_edges_cut_off_the_allowed_sagitta_of_an_arc_and_are_no_more_than_that_asks_for(
+    turn: float, edge: float
+) -> None:
+    n = fewest_edges(chain(arc(turn)), edge)
+    # The chord of a whole arc is its sagitta e^2 kappa / 8 but for the fourth power of e.
+    assert cut_off(arc(turn), n) <= SAGITTA * edge * 1.01 or n == 1
+    by_bends = turn / np.sqrt(8.0 * SAGITTA * edge)
+    assert n == max(1, np.ceil(max(by_bends * 0.999, turn / edge / STRETCH)))
+
+
+def test_a_straight_curve_and_one_with_a_sharp_corner_need_few() -> None:
+    straight = np.linspace([0.0, 0.0, 0.0], [6.0, 0.0, 0.0], 50)
+    assert fewest_edges(chain(straight), 1.0) == np.ceil(6.0 / STRETCH)
+    corner = np.concatenate([straight[:25], straight[24] + straight[:25, [1, 0, 2]]])
+    assert fewest_edges(chain(corner), 1.0) == np.ceil(chain(corner).length / STRETCH)
+    assert fewest_edges(chain(straight[:2]), 1.0) == 1
+
+
+@pytest.mark.parametrize("edge", [0.2, 0.7, 2.0])
+def test_a_closed_curve_turns_where_it_begins_too(edge: float) -> None:
+    circle = arc(2 * np.pi, 401)[:-1]
+    turned = np.roll(circle, 133, axis=0)
+    wanted = np.ceil(max(2 * np.pi / np.sqrt(8 * SAGITTA * edge), 2 * np.pi / edge / STRETCH))
+    assert fewest_edges(chain(circle, True), edge) == wanted
+    assert fewest_edges(chain(turned, True), edge) == wanted
+
+
+def test_counts_keep_the_shapes_of_curves_and_a_user_may_ask_for_fewer(
+    source: PatternSource,
+) -> None:
+    network = drawn_octants(source).fill().network
+    edge = 1.2
+    network, notes = chosen_anew(network, edge)
+    assert notes == ()
+    assert_even(network)
+    assert all(one.count >= fewest_edges(one, edge) > 1 for one in network.chains.values())
+    one = min(network.chains)
+    fewer, _ = changed(network, edge, {one: 1})
+    assert fewer.chains[one].count == 1
+    # With another target edge all would have more: what is settled stays.
+    same, _ = changed(network, edge / 4, {one: network.chains[one].count + 2})
+    assert sum(same.chains[c].count != network.chains[c].count for c in same.chains) == 1

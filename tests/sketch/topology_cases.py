@@ -1,0 +1,74 @@
+"""What tests of loops and pairs share."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+from editor_cases import SIZES
+from retopo_cases import plane
+
+from patterndb.halfedge import Int32Array
+from query.engine import PatternSource
+from query.identity import quads_key
+from query.weld import weld
+from sketch.retopo.filling import (
+    Choice,
+    RetopoMesh,
+    completed,
+    filling_of,
+    lengths,
+    suits,
+    welded,
+)
+from sketch.retopo.network import Network, check
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def choice_of(network: Network, patch: int) -> Choice:
+    choice = filling_of(network.patches[patch]).choice
+    assert choice is not None
+    return choice
+
+
+def assert_sound(network: Network) -> None:
+    """Every patch is even, and its fill a disk with its counts."""
+    check(network)
+    for patch in network.patches.values():
+        sides = lengths(network, patch)
+        assert sum(sides) % 2 == 0 and suits(network, patch)
+        choice = choice_of(network, patch.id)
+        weld(choice.faces, choice.n_vertices, sum(sides))
+
+
+def assert_manifold(mesh: RetopoMesh) -> None:
+    """No edge has more than two quads, and none is passed twice the same way."""
+    ends = zip(mesh.quads.ravel(), np.roll(mesh.quads, -1, axis=1).ravel(), strict=True)
+    edges = [(int(a), int(b)) for a, b in ends]
+    assert max(Counter(edges).values()) == 1
+    assert max(Counter((min(e), max(e)) for e in edges).values()) <= 2
+
+
+def key(choice: Choice) -> bytes:
+    faces = choice.faces
+    return quads_key(faces, weld(faces, choice.n_vertices, choice.perimeter), False)
+
+
+def drawn_quads(source: PatternSource, network: Network) -> Int32Array:
+    """The quads of the mesh, which must be manifold."""
+    found = completed(network, plane(), source, SIZES.edge)
+    assert found.network is network, "counts and fills are there"
+    mesh = welded(found)
+    assert_manifold(mesh)
+    return mesh.quads
+
+
+def around(network: Network) -> int:
+    """Edges around all patches."""
+    return sum(sum(lengths(network, patch)) for patch in network.patches.values())
+
+
+def same_poles(one: Int32Array, two: Int32Array) -> bool:
+    """A loop makes and takes no irregular vertex."""
+    return sorted(one.tolist()) == sorted(two.tolist())

@@ -1,0 +1,29 @@
+"""States of the fill explorer, for its tests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from domed import DOME, opened
+
+from viewer.contour import flat
+from viewer.explorer_state import ExplorerState
+from viewer.view import View
+
+
+@pytest.fixture
+def state() -> Iterator[ExplorerState]:
+    state = opened(flat((4, 3, 4, 3)))
+    yield state
+    state.close()
+
+
+@pytest.fixture
+def empty() -> Iterator[ExplorerState]:
+    """A dome to draw on, seen from above, 100 points to a unit."""
+    state = opened(surface=DOME)
+    state.view = View(np.eye(3), np.zeros(3), 100.0)
+    yield state
+    state.close()

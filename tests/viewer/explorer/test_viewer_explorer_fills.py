@@ -1,0 +1,214 @@
+"""The fills that the fill explorer finds, and its strokes."""
+
+from __future__ import annotations
+
+import threading
+
+import numpy as np
+import pytest
+from domed import SOURCE, Source, click, drag, keys, opened
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from patterndb.errors import NotFoundError
+from patterndb.patternclass import PatternClass
+from query import Stroke, fills
+from query.placing import strand
+from viewer.contour import flat
+from viewer.explorer_keys import ACTIONS, KEYS
+from viewer.explorer_scene import compose
+from viewer.explorer_state import ExplorerState
+from viewer.pen import Mode
+
+
+def test_the_fills_are_the_library_s(state: ExplorerState) -> None:
+    state.settle(0)
+    state.settle()
+    assert state.boundary is not None
+    wanted = list(fills(SOURCE, state.boundary, limit=state.limit))
+    assert [f.quads.tolist() for f in state.fills] == [f.quads.tolist() for f in wanted]
+    assert not state.searching and len(wanted) > 3
+    keys(state, "End Right")
+    assert state.rank == len(wanted) - 1
+    keys(state, "Left Left Next Prior Home Left")
+    assert state.rank == 0
+    keys(state, "r")
+    state.settle()
+    assert state.strict and state.fills and all(f.strict for f in state.fills)
+    names = []
+    for _ in range(7):
+        names.append(state.order)
+        keys(state, "o")
+    assert names == [None, "artist", "regular", "quality", "small", "symmetric", None]
+    with pytest.raises(NotFoundError, match="there is no fill 9999, only "):
+        state.settle(9998)
+
+
+def test_more_fills_keep_the_place() -> None:
+    state = opened(flat((4, 3, 4, 3)), limit=4)
+    try:
+        state.settle(3)
+        state.settle()
+        assert state.truncated and len(state.fills) == 4
+        first = [f.quads.tolist() for f in state.fills]
+        keys(state, "m")
+        state.settle()
+        assert len(state.fills) == 8 and state.rank == 3
+        assert [f.quads.tolist() for f in state.fills[:4]] == first
+    finally:
+        state.close()
+
+
+def test_what_is_new_is_told_once(state: ExplorerState) -> None:
+    state.settle(0)
+    state.settle()
+    state.poll()
+    assert not state.poll()
+    keys(state, "Right")
+    state.settle()
+    assert state.poll() and not state.poll()
+
+
+class Slow(Source):
+    """Patterns that are read only when the test lets them."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.asked: list[int] = []
+        self.gate = threading.Event()
+
+    def pattern_class(self, n_sides: int) -> PatternClass:
+        self.asked.append(n_sides)
+        assert self.gate.wait(60.0)
+        return super().pattern_class(n_sides)
+
+
+def test_a_change_does_not_wait_for_the_query_that_runs() -> None:
+    source = Slow()
+    state = ExplorerState(source, flat((2, 2, 2, 2)))
+    try:
+        first = state._search
+        assert first is not None and state.searching
+        drawn = compose(state, 1.6)
+        assert "searching …" in [t.text for t in drawn.scene.texts]
+        keys(state, "] ]")
+        assert state.boundary is not None and state.boundary.perimeter > 8
+        assert state.searching and state._search is not first
+        source.gate.set()
+        state.settle(0)
+        assert first.wait(timeout=60.0) and first.fills == []
+        assert all(sum(f.lengths) == state.boundary.perimeter for f in state.fills)
+    finally:
+        source.gate.set()
+        state.close()
+
+
+def test_a_query_that_fails_says_why() -> None:
+    class Broken(Source):
+        def pattern_class(self, n_sides: int) -> PatternClass:
+            raise NotFoundError("the disk is gone")
+
+    state = ExplorerState(Broken(), flat((2, 2, 2, 2)))
+    try:
+        with pytest.raises(NotFoundError, match="the disk is gone"):
+            state.settle(0)
+        texts = " ".join(t.text for t in compose(state, 1.6).scene.texts)
+        assert "the disk is gone" in texts and "No fill" in texts
+    finally:
+        state.close()
+
+
+def test_strokes_snap_to_boundary_edges_and_are_had(state: ExplorerState) -> None:
+    assert state.contour is not None and state.boundary is not None
+    left = state.view.seen(state.contour.sides[3]).mean(axis=0)[:2]
+    right = state.view.seen(state.contour.sides[1]).mean(axis=0)[:2]
+    keys(state, "s")
+    middle = (left + right) / 2.0 + (0.0, 25.0)
+    drag(state, tuple(left + np.array([12.0, 3.0])), tuple(middle), tuple(right - (9.0, 5.0)))
+    assert state.mode is Mode.LOOK and len(state.strokes) == 1
+    stroke = state.strokes[0]
+    assert stroke.start is not None and stroke.end is not None and stroke.points is not None
+    assert (stroke.start[0], stroke.end[0]) == (3, 1)
+    points = state.boundary.points
+    assert points is not None
+    at = state.boundary.side_starts[3] + stroke.start[1]
+    assert np.allclose(stroke.points[0], (points[at] + points[(at + 1) % len(points)]) / 2.0)
+    keys(state, ", ,")
+    assert state.tolerance == 0
+    state.settle()
+    assert state.fills
+    for fill in state.fills:
+        ends = strand(fill, stroke.start).ends
+        assert ends is not None and stroke.end in ends
+    placed = state.placed
+    assert placed is not None and len(placed.net.carried)
+    before, after = placed.placement.strokes_before, placed.placement.strokes_after
+    assert after[0, 0] <= before[0, 0]
+    keys(state, "f")
+    state.settle()
+    assert state.placed is not None and state.placed.placement.pull == 0.0
+    keys(state, "o o o")
+    assert state.order == "flow"
+    keys(state, "x")
+    assert state.strokes == [] and state.default_order == "artist"
+    state.settle()
+    assert state.fills and state.fills[0].flow_distance is None
+
+
+def test_loops_and_strokes_that_are_none(state: ExplorerState) -> None:
+    keys(state, "l")
+    turn = np.linspace(0.0, 5.5, 12)
+    drag(state, *((60.0 * np.cos(t), 60.0 * np.sin(t)) for t in turn))
+    assert [s.is_loop for s in state.strokes] == [True]
+    keys(state, "s")
+    click(state, (0.0, 0.0))
+    assert "two points" in state.message and len(state.strokes) == 1
+    assert state.mode is Mode.STROKE
+    keys(state, "Escape ]")
+    assert len(state.strokes) == 1
+
+
+def test_a_stroke_is_drawn_anew_on_a_changed_boundary() -> None:
+    boundary = flat((4, 3, 4, 3))
+    assert boundary.points is not None
+    stroke = Stroke.drawn(boundary, boundary.points[[5, 12]])
+    state = opened(boundary, strokes=[stroke])
+    try:
+        keys(state, "] ]")
+        assert state.boundary is not None and state.boundary.perimeter > 14
+        (again,) = state.strokes
+        again.refuse_unless_on(state.boundary)
+        assert again == Stroke.drawn(state.boundary, boundary.points[[5, 12]])
+    finally:
+        state.close()
+
+
+PLACES = st.tuples(st.integers(-320, 320), st.integers(-320, 320))
+
+
+EVENTS = st.one_of(
+    st.sampled_from([*sorted(set(ACTIONS) - {"m"}), "Escape"]),
+    st.tuples(st.sampled_from(["move", "press", "release", "turn"]), PLACES),
+)
+
+
+@settings(max_examples=12)
+@given(st.lists(EVENTS, max_size=14))
+def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> None:
+    state = opened(flat((2, 2, 2, 2)), limit=5)
+    try:
+        for event in events:
+            if isinstance(event, str):
+                KEYS.press(state, event)
+            else:
+                what, place = event  # type: ignore[misc]
+                if what == "turn":
+                    state.press(*place, turn=True)
+                else:
+                    getattr(state, what)(*place)
+            assert 0 <= state.rank <= max(len(state.fills) - 1, 0)
+        drawn = compose(state, 1.5)
+        for patch in drawn.scene.patches:
+            assert np.isfinite(patch.corners).all() and len(patch.corners) == len(patch.colours)
+    finally:
+        state.close()

@@ -1,0 +1,128 @@
+"""The window of the fill explorer: keys, panel, pictures, files, and simulated events."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from domed import DOME, SOURCE, keys, opened
+from events import Events, alike, can_draw, check_looking
+
+from patterndb.errors import NotFoundError
+from viewer import PictureFormatError
+from viewer.contour import flat
+from viewer.drawn import save_drawn
+from viewer.explore import Saver, explore
+from viewer.explorer_keys import EFFECTS, KEYS
+from viewer.explorer_scene import compose
+from viewer.explorer_state import ExplorerState
+from viewer.keymap import Effect
+from viewer.panel import PANEL
+from viewer.view import View
+from viewer.window import Window
+
+
+def test_keys_are_known() -> None:
+    assert KEYS.check("o Right h bracketleft") == ["o", "Right", "h", "bracketleft"]
+    with pytest.raises(ValueError, match="no key 'zz'"):
+        KEYS.check("o zz")
+    state = opened()
+    try:
+        assert [KEYS.press(state, k) for k in EFFECTS] == list(EFFECTS.values())
+        assert KEYS.press(state, "F13") is Effect.NOTHING
+        assert KEYS.press(state, "Escape") is Effect.QUIT
+        keys(state, "h Escape")
+        assert not state.helping
+    finally:
+        state.close()
+
+
+def test_the_panel_says_what_is_known(state: ExplorerState) -> None:
+    state.settle(1)
+    state.settle()
+    texts = [t.text for t in compose(state, 1.6).scene.texts]
+    fill = state.fill
+    assert fill is not None and fill.pattern.name in texts
+    assert f"fill 2 of {len(state.fills)}" in texts and "4 3 4 3" in texts
+    for length in ("4", "3"):
+        assert texts.count(length) >= 2, "every side has its number"
+    keys(state, "h")
+    drawn = compose(state, 1.6)
+    assert "roll it" in " ".join(t.text for t in drawn.scene.texts)
+    right = drawn.scene.width - PANEL
+    assert all(t.x < right or t.x > right + 20.0 for t in drawn.scene.texts)
+
+
+def test_a_picture_is_the_same_everywhere(tmp_path: Path) -> None:
+    boundary = flat((2, 2, 2, 2))
+    pictures = [tmp_path / f"{k}.png" for k in range(2)]
+    for picture in pictures:
+        state = explore(
+            SOURCE, boundary, off_screen=picture, keys="r Right", window_size=(480, 300)
+        )
+        assert state.strict
+    assert pictures[0].read_bytes() == pictures[1].read_bytes()
+    from matplotlib.image import imread
+
+    image = np.asarray(imread(pictures[0]))
+    assert image.shape[:2] == (300, 480)
+    assert len(np.unique((image.reshape(-1, image.shape[2]) * 255).astype(int), axis=0)) > 50
+
+
+def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
+    boundary = flat((2, 2, 2, 2))
+    with pytest.raises(ValueError, match="no key 'zz'"):
+        explore(SOURCE, boundary, off_screen=tmp_path / "a.png", keys="zz")
+    with pytest.raises(PictureFormatError):
+        explore(SOURCE, boundary, off_screen=tmp_path / "a.jpg")
+    with pytest.raises(NotFoundError):
+        explore(SOURCE, off_screen=tmp_path / "a.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_saving(state: ExplorerState, tmp_path: Path) -> None:
+    written: list[tuple[Path, int]] = []
+    saver = Saver(state, tmp_path, lambda p, f, v: written.append((p, len(v))), (480, 300))
+    assert saver.play(["p", "w"]) is Effect.NOTHING
+    fill = state.fill
+    assert fill is not None and f"saved {tmp_path}" in state.message
+    assert [p.name for p in tmp_path.iterdir()] == [f"fill-{fill.pattern.name}-1.png"]
+    assert written == [(tmp_path / f"fill-{fill.pattern.name}-1.obj", fill.n_vertices)]
+    Saver(state, tmp_path / "no", None, (480, 300)).obey("p")
+    assert "not saved" in state.message
+    Saver(state, tmp_path, None, (480, 300)).obey("w")
+    assert "cannot be saved" in state.message
+    assert saver.play(["q", "h"]) is Effect.QUIT and not state.helping
+
+
+def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
+    if not can_draw():
+        return
+    state = opened(surface=DOME)
+    state.view = View(np.eye(3), np.zeros(3), 100.0)
+    size = (960, 600)
+    window = Window(state, Saver(state, tmp_path, None, size), KEYS, size, "Fills", off_screen=True)
+    events = Events(window, size)
+    try:
+        events.keys("b")
+        for place in ((-110.0, -90.0), (100.0, -90.0), (110.0, 100.0), (-100.0, 90.0)):
+            events.drag(place)
+        assert len(state.pen.clicked) == 4
+        events.keys("Return")
+        assert state.boundary is not None
+        state.settle(0)
+        state.settle()
+        events.send("TimerEvent")
+        check_looking(events, state)
+        events.send("MouseMoveEvent", (300.0, 300.0))
+        events.keys("Right")
+        assert state.rank == 1
+        state.settle()
+        events.send("TimerEvent")
+        window.save(tmp_path / "window.png")
+        save_drawn(tmp_path / "drawn.png", compose(state, size[0] / size[1]), size[1])
+    finally:
+        window.close()
+        state.close()
+    assert alike(tmp_path / "window.png", tmp_path / "drawn.png")

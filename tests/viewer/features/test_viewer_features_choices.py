@@ -1,0 +1,235 @@
+"""What keys and clicks choose in the viewer of feature curves, and the way back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from tents import (
+    at,
+    click,
+    curve_of,
+    drag,
+    drawn,
+    held,
+    keys,
+    line_of,
+    opened,
+    panel_at,
+    picked,
+    tent,
+)
+
+from sketch.features.model import Model
+from viewer.features import FeatureState
+from viewer.features.edits import remade
+from viewer.features.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS, MOUSE_HELP
+from viewer.features.layout import (
+    AXES,
+    AXIS_OF,
+    CHOICES,
+    DEGREE,
+    FIRST_ROW,
+    RAILS,
+    ROW,
+    ROWS,
+    rails,
+    rows_shown,
+    value_of,
+)
+from viewer.features.panel import CURSOR
+from viewer.keymap import Effect
+
+
+def test_curves_are_selected_by_a_click_a_row_and_tab(curved: FeatureState) -> None:
+    picked(curved, ((-0.6, 0.4), (0.6, 0.45)))
+    first, second = curved.edits.curves
+    assert curved.selected == second.key
+    click(curved, *at(curved, *line_of(curved, first)[60]))
+    assert curved.selected == first.key
+    click(curved, *panel_at(curved, 100.0, FIRST_ROW - ROW))
+    assert curved.selected == second.key
+    keys(curved, "Tab")
+    assert curved.selected == first.key
+    keys(curved, "ISO_Left_Tab")
+    assert curved.selected == second.key
+    click(curved, -curved.room[0] / 2.0 + 4.0, 0.0)
+    assert curved.selected is None
+    assert "the sliders are those of the next curve" in drawn(curved)
+    keys(curved, "Delete")
+    assert curved.message.startswith("select a curve")
+    keys(curved, "Tab Delete")
+    assert curved.edits.curves == (second,)
+    keys(curved, "u")
+    assert curved.edits.curves == (first, second) and curved.selected == first.key
+
+
+@given(st.integers(0, 60), st.integers(0, 60))
+def test_the_list_always_has_the_selected_curve(count: int, selected: int) -> None:
+    chosen = selected if selected < count else None
+    shown = rows_shown(count, chosen)
+    assert len(shown) == min(count, ROWS) and set(shown) <= set(range(count))
+    assert chosen is None or chosen in shown
+
+
+def test_hidden_curves_are_not_under_the_pointer(curved: FeatureState) -> None:
+    line = line_of(curved)
+    keys(curved, "2")
+    place = at(curved, *line[60])
+    curved.move(*place)
+    assert curved.under() is not None
+    # From below, the roof itself hides its ridge, unless one can see through.
+    below = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
+    curved.view = replace(curved.view, axes=below)
+    shifted = curved.model.points.copy()
+    shifted[:, 2] -= 2.0
+    faces = curved.model.triangles
+    both = np.concatenate([curved.model.points, shifted])
+    curved.model = Model.from_arrays(both, np.concatenate([faces, faces + len(shifted)]))
+    curved.move(*at(curved, *line[60]))
+    assert curved.under() is None
+    keys(curved, "m")
+    assert curved.model_look == "through" and curved.under() is not None
+
+
+@pytest.mark.parametrize("name", RAILS)
+def test_a_slider_changes_the_selected_curve_in_one_step(curved: FeatureState, name: str) -> None:
+    base, snap = curve_of(curved), held(curved)
+    rail = rails(curved.room[0])[name]
+    places = [(x - curved.room[0] / 2.0, rail.y - curved.room[1] / 2.0)
+              for x in (rail.left + 9.0, rail.left + 80.0, rail.left + 130.0)]  # fmt: skip
+    drag(curved, *places)
+    curve = curve_of(curved)
+    value = rail.value_at(rail.left + 130.0)
+    assert value_of(curve.settings, name) == pytest.approx(value)
+    assert rail.slider.text(value) in drawn(curved)
+    alone = snap.with_settings(curve.settings).curve
+    assert (held(curved).curve.samples == alone.samples).all()
+    assert curved.settings == curve.settings
+    keys(curved, "u")
+    assert curve_of(curved) is base and curved.shown_settings == base.settings
+
+
+@pytest.mark.parametrize(
+    ("keys_down", "keys_up", "name"),
+    [("-", "+", "alpha"), (",", ".", "stiffness"), ("[", "]", "angle")],
+)
+def test_keys_move_sliders_to_their_ends(
+    state: FeatureState, keys_down: str, keys_up: str, name: str
+) -> None:
+    slider = RAILS[name].slider
+    for key, end in ((keys_up, slider.high), (keys_down, slider.low)):
+        for _ in range(60):
+            KEYS.press(state, key)
+        assert value_of(state.settings, name) == pytest.approx(end)
+
+
+def test_axes_and_degrees_are_chosen_by_keys_and_by_clicks(curved: FeatureState) -> None:
+    keys(curved, "- x")
+    assert curve_of(curved).settings.axis == AXIS_OF["x"]
+    click(curved, *panel_at(curved, AXES["y"], CHOICES))
+    assert curve_of(curved).settings.axis == AXIS_OF["y"]
+    keys(curved, "z")
+    assert curve_of(curved).settings.axis == AXIS_OF["z"]
+    keys(curved, "Up")
+    look = curved.look(curve_of(curved))
+    assert curve_of(curved).settings.degree == 4 and look is not None and look.spline.degree == 4
+    click(curved, *panel_at(curved, DEGREE[-1], CHOICES))
+    assert curve_of(curved).settings.degree == 3
+    keys(curved, "Down Down Down")
+    assert curve_of(curved).settings.degree == 1 and "the degree is from 1" in curved.message
+
+
+def test_snapping_again_goes_on_from_the_curve(curved: FeatureState) -> None:
+    snap = held(curved)
+    keys(curved, "a")
+    assert (held(curved).curve.samples == snap.again().curve.samples).all()
+    alone = remade(tent(), curve_of(curved), None, None).curve
+    assert (held(curved).curve.samples == alone.samples).all()
+
+
+def test_a_curve_is_named(curved: FeatureState) -> None:
+    keys(curved, "e")
+    assert curved.typed == "curve 1" and f"curve 1{CURSOR}" in drawn(curved)
+    curved.typed = "roof ridge "
+    curved.end_name()
+    assert curve_of(curved).name == "roof ridge" and "roof ridge" in drawn(curved)
+    assert line_of(curved) is not None and curved.snap_of(curve_of(curved)) is not None
+    picked(curved, ((-0.6, 0.4), (0.6, 0.45)))
+    for wrong, told in (("roof ridge", "another curve"), ("  ", "needs a name")):
+        curved.begin_name()
+        curved.typed = wrong
+        curved.end_name()
+        assert told in curved.message
+    keys(curved, "e Escape")
+    assert curved.typed is None and curve_of(curved).name == "curve 2"
+
+
+ACTS = ("- x", "+", ".", "]", "a", "Up", "Tab", "Delete", "e", "u", "U", "pick", "pull")
+
+
+@settings(max_examples=8)
+@given(st.lists(st.sampled_from(ACTS), min_size=4, max_size=9))
+def test_every_step_is_taken_back_and_done_again(acts: list[str]) -> None:
+    state = opened()
+    try:
+        picked(state)
+        for number, act in enumerate(acts):
+            if act == "pick":
+                picked(state, ((-0.6, 0.3 + 0.01 * number), (0.6, 0.4)))
+            elif act == "pull" and state.curve is not None:
+                begun = at(state, *line_of(state)[30])
+                drag(state, begun, (begun[0], begun[1] + 9.0))
+            elif act == "e" and state.curve is not None:
+                state.rename(f"name {number}")
+            elif act != "pull" and act != "e":
+                keys(state, act)
+        end = state.edits
+        passed = [end]
+        while state.message != "there is nothing to take back":
+            keys(state, "u")
+            passed.append(state.edits)
+            drawn(state)
+        assert state.edits.curves == ()
+        for edits in reversed(passed[:-1]):
+            assert state.edits is edits
+            keys(state, "U")
+        # What was taken back before is done again, too.
+        assert state.edits is end or act_taken_back(acts)
+    finally:
+        state.close()
+
+
+def act_taken_back(acts: list[str]) -> bool:
+    return "u" in acts
+
+
+def test_the_help_lists_every_key() -> None:
+    listed = {key for names, _ in KEY_HELP for key in names.split()}
+    written = {"BackSpace": "⌫", "Delete": "Del", "Up": "↑", "Down": "↓", "BackTab": "Tab"}
+    for key in [*ACTIONS, *EFFECTS]:
+        assert written.get(key, key) in listed, f"the help lists {key}"
+    others = {"drag", "click", "?", "Esc"}
+    known = {written.get(key, key) for key in [*ACTIONS, *EFFECTS]}
+    assert listed == known | others, "the help lists nothing else"
+    assert KEYS.check("c Return space minus question Escape") is not None
+    state = opened()
+    try:
+        assert [KEYS.press(state, key) for key in EFFECTS] == list(EFFECTS.values())
+        assert KEYS.press(state, "F13") is Effect.NOTHING
+        keys(state, "h")
+        texts = drawn(state)
+        assert state.helping and MOUSE_HELP in texts and all(what in texts for _, what in KEY_HELP)
+        keys(state, "Escape")
+        assert not state.helping and KEYS.press(state, "Escape") is Effect.QUIT
+    finally:
+        state.close()
+
+
+def test_keys_without_anything_to_do_say_so(state: FeatureState) -> None:
+    for key in ("Enter", "d", "Tab", "Delete", "e", "a", "u", "U", "s", "o", "n"):
+        keys(state, key)
+        assert state.message, f"{key} says why nothing happens"

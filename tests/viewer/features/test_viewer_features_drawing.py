@@ -1,0 +1,173 @@
+"""Curves drawn in the viewer of feature curves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from tents import (
+    BESIDE,
+    ON_RIDGE,
+    at,
+    click,
+    curve_of,
+    drag,
+    drawn,
+    grid,
+    keys,
+    line_of,
+    opened,
+    tent,
+)
+
+from sketch.features.errors import InvalidFeatureError
+from sketch.features.model import Model
+from sketch.features.snap import Snap, SnapSettings
+from viewer.features import FeatureState, work
+from viewer.features.layout import (
+    AXIS_OF,
+)
+from viewer.features.pointing import camera, place_in, surface_at
+from viewer.view import View
+
+
+def test_clicks_make_a_curve_that_snaps_to_the_ridge(state: FeatureState) -> None:
+    keys(state, "c")
+    assert "click along a feature of the model    Esc: leave" in drawn(state)
+    for count, (x, y) in enumerate(BESIDE, 1):
+        click(state, *at(state, x, y, -abs(y)))
+        assert state.clicks is not None and len(state.clicks) == count
+        assert state.clicks[-1] == pytest.approx((x, y, -abs(y)), abs=1e-6)
+        assert (state.preview is not None) == (count > 1)
+    preview = state.preview
+    assert preview is not None
+    assert np.abs(line_of(state, preview)[:, 1:]).max() < ON_RIDGE
+    clicked = np.stack(state.clicks or ())
+    alone = Snap.begin(tent(), clicked, SnapSettings()).curve
+    look = state.look(preview)
+    assert look is not None and (look.samples == alone.samples).all()
+    assert "drawing" in drawn(state)
+    keys(state, "Enter")
+    assert state.edits.curves == (preview,) and state.selected == preview.key
+    assert state.clicks is None and state.preview is None
+
+
+def test_clicks_are_taken_back_one_by_one_and_dropped_by_escape(state: FeatureState) -> None:
+    keys(state, "c")
+    for x, y in BESIDE:
+        click(state, *at(state, x, y, -abs(y)))
+    for key, left in (("BackSpace", 2), ("u", 1), ("BackSpace", 0)):
+        keys(state, key)
+        assert state.clicks is not None and len(state.clicks) == left
+        assert (state.preview is None) == (left < 2)
+        drawn(state)
+    keys(state, "u")
+    assert state.message == "there is no click to take back; Escape leaves"
+    keys(state, "Enter")
+    assert state.message == "click two points of the model at least"
+    click(state, *at(state, -0.5, 0.02, -0.02))
+    keys(state, "Escape")
+    assert state.clicks is None and not state.edits.curves
+    keys(state, "Enter")
+    assert state.message.startswith("press c")
+
+
+def test_clicks_into_a_narrow_gap_count_for_what_is_beside_it() -> None:
+    points, faces = grid()
+    # The roof's front half, and its mirror image, end short of the ridge over a floor.
+    half = faces[(points[faces][..., 1] < 1e-9).all(axis=1)]
+    front = points - (0.0, 0.004, 0.0)
+    n = len(points)
+    floor = np.array([[-1.0, -0.6, -2.0], [1.0, -0.6, -2.0], [1.0, 0.6, -2.0], [-1.0, 0.6, -2.0]])
+    model = Model.from_arrays(
+        np.concatenate([front, front * (1.0, -1.0, 1.0), floor]),
+        np.concatenate([half, half + n, 2 * n + np.array([[0, 1, 2], [0, 2, 3]])]),
+    )
+    view, room = replace(opened_view(), focus=np.zeros(3)), (800.0, 800.0)
+
+    def seen_at(view: View, *point: float) -> np.ndarray | None:
+        x, y, _ = view.seen(np.array(point)).tolist()
+        return surface_at(view, model, room, x, y)
+
+    place = place_in(room, *view.seen(np.array([0.2, 0.0, 0.0]))[:2].tolist())
+    through = model.first_hits(*camera(view, model, room).rays(place[None]))
+    assert through.points[0, 2] == pytest.approx(-2.0)
+    beside = seen_at(view, 0.2, 0.0, 0.0)
+    assert beside == pytest.approx(np.array([0.2, 0.0, 0.0]), abs=0.02)
+    # A wide opening is no gap, and neither is the model's edge.
+    wide = replace(view, scale=40.0 * view.scale)
+    assert seen_at(wide, 0.0, 0.0, 0.0) == pytest.approx(np.array([0.0, 0.0, -2.0]))
+    assert seen_at(view, 1.02, 0.3, 0.0) is None
+
+
+def opened_view() -> View:
+    state = opened()
+    state.close()
+    return state.view
+
+
+def test_wrong_clicks_are_told(state: FeatureState) -> None:
+    keys(state, "c")
+    click(state, -state.room[0] / 2.0 + 3.0, state.room[1] / 2.0 - 3.0)
+    assert state.message == "there is no model under the pointer" and state.clicks == ()
+    place = at(state, 0.1, 0.1, -0.1)
+    click(state, *place)
+    click(state, *place)
+    assert state.message == "that point has been clicked already"
+    assert state.clicks is not None and len(state.clicks) == 1
+
+
+def test_a_drag_while_drawing_turns_the_view_and_clicks_nothing(state: FeatureState) -> None:
+    keys(state, "c")
+    axes = state.view.axes
+    x, y = at(state, 0.1, 0.1, -0.1)
+    drag(state, (x, y), (x + 30.0, y + 10.0))
+    assert state.clicks == () and not np.allclose(state.view.axes, axes)
+
+
+def test_what_cannot_snap_is_told_and_makes_no_curve(
+    state: FeatureState, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> Snap:
+        raise InvalidFeatureError("none of the ribs meets the model")
+
+    monkeypatch.setattr(work, "remade", fail)
+    keys(state, "c")
+    for x, y in BESIDE:
+        click(state, *at(state, x, y, -abs(y)))
+    assert "none of the ribs meets the model" in drawn(state)
+    keys(state, "Enter")
+    assert state.message == "none of the ribs meets the model"
+    assert not state.edits.curves and state.clicks is not None
+
+
+def test_a_failed_edit_leaves_the_curve_as_it_was(
+    curved: FeatureState, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    line = line_of(curved)
+    before = curve_of(curved)
+
+    def fail(*_: object) -> Snap:
+        raise InvalidFeatureError("no such curve")
+
+    monkeypatch.setattr(work, "remade", fail)
+    keys(curved, "+ -")
+    assert curve_of(curved) is not before and line_of(curved) is line
+    assert "failed" in drawn(curved) and "no such curve" in drawn(curved)
+    assert curved.session().curves == ()
+    keys(curved, "u")
+    assert curve_of(curved) is before and "failed" not in drawn(curved)
+
+
+def test_settings_hold_for_the_curve_that_is_drawn(state: FeatureState) -> None:
+    keys(state, "c")
+    for x, y in BESIDE[:2]:
+        click(state, *at(state, x, y, -abs(y)))
+    keys(state, "- - . x")
+    assert state.preview is not None and state.preview.settings == state.settings
+    assert state.settings.axis == AXIS_OF["x"] and state.settings.alpha < 1.0
+    keys(state, "Enter")
+    assert curve_of(state).settings == state.settings
+    keys(state, "u")
+    assert not state.edits.curves

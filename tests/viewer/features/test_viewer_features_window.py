@@ -1,0 +1,249 @@
+"""The viewer of feature curves: its pictures without a window, its files, and its window."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from events import Events, alike, can_draw, check_looking, read
+from tents import BESIDE, at, drawn, keys, opened, picked, tent
+
+from sketch.features.bodies import body, degrade, stroke
+from sketch.features.model import Model
+from sketch.features.sessionfile import Session, read_network, read_session
+from viewer import PictureFormatError
+from viewer.drawn import save_drawn
+from viewer.features import FeatureState, draw
+from viewer.features.keys import KEYS
+from viewer.features.layout import rails
+from viewer.features.picture import FAILED, MENDED, RIB_COLOUR, Painter
+from viewer.features.window import Saver, Writer, obj_of
+from viewer.keymap import Effect
+from viewer.scene import HEIGHT
+from viewer.style import rgb
+from viewer.window import Window
+
+SIZE = (720, 450)
+
+
+def colours(state: FeatureState) -> dict[str, int]:
+    """How many triangles of the lines that ribs are drawn with there are."""
+    painted = Painter().compose(state, 1.6).solid.colours[:, 0]
+    return {
+        name: int((np.abs(painted - rgb(colour)).max(axis=1) < 1e-6).sum())
+        for name, colour in (("plain", RIB_COLOUR), ("mended", MENDED), ("failed", FAILED))
+    }
+
+
+def saver_of(state: FeatureState, folder: Path, path: Path | None = None) -> Saver:
+    files = Writer(folder, path)
+    state._files = files
+    return Saver(state, files, SIZE)
+
+
+def test_an_off_screen_picture_shows_the_model_and_its_curves(tmp_path: Path) -> None:
+    state = opened()
+    picked(state)
+    session = state.session()
+    state.close()
+    path = tmp_path / "a.png"
+    closed = draw(tent(), path, session=session, size=(480, 320), title="roof", keys="3")
+    assert [curve.name for curve in closed.edits.curves] == ["curve 1"]
+    image = read(path)
+    assert image.shape == (320, 480, 3)
+    # The curve's blue is on the roof, not only in the list of the panel.
+    blue = (image[..., 2] - image[..., 0] > 0.12)[:, :340]
+    assert 150 < blue.sum() < 3000
+    draw(tent(), tmp_path / "b.png", session=session, size=(480, 320), title="roof", keys="3")
+    assert path.read_bytes() == (tmp_path / "b.png").read_bytes()
+    draw(tent(), tmp_path / "c.png", session=session, size=(480, 320), keys="3 m m", bare=True)
+    bare = read(tmp_path / "c.png")
+    assert (bare.min(axis=2) > 0.99).mean() > 0.9
+
+
+def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match="no key 'zz'"):
+        draw(tent(), tmp_path / "a.png", session=Session(), keys="zz")
+    with pytest.raises(PictureFormatError):
+        draw(tent(), tmp_path / "a.jpg", session=Session())
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_mended_and_failed_ribs_are_marked() -> None:
+    clean = body("city car", 0.4)
+    mess = degrade(clean, 3, uneven=True, gaps=0.004, crossings=0.004)
+    state = FeatureState(Model.from_arrays(mess.points, mess.triangles))
+    try:
+        Painter().compose(state, 1.6)
+        keys(state, "c")
+        for point in stroke(clean, "a_pillar", 0.01, 2):
+            state.click(point)
+        keys(state, "Enter")
+        curve = state.curve
+        assert curve is not None
+        snap = state.snap_of(curve)
+        assert snap is not None
+        found = snap.curve
+        assert colours(state) == {"plain": 0, "mended": 0, "failed": 0}
+        keys(state, "r")
+        seen = colours(state)
+        assert (seen["plain"] > 0) == (len(found.repaired) + len(found.failed) < len(snap.ribs))
+        assert found.repaired and seen["mended"] > 0
+        assert (seen["failed"] > 0) == bool(found.failed)
+        assert f"{len(snap.ribs)}, {len(found.repaired)} mended" in " ".join(drawn(state))
+        # As if some had failed.
+        failed = replace(snap, curve=replace(found, failed=(3, 4)))
+        state._snaps[curve] = failed
+        assert colours(state)["failed"] > 0 and any("2 failed" in text for text in drawn(state))
+    finally:
+        state.close()
+
+
+def test_everything_is_saved(tmp_path: Path) -> None:
+    state = opened()
+    picked(state)
+    try:
+        saver = saver_of(state, tmp_path)
+        assert state.unsaved
+        assert saver.play(["s", "p", "o", "n", "s"]) is Effect.NOTHING
+        assert state.message == f"saved {tmp_path / 'features-1.session'}" and not state.unsaved
+        names = sorted(path.name for path in tmp_path.iterdir())
+        assert names == ["curves-1.json", "curves-1.obj", "features-1.png", "features-1.session"]
+        (curve,) = read_session(tmp_path / "features-1.session").curves
+        look = state.look(state.edits.curves[0])
+        assert look is not None and (curve.samples == look.samples).all()
+        network = read_network(tmp_path / "curves-1.json")
+        assert (network.curves["curve 1"].control == look.spline.control).all()
+        lines = (tmp_path / "curves-1.obj").read_text().splitlines()
+        assert lines[0] == "o curve_1"
+        points = np.array([line.split()[1:] for line in lines if line[0] == "v"], float)
+        assert (points == look.line).all()
+        assert [int(n) for n in lines[-1].split()[1:]] == list(range(1, len(points) + 1))
+        assert read(tmp_path / "features-1.png").shape[:2] == (SIZE[1], SIZE[0])
+        lost = saver_of(state, tmp_path / "no")
+        for key in "spon":
+            state.message = ""
+            lost.obey(key)
+            assert state.message.startswith("not saved: "), key
+    finally:
+        state.close()
+    empty = opened()
+    try:
+        saver_of(empty, tmp_path).play(["o", "n"])
+        assert empty.message == "there is no curve to save"
+    finally:
+        empty.close()
+
+
+def test_a_session_goes_back_into_its_file(tmp_path: Path) -> None:
+    path = tmp_path / "mine.zip"
+    path.write_bytes(b"older")
+    state = opened()
+    picked(state)
+    try:
+        saver_of(state, tmp_path, path).obey("s")
+        assert len(read_session(path).curves) == 1 and list(tmp_path.iterdir()) == [path]
+    finally:
+        state.close()
+
+
+def test_lines_of_several_curves_are_numbered_on() -> None:
+    text = obj_of({"a b": np.zeros((2, 3)), "c": np.ones((3, 3))})
+    assert [line for line in text.splitlines() if line[0] in "ol"] == [
+        "o a_b", "l 1 2", "o c", "l 3 4 5",
+    ]  # fmt: skip
+
+
+def test_quitting_asks_once_if_work_would_be_lost(tmp_path: Path) -> None:
+    state = opened()
+    try:
+        saver = saver_of(state, tmp_path)
+        assert saver.obey("q") is Effect.QUIT
+        picked(state)
+        assert saver.obey("q") is Effect.REDRAW and "not saved" in state.message
+        assert saver.obey("h") is Effect.REDRAW
+        assert saver.obey("q") is Effect.REDRAW, "something else was pressed in between"
+        assert saver.obey("q") is Effect.QUIT
+        saver.obey("s")
+        assert saver.play(["q", "c"]) is Effect.QUIT and state.clicks is None
+    finally:
+        state.close()
+
+
+def test_names_are_typed(tmp_path: Path) -> None:
+    state = opened()
+    picked(state)
+    try:
+        saver = saver_of(state, tmp_path)
+        saver.obey("e")
+        for _ in range(9):
+            saver.obey("BackSpace")
+        for key in ("R", "o", "underscore", "q", "space", "F5", "Shift_L", "7", "BackSpace"):
+            assert saver.obey(key) in (Effect.REDRAW, Effect.NOTHING)
+        assert state.typed == "Ro_q "
+        saver.obey("Return")
+        assert state.edits.curves[0].name == "Ro_q"
+        saver.obey("e")
+        for _ in range(99):
+            saver.obey("x")
+        assert state.typed is not None and len(state.typed) == 60
+        drawn(state)
+        saver.obey("Escape")
+        assert state.edits.curves[0].name == "Ro_q"
+    finally:
+        state.close()
+
+
+def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
+    if not can_draw():
+        return
+    state = FeatureState(tent(), title="roof")
+    saver = saver_of(state, tmp_path, tmp_path / "roof.session")
+    window = Window(state, saver, KEYS, SIZE, "roof", off_screen=True)
+    events = Events(window, SIZE, state.settle)
+    press, room = events.drag, events.room
+    try:
+        events.keys("3", "c")
+        for x, y in BESIDE:
+            press(at(state, x, y, -abs(y)))
+        assert state.clicks is not None and len(state.clicks) == 3
+        events.keys("Return")
+        curve = state.curve
+        assert curve is not None
+        look = state.look(curve)
+        assert look is not None and np.abs(look.line[:, 1:]).max() < 0.01
+        begun = at(state, *look.line[60])
+        press(begun, (begun[0], begun[1] + 14.0), (begun[0], begun[1] + 30.0))
+        curve = state.curve
+        assert curve is not None and len(curve.constraints) == 1
+        point = curve.constraints[0][1]
+        look = state.look(curve)
+        assert look is not None
+        # Pixels are whole, and the pin is where the pointer was dropped.
+        assert np.abs(np.array(at(state, *point)) - begun - (0.0, 30.0)).max() < 2.5
+        assert np.linalg.norm(look.line - point, axis=1).min() < 0.02
+        for name, value in (("alpha", 0.5), ("stiffness", 10.0), ("angle", 45.0)):
+            rail = rails(room)[name].shifted(-room / 2.0, -HEIGHT / 2.0)
+            press((rail.left + 4.0, rail.y), (rail.knob(value), rail.y + 5.0))
+        curve = state.curve
+        assert curve is not None
+        chosen = curve.settings
+        assert chosen.alpha == pytest.approx(0.5, abs=0.01)
+        assert chosen.stiffness == pytest.approx(10.0, rel=0.03)
+        assert np.rad2deg(chosen.beta) == pytest.approx(45.0, abs=1.5)
+        events.keys("r")
+        assert state.ribs_shown and state.snap_of(curve) is not None
+        check_looking(events, state)
+        events.keys("s")
+        (kept,) = read_session(tmp_path / "roof.session").curves
+        assert kept.constraints[0][0] == curve.constraints[0][0]
+        events.send("MouseMoveEvent", (-room / 2.0 + 4.0, 300.0))
+        window.redraw()
+        window.save(tmp_path / "window.png")
+        save_drawn(tmp_path / "drawn.png", saver.drawn(), SIZE[1])
+    finally:
+        window.close()
+        state.close()
+    assert alike(tmp_path / "window.png", tmp_path / "drawn.png")

@@ -1,0 +1,44 @@
+"""States of the window of retopology, for its tests."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from threading import Event
+
+import pytest
+from sheets import opened
+
+from query.engine import PatternSource
+from sketch.retopo.editor import Editor
+from sketch.retopo.filling import FilledNetwork
+from sketch.retopo.network import check
+from viewer.retopo import RetopoState
+
+
+@pytest.fixture
+def state(source: PatternSource) -> Iterator[RetopoState]:
+    made = opened(source)
+    yield made
+    check(made.network)
+    made.close()
+
+
+@pytest.fixture
+def held_fill(monkeypatch: pytest.MonkeyPatch) -> Iterator[Callable[[], tuple[Event, Event]]]:
+    """Has every fill from now on wait: of the two events the first is set when one has begun, and
+    it goes on once the second is."""
+    going = Event()
+
+    def hold() -> tuple[Event, Event]:
+        begun, fill = Event(), Editor.fill
+
+        def waiting(self: Editor) -> FilledNetwork:
+            begun.set()
+            assert going.wait(60.0)
+            return fill(self)
+
+        monkeypatch.setattr(Editor, "fill", waiting)
+        return begun, going
+
+    yield hold
+    going.set()

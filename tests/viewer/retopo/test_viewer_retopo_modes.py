@@ -1,0 +1,165 @@
+"""The modes of the window of retopology, its panel, and how it looks at things."""
+
+from __future__ import annotations
+
+import numpy as np
+from sheets import at, curves, keys, opened, press, square, texts, tube
+
+from query.engine import PatternSource
+from sketch.retopo.editor import TOOLS
+from sketch.retopo.editor.arguments import Argument, Flag, Number, Vector, Word
+from sketch.retopo.editor.tool import Result, Tool
+from sketch.retopo.ground import Ground
+from viewer.retopo import RetopoState
+from viewer.retopo.keys import ACTIONS, KEY_HELP, MODE_KEYS
+from viewer.retopo.layout import mode_box, option_under, options_top
+from viewer.retopo.modes import NO_MODES, mode_of, modes
+from viewer.retopo.pointing import foot_at, visible
+from viewer.retopo.sight import stands_along
+
+
+def test_every_tool_of_the_table_has_a_mode_and_a_key_of_its_own() -> None:
+    made = modes()
+    assert {mode.tool for mode in made} == set(TOOLS) - set(NO_MODES)
+    known = [mode.key for mode in made if mode.key]
+    assert len(set(known)) == len(known)
+    assert set(MODE_KEYS) == set(known) and set(MODE_KEYS) <= set(ACTIONS)
+    listed = " ".join(names for names, _ in KEY_HELP).split()
+    others = set(ACTIONS) - set(MODE_KEYS)
+    names = {"Delete": "Del", "BackTab": "Tab"}
+    assert {names.get(key, key) for key in others} - {"Tab"} <= set(listed)
+
+
+def test_a_new_tool_is_a_mode_by_its_entry_in_the_table() -> None:
+    def act(work: object, arguments: object) -> Result:
+        raise AssertionError
+
+    at_point = Argument(Vector(), "a point")
+    click_one = mode_of(
+        Tool(
+            "shine",
+            "Make it shine.",
+            {
+                "at": at_point,
+                "how": Argument(Word(("a", "b")), "how", "b"),
+                "times": Argument(Number(1, 9, whole=True), "times", 3),
+                "twice": Argument(Flag(), "twice", False),
+                "radius": Argument(Number(0.0), "reach", None),
+            },
+            act,
+        )
+    )
+    assert click_one is not None
+    assert (click_one.gesture, click_one.places, click_one.key) == ("click", ("at",), "")
+    assert [(o.name, o.values[:2], o.number) for o in click_one.options] == [
+        ("how", ("b", "a"), False),
+        ("times", (3, 1), True),
+        ("twice", (False, True), False),
+    ]
+    assert (click_one.brush, click_one.given_as) == ("brush", "radius")
+    two = mode_of(Tool("shift", "Shift.", {"at": at_point, "to": at_point}, act))
+    assert two is not None and (two.gesture, two.places) == ("drag", ("at", "to"))
+    none = mode_of(Tool("tidy", "Tidy.", {}, act))
+    assert none is not None and none.gesture == "act"
+    wants = {"amount": Argument(Number(), "how much")}
+    assert mode_of(Tool("measure", "Measure.", wants, act)) is None
+
+
+def test_the_panel_is_clicked(state: RetopoState) -> None:
+    room = state.room
+
+    def press_panel(x: float, y: float) -> None:
+        state.press(x - room[0] / 2.0, y - room[1] / 2.0)
+        state.release(x - room[0] / 2.0, y - room[1] / 2.0)
+
+    number = next(k for k, mode in enumerate(state.modes) if mode.tool == "cylinder")
+    x, y, width, height = mode_box(room[0], number, len(state.modes))
+    press_panel(x + width / 2.0, y + height / 2.0)
+    assert state.mode.tool == "cylinder"
+    names = [option.name for option in state.mode.options]
+    row = names.index("caps")
+    count = len(state.modes)
+    y = options_top(count) - 22.0 * row
+    assert option_under(room[0], room[0] + 40.0, y, count, len(names)) == row
+    press_panel(room[0] + 40.0, y)
+    assert state.option(state.mode, state.mode.options[row]) == "always"
+    assert "always" in " ".join(texts(state))
+    assert state.foot is None and state.calls == ()
+    state.next_mode(-1)
+    assert state.mode is state.modes[number - 1]
+
+
+def test_escape_lets_go_and_leaves_the_help(state: RetopoState) -> None:
+    press(state, (-1.0, 0.0), (1.0, 0.0))
+    assert state.holding and len(state.line) > 2
+    assert state.leave() and not state.holding and state.line == []
+    state.release(*at(state, (1.0, 0.0)))
+    state.settle()
+    assert curves(state) == []
+    keys(state, "h")
+    assert "Keys" in texts(state)
+    assert state.leave() and not state.leave()
+
+
+def test_looks_and_sizes_of_the_picture(state: RetopoState) -> None:
+    square(state)
+    seen = [(state.quads_shown, state.curves_shown)]
+    for _ in range(3):
+        keys(state, "x")
+        seen.append((state.quads_shown, state.curves_shown))
+    assert seen == [(True, True), (False, True), (True, False), (True, True)]
+    keys(state, "m m")
+    assert state.model_look == "hidden"
+    keys(state, "m")
+    for key, axis in (("1", 0), ("2", 1), ("3", 2)):
+        keys(state, f"v {key}")
+        assert np.allclose(state.view.axes[2], np.eye(3)[axis])
+        keys(state, key)
+        assert np.allclose(state.view.axes[2], -np.eye(3)[axis]), "twice: from behind"
+    keys(state, "Z Z Z v F")
+    assert state.upright == "y"
+
+
+def test_what_the_pointer_is_on_is_what_is_seen_there(source: PatternSource) -> None:
+    state = opened(source, tube())
+    try:
+        state.look_along((1.0, 0.0, 0.0))
+        rng = np.random.default_rng(4)
+        z, y = rng.uniform(-2.9, 2.9, 40), rng.uniform(-0.95, 0.95, 40)
+        for one in np.stack([np.sqrt(1.0 - y * y), y, z], axis=1).tolist():
+            foot = foot_at(state.view, state.ground, *at(state, one))
+            assert foot is not None
+            # The tube has flat facets, at most 1 - cos(pi / 48) within the round one.
+            assert np.abs(foot.points[0, 1:] - one[1:]).max() < 1e-9
+            assert 0.0 <= one[0] - foot.points[0, 0] < 0.02
+        assert foot_at(state.view, state.ground, *at(state, (0.0, 1.2, 0.0))) is None
+        places = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.3, 0.0]])
+        assert visible(state.view, state.ground, places).tolist() == [True, False, True]
+    finally:
+        state.close()
+
+
+def box(base: int, *, upwards: bool = False) -> Ground:
+    """A pyramid with a square base of 2, at the lower end of an axis or the upper one."""
+    corners = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0], [0, 0, 3]], np.float64)
+    faces = np.array([[0, 2, 1], [0, 3, 2], [0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+    if upwards:
+        corners[:, 2] *= -1.0
+        faces = faces[:, ::-1]
+    return Ground.of(np.roll(corners, base + 1, axis=1), np.ascontiguousarray(faces))
+
+
+def test_what_stands_along_z_is_upright_at_first(source: PatternSource) -> None:
+    assert [stands_along(box(axis)) for axis in range(3)] == ["y", "y", "z"]
+    assert stands_along(box(2, upwards=True)) == "y" and stands_along(tube()) == "y"
+    state = opened(source, box(2))
+    try:
+        assert state.upright == "z" and "z is up    Z: another" in texts(state)
+        top, bottom = state.view.seen(np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 0.0]]))
+        assert top[1] > bottom[1] and abs(top[0] - bottom[0]) < 1e-9
+        keys(state, "Z")
+        assert state.upright != "z" and f"{state.upright} is up    Z: another" in texts(state)
+        keys(state, "Z Z v")
+        assert state.upright == "z"
+    finally:
+        state.close()

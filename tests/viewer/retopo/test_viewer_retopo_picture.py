@@ -1,0 +1,198 @@
+"""What the pictures of the window of retopology show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from events import read
+from sheets import ASPECT, SQUARE, at, drag, hover, keys, opened, sheet, square, texts, tube
+
+from query.engine import PatternSource
+from sketch.retopo.editor import Call, Editor
+from sketch.retopo.filling import welded
+from viewer import PictureFormatError
+from viewer.retopo import RetopoState, draw
+from viewer.retopo.body import Body
+from viewer.retopo.palette import (
+    CORNER,
+    CURVE,
+    EDGE,
+    FLOW,
+    INK,
+    MARKED,
+    SIDES,
+    SNAP,
+    VALENCES,
+    WRONG,
+)
+from viewer.retopo.picture import Painter
+from viewer.style import PAPER, rgb
+
+
+def painted(state: RetopoState, colour: str) -> int:
+    """How many triangles of this very colour the picture has, but for those of round bands."""
+    colours = Painter().compose(state, ASPECT).solid.colours[:, 0]
+    return int((np.abs(colours - rgb(colour)).max(axis=1) < 1e-6).sum())
+
+
+def banded(state: RetopoState, colour: str) -> int:
+    """The same of bands, which are darker at their rims."""
+    colours = Painter().compose(state, ASPECT).solid.colours
+    dark = np.abs(colours - 0.72 * rgb(colour)).max(axis=2) < 1e-6
+    return int(dark.any(axis=1).sum())
+
+
+def test_all_that_there_is_is_drawn(state: RetopoState) -> None:
+    assert banded(state, MARKED) > 0, "the border of the sheet"
+    assert banded(state, CURVE) == 0
+    keys(state, "d")
+    drag(state, (-3.0, 3.0), (3.0, 3.0))
+    hover(state, (4.5, -4.5))
+    rims = painted(state, CORNER)
+    assert rims == 2 * 24 and painted(state, PAPER) == 2 * 24, "two hollow ends"
+    square(state, ((0.0, 2.0), (-1.9, 0.6), (-1.2, -1.6), (1.2, -1.6), (1.9, 0.6)))
+    hover(state, (4.5, -4.5))
+    assert painted(state, CORNER) == (2 + 5) * 24
+    drag(state, (0.0, -3.5), (0.0, -1.6))
+    hover(state, (4.5, -4.5))
+    # One more open end, and a disc and a half disc.
+    assert painted(state, CORNER) == (3 + 5 + 1) * 24 + 12
+    body = state.shown.body
+    shapes = {3: 3, 5: 5}
+    for valence, colour in VALENCES.items():
+        assert painted(state, colour) == shapes[valence] * int((body.valences == valence).sum())
+    assert len(body.irregular) > 0
+    assert painted(state, SNAP) == 0
+    hover(state, (-3.0, 3.0))
+    assert painted(state, SNAP) > 0
+    keys(state, "w")
+    drag(state, (-1.4, 0.0), (1.4, 0.0))
+    assert painted(state, FLOW) > 0
+    keys(state, "x")
+    assert painted(state, VALENCES[5]) == 0
+    # From below, the sheet hides it all; and one can see through it.
+    keys(state, "3")
+    hover(state, (40.0, 40.0))
+    assert banded(state, CURVE) == painted(state, CORNER) == 0
+    keys(state, "m")
+    assert banded(state, CURVE) > 0
+
+
+def test_patches_have_the_colour_of_their_sides(state: RetopoState) -> None:
+    square(state)
+    hover(state, (4.5, -4.5))
+    drawn = Painter().compose(state, ASPECT).solid.colours.reshape(-1, 3)
+    ratio = drawn / rgb(SIDES[4])
+    flat = np.ptp(ratio, axis=1) < 1e-5
+    assert flat.sum() >= 6 * len(state.shown.body.mesh.quads)
+
+
+def test_the_half_that_is_an_image_is_darker(source: PatternSource) -> None:
+    state = opened(source, tube())
+    try:
+        before = Painter().compose(state, ASPECT).solid.colours.sum()
+        keys(state, "M")
+        plane = state.shown.state.plane
+        assert plane is not None
+        count = len(state.ground.triangles)
+        drawn = Painter().compose(state, ASPECT).solid.colours[:count]
+        whole = Painter()._shading.model(state.skin, state.view, "solid", (0.0, 0.0))[1]
+        beyond = (plane.heights(state.ground.vertices) < 0.0)[state.ground.triangles]
+        ratio = (drawn / whole).mean(axis=2)
+        assert np.allclose(ratio[beyond], 0.84) and np.allclose(ratio[~beyond], 1.0)
+        assert beyond.any() and drawn.sum() < before
+    finally:
+        state.close()
+
+
+def test_what_is_drawn_is_seen(state: RetopoState) -> None:
+    places = [at(state, (-1.0, 0.0)), at(state, (1.0, 0.5))]
+    state.move(*places[0])
+    state.press(*places[0])
+    state.move(*places[1])
+    assert banded(state, INK) > 0
+    state.release(*places[1])
+    state.settle()
+    assert banded(state, INK) == 0
+
+
+def test_numbers_of_edges_are_written_in_the_mode_of_counts(state: RetopoState) -> None:
+    square(state)
+    keys(state, "t")
+
+    def numbers() -> list[tuple[str, bool]]:
+        texts = Painter().compose(state, ASPECT).scene.texts
+        return sorted((t.text, t.bold) for t in texts if t.text.isdigit() and t.size == 11.0)
+
+    counts = [c.count for c in state.network.chains.values() if not c.marked]
+    assert numbers() == sorted((str(n), False) for n in counts)
+    hover(state, (0.0, -1.5))
+    state.wheel(1.0)
+    state.settle()
+    assert sum(bold for _, bold in numbers()) == 1
+    keys(state, "3")
+    assert numbers() == [], "hidden by the sheet"
+
+
+def test_an_off_screen_picture_is_the_same_every_time(
+    tmp_path: Path, source: PatternSource
+) -> None:
+    editor = Editor(sheet(), source)
+    for k in range(4):
+        line = [[*SQUARE[k - 1], 0.0], [*SQUARE[k], 0.0]]
+        editor.do(Call("stroke", {"points": line}))
+    for name in "ab":
+        draw(editor, tmp_path / f"{name}.png", toward=(0, 0, 1), size=(480, 320))
+    image = read(tmp_path / "a.png")
+    assert image.shape == (320, 480, 3)
+    assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
+    # The patch is warm, the sheet is grey.
+    assert 1500 < (image[..., 0] - image[..., 2] > 0.05).sum() < 15000
+    draw(editor, tmp_path / "c.png", size=(480, 320), keys="x m m", bare=False, title="sheet")
+    assert (read(tmp_path / "c.png").min(axis=2) > 0.9).mean() > 0.7
+    with pytest.raises(ValueError, match="no key 'zz'"):
+        draw(editor, tmp_path / "d.png", keys="zz")
+    with pytest.raises(PictureFormatError):
+        draw(editor, tmp_path / "d.jpg")
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "b.png", "c.png"]
+
+
+def test_curves_alone_and_quads_alone_are_drawn(state: RetopoState) -> None:
+    square(state)
+    hover(state, (4.5, -4.5))
+    tinted = len(state.shown.body.mesh.quads) * 2
+    edges = painted(state, EDGE)
+    assert edges > 0 and banded(state, CURVE) > 0
+    keys(state, "x")
+    assert painted(state, EDGE) == 0 and banded(state, CURVE) > 0
+    keys(state, "x")
+    assert painted(state, EDGE) == edges and banded(state, CURVE) == painted(state, CORNER) == 0
+    assert tinted > 0 and banded(state, MARKED) == 0
+
+
+def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> None:
+    square(state)
+    hover(state, (4.5, -4.5))
+    assert painted(state, WRONG) == 0 and state.empty() == ()
+    (patch,) = state.network.patches
+    shown, placed = state.shown, state.shown.filled.placed[patch]
+    wrong = replace(placed, flipped=np.array([0, 3], np.int32))
+    found = replace(shown.filled, placed={patch: wrong})
+    body = Body.made_of(found, state.ground, shown.body.mesh)
+    assert np.flatnonzero(body.flipped).tolist() == [0, 1, 6, 7]
+    none = replace(shown.filled, placed={})
+    for filled, made, told in (
+        (found, body, "2 quads, in red"),
+        (none, Body.made_of(none, state.ground, welded(none)), "0, 1 patch without"),
+    ):
+        state._work.shown = replace(shown, filled=filled, body=made)
+        assert told in texts(state)
+        seen = Painter().compose(state, ASPECT).solid.colours
+        # Light makes a colour darker, and leaves its hue.
+        red = np.ptp(seen / rgb(WRONG), axis=2).max(axis=1) < 1e-5
+        assert red.sum() == 4 if filled is found else red.sum() > 4
+    assert state.empty() == (patch,) and painted(state, WRONG) > 0
+    state._work.shown = shown

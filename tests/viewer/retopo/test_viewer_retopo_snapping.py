@@ -1,0 +1,119 @@
+"""Snapping in the window of retopology: finer from nearer by, and the same in a script."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from sheets import SQUARE, at, click, curves, drag, hover, keys, press, quads_of, sheet, square
+
+from query.engine import PatternSource
+from sketch.retopo.editor import Call, Editor
+from sketch.retopo.editor.snapping import SNAPPING
+from sketch.retopo.filling import welded
+from sketch.retopo.network import equal
+from viewer.retopo import RetopoState
+from viewer.retopo.aiming import ZOOMS
+
+
+def nearer(state: RetopoState, steps: int, point: tuple[float, float]) -> float:
+    """Zoom about a point; how much larger things are."""
+    hover(state, point)
+    before = state.view.scale
+    for _ in range(steps):
+        state.wheel(1.0)
+    return state.view.scale / before
+
+
+def test_from_nearer_by_less_is_snapped_to(state: RetopoState) -> None:
+    drag(state, (-2.0, 0.0), (2.0, 0.0))
+    snap = state.sizes.snap
+    beside = (0.0, 0.6 * snap)
+    hover(state, beside)
+    assert state.reach == snap and len(state.snaps()) == 1
+    factor = nearer(state, 6, beside)
+    assert state.reach == pytest.approx(snap / factor) and state.snaps() == []
+    # As far from the curve on the screen as it snapped at first.
+    hover(state, (0.0, 0.6 * snap / factor))
+    assert len(state.snaps()) == 1
+    assert state.sizes.snap == snap, "what the user has said stays"
+    # Never more than was said, and not so little that nothing is ever met.
+    keys(state, "3")
+    nearer(state, -1, beside)
+    for _ in range(12):
+        state.wheel(-1.0)
+    assert state.reach == snap
+    for _ in range(60):
+        state.wheel(1.0)
+    assert state.reach == pytest.approx(ZOOMS[0] * snap)
+
+
+def test_what_is_shown_to_snap_does_and_what_is_not_does_not(state: RetopoState) -> None:
+    drag(state, (-2.0, 0.0), (2.0, 0.0))
+    snap = state.sizes.snap
+    nearer(state, 8, (0.0, 0.0))
+    off = 0.5 * snap
+    for shift, joined in ((off, False), (0.5 * state.reach, True)):
+        before = len(state.network.nodes)
+        press(state, (0.1, 3.0 * snap), (0.1, shift))
+        assert (len(state.snaps()) == 1) == joined
+        state.release(*at(state, (0.1, shift)))
+        state.settle()
+        ends = [node for node in state.network.nodes.values() if node.valence == 3]
+        assert len(ends) == joined
+        assert len(state.network.nodes) == before + 2
+        assert state.calls is not None and state.calls[-1].arguments["snap"] == state.reach
+        keys(state, "u")
+    assert len(curves(state)) == 1
+
+
+def test_calls_from_nearer_by_give_the_same_in_a_script(
+    state: RetopoState, source: PatternSource
+) -> None:
+    square(state)
+    nearer(state, 5, (0.2, -1.4))
+    drag(state, (0.2, -1.51), (0.25, -2.1))
+    keys(state, "g")
+    drag(state, (0.25, -2.1), (0.4, -2.2))
+    keys(state, "f")
+    click(state, (0.3, -1.85))
+    keys(state, "4")
+    click(state, (0.5, -1.5))
+    keys(state, "v")
+    assert state.calls is not None and len(state.calls) >= 7
+    assert sum("snap" in call.arguments for call in state.calls) >= 3
+    again = Editor(sheet(), source)
+    for call in state.calls:
+        assert again.do(call).changed
+        again.fill()
+    assert equal(again.network, state.network) and again.sizes == state.sizes
+    assert np.array_equal(welded(again.fill()).vertices, state.shown.body.mesh.vertices)
+    assert quads_of(state) > 0
+
+
+@pytest.mark.parametrize("factor", [0.3, 1.0, 2.5])
+def test_a_call_s_radius_is_that_of_sizes_for_once(source: PatternSource, factor: float) -> None:
+    def drawn(*, told: bool) -> Editor:
+        editor = Editor(sheet(), source)
+        snap = factor * editor.sizes.snap
+        if not told:
+            editor.do(Call("sizes", {"snap": snap}))
+        given = {"snap": snap} if told else {}
+        lines = [[[*SQUARE[k - 1], 0.0], [*SQUARE[k], 0.0]] for k in range(4)]
+        lines.append([[0.0, -1.25, 0.0], [0.1, 1.35, 0.0]])
+        for line in lines:
+            assert editor.do(Call("stroke", {"points": line, **given})).changed
+        return editor
+
+    one, other = drawn(told=True), drawn(told=False)
+    assert equal(one.network, other.network)
+    assert one.sizes == Editor(sheet(), source).sizes != other.sizes or factor == 1.0
+
+
+def test_a_radius_out_of_proportion_is_an_error(source: PatternSource) -> None:
+    editor = Editor(sheet(), source)
+    line = {"points": [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}
+    with pytest.raises(ValueError, match="stroke: snap is 1e-11; on this surface give"):
+        editor.do(Call("stroke", line | {"snap": 1e-11}))
+    assert "loop" not in SNAPPING
+    with pytest.raises(ValueError, match="snap"):
+        editor.do(Call("loop", {"at": [0, 0, 0], "normal": [1, 0, 0], "snap": 0.1}))

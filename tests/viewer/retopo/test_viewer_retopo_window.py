@@ -1,0 +1,288 @@
+"""The window of retopology: files, and simulated events."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from events import Events, alike, can_draw, check_looking, read
+from sheets import SQUARE, at, drag, keys, opened, sheet, square, tube
+
+from query.engine import PatternSource
+from sketch.retopo.autosave import Autosave
+from sketch.retopo.editor import Editor
+from sketch.retopo.filling import RetopoMesh, welded
+from sketch.retopo.network import equal
+from sketch.retopo.script import Script, play, read_script
+from sketch.retopo.sessionfile import Session, read_session, write_session
+from viewer.drawn import save_drawn
+from viewer.keymap import Effect
+from viewer.retopo import RetopoState, show
+from viewer.retopo.keys import KEYS
+from viewer.retopo.window import RetopoWindow, Saver, Writer
+
+SIZE = (720, 450)
+
+
+def writer(folder: Path, **paths: Path) -> Writer:
+    def write_mesh(path: Path, mesh: RetopoMesh) -> None:
+        path.write_text(f"{len(mesh.quads)} quads")
+
+    session, script = paths.get("session"), paths.get("script")
+    return Writer(folder, session, script, Script("sheet.obj", ()), write_mesh)
+
+
+def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: PatternSource) -> None:
+    files = writer(tmp_path)
+    state.files = files
+    saver = Saver(state, files, SIZE)
+    assert saver.play(["o", "S"]) is Effect.NOTHING
+    assert "nothing has been done" in state.message and not list(tmp_path.iterdir())
+    square(state)
+    assert state.unsaved
+    saver.play(["s", "p", "o", "S", "s"])
+    assert state.message == f"saved {tmp_path / 'retopo-1.retopo'}" and not state.unsaved
+    names = sorted(path.name for path in tmp_path.iterdir())
+    assert names == ["quads-1.obj", "retopo-1.jsonl", "retopo-1.png", "retopo-1.retopo"]
+    kept = read_session(tmp_path / "retopo-1.retopo")
+    assert equal(kept.state.network, state.network) and kept.name == "sheet.obj"
+    quads = len(state.shown.body.mesh.quads)
+    assert (tmp_path / "quads-1.obj").read_text() == f"{quads} quads"
+    script = read_script(tmp_path / "retopo-1.jsonl")
+    assert script.surface == "sheet.obj"
+    again = Editor(sheet(), source)
+    assert len(list(play(script, again, lambda _path, _found: None))) == 4
+    assert np.array_equal(welded(again.fill()).vertices, state.shown.body.mesh.vertices)
+    assert read(tmp_path / "retopo-1.png").shape[:2] == (SIZE[1], SIZE[0])
+    lost = writer(tmp_path / "no")
+    state.files = lost
+    for key in "spSo":
+        state.message = ""
+        Saver(state, lost, SIZE).obey(key)
+        assert state.message.startswith("not saved: "), key
+    state.files = None
+    for key in "sSo":
+        state.message = ""
+        KEYS.press(state, key)
+        assert "cannot be saved here" in state.message
+
+
+def test_sessions_and_scripts_go_into_the_files_that_were_named(
+    tmp_path: Path, state: RetopoState
+) -> None:
+    paths = {"session": tmp_path / "mine.zip", "script": tmp_path / "mine.jsonl"}
+    paths["session"].write_bytes(b"older")
+    state.files = writer(tmp_path, **paths)
+    square(state)
+    Saver(state, writer(tmp_path), SIZE).play(["s", "S", "s", "S"])
+    assert sorted(tmp_path.iterdir()) == sorted(paths.values())
+    assert len(read_session(paths["session"]).state.network.patches) == 1
+
+
+def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) -> None:
+    now = [0.0]
+    autosave = Autosave(state.ground, state.shown.state, folder=tmp_path, clock=lambda: now[0])
+    state.files = Writer(tmp_path, None, None, Script("sheet.obj", ()), None, autosave)
+    square(state)
+    state.poll()
+    assert list(tmp_path.iterdir()) == []
+    now[0] = 31.0
+    state.poll()
+    (kept,) = tmp_path.iterdir()
+    assert equal(read_session(kept).state.network, state.network)
+    state.save_session()
+    assert [path.name for path in tmp_path.iterdir()] == ["retopo-1.retopo"]
+    state.undo()
+    state.settle()
+    now[0] = 62.0
+    autosave.path = tmp_path / "no" / "where"
+    assert state.poll() and state.message.startswith("nothing is kept in case of a crash")
+
+
+def test_quitting_asks_once_if_work_would_be_lost(tmp_path: Path, state: RetopoState) -> None:
+    files = writer(tmp_path)
+    state.files = files
+    saver = Saver(state, files, SIZE)
+    assert saver.obey("q") is Effect.QUIT
+    square(state)
+    assert saver.obey("q") is Effect.REDRAW and "not saved" in state.message
+    assert saver.obey("h") is Effect.REDRAW
+    assert saver.obey("q") is Effect.REDRAW, "something else was pressed in between"
+    assert saver.obey("q") is Effect.QUIT
+    saver.obey("s")
+    assert saver.play(["q", "i"]) is Effect.QUIT and state.mode.tool == "stroke"
+
+
+def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path, state: RetopoState) -> None:
+    if not can_draw():
+        return
+    files = writer(tmp_path)
+    state.files = files
+    saver = Saver(state, files, SIZE)
+    window = RetopoWindow(state, saver, KEYS, SIZE, "sheet", off_screen=True)
+    events = Events(window, SIZE, state.settle)
+
+    def press(*points: tuple[float, float]) -> None:
+        events.drag(*(at(state, point) for point in points))
+
+    try:
+        events.keys("d")
+        for k in range(4):
+            press(SQUARE[k - 1], SQUARE[k])
+        (patch,) = state.network.patches.values()
+        assert len(patch.corners) == 4
+        events.keys("a")
+        events.send("MouseMoveEvent", at(state, (0.0, 1.6)))
+        assert state.preview is not None and state.preview.count > 0
+        press((0.0, 1.6))
+        assert len(state.network.patches) == 2
+        chains = state.network.chains
+        below = next(c.id for c in chains.values() if c.points[:, 1].max() < -1.4 and c.count)
+        count, scale = chains[below].count, state.view.scale
+        # With Control the wheel changes the curve under the pointer, with Shift its strip.
+        events.send("MouseMoveEvent", at(state, (0.0, -1.5)))
+        events.send("MouseWheelForwardEvent", at(state, (0.0, -1.5)), held=(1, 0))
+        assert state.network.chains[below].count == count + 1 and state.view.scale == scale
+        before = {c: chain.count for c, chain in state.network.chains.items()}
+        events.send("MouseWheelBackwardEvent", at(state, (0.0, -1.5)), held=(0, 1))
+        fewer = [c for c, chain in state.network.chains.items() if chain.count < before[c]]
+        assert below in fewer and len(fewer) >= 2
+        check_looking(events, state)
+        events.keys("U")
+        assert state.message == "there is nothing to redo"
+        events.keys("s")
+        assert equal(read_session(tmp_path / "retopo-1.retopo").state.network, state.network)
+        events.keys("3")
+        events.keys("i")
+        window.redraw()
+        window.save(tmp_path / "window.png")
+        save_drawn(tmp_path / "drawn.png", saver.drawn(), SIZE[1])
+    finally:
+        window.close()
+    assert alike(tmp_path / "window.png", tmp_path / "drawn.png")
+
+
+def test_a_window_leaves_a_script_and_no_recovery_file(
+    tmp_path: Path, source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Shell:
+        """A window without one: it draws a square, and something else if it is told to."""
+
+        fail = False
+
+        def __init__(self, state: RetopoState, saver: Saver, *_: object) -> None:
+            self.state, self.saver = state, saver
+
+        def run(self) -> None:
+            self.saver.drawn()
+            KEYS.press(self.state, "3")
+            square(self.state)
+            self.state.poll()
+            kept = [path for path in tmp_path.iterdir() if path.suffix == ".recovery"]
+            assert len(kept) == 1
+            if self.fail:
+                raise ZeroDivisionError
+
+        def close(self) -> None:
+            pass
+
+    monkeypatch.setattr("viewer.retopo.window.RetopoWindow", Shell)
+    monkeypatch.setattr("viewer.retopo.window.prepare_opengl", lambda **_: None)
+    monkeypatch.setattr(
+        "viewer.retopo.window.Autosave", lambda *a, **k: Autosave(*a, **(k | {"every": 0.0}))
+    )
+    editor, script = Editor(sheet(), source), tmp_path / "done.jsonl"
+    show(
+        editor,
+        title="sheet",
+        script=script,
+        begun=Script("sheet.obj", ()),
+        folder=tmp_path,
+        keys="i",
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["done.jsonl"]
+    assert [line.call.tool for line in read_script(script).lines] == ["stroke"] * 4
+    script.unlink()
+    monkeypatch.setattr(Shell, "fail", True)
+    with pytest.raises(ZeroDivisionError):
+        show(Editor(sheet(), source), folder=tmp_path)
+    (left,) = tmp_path.iterdir()
+    assert left.suffix == ".recovery", "only a clean end takes it away"
+    with pytest.raises(ValueError, match="no key"):
+        show(editor, keys="zz")
+
+
+def test_keys_wait_while_something_is_drawn(tmp_path: Path, state: RetopoState) -> None:
+    saver = Saver(state, writer(tmp_path), SIZE)
+    x, y = at(state, (0.0, 0.0))
+    state.move(x, y)
+    state.press(x, y)
+    assert saver.obey("i") is Effect.REDRAW and state.message == "let go of the button first"
+    assert state.mode.tool == "stroke"
+    assert saver.obey("Escape") is Effect.REDRAW and not state.holding
+    assert saver.obey("i") is Effect.REDRAW and state.mode.tool == "spine"
+
+
+def left(folder: Path, source: PatternSource, name: str = "unnamed") -> tuple[Path, Editor]:
+    """What a window left that was killed after a square was drawn, and its editor."""
+    state = opened(source)
+    square(state)
+    editor, now = Editor(sheet(), source), state.shown.state
+    state.close()
+    path = folder / f"{name}.999999999-abc.recovery"
+    write_session(path, Session(sheet(), now, "sheet.obj"))
+    editor.restore(now)
+    return path, editor
+
+
+def test_what_a_crash_left_is_opened_by_a_key_and_goes_when_it_is_saved(
+    tmp_path: Path, state: RetopoState, source: PatternSource
+) -> None:
+    keys(state, "R")
+    assert state.message == "there is nothing that a crash left"
+    path, editor = left(tmp_path, source)
+    files = writer(tmp_path)
+    state.files = files
+    assert files.find_lost(state.ground, tmp_path).endswith("R opens it in place of what is here")
+    # After something else was done it would be lost.
+    keys(state, "d")
+    drag(state, (-3.0, 3.0), (3.0, 3.0))
+    keys(state, "R")
+    assert "undo what has been done first" in state.message and path.exists()
+    assert len(state.network.patches) == 0
+    keys(state, "u R")
+    assert equal(state.network, editor.fill().network) and len(state.shown.body.mesh.quads) > 0
+    assert state.unsaved and not state.shown.undoable and path.exists()
+    keys(state, "S")
+    assert "did not begin from the bare surface" in state.message
+    keys(state, "R")
+    assert state.message == "there is nothing that a crash left"
+    keys(state, "s")
+    assert not path.exists(), "it is saved now"
+    assert equal(read_session(tmp_path / "retopo-1.retopo").state.network, state.network)
+    keys(state, "s")
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["retopo-1.retopo"]
+
+
+def test_what_a_crash_left_and_cannot_be_opened_stays(
+    tmp_path: Path, state: RetopoState, source: PatternSource
+) -> None:
+    files = writer(tmp_path)
+    assert files.find_lost(state.ground, tmp_path) == ""
+    path, _ = left(tmp_path, source)
+    assert "of another surface, sheet.obj; rename it" in files.find_lost(tube(), tmp_path)
+    path.write_bytes(b"no session")
+    said = files.find_lost(state.ground, tmp_path)
+    assert said.startswith(f"a crash left {path.name}, which cannot be read: ")
+    assert files.lost is None
+    state.files = files
+    square(state)
+    keys(state, "s")
+    assert path.exists()
+    # What was found and not opened stays, too.
+    state.files = files = writer(tmp_path)
+    write_session(path, Session(sheet(), state.shown.state, ""))
+    assert "R opens it" in files.find_lost(state.ground, tmp_path) and files.lost is not None
+    keys(state, "s")
+    assert path.exists()

@@ -1,0 +1,95 @@
+"""Small shape models for the viewer's tests: one car of few quads, bent into others."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from sketch.features.bodies import body
+from sketch.features.files.networkjson import spline_through
+from sketch.features.model import Model
+from sketch.features.registration import Registration, Template, box_template, register
+from sketch.features.shapemodel import ShapeModel
+from viewer.keymap import Effect
+from viewer.shapes import ShapesState
+from viewer.shapes.keys import KEYS
+from viewer.shapes.picture import compose
+
+#: Resolution of the body, and vertices per edge of the template's boxes.
+COARSE, R = 0.4, 5
+
+
+@cache
+def car_template() -> Template:
+    return box_template(R)
+
+
+@cache
+def car_laid() -> Registration:
+    car = body("sedan", COARSE, whole=True)
+    curves = {c.name: spline_through(c.smooth) for c in car.features if c.kind != "hidden"}
+    return register(Model.from_arrays(car.points, car.triangles), curves, car_template())
+
+
+@cache
+def car_shapes(count: int = 6) -> ShapeModel:
+    """So many cars, each longer or shorter, higher, wider, and waved along itself; as symmetric
+    as the first."""
+    laid = car_laid()
+    rng = np.random.default_rng(5)
+    shapes = [laid.points]
+    for _ in range(count - 1):
+        sizes = rng.uniform(0.85, 1.2, 3)
+        waves, turns = rng.uniform(-0.08, 0.08, 3), rng.uniform(0.0, 6.0, 3)
+        x = laid.points[:, :1]
+        bent = np.sin(rng.uniform(0.5, 2.5, 3) * x + turns) * waves
+        # What goes sideways is mirrored.
+        bent[:, 1] = waves[1] * laid.points[:, 1] * np.cos(x[:, 0])
+        shapes.append(laid.points * sizes + bent)
+    names = tuple(f"car {i}" for i in range(count))
+    return ShapeModel.build(
+        shapes, laid.quads, laid.features, names=names, template=car_template().name
+    )
+
+
+def opened(count: int = 6) -> ShapesState:
+    state = ShapesState(car_shapes(count), car_template())
+    compose(state, 1.6)
+    return state
+
+
+def keys(state: ShapesState, text: str) -> None:
+    for key in text.split():
+        assert KEYS.press(state, key) is Effect.REDRAW
+
+
+def number(state: ShapesState, name: str, *, mirrored: bool = False) -> int:
+    lines = enumerate(state.skin.lines)
+    return next(i for i, one in lines if one.name == name and one.mirrored == mirrored)
+
+
+def seen(state: ShapesState, name: str, *, mirrored: bool = False) -> tuple[float, float]:
+    """Where the middle vertex of a curve is seen."""
+    line = state.sight.lines[number(state, name, mirrored=mirrored)]
+    x, y = line[len(line) // 2, :2].tolist()
+    return x, y
+
+
+def drag(
+    state: ShapesState, start: tuple[float, float], by: tuple[float, float], *, drop: bool = True
+) -> None:
+    """Press, move in three steps, and release."""
+    state.move(*start)
+    state.press(*start)
+    for share in (0.6, 0.8):
+        state.move(start[0] + share * by[0], start[1] + share * by[1])
+    assert state.move(start[0] + by[0], start[1] + by[1])
+    if drop:
+        assert state.release(start[0] + by[0], start[1] + by[1])
+
+
+def knob_at(state: ShapesState, name: int | str, value: float) -> tuple[float, float]:
+    """Where a slider's knob is at a value, in points from the middle of the view."""
+    rail = state.rails[name]
+    return rail.knob(value) - state.room[0] / 2.0, rail.y - state.room[1] / 2.0

@@ -1,0 +1,191 @@
+"""Sliders, keys and the way back in the viewer of shape models."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shape_cases import car_shapes, car_template, drag, keys, knob_at, opened, seen
+
+from sketch.features.errors import InvalidFeatureError
+from sketch.features.registration import box_template
+from viewer.shapes import ShapesState
+from viewer.shapes.choice import HOLD, KEEP, STIFF
+from viewer.shapes.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS, NUDGE
+from viewer.shapes.layout import MODES
+
+
+@pytest.mark.parametrize("sigmas", [-3.0, -1.25, 0.4, 3.0])
+def test_dragging_a_knob_sets_its_mode_alone(state: ShapesState, sigmas: float) -> None:
+    """The shape is the mean and so many deviations of the mode; the drag is one step."""
+    start = knob_at(state, 2, 0.0)
+    end = knob_at(state, 2, sigmas)
+    drag(state, start, (end[0] - start[0], 4.0))
+    wanted = np.zeros(state.shapes.n_modes)
+    wanted[2] = sigmas * state.shapes.deviations[2]
+    assert state.choice.coefficients == pytest.approx(wanted)
+    assert state.points == pytest.approx(state.shapes.shape(wanted))
+    assert state.chosen == 2
+    low, high = state.box
+    beyond = sigmas > high[2] or sigmas < low[2]
+    assert abs(state.limits[2]) == (2 if beyond else 0)
+    assert ("beyond the training shapes" in state.message) == beyond
+    keys(state, "u")
+    assert not state.choice.coefficients.any()
+    keys(state, "U")
+    assert state.sigmas[2] == pytest.approx(sigmas)
+
+
+def test_the_numbers_of_pulls_have_sliders(state: ShapesState) -> None:
+    for name, ends in (("hold", HOLD), ("stiffness", STIFF)):
+        start = knob_at(state, name, state.value[name])
+        for value in ends:
+            end = knob_at(state, name, value)
+            drag(state, start, (end[0] - start[0], 0.0))
+            assert state.value[name] == pytest.approx(value)
+            keys(state, "u")
+    assert (state.choice.hold, state.choice.stiffness) == (1.0, KEEP)
+
+
+def test_pages_of_modes() -> None:
+    """Every mode has its slider on one page; keys turn pages and choose modes on them."""
+    state = opened(16)
+    n = state.shapes.n_modes
+    assert n == 15
+    shown = []
+    for _ in range(2):
+        shown += [name for name in state.rails if isinstance(name, int)]
+        keys(state, ".")
+    assert shown == list(range(n)) and state.page == 0
+    keys(state, ",")
+    assert state.page == 1 and state.chosen == MODES
+    keys(state, "Up")
+    assert (state.chosen, state.page) == (MODES - 1, 0)
+    keys(state, "Up " * MODES)
+    assert (state.chosen, state.page) == (n - 1, 1)
+    few = opened()
+    keys(few, ".")
+    assert few.page == 0 and "all modes" in few.message
+
+
+def test_the_help_lists_the_keys_there_are() -> None:
+    signs = {"↑": "Up", "↓": "Down", "←": "Left", "→": "Right", "Esc": "Escape"}
+    listed = {signs.get(k, k) for names, _ in KEY_HELP for k in names.split()}
+    listed -= {"drag", "click"}
+    known = set(ACTIONS) | set(EFFECTS) | {"Escape", "?"}
+    assert listed == known
+    assert KEYS.check("Home KP_0 Prior Next BackSpace space comma N") is not None
+    with pytest.raises(ValueError, match="no key"):
+        KEYS.check("ö")
+
+
+def test_training_shapes_are_stepped_through(state: ShapesState) -> None:
+    """n goes through all of them and round, b back; each as it was registered."""
+    shapes = state.shapes
+    for turn in range(len(shapes.names) + 1):
+        keys(state, "n")
+        k = turn % len(shapes.names)
+        assert state.choice.origin == shapes.names[k]
+        assert state.points == pytest.approx(shapes.shape(shapes.coefficients[k]), abs=1e-12)
+        assert state.nearest == (shapes.names[k], pytest.approx(0.0, abs=1e-12))
+    keys(state, "b b")
+    assert state.choice.origin == shapes.names[-2]
+    fresh = opened()
+    keys(fresh, "b")
+    assert fresh.choice.origin == shapes.names[-1]
+
+
+def test_random_shapes_and_the_mean(state: ShapesState) -> None:
+    keys(state, "r")
+    first = state.choice.coefficients
+    keys(state, "r")
+    assert not np.allclose(first, state.choice.coefficients)
+    low, high = state.shapes.box
+    assert (state.choice.coefficients >= low).all() and (state.choice.coefficients <= high).all()
+    again = opened()
+    keys(again, "r")
+    assert np.array_equal(again.choice.coefficients, first)
+    keys(state, "0")
+    assert state.points == pytest.approx(state.shapes.mean) and state.choice.origin == "mean"
+
+
+def test_arrow_keys_change_the_chosen_mode(state: ShapesState) -> None:
+    keys(state, "Down Right Right Right Left")
+    assert state.chosen == 1
+    assert state.sigmas[1] == pytest.approx(2 * NUDGE)
+    keys(state, "u")
+    assert state.sigmas[1] == pytest.approx(3 * NUDGE)
+
+
+def test_ghosts(state: ShapesState) -> None:
+    assert state.ghost_coefficients() is None
+    keys(state, "n n g")
+    assert state.ghost_name == "mean" and not np.any(state.ghost_coefficients())
+    keys(state, "g")
+    assert state.ghost_name == state.shapes.names[1]
+    assert state.ghost_coefficients() == pytest.approx(state.shapes.coefficients[1])
+    keys(state, "g")
+    assert state.ghost_coefficients() is None
+    fresh = opened()
+    keys(fresh, "g g")
+    assert fresh.ghost_name == fresh.nearest[0]
+
+
+def test_escape_drops_what_is_dragged(state: ShapesState) -> None:
+    keys(state, "n")
+    before = state.choice
+    drag(state, seen(state, "roof_rail"), (0.0, 30.0), drop=False)
+    for key in ["n", "r", "0", "u", "U", "c", "a", "1", "v", ",", "Right", "Up"]:
+        keys(state, key)
+        assert "let go first" in state.message
+    assert not state.wheel(1.0) and not state.drag_view(1.0, 1.0)
+    keys(state, "Escape")
+    assert state.choice is before and not state.dragging and state.pulled is None
+    assert state.points == pytest.approx(state.shapes.shape(before.coefficients))
+    assert not state.release(0.0, 0.0)
+    keys(state, "u")
+    assert state.choice.origin == "mean"
+
+
+STEPS = ["n", "b", "r", "Right", "Left", "0", "Down", "pull", "slide", "hold", "weigh"]
+
+
+@settings(max_examples=25)
+@given(st.lists(st.sampled_from(STEPS), min_size=1, max_size=12))
+def test_everything_can_be_taken_back_and_done_again(steps: list[str]) -> None:
+    """After any steps: taking back all gives the beginning, doing again all gives the end."""
+    state = opened()
+    first = state.choice
+    for step in steps:
+        if step == "pull":
+            drag(state, seen(state, "shoulder"), (7.0, 12.0))
+        elif step == "slide":
+            drag(state, knob_at(state, 1, state.value[1]), (17.0, 0.0))
+        elif step == "hold":
+            state.toggle_held("roof_rail")
+        elif step == "weigh":
+            drag(state, knob_at(state, "hold", state.value["hold"]), (-9.0, 0.0))
+        else:
+            keys(state, step)
+    last, points = state.choice, state.points.copy()
+    count = 0
+    while state.choice is not first:
+        keys(state, "u")
+        count += 1
+        assert count <= len(steps)
+    assert state.points == pytest.approx(state.shapes.mean)
+    for _ in range(count):
+        keys(state, "U")
+    assert state.choice.is_like(last) and state.points == pytest.approx(points)
+    keys(state, "U")
+    assert state.message == "nothing was taken back"
+
+
+def test_what_does_not_fit_is_refused() -> None:
+    with pytest.raises(InvalidFeatureError, match="give the one that its shapes were laid with"):
+        ShapesState(car_shapes(), box_template(6))
+    with pytest.raises(InvalidFeatureError, match="must be 5 finite numbers"):
+        ShapesState(car_shapes(), car_template(), [1.0, 2.0])
+    state = ShapesState(car_shapes(), car_template(), car_shapes().coefficients[3])
+    assert state.choice.origin == "car 3"

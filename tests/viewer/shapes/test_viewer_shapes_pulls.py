@@ -1,0 +1,238 @@
+"""Curves of a shape pulled and held."""
+
+from __future__ import annotations
+
+import re
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shape_cases import car_shapes, drag, keys, number, opened, seen
+
+from sketch.features.errors import InvalidFeatureError
+from sketch.features.shapemodel import edit, moved
+from viewer.shapes import ShapesState, shaping
+from viewer.shapes.choice import KEEP, SIGMAS, STIFF
+from viewer.shapes.pull import displaced
+from viewer.view import View
+
+MIRROR = np.array([1.0, -1.0, 1.0])
+
+
+@settings(max_examples=60)
+@given(st.integers(0, 10**6), st.floats(-300, 300), st.floats(-300, 300))
+def test_a_pull_goes_where_the_pointer_goes(seed: int, dx: float, dy: float) -> None:
+    """On the screen exactly; along an axis to the place of the seen axis nearest to the pointer,
+    and never beside the axis."""
+    rng = np.random.default_rng(seed)
+    axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    view = View(axes, rng.normal(size=3), float(rng.uniform(10.0, 300.0)))
+    flat = displaced(view, dx, dy, None)
+    assert flat is not None
+    assert (flat @ axes.T) * view.scale == pytest.approx([dx, dy, 0.0], abs=1e-8)
+    for axis in range(3):
+        along = displaced(view, dx, dy, axis)
+        short = np.linalg.norm(axes[:2, axis])
+        assert (along is None) == (short < 0.15)
+        if along is not None:
+            assert not np.delete(along, axis).any()
+            off = (axes[:2] @ along) * view.scale - (dx, dy)
+            assert off @ axes[:2, axis] == pytest.approx(0.0, abs=1e-7)
+
+
+@pytest.mark.parametrize("bending", [False, True])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_a_dragged_curve_gives_the_edit_of_its_pull(
+    state: ShapesState, bending: bool, mirrored: bool
+) -> None:
+    """The coefficients are those of equation 6 for the displacement that the pointer means; of
+    a mirror image, for the mirrored displacement."""
+    state.set_mode(1, 0.7)
+    if mirrored:
+        # Its own half hides the other.
+        state.aim(View(state.view.axes @ np.diag(MIRROR), state.view.focus, state.view.scale))
+    if bending:
+        keys(state, "m")
+    start = state.choice.coefficients
+    where = seen(state, "roof_rail", mirrored=mirrored)
+    drag(state, where, (13.0, 21.0))
+    offset = displaced(state.view, 13.0, 21.0, None)
+    assert offset is not None
+    shapes = state.shapes
+    place = len(shapes.feature("roof_rail").vertices) // 2 if bending else None
+    pull = offset * MIRROR if mirrored else offset
+    targets = moved(shapes, "roof_rail", pull, start=start, vertex=place)
+    wanted = edit(shapes, targets, start=start, stiffness=KEEP)
+    assert state.choice.coefficients == pytest.approx(wanted.coefficients, abs=1e-12)
+    assert state.points == pytest.approx(wanted.points)
+    assert state.choice.origin == "edited"
+    keys(state, "u")
+    assert np.array_equal(state.choice.coefficients, start)
+
+
+def test_a_pull_shows_where_the_curve_should_be_and_how_far_it_is_short(
+    state: ShapesState,
+) -> None:
+    """Of a pull that no shape of the box fulfils: the note's number is the greatest distance of
+    the curve from its target, and coefficients at their limits are marked."""
+    where = seen(state, "roof_rail")
+    keys(state, "z")
+    drag(state, where, (0.0, 240.0), drop=False)
+    pulled = state.pulled
+    assert pulled is not None
+    line = state.skin.lines[number(state, "roof_rail")]
+    away = np.linalg.norm(state.points[line.vertices] - pulled.wanted, axis=1).max()
+    assert away == pytest.approx(pulled.miss) and away > 0.05
+    found = re.search(r"short of the pull by up to (\S+) units; (\d+) mode", state.message)
+    assert found is not None and float(found[1]) == pytest.approx(away, rel=0.01)
+    low, high = state.box
+    at = (state.sigmas <= low + 1e-9) | (state.sigmas >= high - 1e-9)
+    assert at.any() and int(found[2]) == at.sum()
+    assert np.array_equal(state.limits != 0, at)
+    assert (state.sigmas >= low - 1e-9).all() and (state.sigmas <= high + 1e-9).all()
+    state.release(*state.pointer or (0.0, 0.0))
+    assert state.pulled is None and not state.dragging
+
+
+def test_a_small_pull_is_followed(state: ShapesState) -> None:
+    """A shape that lies between the known ones is reached: pulled towards it, the curve is
+    where the pointer is, and nothing is said."""
+    keys(state, "x")
+    where = seen(state, "front_corner")
+    line = state.skin.lines[number(state, "front_corner")]
+    before = state.points[line.vertices].copy()
+    drag(state, where, (10.0, 0.0), drop=False)
+    assert state.pulled is not None
+    wanted = state.pulled.wanted - before
+    assert wanted[:, 1:] == pytest.approx(0.0) and np.ptp(wanted[:, 0]) == pytest.approx(0.0)
+    assert state.pulled.miss < 0.2 * np.abs(wanted[0, 0])
+
+
+def test_the_axis_and_the_way_of_pulling_change_while_a_curve_is_pulled(
+    state: ShapesState,
+) -> None:
+    """The pull that goes on is done again: as if it had been so from the beginning."""
+    where = seen(state, "roof_rail")
+    other = opened()
+    keys(other, "z m")
+    drag(other, where, (5.0, 25.0), drop=False)
+    drag(state, where, (5.0, 25.0), drop=False)
+    assert not np.allclose(state.choice.coefficients, other.choice.coefficients)
+    keys(state, "z m")
+    assert state.choice.coefficients == pytest.approx(other.choice.coefficients, abs=1e-12)
+    keys(state, "z m")
+    assert state.axis is None and not state.bending
+    other.axis, other.bending = None, False
+    other.move(*(other.pointer or (0.0, 0.0)))
+    assert state.choice.coefficients == pytest.approx(other.choice.coefficients, abs=1e-12)
+
+
+def test_an_axis_that_points_at_the_viewer_pulls_nothing(state: ShapesState) -> None:
+    """It says so, and the shape stays."""
+    keys(state, "2 y")
+    drag(state, seen(state, "shoulder"), (30.0, 30.0))
+    assert "y points at you" in state.message
+    assert not state.choice.coefficients.any()
+
+
+def test_an_edit_without_an_answer_is_told(
+    state: ShapesState, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The shape stays as it was, and the reason is shown."""
+
+    def fail(*_: object, **__: object) -> None:
+        raise InvalidFeatureError("the edit found no shape: give nearer targets")
+
+    monkeypatch.setattr(shaping, "edit", fail)
+    drag(state, seen(state, "shoulder"), (30.0, 30.0))
+    assert "give nearer targets" in state.message and not state.choice.coefficients.any()
+
+
+def test_held_curves_stay_the_more_the_more_they_weigh(state: ShapesState) -> None:
+    """A click holds a curve; the shoulder then moves less the greater the weight is."""
+    ways: list[float] = []
+    vertices = state.shapes.feature("shoulder").vertices
+    for weight in (None, 0.3, 3.0, 30.0):
+        fresh = opened()
+        if weight is not None:
+            at = seen(fresh, "shoulder")
+            fresh.press(*at)
+            fresh.move(at[0] + 1.0, at[1])
+            fresh.release(*at)
+            assert fresh.choice.held == {"shoulder"}
+            fresh.set_hold(weight)
+        before = fresh.points[vertices]
+        drag(fresh, seen(fresh, "roof_rail"), (0.0, 40.0))
+        ways.append(float(np.linalg.norm(fresh.points[vertices] - before)))
+    assert all(after < 0.999 * first for first, after in pairwise(ways))
+
+
+def test_curves_are_held_and_let_go(state: ShapesState) -> None:
+    """By click, by key, all at once; each a step to take back."""
+    for way in ("click", "c"):
+        at = seen(state, "shoulder")
+        for held in (True, False):
+            state.move(*at)
+            if way == "click":
+                state.press(*at)
+                state.release(*at)
+            else:
+                keys(state, way)
+            assert ("shoulder" in state.choice.held) == held
+    keys(state, "c a")
+    assert not state.choice.held
+    keys(state, "u")
+    assert state.choice.held == {"shoulder"}
+    keys(state, "u u")
+    assert state.choice.held == {"shoulder"}
+    keys(state, "U U U")
+    assert not state.choice.held
+    keys(state, "a")
+    assert state.message == "no curve is held"
+    state.move(-state.room[0] / 2.0 + 2.0, 300.0)
+    keys(state, "c")
+    assert "put the pointer on a curve" in state.message
+
+
+def test_a_held_curve_that_is_pulled_itself_follows(state: ShapesState) -> None:
+    state.toggle_held("roof_rail")
+    drag(state, seen(state, "roof_rail"), (0.0, 15.0))
+    assert state.choice.coefficients.any() and state.choice.held == {"roof_rail"}
+
+
+def test_the_stiffer_the_nearer_to_the_shape_before(state: ShapesState) -> None:
+    ways: list[float] = []
+    for stiffness in (STIFF[0], 0.01, 0.1, STIFF[1]):
+        fresh = opened()
+        fresh.set_stiffness(stiffness)
+        drag(fresh, seen(fresh, "hood_edge"), (0.0, 15.0))
+        ways.append(float(np.linalg.norm(fresh.sigmas)))
+    assert ways == sorted(ways, reverse=True) and ways[-1] < 0.9 * ways[0]
+
+
+@pytest.mark.parametrize("name", ["roof_rail", "hood_edge", "sill", "shoulder", "c_pillar"])
+def test_the_first_stiffness_costs_a_pull_little(name: str) -> None:
+    """Short pulls of a training shape miss by no more than a tenth of their length more than
+    with the stiffness that edits have by default, and modes change no more."""
+    shapes = car_shapes()
+    start = shapes.coefficients[2]
+    for pull in 0.05 * np.r_[np.eye(3), -np.eye(3)]:
+        targets = moved(shapes, name, pull, start=start)
+        first, plain = (
+            edit(shapes, targets, start=start, stiffness=KEEP),
+            edit(shapes, targets, start=start),
+        )
+        assert first.misses[name] <= plain.misses[name] + 0.005
+        swings = [
+            np.linalg.norm((e.coefficients - start) / shapes.deviations) for e in (first, plain)
+        ]
+        assert swings[0] <= swings[1] + 1e-9
+
+
+def test_a_pull_from_beyond_the_known_shapes_draws_them_back(state: ShapesState) -> None:
+    state.set_mode(0, SIGMAS)
+    drag(state, seen(state, "shoulder"), (0.0, 8.0))
+    assert "drawn back" in state.message
+    assert (state.sigmas <= state.box[1] + 1e-9).all()

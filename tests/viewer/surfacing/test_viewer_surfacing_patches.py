@@ -1,0 +1,256 @@
+"""Patches in the viewer of surfaces: pieces, methods, stages."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from domes import CYCLES, Finder, at, click, dome, drag, growing_dome, keys, on_keys, opened, pieces
+from hypothesis import given
+from hypothesis import strategies as st
+
+import patterndb
+from sketch.surfacing.errors import InvalidNetworkError
+from sketch.surfacing.network import Cycle
+from sketch.surfacing.surface import surface
+from sketch.surfacing.surfaceloop import Settings
+from viewer.style import TINTS
+from viewer.surfacing.body import Body
+from viewer.surfacing.keys import KEYS
+from viewer.surfacing.layout import PANEL, SLIDER, SLIDER_Y, alpha_at, alpha_of, share_of
+from viewer.surfacing.palette import neighbours, piece_tints
+from viewer.surfacing.picture import compose
+from viewer.surfacing.state import SurfacingState
+
+
+def test_the_slider_changes_the_pieces(state: SurfacingState) -> None:
+    counts = {}
+    left = state.room[0] / 2.0
+    y = SLIDER_Y - state.room[1] / 2.0
+    for share in (0.0, 0.5, 1.0):
+        x = left + SLIDER[0] + share * (SLIDER[1] - SLIDER[0])
+        drag(state, (left + SLIDER[0], y), (x, y + 40.0))
+        state.settle()
+        assert state.settings.alpha == pytest.approx(alpha_of(share), abs=1e-3)
+        counts[share] = pieces(state)
+        wanted = surface(dome(), settings=state.settings, spacing=state.made.wish.spacing)  # type: ignore[union-attr]
+        assert [len(p.faces) for p in wanted.patches] == [len(p.faces) for p in state.patches]
+    assert counts[0.0] > counts[0.5] > counts[1.0]
+    axes = state.view.axes
+    assert (axes == opened_view()).all(), "sliding turns no view"
+
+
+def opened_view() -> np.ndarray:
+    other = opened()
+    other.close()
+    return other.view.axes
+
+
+@given(st.floats(0.0, 1.0))
+def test_the_slider_s_places_and_alphas_are_one_to_one(share: float) -> None:
+    assert share_of(alpha_of(share)) == pytest.approx(share)
+    room = (900.0, 860.0)
+    x = room[0] / 2.0 + SLIDER[0] + share * (SLIDER[1] - SLIDER[0])
+    assert alpha_at(room, x) == pytest.approx(alpha_of(share))
+    assert 0.0 < SLIDER[0] < SLIDER[1] < PANEL
+
+
+def test_keys_move_the_slider_and_stop_at_its_ends(state: SurfacingState) -> None:
+    keys(state, "+ +")
+    assert state.settings.alpha > 0.1
+    for _ in range(40):
+        KEYS.press(state, "-")
+    state.settle()
+    assert state.settings.alpha == 0.0 and pieces(state) > 16
+
+
+def test_a_click_switches_a_patch_off_and_on(state: SurfacingState) -> None:
+    every = on_keys(state)
+    assert every == {cycle.key for cycle in CYCLES}
+    click(state, 0.4, 0.4, 0.8)
+    assert on_keys(state) == every - {CYCLES[0].key} and len(state.off) == 1
+    assert state.edits.banned == (CYCLES[0],)
+    ring = state.rings()[0]
+    click(state, *ring)
+    assert on_keys(state) == every and not state.off
+    click(state, 0.4, 0.4, 0.8)
+    click(state, -0.4, 0.4, 0.8)
+    assert len(state.patches) == 2
+    keys(state, "a")
+    assert on_keys(state) == every
+    keys(state, "u u")
+    assert on_keys(state) == every - {CYCLES[0].key}
+
+
+def test_what_is_seen_through_a_patch_that_is_off_can_be_clicked(state: SurfacingState) -> None:
+    # From the side, patch 1 is behind patch 0.
+    state.close()
+    state = opened(toward=(1.0, 0.9, 0.2), up=(0.0, 0.0, 1.0))
+    try:
+        x, y = at(state, *(np.ones(3) / np.sqrt(3.0)))
+        state.move(x, y + 40.0)
+        under = state.under()
+        assert under is not None and state.cycle_of(*under) == CYCLES[0]
+        keys(state, "x")
+        behind = state.under()
+        assert behind is not None and behind.on and state.cycle_of(*behind) != CYCLES[0]
+        keys(state, "w")
+        off = state.under()
+        assert off is not None and not off.on
+    finally:
+        state.close()
+
+
+def test_a_drag_turns_and_is_no_click(state: SurfacingState) -> None:
+    before = state.view.axes.copy()
+    x, y = at(state, 0.4, 0.4, 0.8)
+    drag(state, (x, y), (x + 30.0, y + 10.0))
+    state.settle()
+    assert len(state.patches) == 4 and not np.allclose(state.view.axes, before)
+    turned = state.view.axes.copy()
+    state.press(x, y, turn=True)
+    state.move(x + 2.0, y)
+    state.release(x + 2.0, y)
+    assert not np.allclose(state.view.axes, turned) and len(state.patches) == 4
+
+
+def test_cycles_that_are_found_are_banned_and_kept(growing: SurfacingState) -> None:
+    assert len(growing.patches) == 4
+    click(growing, 0.4, 0.4, 0.8)
+    assert len(growing.patches) == 3 and len(growing.off) == 1
+    assert growing.made is not None and growing.made.notes == ("found by the tests",)
+    click(growing, *growing.rings()[0])
+    assert len(growing.patches) == 4 and growing.edits.added == (CYCLES[0],)
+
+
+def test_stages_are_stepped_through(growing: SurfacingState) -> None:
+    counts = {}
+    keys(growing, "Home")
+    for stage in range(4):
+        assert growing.edits.stage == stage
+        counts[stage] = (len(growing.network.curves), len(growing.patches))
+        keys(growing, "Right")
+    # Meridians 4 and 6 are opposite: no quarter has both of its own before the last stage.
+    assert counts == {0: (0, 0), 1: (4, 0), 2: (6, 0), 3: (8, 4)}
+    keys(growing, "Left Left Left Left")
+    assert growing.edits.stage == 0
+    keys(growing, "End")
+    assert growing.edits.stage == 3
+    texts = " ".join(t.text for t in compose(growing, 1.6).scene.texts)
+    assert "3 of 3" in texts
+
+
+def test_choices_survive_a_walk_through_the_stages(growing: SurfacingState) -> None:
+    click(growing, 0.4, 0.4, 0.8)
+    x, y = at(growing, -0.4, 0.4, 0.8)
+    growing.move(x, y)
+    keys(growing, "n")
+    methods = {growing.cycle_of(True, i).key: p.method for i, p in enumerate(growing.patches)}
+    assert sorted(methods.values()) == ["area", "chords", "chords"]  # type: ignore[type-var]
+    keys(growing, "Left Right")
+    again = {growing.cycle_of(True, i).key: p.method for i, p in enumerate(growing.patches)}
+    assert again == methods
+
+
+def test_cycles_are_not_looked_for_again_when_only_alpha_changes() -> None:
+    finder = Finder()
+    state = opened(growing_dome(), find=finder)
+    try:
+        keys(state, "+ + m m")
+        assert finder.calls == 1
+        keys(state, "Left")
+        assert finder.calls == 2
+    finally:
+        state.close()
+
+
+def test_taking_a_stroke_back_makes_nothing_anew(state: SurfacingState) -> None:
+    keys(state, "d")
+    drag(state, at(state, 0.3, 0.3, 0.0), at(state, 0.5, 0.4, 0.0))
+    made = state.made
+    keys(state, "u")
+    assert state.made is made and state.edits.inks == ()
+    keys(state, "u")
+    assert "nothing to take back" in state.message
+
+
+def test_a_drawing_without_stages_says_so(state: SurfacingState) -> None:
+    keys(state, "Left")
+    assert "no stages" in state.message and len(state.patches) == 4
+
+
+def test_methods_for_all_and_for_one() -> None:
+    with patterndb.open() as db:
+        state = opened(db=db)
+        try:
+            keys(state, "m")
+            assert {patch.method for patch in state.patches} == {"area"}
+            keys(state, "m")
+            assert {patch.method for patch in state.patches} == {"quads"} and state.edges_shown
+            assert all(p.shape[1] == 4 for patch in state.patches for p in patch.faces)
+            keys(state, "m")
+            assert {patch.method for patch in state.patches} == {"chords"}
+            state.move(*at(state, 0.4, 0.4, 0.8))
+            keys(state, "n")
+            assert [patch.method for patch in state.patches].count("area") == 1
+            keys(state, "u u u")
+            assert {patch.method for patch in state.patches} == {"area"}
+        finally:
+            state.close()
+
+
+def test_without_a_database_there_are_no_quads(state: SurfacingState) -> None:
+    keys(state, "m m")
+    assert {patch.method for patch in state.patches} == {"chords"}
+    state.move(-state.room[0] / 2.0 + 5.0, 0.0)
+    keys(state, "n")
+    assert "pointer" in state.message
+
+
+def test_what_fails_is_told_and_leaves_the_last_surface() -> None:
+    def broken(*_: object) -> tuple[list[Cycle], list[str]]:
+        raise InvalidNetworkError("no cycles today")
+
+    with pytest.raises(InvalidNetworkError, match="no cycles today"):
+        opened(growing_dome(), find=broken)
+    state = SurfacingState(growing_dome(), find=broken)
+    try:
+        with pytest.raises(InvalidNetworkError):
+            state.settle()
+        texts = " ".join(t.text for t in compose(state, 1.6).scene.texts)
+        assert "no cycles today" in texts and "0 patches" in texts
+    finally:
+        state.close()
+
+
+def test_neighbours_differ_and_colours_stay(state: SurfacingState) -> None:
+    def colours() -> dict[object, tuple[int, ...]]:
+        body = state.body
+        assert body is not None
+        return {state.cycle_of(True, i).key: t for i, t in enumerate(body.tint_of)}
+
+    made = state.made
+    assert made is not None and made.surfacing is not None
+    faces = [piece for patch in made.surfacing.patches for piece in patch.faces]
+    owners = [i for i, patch in enumerate(made.surfacing.patches) for _ in patch.faces]
+    tints = piece_tints(faces, owners)
+    beside = neighbours(faces)
+    assert all(tints[a] != tints[b] for a in range(len(faces)) for b in beside[a])
+    assert max(map(len, beside)) < len(TINTS)
+    before = colours()
+    click(state, 0.4, 0.4, 0.8)
+    assert all(colours()[key] == before[key] for key in colours())
+    keys(state, "u")
+    assert colours() == before
+
+
+def test_a_body_has_every_face_once() -> None:
+    made = surface(dome(), settings=Settings(alpha=0.05))
+    body = Body.of(made, {})
+    assert len(body.corners) == len(made.triangles) == len(body.owners) == len(body.tints)
+    assert (body.corners == made.points[made.triangles]).all()
+    lengths = np.linalg.norm(body.normals, axis=2)
+    assert np.allclose(lengths, 1.0)
+    sides = body.corners[:, 1:] - body.corners[:, :1]
+    own = np.cross(sides[:, 0], sides[:, 1])
+    assert ((body.normals * own[:, None]).sum(axis=2) > 0.0).all(), "smooth, but not turned over"
+    assert len(body.chords) == sum(len(patch.chords) for patch in made.patches)

@@ -1,0 +1,168 @@
+"""Strokes drawn in the viewer of surfaces, and what any events leave."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from domes import Finder, at, click, dome, drag, growing_dome, keys, opened
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from query.placing import Surface
+from sketch.surfacing.network import Cycle, Network
+from viewer.keymap import Effect
+from viewer.surfacing.edits import parts_of
+from viewer.surfacing.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS
+from viewer.surfacing.picture import compose
+from viewer.surfacing.state import SurfacingState
+
+
+def test_a_stroke_lies_on_the_mesh(state: SurfacingState) -> None:
+    keys(state, "d")
+    drag(state, at(state, 0.1, 0.1, 0.9), at(state, 0.5, 0.4, 0.7), at(state, -0.4, 0.6, 0.7))
+    (ink,) = state.edits.inks
+    assert len(ink.parts) == 1 and ink.missed == 0 and len(ink.parts[0]) > 20
+    made = state.made
+    assert made is not None and made.surfacing is not None
+    mesh = Surface.from_arrays(made.surfacing.points, made.surfacing.triangles)
+    feet = mesh.nearest(ink.parts[0]).points
+    assert np.abs(feet - ink.parts[0]).max() < 1e-6
+    assert {int(patch) for patch in ink.owners[0]} == {0, 1}
+    seen = state.view.seen(ink.parts[0])[:, :2]
+    assert np.hypot(*np.diff(seen, axis=0).T).max() <= 3.0 + 1e-6
+
+
+def test_a_stroke_that_leaves_the_surface_is_split_and_says_so(state: SurfacingState) -> None:
+    click(state, 0.4, 0.4, 0.8)
+    keys(state, "d")
+    assert state.drawing_mode
+    drag(state, at(state, 0.5, -0.3, 0.0), at(state, 0.5, 0.5, 0.0), at(state, -0.4, 0.5, 0.0))
+    (ink,) = state.edits.inks
+    assert len(ink.parts) == 2 and ink.missed > 0
+    assert sum(map(len, ink.parts)) + ink.missed == ink.rays
+    assert f"{ink.missed} of {ink.rays}" in state.message and "2 parts" in state.message
+    drag(state, (-400.0, -400.0), (-390.0, -400.0))
+    assert "beside" in state.message and len(state.edits.inks) == 1
+    keys(state, "u")
+    assert state.edits.inks == () and len(state.patches) == 3
+    keys(state, "Escape")
+    assert not state.drawing_mode and KEYS.press(state, "Escape") is Effect.QUIT
+
+
+def _across(state: SurfacingState) -> None:
+    """A stroke across quarters 0 and 1, from the rim to the rim."""
+    keys(state, "d")
+    a, b = np.radians(45.0), np.radians(135.0)
+    start = at(state, 0.995 * np.cos(a), 0.995 * np.sin(a), 0.0)
+    end = at(state, 0.995 * np.cos(b), 0.995 * np.sin(b), 0.0)
+    drag(state, start, at(state, 0.0, 0.5, 0.0), end)
+
+
+def test_a_stroke_becomes_curves_and_cuts_the_cycles_that_came_along(
+    state: SurfacingState,
+) -> None:
+    _across(state)
+    keys(state, "Enter")
+    assert state.message == "" and state.edits.inks == ()
+    network = state.network
+    # The rim's quarters and the meridian between are cut in two, the stroke is two curves.
+    assert len(network.curves) == 8 + 3 + 2
+    assert [curve.stroke for curve in network.curves].count("drawn 1") == 2
+    assert {curve.id for curve in network.curves} >= {curve.id for curve in dome().curves}
+    assert len(state.patches) == 6
+    for cycle in state.edits.given or ():
+        network.walk(cycle)
+    uses = np.zeros(len(network.curves), int)
+    for cycle in state.edits.given or ():
+        uses[list(cycle.curves)] += 1
+    rim = [i for i, c in enumerate(network.curves) if c.id in ("0-1", "1-2", "2-3", "3-0")]
+    assert all(uses[i] == (1 if i in rim else 2) for i in range(len(uses)))
+    keys(state, "u")
+    assert len(state.network.curves) == 8 and len(state.patches) == 4
+    assert len(state.edits.inks) == 1
+
+
+def test_a_stroke_that_ends_on_no_curve_stays_a_stroke(state: SurfacingState) -> None:
+    keys(state, "Enter")
+    assert "draw a stroke" in state.message
+    keys(state, "d")
+    drag(state, at(state, 0.3, 0.3, 0.0), at(state, 0.5, 0.4, 0.0))
+    keys(state, "Enter")
+    assert "begin and end it on curves" in state.message
+    assert len(state.edits.inks) == 1 and len(state.network.curves) == 8
+    keys(state, "+ + + + + + + + + + + + Enter")
+    assert "has changed" in state.message
+
+
+def test_a_new_curve_is_a_stage_of_its_own(growing: SurfacingState) -> None:
+    _across(growing)
+    keys(growing, "Enter")
+    assert growing.n_stages == 4 and growing.edits.stage == 4
+    assert len(growing.network.curves) == 13
+    keys(growing, "Left")
+    assert len(growing.network.curves) == 11, "the new curves have cut those of before"
+
+
+def test_parts_of_a_cycle() -> None:
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    network = Network.from_edges(square, [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]])
+    around = Cycle(((0, False), (1, False), (2, False), (3, False)))
+    for cycle in (around, around.turned):
+        one, other = parts_of(network, cycle, [4])
+        assert {one.key, other.key} == {
+            Cycle(((0, False), (1, False), (4, True))).key,
+            Cycle(((4, False), (2, False), (3, False))).key,
+        }
+    assert parts_of(network, around, [0]) != []
+
+
+PLACES = st.tuples(st.integers(-600, 800), st.integers(-430, 430))
+
+
+EVENTS = st.one_of(
+    st.sampled_from([*sorted(ACTIONS), "Escape"]),
+    st.tuples(st.sampled_from(["move", "press", "release", "turn"]), PLACES),
+)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.lists(EVENTS, max_size=14))
+def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> None:
+    state = opened(growing_dome(), find=Finder())
+    try:
+        for event in events:
+            if isinstance(event, str):
+                KEYS.press(state, event)
+            else:
+                what, place = event  # type: ignore[misc]
+                if what == "turn":
+                    state.press(*place, turn=True)
+                else:
+                    getattr(state, what)(*place)
+            state.poll()
+        state.settle()
+        drawn = compose(state, 1.5)
+        assert np.isfinite(drawn.solid.corners).all()
+        assert np.isfinite(drawn.solid.colours).all()
+        for patch in drawn.scene.patches:
+            assert np.isfinite(patch.corners).all() and len(patch.corners) == len(patch.colours)
+    finally:
+        state.close()
+
+
+def test_keys_are_known() -> None:
+    assert KEYS.check("m Right h minus") == ["m", "Right", "h", "minus"]
+    with pytest.raises(ValueError, match="no key 'zz'"):
+        KEYS.check("m zz")
+    listed = {key for names, _ in KEY_HELP for key in names.split()}
+    arrows = {"Left": "←", "Right": "→"}
+    for key in [*ACTIONS, *EFFECTS]:
+        assert arrows.get(key, key) in listed, f"the help lists {key}"
+    state = opened()
+    try:
+        assert [KEYS.press(state, k) for k in EFFECTS] == list(EFFECTS.values())
+        assert KEYS.press(state, "F13") is Effect.NOTHING
+        keys(state, "h Escape")
+        assert not state.helping
+    finally:
+        state.close()

@@ -1,0 +1,100 @@
+"""What stands between a viewer's state and its window: keys are obeyed, and files written."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from viewer.drawn import Drawn, save_drawn
+from viewer.keymap import Effect, KeyMap
+
+
+class Saver(ABC):
+    """Draws a state, obeys keys, and writes what some of them save.
+
+    state: the viewer's, with a ``message``. keys: the viewer's. size: pixels of the picture. A
+    viewer says in a class of its own how it is drawn, and what its files are.
+    """
+
+    def __init__(self, state: Any, keys: KeyMap[Any], size: tuple[int, int]) -> None:
+        self.state = state
+        self.size = size
+        self._keys = keys
+        self._asked_to_quit = False
+
+    @abstractmethod
+    def drawn(self) -> Drawn:
+        """The picture of the state as it is now."""
+
+    @abstractmethod
+    def picture_path(self) -> Path:
+        """Where the next picture is written."""
+
+    def saved_object(self) -> str:
+        """Write what the key for it saves, and say where it is; OSError as writing does."""
+        raise NotImplementedError("a viewer with a key that saves an object says how")
+
+    @abstractmethod
+    def ready(self) -> None:
+        """Wait until the next key can be pressed as if a user did."""
+
+    def at_once(self, key: str) -> Effect | None:
+        """Obey a key that means something else just now; None for any that does not."""
+        return None
+
+    def would_lose(self) -> str:
+        """What quitting now would lose, and how to keep it; "" for nothing."""
+        return ""
+
+    def play(self, keys: Sequence[str]) -> Effect:
+        """Press keys one after another, each once all is there; QUIT if one of them quits."""
+        for key in keys:
+            self.ready()
+            if self.obey(key) is Effect.QUIT:
+                return Effect.QUIT
+        return Effect.NOTHING
+
+    def obey(self, key: str) -> Effect:
+        """Press a key, by its X name or as it is written, and save what it asks to save.
+
+        Returns what the window has to do. Quitting asks once if that would lose work.
+        """
+        done = self.at_once(key)
+        if done is not None:
+            return done
+        effect = self._keys.press(self.state, key)
+        if effect is Effect.QUIT:
+            return self._quit()
+        if effect is not Effect.NOTHING:
+            self._asked_to_quit = False
+        if effect in (Effect.OBJ, Effect.PICTURE):
+            try:
+                self.state.message = self._saved(effect)
+            except OSError as error:
+                self.state.message = f"not saved: {error}"
+        return effect
+
+    def _saved(self, effect: Effect) -> str:
+        if effect is Effect.OBJ:
+            return self.saved_object()
+        path = self.picture_path()
+        save_drawn(path, self.drawn(), self.size[1])
+        return f"saved {path}"
+
+    def _quit(self) -> Effect:
+        lost = self.would_lose()
+        if not lost or self._asked_to_quit:
+            return Effect.QUIT
+        self._asked_to_quit = True
+        self.state.message = f"{lost}, q once more quits"
+        return Effect.REDRAW
+
+
+def free_name(folder: Path, name: str, suffix: str) -> Path:
+    """A path in a folder that no file has: the name with a number and the suffix."""
+    count = 1
+    while (path := folder / f"{name}-{count}{suffix}").exists():
+        count += 1
+    return path
