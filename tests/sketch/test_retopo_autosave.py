@@ -192,6 +192,7 @@ def test_recoveries_are_those_of_programs_that_are_gone(tmp_path: Path) -> None:
 CHILD = """
     import sys, time
     from editor_cases import SIZES, do, line
+    from dataclasses import replace
     from pathlib import Path
     from retopo_cases import plane
     import patterndb
@@ -201,7 +202,7 @@ CHILD = """
 
     now = 0.0
     with patterndb.open() as source:
-        editor = Editor(plane(), source, SIZES)
+        editor = Editor(plane(), source, replace(SIZES, snap=0.05))
         kept = Autosave(editor.ground, editor.state, session=Path(sys.argv[1]), clock=lambda: now)
         states = [editor.state]
         # An edit every 10 seconds, a tick every second, for five minutes and 25 seconds.

@@ -34,7 +34,7 @@ from sketch.retopo.network import (
 from sketch.retopo.network.passing import Step, first_order
 from sketch.retopo.sizes import Sizes
 from sketch.retopo.tools.erase import erase
-from sketch.retopo.tools.stroke import insert
+from sketch.retopo.tools.stroke import DOUBLED, insert
 
 
 def sound(network: Network) -> None:
@@ -107,8 +107,9 @@ def test_a_stroke_along_a_curve_is_that_curve(seed: int, backwards: bool) -> Non
     line = np.c_[t, 0.3 * np.sin(3.0 * t)]
     before = after(Network(), line)
     # To and fro across it, and not over itself.
-    again = line + np.c_[np.zeros(30), rng.uniform(-0.5, 0.5, 30) * SIZES.snap]
-    with pytest.raises(RefusedError, match="lies within the snap radius"):
+    aside = 0.5 * DOUBLED * SIZES.snap
+    again = line + np.c_[np.zeros(30), rng.uniform(-aside, aside, 30)]
+    with pytest.raises(RefusedError, match="lies on a curve that is there"):
         insert(before, plane(), SIZES, flat(again[::-1] if backwards else again))
     # What goes on beyond its end continues it: nothing is there twice.
     longer = np.r_[again, [[1.5, 0.4], [2.0, 0.0]]]

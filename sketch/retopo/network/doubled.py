@@ -7,6 +7,7 @@ stroke that turns back, faces of one. One curve is meant.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import replace
 
@@ -14,9 +15,13 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from query.placing.surface import Points
+from query.polyline import arc_length, at_lengths
 from sketch.retopo.network.draft import Draft
 from sketch.retopo.network.structure import HalfChain
 from sketch.retopo.network.walks import successor
+
+#: Points that distances from a curve are taken to are this part of the width apart.
+FINE = 0.2
 
 #: (n, 3) points and normals of a part of a curve.
 Line = tuple[Points, Points]
@@ -87,12 +92,24 @@ def _turns_back(draft: Draft, half: HalfChain, width: float) -> bool:
 
 
 def _on_each_other(one: Line, two: Line, width: float) -> bool:
-    """Is every sample of each near one of the other, where the surface's normal agrees?"""
-    for (points, up), (others, above) in ((one, two), (two, one)):
+    """Is every sample of each near the other, where the surface's normal agrees?"""
+    for (points, up), other in ((one, two), (two, one)):
+        others, above = _fine(other, FINE * width)
         away, k = KDTree(others).query(points)
         if away.max() > width or (np.einsum("nc,nc->n", up, above[k]) <= 0.0).any():
             return False
     return True
+
+
+def _fine(line: Line, step: float) -> Line:
+    """A part of a curve with points at most a step apart: where curves were drawn together or cut
+    their samples may be far apart."""
+    points, up = line
+    along = arc_length(points)
+    count = max(len(points), math.ceil(along[-1] / step) + 1)
+    wanted = np.union1d(along, np.linspace(0.0, along[-1], count))
+    turned = np.stack([np.interp(wanted, along, up[:, d]) for d in range(3)], axis=1)
+    return at_lengths(points, wanted), turned
 
 
 def _restore(draft: Draft, node: int) -> None:

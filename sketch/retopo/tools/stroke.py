@@ -25,6 +25,10 @@ NODE_NEAR = 0.5
 #: More chains than this end at no node.
 MOST_ENDS = 1 << 30
 
+#: A stroke that runs between the ends of a curve lies on it, and is the same, within this part of
+#: the snap radius: less, so that thin patches of two sides can be drawn between ends that snap.
+DOUBLED = 0.5
+
 
 def insert(
     network: Network,
@@ -80,11 +84,11 @@ def insert(
             ends.append(joint)
         line, up = dragged(line, up, draft, ends, project)
         made = weave(draft, line, up, ends[0], ends[1], near, project)
-    drawn, made = made, undoubled(draft, made, sizes.snap)
+    drawn, made = made, undoubled(draft, made, DOUBLED * sizes.snap)
     if not made:
         raise RefusedError(
-            "nothing of the stroke is left: it lies within the snap radius of a curve that is "
-            "there; draw it further off, or with a smaller snap radius"
+            "nothing of the stroke is left: it lies on a curve that is there, within half the "
+            "snap radius; draw it further off, or with a smaller snap radius"
             if drawn
             else "nothing of the stroke is left: it begins and ends at one corner, or lies beyond "
             "the border of the surface; draw it longer"
