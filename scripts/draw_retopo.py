@@ -35,9 +35,15 @@ VIEWS = {
         View((-0.25, 0.15, 1.0), (-0.05, 0.47, 0.05), 0.53),
         View((0.35, 0.25, -1.0), (-0.05, 0.47, 0.05), 0.53),
     ),
+    "boot": (
+        View((0.8, 0.45, 0.9), (0.01, 0.088, 0.0), 0.15),
+        View((1.0, 0.8, 0.15), (0.022, 0.122, 0.003), 0.055, thick=0.35),
+    ),
 }
 
-CAPTIONS = ("curves", "quads", "from the other side")
+#: What the third panel shows.
+OTHER = {"boot": "the laces"}
+OTHERWISE = "from the other side"
 
 
 def draw(name: str, data: Path, out: Path) -> None:
@@ -45,6 +51,7 @@ def draw(name: str, data: Path, out: Path) -> None:
     script = read_script(SCRIPTS / f"{name}.jsonl")
     ground = Ground.of_polygons(read_mesh(data / "surfaces" / Path(script.surface).name))
     one, other = VIEWS[name]
+    captions = ("curves", "quads", OTHER.get(name, OTHERWISE))
     with patterndb.open() as database:
         editor = Editor(ground, database)
         play(editor, script)
@@ -53,7 +60,7 @@ def draw(name: str, data: Path, out: Path) -> None:
             picture(editor, one, PANEL),
             picture(editor, other, PANEL),
         ]
-    save(out / f"retopo-{name.replace('_', '-')}.png", panels, CAPTIONS)
+    save(out / f"retopo-{name.replace('_', '-')}.png", panels, captions)
 
 
 def main() -> None:

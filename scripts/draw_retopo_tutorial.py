@@ -63,12 +63,14 @@ TUBE, DOT = 0.075, 0.17
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A look at the surface: towards the eye, what is up, the middle, half the height shown."""
+    """A look at the surface: towards the eye, what is up, the middle, half the height shown, and
+    how thick curves and dots are, in their usual size."""
 
     toward: tuple[float, float, float]
     middle: tuple[float, float, float] = (0.03, -0.13, 0.0)
     half: float = 1.56
     up: tuple[float, float, float] = (0.0, 1.0, 0.0)
+    thick: float = 1.0
 
 
 FRONT = View((-0.45, 0.2, 1.0))
@@ -121,7 +123,7 @@ def picture(
     editor: Editor, view: View, size: tuple[int, int], *, quads: bool = True
 ) -> Image.Image:
     """The surface, its quads and its curves."""
-    ground, edge = editor.ground, editor.sizes.edge
+    ground, edge = editor.ground, view.thick * editor.sizes.edge
     eye = np.array(view.toward) / np.linalg.norm(view.toward)
     plotter = pv.Plotter(off_screen=True, window_size=[FINER * size[0], FINER * size[1]])
     plotter.set_background(PAPER)  # pyright: ignore[reportCallIssue, reportArgumentType]
@@ -130,11 +132,12 @@ def picture(
     at = ground.vertices
     if quads and len(mesh.quads):
         at = at - _depths(mesh, ground, edge)[:, None] * eye
-    surface = pv.PolyData.from_regular_faces(at, ground.triangles)
-    surface.point_data["Normals"] = ground.normals
-    plotter.add_mesh(surface, color=SURFACE, smooth_shading=True, ambient=0.28, specular=0.05)
+    if not (quads and _closed(mesh)):
+        surface = pv.PolyData.from_regular_faces(at, ground.triangles)
+        surface.point_data["Normals"] = ground.normals
+        plotter.add_mesh(surface, color=SURFACE, smooth_shading=True, ambient=0.28, specular=0.05)
     if quads and len(mesh.quads):
-        _quads(plotter, editor, mesh.vertices + LIFT * edge * mesh.normals, eye)
+        _quads(plotter, editor, mesh.vertices + LIFT * edge * mesh.normals, eye, edge)
     for chain in editor.network.chains.values():
         line = pv.lines_from_points(chain.round + ABOVE * edge * eye)
         _tube(plotter, line, TUBE * edge, CURVE)
@@ -177,9 +180,17 @@ def _depths(mesh: RetopoMesh, ground: Ground, edge: float) -> NDArray[np.float64
     return np.where(below, SINK * edge + 2.0 * far, 0.0)
 
 
-def _quads(plotter: pv.Plotter, editor: Editor, points: Points, eye: Points) -> None:
-    """Quads in the colours of their patches, their edges, and irregular vertices."""
-    mesh, edge = welded(editor.fill()), editor.sizes.edge
+def _closed(mesh: RetopoMesh) -> bool:
+    """Are there quads on both sides of every edge, so that nothing else is to be seen?"""
+    ends = np.stack([mesh.quads, np.roll(mesh.quads, -1, axis=1)], axis=-1).reshape(-1, 2)
+    _, uses = np.unique(np.sort(ends, axis=1), axis=0, return_counts=True)
+    return len(uses) > 0 and bool((uses == 2).all())
+
+
+def _quads(plotter: pv.Plotter, editor: Editor, points: Points, eye: Points, edge: float) -> None:
+    """Quads in the colours of their patches, their edges, and irregular vertices; edge: the
+    length that these are as large as."""
+    mesh = welded(editor.fill())
     colour = colours(editor)
     body = pv.PolyData.from_regular_faces(points, mesh.quads)
     tints = [[int(colour[p][k : k + 2], 16) for k in (1, 3, 5)] for p in mesh.patch.tolist()]
