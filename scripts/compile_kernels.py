@@ -134,6 +134,7 @@ shaded(skin, Seen(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
 RETOPO = """
 import numpy as np
 from sketch.retopo.counts import CountsProblem, changed, choose
+from sketch.retopo.filling.bending import fewest_edges
 from sketch.retopo.ground import Ground, cleaned, geodesic, planar_cut
 from sketch.retopo.network import Network, with_borders
 from sketch.retopo.network.flooding import flooded
@@ -161,6 +162,7 @@ planar_cut(ground, one, (1, 0.3, 0))
 completions(network, ground, (4.99, 4, 0), (0, 0, 1), sizes)
 network = toggle(network, sizes, (5, 4.1, 0), (0, 0, 1)).network
 erase_crossed(network, cleaned([(4.5, 3, 0), (4.5, 6, 0)], ground, sizes))
+fewest_edges(next(iter(network.chains.values())), sizes.edge)
 flooded(ground, np.zeros(len(ground.triangles), bool), np.array([0], np.int32), 1e9)
 Salience.of(ground, sizes.edge).felt(ground.vertices[:2], ground.normals[:2], "both")
 patches = [[[0], [1], [2], [3]], [[1], [4], [4]]]
