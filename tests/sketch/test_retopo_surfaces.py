@@ -13,9 +13,10 @@ import patterndb
 from ingest.read import read_mesh
 from sketch.retopo.editor import Editor
 from sketch.retopo.filling import FilledNetwork, welded
-from sketch.retopo.filling.report import hausdorff, report
+from sketch.retopo.filling.report import hausdorff, open_loops, report
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import check
+from sketch.retopo.network.handles import genus_of, handles_of
 from sketch.retopo.script import play, read_script
 
 SCRIPTS = EXAMPLES / "retopo"
@@ -99,3 +100,23 @@ def test_scripts_name_surfaces_that_are_there(path: Path) -> None:
     assert not Path(script.surface).is_absolute()
     assert (SURFACES / Path(script.surface).name).is_file()
     assert script.lines
+
+
+def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
+    script = read_script(SCRIPTS / "boot.jsonl")
+    ground = Ground.of_polygons(read_mesh(SURFACES / "boot.obj"))
+    with patterndb.open() as database:
+        editor = Editor(ground, database)
+        for line in script.lines:
+            # Filled once, at the end: a benchmark plays it with fills after every call.
+            assert editor.do(line.call).refused is None, line
+        found = editor.fill()
+    network = found.network
+    check(network)
+    handles = handles_of(ground)
+    assert handles == 12
+    assert genus_of(network.nodes, network.chains) == handles
+    assert not open_loops(network)
+    made = report(found, ground)
+    assert (made.unfilled, made.open_edges, made.tangled) == (0, 0, 0)
+    assert made.euler == 2 - 2 * handles
