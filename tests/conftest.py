@@ -1,12 +1,18 @@
-"""What all tests share: the settings of hypothesis, and what to do without a shared folder."""
+"""What all tests share: the settings of hypothesis, what to do without a shared folder, and the
+starter database."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
+import pytest
 from hypothesis import HealthCheck, settings
 from shared import SHARED
+
+import patterndb
+from query.engine import PatternSource
 
 # No test asserts a time, nor does hypothesis for it.
 settings.register_profile(
@@ -35,3 +41,10 @@ def pytest_ignore_collect(collection_path: Path) -> bool | None:
     if SHARED.is_dir() or not collection_path.name.startswith("test_"):
         return None
     return True if NEEDS_SHARED.search(collection_path.read_text(encoding="utf-8")) else None
+
+
+@pytest.fixture(scope="session")
+def source() -> Iterator[PatternSource]:
+    """The starter database."""
+    with patterndb.open() as opened:
+        yield opened

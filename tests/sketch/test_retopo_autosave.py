@@ -7,7 +7,6 @@ import signal
 import subprocess
 import sys
 import textwrap
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,18 +14,11 @@ import pytest
 from editor_cases import SIZES, do, line
 from retopo_cases import plane
 
-import patterndb
 from query.engine import PatternSource
 from sketch.retopo import autosave
 from sketch.retopo.autosave import EVERY, Autosave, recoveries
 from sketch.retopo.editor import Call, Editor
 from sketch.retopo.sessionfile import Session, read_session, session_bytes, write_session
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import cache
 from itertools import islice, pairwise
@@ -11,7 +10,6 @@ import numpy as np
 import pytest
 from bridge_cases import FOOT, THIN, bridge, ring
 
-import patterndb
 from query.engine import PatternSource
 from sketch.retopo.editor import Call, Editor
 from sketch.retopo.filling import Choice, filling_of, placed, ranked
@@ -21,12 +19,6 @@ from sketch.retopo.sizes import Sizes
 
 #: The target edge: 3 % of the diagonal, where a quarter of the handle is 0.4 %.
 EDGE = 0.03 * bridge().diagonal
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 def arch(begin: float, end: float, n: int = 30) -> list[list[float]]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
@@ -11,7 +10,6 @@ from counts_cases import glued, lists, refuse_unless_sound
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import patterndb
 from query.boundary import Boundary
 from query.engine import PatternSource, fills
 from query.listing.familylookup import FamilyLookup
@@ -22,12 +20,6 @@ from sketch.retopo.counts import (
     has_cheap_fill,
     judged_narrowly,
 )
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 @pytest.mark.parametrize(("n_sides", "longest"), [(2, 30), (3, 14), (4, 7), (5, 5), (6, 3)])

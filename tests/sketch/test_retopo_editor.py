@@ -7,7 +7,6 @@ import math
 import re
 import subprocess
 import sys
-from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -17,7 +16,6 @@ from hypothesis import strategies as st
 from retopo_cases import plane
 from shared import CHECKOUT
 
-import patterndb
 from query.engine import PatternSource
 from sketch.retopo.editor import DEPTH, TOOLS, Call, Editor
 from sketch.retopo.editor.arguments import (
@@ -39,12 +37,6 @@ from sketch.retopo.filling import completed
 from sketch.retopo.network import Network, equal
 
 NAN, INF = math.nan, math.inf
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 @pytest.fixture

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from editor_cases import drawn_octants
@@ -11,19 +9,12 @@ from filling_cases import assert_even
 from hypothesis import given
 from hypothesis import strategies as st
 
-import patterndb
 from query.engine import PatternSource
 from query.placing.surface import Points
 from query.polyline import sampled
 from sketch.retopo.filling import changed, chosen_anew
 from sketch.retopo.filling.bending import SAGITTA, STRETCH, fewest_edges
 from sketch.retopo.network import Chain
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 def chain(line: Points, loose: bool = False) -> Chain:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
 from editor_cases import (
     SIZES,
@@ -16,7 +14,6 @@ from editor_cases import (
 from filling_cases import EDGE, assert_even, different
 from retopo_cases import plane
 
-import patterndb
 from query.engine import PatternSource
 from sketch.retopo.editor import Editor
 from sketch.retopo.errors import InvalidRetopoError, RefusedError
@@ -30,12 +27,6 @@ from sketch.retopo.filling import (
     welded,
 )
 from sketch.retopo.network import Network, with_count
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

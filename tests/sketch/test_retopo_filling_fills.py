@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from editor_cases import (
@@ -17,7 +15,6 @@ from editor_cases import (
 from filling_cases import EDGE
 from retopo_cases import plane
 
-import patterndb
 from query.engine import PatternSource
 from sketch.retopo.editor import Call
 from sketch.retopo.errors import RefusedError
@@ -39,12 +36,6 @@ from sketch.retopo.filling import (
 )
 from sketch.retopo.filling.finding import patch_at
 from sketch.retopo.network import Network, equal, with_choice, with_count
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

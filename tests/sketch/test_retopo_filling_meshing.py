@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,6 @@ from editor_cases import (
 from filling_cases import EDGE, assert_welded, edges_of
 from retopo_cases import plane
 
-import patterndb
 from query.engine import PatternSource
 from sketch.retopo.filling import (
     completed,
@@ -29,12 +27,6 @@ from sketch.retopo.filling import (
 from sketch.retopo.filling.report import hausdorff, report
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import Network
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 def on_one_side(network: Network, chain: int) -> bool:

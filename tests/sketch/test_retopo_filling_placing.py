@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +17,6 @@ from editor_cases import (
 from filling_cases import EDGE, same_fills
 from retopo_cases import plane, sphere
 
-import patterndb
 from query.engine import PatternSource
 from sketch.retopo.editor import Call, Editor
 from sketch.retopo.errors import RefusedError
@@ -30,12 +28,6 @@ from sketch.retopo.filling import (
 )
 from sketch.retopo.filling.finding import patch_at
 from sketch.retopo.network import Network, with_choice
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

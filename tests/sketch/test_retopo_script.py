@@ -7,7 +7,6 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +16,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from retopo_cases import plane, sphere
 
-import patterndb
 from query.engine import PatternSource
 from sketch.retopo.editor import Call, Editor, Outcome
 from sketch.retopo.errors import InvalidRetopoError
@@ -51,12 +49,6 @@ BALL = [
     '{"tool": "undo"}',
     '{"tool": "flow", "points": [[-0.9, -0.1, 0.2], [-0.6, -0.6, 0.3], [-0.1, -0.9, 0.2]]}',
 ]
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 def nowhere(name: str, found: FilledNetwork) -> None:

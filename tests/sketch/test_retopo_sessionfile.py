@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import astuple
 from pathlib import Path
 from typing import Any
@@ -17,7 +17,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import SIZES, plane
 
-import patterndb
 from query.engine import PatternSource
 from sketch.retopo.editor import Editor, State
 from sketch.retopo.errors import InvalidRetopoError
@@ -34,12 +33,6 @@ from sketch.retopo.sessionfile import (
 )
 from sketch.retopo.sessionfills import disk_within
 from sketch.retopo.symmetry import Plane
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 @pytest.fixture(scope="module")

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from topology_cases import (
     key,
 )
 
-import patterndb
 from patterndb.halfedge import Int32Array
 from query.engine import PatternSource, fills
 from query.identity import quads_key
@@ -22,12 +19,6 @@ from sketch.retopo.filling import (
     Choice,
 )
 from sketch.retopo.filling.expansion import Expansion
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
 
 
 def split(choice: Choice, half: int) -> tuple[Int32Array, list[int]]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 from editor_cases import SIZES, chain_at, do, drawn_grid, drawn_octants, line, patch_around
@@ -23,8 +21,6 @@ import patterndb
 from query.engine import PatternSource
 from query.polyline import arc_length
 from sketch.retopo.editor import Call, Editor
-from sketch.retopo.editor.editor import TOOLS
-from sketch.retopo.editor.topology import TOPOLOGY
 from sketch.retopo.errors import RefusedError
 from sketch.retopo.filling import (
     Choice,
@@ -37,19 +33,6 @@ from sketch.retopo.filling.looping import edge_at, insert_loop, nearest_edge
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import Network, equal, with_count
 from sketch.retopo.quadimport import imported
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
-
-
-@pytest.fixture(autouse=True)
-def tools(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The editor has these tools, whether its table lists them or not."""
-    for tool in TOPOLOGY:
-        monkeypatch.setitem(TOOLS, tool.name, tool)
 
 
 @pytest.fixture(scope="module")

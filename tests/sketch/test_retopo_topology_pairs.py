@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from itertools import product
 
 import numpy as np
@@ -15,13 +14,10 @@ from topology_cases import (
     choice_of,
 )
 
-import patterndb
 from patterndb.halfedge import Int32Array
 from query.engine import PatternSource, fills
 from query.solving.chords import Chords
 from sketch.retopo.editor import Call, Editor
-from sketch.retopo.editor.editor import TOOLS
-from sketch.retopo.editor.topology import TOPOLOGY
 from sketch.retopo.errors import RefusedError
 from sketch.retopo.filling import (
     completed,
@@ -30,19 +26,6 @@ from sketch.retopo.filling import (
 )
 from sketch.retopo.filling.moving import least_changes, move_pair
 from sketch.retopo.network import Network, equal
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
-
-
-@pytest.fixture(autouse=True)
-def tools(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The editor has these tools, whether its table lists them or not."""
-    for tool in TOPOLOGY:
-        monkeypatch.setitem(TOOLS, tool.name, tool)
 
 
 @pytest.fixture(scope="module")

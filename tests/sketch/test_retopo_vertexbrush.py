@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -12,12 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import plane
 
-import patterndb
 from query.engine import PatternSource
 from query.placing.surface import Points
 from sketch.retopo.editor import Call, Editor
-from sketch.retopo.editor.editor import TOOLS
-from sketch.retopo.editor.topology import TOPOLOGY
 from sketch.retopo.filling import RetopoMesh, completed, filling_of, welded
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import Edit, Network, check, equal, with_count
@@ -27,19 +23,6 @@ from sketch.retopo.tools.underbrush import STILL
 from sketch.retopo.tools.vertexbrush import brush, relax
 
 UP = np.array([0.0, 0.0, 1.0])
-
-
-@pytest.fixture(scope="module")
-def source() -> Iterator[PatternSource]:
-    with patterndb.open() as opened:
-        yield opened
-
-
-@pytest.fixture(autouse=True)
-def tools(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The editor has these tools, whether its table lists them or not."""
-    for tool in TOPOLOGY:
-        monkeypatch.setitem(TOOLS, tool.name, tool)
 
 
 @pytest.fixture(scope="module")
