@@ -10,7 +10,7 @@ vertices (made and kept on first use). Three Markdown tables:
 - boundaries with reflex corners: t, and how many have a strict fill;
 - the time to decide (all plans, by their counts), to the first fill, and for the whole list.
 
-Beside them stand the figures of the specification's prototypes. Every fill that is listed is
+Beside them stand the figures of a prototype. Every fill that is listed is
 checked against its boundary.
 """
 
@@ -34,7 +34,7 @@ from query.recognise import as_fill
 SIDES = (9, 10, 12, 16, 20, 24, 28, 34)
 LONGEST = 20
 
-#: t - (N - 4), mean, of the specification: keeping corners, cutting pentagons.
+#: t - (N - 4), mean, of the prototype: keeping corners, cutting pentagons.
 SPEC_KEPT = -1.0
 SPEC_CUT = 0.44
 

@@ -9,7 +9,7 @@ from query.placing import enclosed
 from query.placing.shape import units
 from query.placing.surface import Points
 from sketch.retopo.errors import RefusedError
-from sketch.retopo.ground import Ground
+from sketch.retopo.ground import Feet, Ground
 from sketch.retopo.network import Network, outline
 
 #: A point no further to the right of a patch's border, as a part of the ground's diagonal, is on
@@ -27,29 +27,37 @@ def patch_at(network: Network, ground: Ground, point: ArrayLike) -> int:
     there is none.
     """
     foot = ground.nearest(np.asarray(point, np.float64)[None])
-    at, up = foot.points[0], foot.normals[0]
-    triangle = ground.triangles[foot.triangles[0]]
-    size = np.linalg.norm(np.ptp(ground.vertices[triangle], axis=0))
     borders = {patch.id: outline(network, patch.loop) for patch in network.patches.values()}
     away = [
-        (float(np.linalg.norm(points - at, axis=1).min()), patch)
+        (float(np.linalg.norm(points - foot.points[0], axis=1).min()), patch)
         for patch, (points, _) in borders.items()
     ]
     for _, patch in sorted(away):
-        points, normals = borders[patch]
-        inside = enclosed(ground.surface, points)
-        if not inside.separates:
-            continue
-        own = (inside.surface.triangles == triangle).all(axis=1)
-        if not own.any():
-            continue
-        # Flooding tells triangles apart, which is nothing where one is larger than the patch.
-        coarse = np.linalg.norm(np.ptp(points, axis=0)) < size
-        if not coarse and np.isnan(inside.around[own]).all():
-            return patch
-        if left_of(points, normals, at, up) >= -ON_BORDER * ground.diagonal:
+        if is_within(ground, borders[patch], foot):
             return patch
     raise RefusedError("there is no patch here; point into one")
+
+
+def is_within(ground: Ground, border: tuple[Points, Points], foot: Feet) -> bool:
+    """Is a place, one foot, within a patch: on the ground to the left of its border?
+
+    border: (n, 3) points and (n, 3) normals, the first not repeated. What is on it is within.
+    """
+    points, normals = border
+    inside = enclosed(ground.surface, points)
+    if not inside.separates:
+        return False
+    triangle = ground.triangles[foot.triangles[0]]
+    own = (inside.surface.triangles == triangle).all(axis=1)
+    if not own.any():
+        return False
+    # Flooding tells triangles apart, which is nothing where one is larger than the patch.
+    size = np.linalg.norm(np.ptp(ground.vertices[triangle], axis=0))
+    coarse = np.linalg.norm(np.ptp(points, axis=0)) < size
+    if not coarse and np.isnan(inside.around[own]).all():
+        return True
+    left = left_of(points, normals, foot.points[0], foot.normals[0])
+    return left >= -ON_BORDER * ground.diagonal
 
 
 def left_of(points: Points, normals: Points, at: Points, up: Points) -> float:

@@ -13,6 +13,7 @@ from query.placing.surface import Points
 from sketch.retopo.errors import RefusedError
 from sketch.retopo.filling.choosing import filled
 from sketch.retopo.filling.counting import counted
+from sketch.retopo.filling.islands import around_islands
 from sketch.retopo.filling.placing import Placed
 from sketch.retopo.ground import Ground
 from sketch.retopo.network import Chain, Network, Patch
@@ -22,7 +23,7 @@ from sketch.retopo.network import Chain, Network, Patch
 class FilledNetwork:
     """A network with its counts and fills, and where they lie.
 
-    placed: of every patch that has a fill, by id. notes: what could not be.
+    placed: of every patch that has quads, by id. notes: what could not be.
     """
 
     network: Network
@@ -68,7 +69,8 @@ def completed(
     """The network with counts and fills for all its patches, placed on the ground.
 
     edge: target length of an edge. Counts and fills that are there stay where they suit. What
-    has no fill, and why, is in the notes.
+    has no quads, and why, is in the notes: patches without a fill, and those within which others
+    lie that no curve joins to them.
     """
     cache = Cache() if cache is None else cache
     network, notes = counted(network, edge)
@@ -86,6 +88,12 @@ def completed(
         placed[patch] = found
         if len(found.flipped):
             told.append(f"patch {patch} has {len(found.flipped)} flipped quads")
+    for patch, other in around_islands(network, ground, placed).items():
+        del placed[patch]
+        told.append(
+            f"patch {patch} has no quads: patch {other} lies within it, joined to none of its "
+            "sides; join them by a curve, or erase one"
+        )
     return FilledNetwork(network, placed, tuple(told))
 
 
