@@ -26,6 +26,15 @@ def plates(gap: float) -> Ground:
     )
 
 
+def terraces() -> Ground:
+    """Two squares of side 2 that face up, one below the other and beside it: at x = 0 the step."""
+    square = np.array([(0, -1, 0), (2, -1, 0), (2, 1, 0), (0, 1, 0)], float)
+    faces = np.array([(0, 1, 2), (0, 2, 3)])
+    return Ground.of(
+        np.concatenate([square, square + np.array((-2, 0, -1))]), np.concatenate([faces, faces + 4])
+    )
+
+
 class TestSizes:
     def test_parts_of_the_diagonal(self) -> None:
         sizes = Sizes.of(50.0)
@@ -252,3 +261,22 @@ class TestSmoothing:
         assert np.allclose(smoothed(p[::-1], 3, closed), smoothed(p, 3, closed)[::-1])
         if not closed:
             assert (smoothed(p, 3, closed)[[0, -1]] == p[[0, -1]]).all()
+
+
+def test_points_that_lie_nearly_on_the_ground_stay_near() -> None:
+    ground = terraces()
+    sizes = Sizes.of(ground.diagonal)
+    # Just beyond the step's edge: along the normal there is only the terrace below.
+    at, up = np.array([[-0.01, 0.3, 0.0]]), np.array([[0.0, 0.0, 1.0]])
+    far = ground.project(at, up, 4.0)
+    assert np.allclose(far.feet.points, [[-0.01, 0.3, -1.0]])
+    near = ground.project_near(at, up, sizes)
+    assert np.allclose(near.feet.points, [[0.0, 0.3, 0.0]])
+    assert near.missed.tolist() == [0]
+    # What is off the ground by a smoothing's worth is taken along its normal as before.
+    above = np.array([[1.0, 0.3, 0.5 * sizes.sampling]])
+    assert np.allclose(ground.project_near(above, up, sizes).feet.points, [[1.0, 0.3, 0.0]])
+    # A stroke along the edge that strays off it goes along the edge.
+    x = 0.02 * np.sin(np.linspace(0.0, 9.0, 60))
+    stroke = cleaned(np.c_[x, np.linspace(-0.9, 0.9, 60), np.zeros(60)], ground, sizes)
+    assert (stroke.points[:, 2] == 0.0).all() and stroke.missed > 0
