@@ -23,8 +23,8 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from query.polyline import Points
-from sketch.surfacing.chords import (
+from patterndb.geometry.polyline import Points
+from patterndb_sketch.surfacing.chords import (
     ALPHA,
     MAX_SUBPROBLEMS,
     Decomposition,
@@ -34,10 +34,10 @@ from sketch.surfacing.chords import (
     n_subproblems,
     search,
 )
-from sketch.surfacing.cycles import find_cycles
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.networkfile import read_network
-from sketch.surfacing.sampling import CORNER_ANGLE, Loop, loop_of, sample
+from patterndb_sketch.surfacing.cycles import find_cycles
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.networkfile import read_network
+from patterndb_sketch.surfacing.sampling import CORNER_ANGLE, Loop, loop_of, sample
 
 REPEATS = 5
 

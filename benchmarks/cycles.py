@@ -39,11 +39,11 @@ import numpy as np
 from ortools.sat.python import cp_model
 
 from ingest.read import read_mesh
-from sketch.surfacing import Network, read_network, read_recorded_patches
-from sketch.surfacing.cycles import find_cycles
-from sketch.surfacing.cycles.closing import candidate_cycles, half_curves
-from sketch.surfacing.cycles.pruning import dangling
-from sketch.surfacing.network import Cycle
+from patterndb_sketch.surfacing import Network, read_network, read_recorded_patches
+from patterndb_sketch.surfacing.cycles import find_cycles
+from patterndb_sketch.surfacing.cycles.closing import candidate_cycles, half_curves
+from patterndb_sketch.surfacing.cycles.pruning import dangling
+from patterndb_sketch.surfacing.network import Cycle
 
 #: Closings per pair of curves for the bound: more find next to no further patch.
 BOUND_CLOSINGS = 20

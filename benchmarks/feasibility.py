@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import patterndb
-from patterndb.patternclass import PatternClass
+from patterndb.core.patternclass import PatternClass
 from query import Boundary
 from query.listing.filters import Filters
 from query.orientation import orientations

@@ -23,14 +23,14 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from ingest.read import read_mesh
-from sketch.features.files.strokesjson import read_strokes
-from sketch.features.initial import initial_curve
-from sketch.features.model import Model
-from sketch.features.registration import Registration, box_template, register
-from sketch.features.sessionfile import read_network
-from sketch.features.shapemodel import ShapeModel
-from sketch.features.snap import FeatureCurve, snap
-from sketch.features.strokes import Stroke
+from patterndb_sketch.features.files.strokesjson import read_strokes
+from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import Registration, box_template, register
+from patterndb_sketch.features.sessionfile import read_network
+from patterndb_sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.snap import FeatureCurve, snap
+from patterndb_sketch.features.strokes import Stroke
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples" / "features"

@@ -14,12 +14,12 @@ from collections.abc import Callable
 
 import numpy as np
 
-from query.polyline import sampled
-from sketch.features.bodies import CARS, body, degrade
-from sketch.features.model import Model
-from sketch.features.ribs import RADIUS, STITCH, build_ribs
-from sketch.features.ribs.outline import repaired, sliced
-from sketch.features.ribs.slicing import frame
+from patterndb.geometry.polyline import sampled
+from patterndb_sketch.features.bodies import CARS, body, degrade
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.ribs import RADIUS, STITCH, build_ribs
+from patterndb_sketch.features.ribs.outline import repaired, sliced
+from patterndb_sketch.features.ribs.slicing import frame
 
 RIBS, RUNS, SEED = 100, 9, 1
 

@@ -18,13 +18,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from query.polyline import arc_length
-from sketch.features.bodies import CARS, Body, body, degrade
-from sketch.features.files.networkjson import spline_through
-from sketch.features.model import Model
-from sketch.features.registration import Registration, Template, box_template, register
-from sketch.features.shapemodel import ErrorTable, ShapeModel, edit, error_table, moved
-from sketch.features.splines import Spline
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.features.bodies import CARS, Body, body, degrade
+from patterndb_sketch.features.files.networkjson import spline_through
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import Registration, Template, box_template, register
+from patterndb_sketch.features.shapemodel import ErrorTable, ShapeModel, edit, error_table, moved
+from patterndb_sketch.features.splines import Spline
 
 Floats = NDArray[np.float64]
 

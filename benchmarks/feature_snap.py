@@ -29,13 +29,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
-from query.polyline import arc_length, at_lengths
-from sketch.features.bodies import CARS, Body, NamedCurve, body, degrade, stroke
-from sketch.features.fishbone import Fishbone, cut, synchronised, terms
-from sketch.features.initial import initial_curve
-from sketch.features.model import Model
-from sketch.features.ribs import build_ribs
-from sketch.features.snap import Snap, SnapSettings, snap
+from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb_sketch.features.bodies import CARS, Body, NamedCurve, body, degrade, stroke
+from patterndb_sketch.features.fishbone import Fishbone, cut, synchronised, terms
+from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.ribs import build_ribs
+from patterndb_sketch.features.snap import Snap, SnapSettings, snap
 
 Points = NDArray[np.float64]
 

@@ -15,7 +15,7 @@ from collections import Counter
 from pathlib import Path
 
 import patterndb
-from patterndb.patternclass import PatternClass
+from patterndb.core.patternclass import PatternClass
 from query import best
 
 

@@ -29,8 +29,8 @@ from typing import Any
 import numpy as np
 
 from ingest.read import ReadLimits, parse
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
-from patterndb.polygonmesh import PolygonMesh
 
 SLOW_SECONDS = 1.0
 # A worker that has been at one file for so long is taken to hang, and is ended.

@@ -13,7 +13,7 @@ import time
 
 import numpy as np
 
-from sketch.surfacing.tessellation import minimal_area
+from patterndb_sketch.surfacing.tessellation import minimal_area
 
 VERTICES = (50, 100, 130, 200, 300, 400)
 RUNS, SEED = 9, 1

@@ -4,7 +4,7 @@
 
 Grids within outlines that swing out and in, stars and spirals, in the plane and on a sheet of
 folds, of steep folds, of terraces and of bumps hardly larger than a quad. "angles" is the mean
-squared deviation from right angles, in radians squared (:func:`query.placing.shape.quality`).
+squared deviation from right angles, in radians squared (:func:`patterndb.geometry.quadshape.quality`).
 Seconds are of the processor. Prints Markdown.
 """
 
@@ -17,12 +17,12 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.pattern import Pattern
+from patterndb.core.pattern import Pattern
+from patterndb.geometry.polyline import sampled
+from patterndb.geometry.quadshape import quality
 from query.expand import expand
 from query.fill import Fill
 from query.placing import Surface, place
-from query.placing.shape import quality
-from query.polyline import sampled
 
 Array = NDArray[np.float64]
 Height = Callable[[Array, Array], Array]

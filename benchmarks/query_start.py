@@ -17,7 +17,7 @@ import time
 from pathlib import Path
 
 #: What the query imports, and nothing run.
-IMPORTS = "import patterndb.cli, query, query.engine"
+IMPORTS = "import patterndb_app.cli, query, query.engine"
 
 
 def timed(command: list[str]) -> tuple[float, str]:

@@ -33,9 +33,9 @@ from types import ModuleType
 from typing import Any
 
 import patterndb
-from patterndb.pattern import Pattern
-from patterndb.quadmesh import QuadMesh
-from patterndb.reduction import reduce_disk
+from patterndb.core.pattern import Pattern
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.core.reduction import reduce_disk
 from query import Boundary, Fill, Stroke, fills
 from query.listing.ranking import Order
 

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
-from sketch.retopo.counts import (
+from patterndb_sketch.retopo.counts import (
     CountsProblem,
     changed,
     choose,
@@ -32,10 +32,10 @@ from sketch.retopo.counts import (
     improved,
     improvements,
 )
-from sketch.retopo.counts.balls import ball, neighbours, solve_ball
-from sketch.retopo.counts.evening import along_strips, least_errors
-from sketch.retopo.counts.rules import irregular_patches, total
-from sketch.retopo.counts.strips import strips
+from patterndb_sketch.retopo.counts.balls import ball, neighbours, solve_ball
+from patterndb_sketch.retopo.counts.evening import along_strips, least_errors
+from patterndb_sketch.retopo.counts.rules import irregular_patches, total
+from patterndb_sketch.retopo.counts.strips import strips
 
 #: Wider corners are flat: the side goes on, past a T-junction.
 FLAT = np.radians(150.0)

@@ -31,9 +31,8 @@ import trimesh
 
 import patterndb
 from ingest.read import read_mesh
-from query.engine import PatternSource
-from sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
-from sketch.retopo.editor.arguments import (
+from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
+from patterndb_sketch.retopo.editor.arguments import (
     REQUIRED,
     Argument,
     Flag,
@@ -42,11 +41,12 @@ from sketch.retopo.editor.arguments import (
     Vector,
     Word,
 )
-from sketch.retopo.errors import InvalidRetopoError
-from sketch.retopo.ground import Ground
-from sketch.retopo.network import check, genus_of, handles_of
-from sketch.retopo.script import line_of
-from sketch.retopo.sessionfile import Session, parse_session, session_bytes, surface_bytes
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import check, genus_of, handles_of
+from patterndb_sketch.retopo.script import line_of
+from patterndb_sketch.retopo.sessionfile import Session, parse_session, session_bytes, surface_bytes
+from query.engine import PatternSource
 
 #: Calls after which a new drawing is begun, and chains that are enough for one.
 CALLS_A_DRAWING = 200

@@ -18,13 +18,13 @@ from itertools import pairwise
 import numpy as np
 
 import patterndb
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.filling import changed, chosen_anew, ranked
-from sketch.retopo.ground import Ground, cleaned
-from sketch.retopo.network import check
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.completion import completions
-from sketch.retopo.tools.spine import spine_preview
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.filling import changed, chosen_anew, ranked
+from patterndb_sketch.retopo.ground import Ground, cleaned
+from patterndb_sketch.retopo.network import check
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.completion import completions
+from patterndb_sketch.retopo.tools.spine import spine_preview
 
 #: Columns and rows of patches, and the sheet's side.
 COLUMNS, ROWS, SIDE = 5, 4, 10.0

@@ -25,12 +25,12 @@ import numpy as np
 
 import patterndb
 from ingest.read import read_mesh
-from query.placing.surface import Surface
-from sketch.retopo.editor import Editor
-from sketch.retopo.filling import FilledNetwork
-from sketch.retopo.filling.report import hausdorff, report
-from sketch.retopo.ground import Ground
-from sketch.retopo.script import Script, play, read_script
+from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.filling import FilledNetwork
+from patterndb_sketch.retopo.filling.report import hausdorff, report
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.script import Script, play, read_script
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = ROOT / "examples" / "retopo"

@@ -20,14 +20,14 @@ from pathlib import Path
 
 import numpy as np
 
-from sketch.features.bodies import CARS, Body, NamedCurve, body, degrade, stroke
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.files.networkjson import spline_through
-from sketch.features.files.strokesjson import write_strokes
-from sketch.features.registration import DrawnNetwork
-from sketch.features.sessionfile import write_network
-from sketch.features.snap import SnapSettings
-from sketch.features.strokes import Stroke
+from patterndb_sketch.features.bodies import CARS, Body, NamedCurve, body, degrade, stroke
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.files.networkjson import spline_through
+from patterndb_sketch.features.files.strokesjson import write_strokes
+from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.sessionfile import write_network
+from patterndb_sketch.features.snap import SnapSettings
+from patterndb_sketch.features.strokes import Stroke
 
 #: Decimals of what is written: tenths of a millimetre.
 DIGITS = 4

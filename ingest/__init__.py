@@ -5,8 +5,6 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-import patterndb  # noqa: F401  (before numba: it sees to a place for compiled kernels)
-
 if TYPE_CHECKING:
     from ingest.learning import learn
     from ingest.pipeline import (

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
-from patterndb.polygonmesh import PolygonMesh
 
 #: No mesh file begins so: a mesh given as arrays is never taken for a file.
 MAGIC = b"patterndb mesh of arrays 1\n"

@@ -12,7 +12,6 @@ it finds the pattern of a patch that was built the same way before, without redu
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ingest.census import (
@@ -25,9 +24,10 @@ from ingest.census import (
     remove_quad,
 )
 from ingest.hashing import LOAD, doubled_map, find, mix
+from patterndb.system.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def count_basic(
     first: int,
     last: int,

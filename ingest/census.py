@@ -10,13 +10,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ingest.hashing import LOAD, UInt64Array, doubled_map, find, hash_symbols
-from patterndb.code import Code, clockwise_start, rooted_code, smallest_code
-from patterndb.halfedge import Index, Int32Array, border_vertices
-from patterndb.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
+from patterndb.core.code import Code, clockwise_start, rooted_code, smallest_code
+from patterndb.core.halfedge import Index, Int32Array, border_vertices
+from patterndb.core.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
+from patterndb.system.kernels import kernel
 
 
 class Mesh(NamedTuple):
@@ -103,7 +103,7 @@ def new_census(widest: int, rows: int = 1024) -> Census:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def new_bench(n_quads: int, n_vertices: int, limit: int) -> Bench:
     """Scratch for patches of at most ``limit`` quads."""
     return Bench(
@@ -120,7 +120,7 @@ def new_bench(n_quads: int, n_vertices: int, limit: int) -> Bench:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def kernel_mesh(
     twin: Int32Array, vertex: Int32Array, n_vertices: int, zobrist: UInt64Array
 ) -> Mesh:
@@ -143,7 +143,7 @@ def kernel_mesh(
     return Mesh(twin, vertex, valence, full, star_start, star, zobrist)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[Index, Census]:
     """2 * row + handedness of the pattern of the patch ``bench.quads[:n]``.
 
@@ -186,7 +186,7 @@ def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[Index, 
     return value, census
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _row_of(code: Code, n: int, sides: int, census: Census) -> Index:
     """The row of the canonical code ``code[:n]``, a new one if there is none."""
     a, b = hash_symbols(code, n)
@@ -207,7 +207,7 @@ def _row_of(code: Code, n: int, sides: int, census: Census) -> Index:
     return row
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _with_room(census: Census, n: int) -> Census:
     """The census with room for one more reading and one more row of n symbols."""
     reading_keys, reading_rows = census.reading_keys, census.reading_rows
@@ -253,7 +253,7 @@ def _with_room(census: Census, n: int) -> Census:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def propose_example(
     row: Index, n: int, a: np.uint64, b: np.uint64, quads: Int32Array, census: Census
 ) -> None:
@@ -272,7 +272,7 @@ def propose_example(
     census.example[row, :n] = quads[:n]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def add_quad(q: Index, place: int, mesh: Mesh, bench: Bench) -> int:
     """Put quad q into the patch at hand at ``place``; return the change of V - E + F.
 
@@ -294,7 +294,7 @@ def add_quad(q: Index, place: int, mesh: Mesh, bench: Bench) -> int:
     return change
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def remove_quad(q: Index, mesh: Mesh, bench: Bench) -> None:
     """Take quad q, the last one added, out of the patch at hand."""
     bench.member[q] = -1

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Index, Int32Array, border_vertices, next_edge, prev_edge
+from patterndb.core.halfedge import Index, Int32Array, border_vertices, next_edge, prev_edge
+from patterndb.system.kernels import kernel
 
 
 class Work(NamedTuple):
@@ -42,7 +42,7 @@ class Work(NamedTuple):
     uses: Int32Array
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def begin(vertex: Int32Array, twin: Int32Array, n_vertices: int) -> Work:
     """The mesh, whose arrays are changed from now on, with every strand dirty."""
     n = len(twin) // 4
@@ -80,7 +80,7 @@ def begin(vertex: Int32Array, twin: Int32Array, n_vertices: int) -> Work:
     return s
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def trace_strip(h: int, s: Work, strip: Int32Array) -> tuple[int, bool]:
     """Write the half-edges by which the polychord through edge h enters its quads.
 
@@ -110,7 +110,7 @@ def trace_strip(h: int, s: Work, strip: Int32Array) -> tuple[int, bool]:
             return n, loop
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _rung(strip: Int32Array, length: int, i: int, s: Work) -> tuple[Index, Index]:
     """Left and right vertex of rung i; rung ``length`` is the far end of an open strip."""
     if i < length:
@@ -120,7 +120,7 @@ def _rung(strip: Int32Array, length: int, i: int, s: Work) -> tuple[Index, Index
     return s.vertex[next_edge(h)], s.vertex[h]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def may_collapse(strip: Int32Array, length: int, loop: bool, s: Work) -> bool:
     """Simple disjoint chains, one of them regular, and nothing broken afterwards?
 
@@ -173,7 +173,7 @@ def may_collapse(strip: Int32Array, length: int, loop: bool, s: Work) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _makes_triple_edge(left: Index, right: Index, mark: int, s: Work) -> bool:
     """Would an edge at the merged vertex have three quads or more, and had not before?"""
     s.stamp[0] += 1
@@ -198,7 +198,7 @@ def _makes_triple_edge(left: Index, right: Index, mark: int, s: Work) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _was_triple(v: Index, h: Index, s: Work) -> bool:
     """Has an edge at corner h of vertex v three quads or more as it is?"""
     for w in (s.vertex[next_edge(h)], s.vertex[prev_edge(h)]):
@@ -216,7 +216,7 @@ def _was_triple(v: Index, h: Index, s: Work) -> bool:
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def collapse(strip: Int32Array, length: int, loop: bool, s: Work) -> int:
     """Take the strip out and merge its left chain into its right; return the smallest
     strand that became dirty."""
@@ -273,7 +273,7 @@ def collapse(strip: Int32Array, length: int, loop: bool, s: Work) -> int:
     return _make_dirty(rights, s)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _close_slits(v: Index, s: Work) -> None:
     """Join two border edges at v that have come to lie on each other: a hole of two edges
     between the same two vertices is no hole any more."""
@@ -308,7 +308,7 @@ def _close_slits(v: Index, s: Work) -> None:
             break
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _update_border(v: Index, s: Work) -> None:
     c = s.corner[v]
     s.border[v] = False
@@ -324,7 +324,7 @@ def _update_border(v: Index, s: Work) -> None:
             return
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _make_dirty(merged: Int32Array, s: Work) -> Index:
     """Mark the strands of all quads within two rings of the merged vertices."""
     smallest = 2 * len(s.alive)

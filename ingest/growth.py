@@ -13,7 +13,6 @@ patch from its complement; here the quads are hashed.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ingest.census import (
@@ -26,10 +25,11 @@ from ingest.census import (
     remove_quad,
 )
 from ingest.hashing import LOAD, UInt64Array, doubled_set, find
-from patterndb.halfedge import Index, Int32Array, next_edge
+from patterndb.core.halfedge import Index, Int32Array, next_edge
+from patterndb.system.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def grow(
     roots: Int32Array,
     limit: int,
@@ -218,7 +218,7 @@ def grow(
     return total, met, far_hash[:n_far].copy(), far_value[:n_far].copy(), census
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _mend_reflex(
     first_new: Index,
     n: Index,
@@ -259,7 +259,7 @@ def _mend_reflex(
     return n, chi, a, b, outside, True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _runs_straight(
     border: Int32Array, begin: Index, length: Index, closed: bool, mesh: Mesh, bench: Bench
 ) -> bool:
@@ -286,7 +286,7 @@ def _runs_straight(
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _walk(
     n: Index,
     d: int,
@@ -330,7 +330,7 @@ def _walk(
     corner_end[d] = corner
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _longer(hashes: UInt64Array, values: Int32Array) -> tuple[UInt64Array, Int32Array]:
     n = len(hashes)
     more_hashes = np.empty((2 * n, 2), np.uint64)

@@ -8,10 +8,10 @@ patches share a hash; with 128 bits and 10^8 patches that has a chance of 10^-23
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Index
+from patterndb.core.halfedge import Index
+from patterndb.system.kernels import kernel
 
 UInt64Array = NDArray[np.uint64]
 
@@ -19,7 +19,7 @@ UInt64Array = NDArray[np.uint64]
 LOAD = 0.625
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def mix(x: np.uint64) -> np.uint64:
     """The finaliser of splitmix64: every input bit reaches every output bit."""
     x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
@@ -27,7 +27,7 @@ def mix(x: np.uint64) -> np.uint64:
     return x ^ (x >> np.uint64(31))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def random_pairs(n: int) -> UInt64Array:
     """(n, 2) uint64 fixed pseudo-random numbers."""
     pairs = np.empty((n, 2), np.uint64)
@@ -38,7 +38,7 @@ def random_pairs(n: int) -> UInt64Array:
     return pairs
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def hash_symbols(code: NDArray[np.uint16], n: int) -> tuple[np.uint64, np.uint64]:
     """128-bit hash of the first n symbols."""
     a = np.uint64(0x243F6A8885A308D3) + np.uint64(n)
@@ -52,7 +52,7 @@ def hash_symbols(code: NDArray[np.uint16], n: int) -> tuple[np.uint64, np.uint64
     return mix(a), mix(b)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def find(keys: UInt64Array, a: Index, b: Index) -> Index:
     """Slot of key (a, b) in an open-addressing table, or ``-1 - slot`` of where it belongs.
 
@@ -68,7 +68,7 @@ def find(keys: UInt64Array, a: Index, b: Index) -> Index:
         slot = (slot + 1) & mask
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def doubled_set(keys: UInt64Array) -> UInt64Array:
     """The same set in a table of twice the size."""
     bigger = np.zeros((2 * keys.shape[0], 2), np.uint64)
@@ -81,7 +81,7 @@ def doubled_set(keys: UInt64Array) -> UInt64Array:
     return bigger
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def doubled_map(
     keys: UInt64Array, values: NDArray[np.int32]
 ) -> tuple[UInt64Array, NDArray[np.int32]]:

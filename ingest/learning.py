@@ -21,9 +21,9 @@ from ingest.growth import grow
 from ingest.hashing import UInt64Array, random_pairs
 from ingest.prepare import prepare
 from ingest.shards import cut_into_shards
-from patterndb.halfedge import Int32Array
-from patterndb.packing import pack
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.packing import pack
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.store.records import Learned, LearningOptions
 
 #: Quads of one task of the basic mode.

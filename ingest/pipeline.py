@@ -24,8 +24,8 @@ from numpy.typing import ArrayLike
 from ingest.arrays import canonical_bytes, mesh_of_arrays
 from ingest.learning import MeshLearning, Tally
 from ingest.read import ReadLimits, load_file, parse
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError, MeshFileError
-from patterndb.polygonmesh import PolygonMesh
 from patterndb.store import Database, Learned, LearningOptions, Provenance
 
 #: Most quads of a growth task, which remembers the patches it met: up to 100 kB a quad on

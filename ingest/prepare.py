@@ -12,12 +12,12 @@ Source: Marcias et al. 2015, section 3.2 ("Mesh preprocessing").
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
 from ingest.collapse import Work, begin, collapse, may_collapse, trace_strip
-from patterndb.halfedge import Int32Array
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.system.kernels import kernel
 
 
 def prepare(mesh: QuadMesh) -> QuadMesh:
@@ -37,7 +37,7 @@ def prepare(mesh: QuadMesh) -> QuadMesh:
     return QuadMesh.from_twin(new, mesh.source[quads[kept]], mesh.source_quad[kept])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _collapse_all(vertex: Int32Array, twin: Int32Array, n_vertices: int) -> NDArray[np.bool_]:
     """Collapse in place; return (q,) bool, the quads that are left."""
     s = begin(vertex, twin, n_vertices)
@@ -58,7 +58,7 @@ def _collapse_all(vertex: Int32Array, twin: Int32Array, n_vertices: int) -> NDAr
     return s.alive
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _settle(h: int, s: Work) -> None:
     """Note that the polychord through edge h may not collapse as things stand."""
     start = h

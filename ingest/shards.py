@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 
 
 def cut_into_shards(twin: Int32Array, component: Int32Array, largest: int) -> Int32Array:
@@ -55,7 +55,7 @@ def _halves(twin: Int32Array, quads: Int32Array, largest: int) -> list[Int32Arra
     return parts
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _breadth_first(twin: Int32Array, root: int, inside: np.ndarray, part: Int32Array) -> Int32Array:
     """The quads of the part by distance from the root; unconnected ones follow theirs."""
     order = np.empty(len(part), np.int32)

@@ -16,7 +16,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from patterndb.errors import PatternDBError
-from patterndb.kernelcache import find_kernel_cache
 
 if TYPE_CHECKING:
     from patterndb.store import Database, LearningOptions, Provenance
@@ -25,9 +24,6 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = ["Database", "LearningOptions", "PatternDBError", "Provenance", "open"]
-
-# Before anything imports numba, which looks for a place once and fails where there is none.
-find_kernel_cache()
 
 
 def __getattr__(name: str) -> Any:
@@ -57,6 +53,6 @@ def open(
         return Database(path, mode)
     if mode != "read":
         raise ValueError("the starter database is never written to; give a path of your own")
-    from patterndb.starter import starter_path
+    from patterndb.store.starter import starter_path
 
     return Database(starter_path(say), immutable=True)

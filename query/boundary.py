@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.errors import InvalidBoundaryError
-from query.polyline import (
+from patterndb.geometry.polyline import (
     MAX_EDGES,
     MIN_EDGES,
     Points,
@@ -29,7 +29,7 @@ CornerKind = Literal["convex", "reflex"]
 #: be an irregular vertex on the boundary.
 QUADS_AT: dict[CornerKind, int] = {"convex": 1, "reflex": 3}
 
-#: Limits of the number of edges around a boundary; see :mod:`query.polyline`.
+#: Limits of the number of edges around a boundary; see :mod:`patterndb.geometry.polyline`.
 MIN_PERIMETER = MIN_EDGES
 MAX_PERIMETER = MAX_EDGES
 

@@ -16,7 +16,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from patterndb.errors import InvalidBoundaryError, PatternDBError
-from patterndb.jsonread import JsonValue, parse_json, read_limited
+from patterndb.system.documents import JsonValue, parse_json, read_limited
 from query.boundary import Boundary, CornerKind
 from query.stroke import Stroke
 

@@ -12,7 +12,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
-from patterndb.patternclass import PatternClass
+from patterndb.core.patternclass import PatternClass
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.fill import Fill

@@ -13,10 +13,10 @@ from functools import lru_cache
 from itertools import accumulate
 
 import numpy as np
-from numba import njit
 
-from patterndb.halfedge import Int32Array, fans, next_border_edge
-from patterndb.pattern import Pattern
+from patterndb.core.halfedge import Int32Array, fans, next_border_edge
+from patterndb.core.pattern import Pattern
+from patterndb.system.kernels import kernel
 from query.errors import InvalidQueryError
 from query.fill import Fill
 
@@ -77,7 +77,7 @@ def edges_of(pattern: Pattern) -> tuple[Int32Array, Int32Array]:
     return pattern.twin(), pattern.polychords().of_edge
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def expand_quads(
     twin: Int32Array, across: Int32Array, perimeter: int, first: int, mirrored: bool
 ) -> tuple[Int32Array, int]:

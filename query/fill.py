@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, TypedDict
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb.disk import Disk
-from patterndb.halfedge import Int32Array
-from patterndb.pattern import Pattern
+from patterndb.core.disk import Disk
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.pattern import Pattern
 
 if TYPE_CHECKING:
+    from patterndb.geometry.surface import Triangles
     from query.placing import Placement, Surface
     from query.placing.region import Region
-    from query.placing.surface import Triangles
     from query.stroke import Stroke
 
 

@@ -11,8 +11,8 @@ import hashlib
 
 import numpy as np
 
-from patterndb.code import rooted_code
-from patterndb.halfedge import Int32Array
+from patterndb.core.code import rooted_code
+from patterndb.core.halfedge import Int32Array
 from query.fill import Fill
 from query.weld import weld_quads
 

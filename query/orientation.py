@@ -13,8 +13,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
-from patterndb.pattern import Pattern
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.pattern import Pattern
 from query.boundary import Boundary
 
 

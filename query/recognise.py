@@ -7,14 +7,20 @@ or cut out of a finished mesh.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import ArrayLike
 
-from patterndb.code import canonical_code, clockwise_start, code_starts, rooted_code, smallest_code
+from patterndb.core.code import (
+    canonical_code,
+    clockwise_start,
+    code_starts,
+    rooted_code,
+    smallest_code,
+)
+from patterndb.core.halfedge import Int32Array, next_edge
+from patterndb.core.pattern import Pattern
+from patterndb.core.reduction import NEVER_FULL, dissolve, reduction_work
 from patterndb.errors import InvalidMeshError
-from patterndb.halfedge import Int32Array, next_edge
-from patterndb.pattern import Pattern
-from patterndb.reduction import NEVER_FULL, dissolve, reduction_work
+from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.fill import Fill
 from query.weld import weld
@@ -116,7 +122,7 @@ def _reduced_with_lengths(
     return work.reduced[: 4 * m].copy(), head, _lengths(twin, head)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _lengths(twin: Int32Array, head: Int32Array) -> Int32Array:
     """Edges along every side of the blocks, whose sides begin at the half-edges ``head``."""
     length = np.ones(len(head), np.int32)

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb.geometry.polyline import Points, arc_length, as_points
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
-from query.polyline import Points, arc_length, as_points
 
 #: (side, edge): an edge of the boundary, both from 0, edges counter-clockwise along the side.
 BoundaryEdge = tuple[int, int]

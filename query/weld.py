@@ -8,10 +8,10 @@ what a fill has to be.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
+from patterndb.core.halfedge import Int32Array, fans
 from patterndb.errors import InvalidMeshError
-from patterndb.halfedge import Int32Array, fans
+from patterndb.system.kernels import kernel
 
 #: What ``weld_quads`` finds wrong, by the number it returns.
 FAULTS = (
@@ -44,7 +44,7 @@ def weld(quads: Int32Array, n_vertices: int, perimeter: int) -> Int32Array:
     return twin
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def weld_quads(quads: Int32Array, n_vertices: int, perimeter: int) -> tuple[Int32Array, int]:
     """Kernel of :func:`weld`: (half-edges, fault); the fault is an index into FAULTS, 0 if none."""
     n_quads = len(quads)
@@ -95,7 +95,7 @@ def weld_quads(quads: Int32Array, n_vertices: int, perimeter: int) -> tuple[Int3
     return twin, 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _connected(twin: Int32Array, n_quads: int) -> bool:
     seen = np.zeros(n_quads, np.bool_)
     stack = np.empty(n_quads, np.int32)

@@ -11,7 +11,7 @@ from build_docs_markdown import NOTICE, anchors, fence
 
 
 def cli_page() -> str:
-    from patterndb.cli import cli
+    from patterndb_app.cli import cli
 
     verbs = list(leaves(cli))
     lines = [NOTICE, "# Command line\n", *help_text(cli.help), "| verb | |", "|---|---|"]

@@ -16,9 +16,9 @@ from pathlib import Path
 
 import patterndb
 from ingest import ingest
-from patterndb.files import replace_file
-from patterndb.starter import PACKED_NAME
 from patterndb.store import Provenance
+from patterndb.store.starter import PACKED_NAME
+from patterndb.system.files import replace_file
 
 FREE = ("CC0-1.0", "public domain")
 TARGET = Path(__file__).parents[1] / "patterndb" / "data" / PACKED_NAME

@@ -2,16 +2,20 @@
 
     python scripts/compile_kernels.py [--times]     --times: say how long each process took
 
-Numba keeps compiled code beside the sources and compiles again where they have changed. Each
-part below uses kernels of one kind; what two parts share is compiled by both if they run at once.
+Compiled code is kept in the user's cache folder (patterndb.system.kernels), so that only kernels
+whose code has changed are compiled again. Each part below uses kernels of one kind; what two parts
+share is compiled by both if they run at once.
 """
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 import tempfile
 from pathlib import Path
+
+from patterndb.system.kernels import VARIABLE, kernel_folder
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "jug.obj"
 
@@ -31,7 +35,7 @@ with patterndb.open(folder + "/b.db", "create") as database:
 #: The fills are put together by hand, so that no query is waited for.
 PLACE = """
 import numpy as np
-from patterndb.pattern import Pattern
+from patterndb.core.pattern import Pattern
 from query import Boundary, Fill, Stroke
 from query.expand import expand
 from query.placing import Surface, flow_distance, laid, loops, place, quality
@@ -71,10 +75,10 @@ ASK = """
 import os
 import numpy as np
 import patterndb
-# The family may be in the cache folder already; here it is grown. (Numba has its folder by now.)
+# The family may be in the cache folder already; here it is grown.
 os.environ["PATTERNDB_CACHE"] = folder
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
 from query import Boundary, Stroke, best, fills
 square = Pattern.from_code(np.zeros(4, np.uint16))
 squares = PatternClass.from_patterns(4, [square])
@@ -92,7 +96,7 @@ ask(Boundary((4, 3, 4, 3, 5, 4, 3, 4, 3, 5), corners), origins=("constructed",))
 #: Surfacing: curves joined, cycles found, cut along chords and made into meshes.
 SURFACE = """
 import numpy as np
-from sketch.surfacing import Canvas, Settings, find_cycles, network_of_polylines, surface
+from patterndb_sketch.surfacing import Canvas, Settings, find_cycles, network_of_polylines, surface
 bent = [[x, 0, x * x] for x in np.linspace(-1, 1, 9)]
 ends = [[[x, y, 1] for y in np.linspace(0, 1, 5)] for x in (-1, 1)]
 sides = [bent, [[x, 1, z] for x, _, z in bent], *ends]
@@ -105,12 +109,12 @@ Canvas.of(made.points, made.triangles).pick([0.5, 0.5, 5], [0, 0, -1])
 
 #: Feature curves: a stroke on a clean and on a messy body, snapped, dragged.
 FEATURES = """
-from query.polyline import sampled
-from sketch.features.bodies import CARS, body, degrade, stroke
-from sketch.features.drag import View, begin_drag, dragged
-from sketch.features.model import Model
-from sketch.features.ribs import build_ribs
-from sketch.features.snap import Snap
+from patterndb.geometry.polyline import sampled
+from patterndb_sketch.features.bodies import CARS, body, degrade, stroke
+from patterndb_sketch.features.drag import View, begin_drag, dragged
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.ribs import build_ribs
+from patterndb_sketch.features.snap import Snap
 car = body(sorted(CARS)[0], resolution=0.4)
 mess = degrade(car, 1, gaps=0.001, crossings=0.003)
 line = sampled(car.feature("shoulder").smooth, 11)
@@ -133,17 +137,17 @@ shaded(skin, Seen(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
 #: Retopology: strokes that cross on a sheet, a loop, a path, a patch beside others, counts.
 RETOPO = """
 import numpy as np
-from sketch.retopo.counts import CountsProblem, changed, choose
-from sketch.retopo.filling.bending import fewest_edges
-from sketch.retopo.ground import Ground, cleaned, geodesic, planar_cut
-from sketch.retopo.network import Network, with_borders
-from sketch.retopo.network.flooding import flooded
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.completion import completions
-from sketch.retopo.tools.corners import toggle
-from sketch.retopo.tools.erase import erase_crossed
-from sketch.retopo.tools.salience import Salience
-from sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.counts import CountsProblem, changed, choose
+from patterndb_sketch.retopo.filling.bending import fewest_edges
+from patterndb_sketch.retopo.ground import Ground, cleaned, geodesic, planar_cut
+from patterndb_sketch.retopo.network import Network, with_borders
+from patterndb_sketch.retopo.network.flooding import flooded
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.completion import completions
+from patterndb_sketch.retopo.tools.corners import toggle
+from patterndb_sketch.retopo.tools.erase import erase_crossed
+from patterndb_sketch.retopo.tools.salience import Salience
+from patterndb_sketch.retopo.tools.stroke import insert
 x, y = np.meshgrid(np.linspace(0, 9, 28), np.linspace(0, 9, 28))
 vertices = np.stack([x, y, 0.1 * np.sin(x)], axis=-1).reshape(-1, 3)
 i = np.array([k for k in range(27 * 28) if k % 28 < 27])
@@ -180,7 +184,11 @@ def main() -> None:
         head = f"folder, example = {folder!r}, {str(EXAMPLE)!r}\n"
         tail = "\nimport time; print(time.perf_counter() - begun, 's')\n" if times else ""
         head = "import time; begun = time.perf_counter()\n" + head if times else head
-        runs = [subprocess.Popen([sys.executable, "-c", head + text + tail]) for text in RUNS]
+        # Queries below name another cache folder, to grow the family anew.
+        named = {**os.environ, VARIABLE: str(kernel_folder())}
+        runs = [
+            subprocess.Popen([sys.executable, "-c", head + text + tail], env=named) for text in RUNS
+        ]
         codes = [run.wait() for run in runs]
     if any(codes):
         sys.exit("the kernels could not be compiled; see above")

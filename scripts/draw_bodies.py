@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy.spatial import KDTree
 
-from sketch.features.bodies import CARS, Body, body, random_body
-from sketch.features.bodies.wheels import wheel
+from patterndb_sketch.features.bodies import CARS, Body, body, random_body
+from patterndb_sketch.features.bodies.wheels import wheel
 from viewer import style
 from viewer.opengl import prepare_opengl
 

@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from sketch.features.bodies import Body, body, degrade, stroke
-from sketch.features.model import Model
+from patterndb_sketch.features.bodies import Body, body, degrade, stroke
+from patterndb_sketch.features.model import Model
 from viewer.drawn import save_drawn
 from viewer.features import FeatureState
 from viewer.features.keys import KEYS

@@ -36,15 +36,15 @@ from draw_features_scene import (
 from PIL import Image
 
 from ingest.read import read_mesh
-from sketch.features.bodies import body, degrade, stroke
-from sketch.features.files.networkjson import spline_through
-from sketch.features.files.strokesjson import read_strokes
-from sketch.features.initial import initial_curve
-from sketch.features.model import Model
-from sketch.features.registration import box_template, register
-from sketch.features.sessionfile import read_network
-from sketch.features.snap import Snap, snap
-from sketch.features.splines import Spline
+from patterndb_sketch.features.bodies import body, degrade, stroke
+from patterndb_sketch.features.files.networkjson import spline_through
+from patterndb_sketch.features.files.strokesjson import read_strokes
+from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import box_template, register
+from patterndb_sketch.features.sessionfile import read_network
+from patterndb_sketch.features.snap import Snap, snap
+from patterndb_sketch.features.splines import Spline
 from viewer import style
 from viewer.opengl import prepare_opengl
 

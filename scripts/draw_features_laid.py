@@ -7,8 +7,8 @@ from draw_features_scene import BOLD, Scene, write
 from numpy.typing import NDArray
 from PIL import Image
 
-from sketch.features.model import Model
-from sketch.features.registration import Registration
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import Registration
 
 #: From where cars are seen: the driver's side from the front.
 FRONT_LEFT = (-0.62, -1.0, 0.42)

@@ -9,8 +9,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from sketch.features.ribs import STITCH, segments_of, slice_model
-from sketch.features.snap import Snap
+from patterndb_sketch.features.ribs import STITCH, segments_of, slice_model
+from patterndb_sketch.features.snap import Snap
 from viewer import style
 
 #: Dots to an inch of the figure that is drawn, twice as fine as the panel.

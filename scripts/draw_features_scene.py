@@ -11,7 +11,7 @@ import pyvista as pv
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from query.polyline import arc_length, at_lengths
+from patterndb.geometry.polyline import arc_length, at_lengths
 from viewer import style
 
 Points = NDArray[np.float64]

@@ -21,10 +21,10 @@ from scipy.interpolate import CubicSpline
 
 import patterndb
 from ingest.read import read_mesh
+from patterndb.geometry.quadshape import flipped
 from query import Boundary, Fill, fills
 from query.placing import Placement, Region, Surface, enclosed, laid, place
 from query.placing.flow import follow
-from query.placing.shape import flipped
 from query.stroke import Stroke
 from viewer import style
 from viewer.opengl import prepare_opengl

@@ -15,9 +15,9 @@ from draw_retopo_tutorial import View, picture, play, save
 
 import patterndb
 from ingest.read import read_mesh
-from sketch.retopo.editor import Editor
-from sketch.retopo.ground import Ground
-from sketch.retopo.script import read_script
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.script import read_script
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = ROOT / "examples" / "retopo"

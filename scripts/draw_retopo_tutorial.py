@@ -20,12 +20,12 @@ from PIL import Image, ImageDraw, ImageFont
 
 import patterndb
 from ingest.read import read_mesh
-from query.placing.surface import Surface
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.filling import RetopoMesh, irregular_vertices, welded
-from sketch.retopo.filling.choosing import filling_of
-from sketch.retopo.ground import Ground
-from sketch.retopo.script import Script, script_of
+from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.filling import RetopoMesh, irregular_vertices, welded
+from patterndb_sketch.retopo.filling.choosing import filling_of
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.script import Script, script_of
 
 ROOT = Path(__file__).parents[1]
 SCRIPT = ROOT / "examples" / "retopo" / "penguin.tutorial.jsonl"

@@ -23,10 +23,10 @@ from PIL import Image
 
 import patterndb
 from ingest.read import read_mesh
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.ground import Ground
 from query.engine import PatternSource
 from query.placing import Surface
-from sketch.retopo.editor import Editor
-from sketch.retopo.ground import Ground
 from viewer.retopo import RetopoState
 
 ROOT = Path(__file__).parents[1]

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image
 
-from sketch.features.bodies import CARS, body
-from sketch.features.model import Model
-from sketch.features.registration import Template, box_template, register
-from sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.bodies import CARS, body
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import Template, box_template, register
+from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import style
 from viewer.drawn import Drawn, save_drawn
 from viewer.framing import framed

@@ -25,11 +25,11 @@ from scipy.interpolate import CubicSpline
 import patterndb
 from ingest.read import read_mesh
 from patterndb.store import Database
-from sketch.surfacing.drawing import Drawing
-from sketch.surfacing.network import Curve, Cycle, Network
-from sketch.surfacing.networkfile import read_drawing
-from sketch.surfacing.sampling import Loop
-from sketch.surfacing.surfaceloop import Settings
+from patterndb_sketch.surfacing.drawing import Drawing
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.networkfile import read_drawing
+from patterndb_sketch.surfacing.sampling import Loop
+from patterndb_sketch.surfacing.surfaceloop import Settings
 from viewer.drawn import save_drawn
 from viewer.surfacing import SurfacingState, draw
 from viewer.surfacing.keys import KEYS

@@ -3,6 +3,7 @@ starter database."""
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -12,7 +13,11 @@ from hypothesis import HealthCheck, settings
 from shared import SHARED
 
 import patterndb
+from patterndb.system.kernels import VARIABLE, kernel_folder
 from query.engine import PatternSource
+
+# Tests that name another cache folder shall not compile all kernels again.
+os.environ.setdefault(VARIABLE, str(kernel_folder()))
 
 # No test asserts a time, nor does hypothesis for it.
 settings.register_profile(

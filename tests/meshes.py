@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from shared import EXAMPLES
 
 from ingest.read import read_mesh
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.quadmesh import QuadMesh
 
 Quads = list[list[int]]
 

@@ -8,10 +8,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.disk import Disk
+from patterndb.core.disk import Disk
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError, PatternDBError
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
 
 #: A pattern's disk with every polychord at its width, numbered as Pattern.label does;
 #: its boundary begins where the pattern's does.

@@ -6,8 +6,8 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
-from patterndb.disk import Disk
-from patterndb.pattern import Pattern
+from patterndb.core.disk import Disk
+from patterndb.core.pattern import Pattern
 
 #: Valences are listed one by one up to this many, then counted.
 LISTED_VALENCES = 6

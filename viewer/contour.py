@@ -10,9 +10,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.polyline import arc_length, sampled
 from query import Boundary
 from query.boundary import CornerKind
-from query.polyline import arc_length, sampled
 
 Points = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.disk import Disk
+from patterndb.core.disk import Disk
 from viewer.embedding import embed
 from viewer.style import TINTS, rgb
 from viewer.tints import bundles, tint_numbers

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 from scipy.sparse.linalg import spsolve
 
-from patterndb.disk import Disk
+from patterndb.core.disk import Disk
 from viewer.outline import Outline, convex_outline
 from viewer.relax import relax
 

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from patterndb.geometry.polyline import arc_length, sampled
+from patterndb.geometry.tree import build, first_along
 from query.placing import Surface
-from query.placing.tree import build, first_along
-from query.polyline import arc_length, sampled
 from viewer.view import View
 
 Points = NDArray[np.float64]

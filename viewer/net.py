@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.quadshape import own_normals, units
 from query import Fill, Stroke
 from query.placing import Placement, Region, Surface
 from query.placing.flow import follow
-from query.placing.neighbours import Neighbours
-from query.placing.shape import own_normals, units
 
 Points = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.disk import Disk
+from patterndb.core.disk import Disk
 
 #: How far a side turns from end to end, in radians: enough to be strictly convex, too
 #: little to be taken for a curve.

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.polyline import arc_length
 from query import Boundary, Stroke
-from query.polyline import arc_length
 from viewer.contour import Contour
 from viewer.ground import Ground
 from viewer.view import View

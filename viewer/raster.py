@@ -5,14 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from patterndb.system.kernels import kernel
 
 Points = NDArray[np.float64]
 Grid = NDArray[np.float32]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def paint(corners: Points, colours: Grid, depth: Grid, image: Grid) -> None:
     """Paint triangles over what is there, in place; the nearer wins.
 

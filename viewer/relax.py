@@ -12,8 +12,9 @@ by its handles (see :mod:`viewer.outline`).
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
+
+from patterndb.system.kernels import kernel
 
 Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -26,7 +27,7 @@ SIZE_WEIGHT = 0.2
 MEMORY = 10
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def energy(
     y: Complex,
     handles: int,
@@ -101,7 +102,7 @@ def energy(
     return total, smallest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def dot(a: Complex, b: Complex) -> float:
     """Real inner product of two vectors of points."""
     total = 0.0
@@ -110,7 +111,7 @@ def dot(a: Complex, b: Complex) -> float:
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def relax(
     y: Complex,
     handles: int,

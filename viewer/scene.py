@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.disk import Disk
-from patterndb.pattern import Pattern
+from patterndb.core.disk import Disk
+from patterndb.core.pattern import Pattern
 from viewer import style
 from viewer.browser_state import COLUMNS, ROWS, BrowserState
 from viewer.card import facts_of, valence_text

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from patterndb.system.kernels import kernel
 from viewer import style
 from viewer.ribbons import NOTHING, Triangles
 from viewer.skin import Skin
@@ -70,7 +70,7 @@ def shaded(skin: Skin, view: View, middle: tuple[float, float], *, through: bool
     return seen, colours
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _seen(
     corners: Points,
     normals: Points,

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 
 Points = NDArray[np.float64]
 Floats = NDArray[np.float64]
@@ -51,7 +51,7 @@ def smooth_normals(corners: Points, triangles: Int32Array) -> Points:
     return _blended(np.ascontiguousarray(triangles), offsets, around, unit, area, SMOOTH, CREASED)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _blended(
     triangles: Int32Array,
     offsets: NDArray[np.int64],

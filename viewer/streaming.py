@@ -5,7 +5,7 @@ from __future__ import annotations
 import threading
 from collections.abc import Callable
 
-from patterndb.patternclass import PatternClass
+from patterndb.core.patternclass import PatternClass
 from query import Fill, Fills
 from query.engine import PatternSource
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.disk import Disk
-from patterndb.halfedge import next_edge
-from patterndb.polychord import polychords
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.disk import Disk
+from patterndb.core.halfedge import next_edge
+from patterndb.core.polychord import polychords
+from patterndb.core.quadmesh import QuadMesh
 from viewer.style import TINTS
 
 Int32Array = NDArray[np.int32]

@@ -19,11 +19,11 @@ import numpy as np
 from filling import Filling
 from synthetic_cycles import Fill, methods
 
-from sketch.surfacing.cycles import find_cycles
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.networkfile import read_network
-from sketch.surfacing.sampling import Loop, loop_of, sample
-from sketch.surfacing.tessellation import area, self_intersections
+from patterndb_sketch.surfacing.cycles import find_cycles
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.networkfile import read_network
+from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.surfacing.tessellation import area, self_intersections
 
 #: Of the methods, those in the table: MeshLib's other metrics add nothing without a known surface.
 SHOWN = ("chords", "area", "MeshLib default", "MeshLib area", "CGAL")

@@ -16,9 +16,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from query.polyline import arc_length, sampled
-from sketch.surfacing.network import Curve, Cycle, Network, without_repeats
-from sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb.geometry.polyline import arc_length, sampled
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network, without_repeats
+from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 
 Points = NDArray[np.float64]
 

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 from filling import Filling
 
-from sketch.surfacing.chords import ALPHA, AREA_PRICE, decompose
-from sketch.surfacing.sampling import Loop
-from sketch.surfacing.tessellation import minimal_area, tessellate_patch
+from patterndb_sketch.surfacing.chords import ALPHA, AREA_PRICE, decompose
+from patterndb_sketch.surfacing.sampling import Loop
+from patterndb_sketch.surfacing.tessellation import minimal_area, tessellate_patch
 
 
 def chords(

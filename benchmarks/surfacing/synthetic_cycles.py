@@ -23,10 +23,10 @@ from intended import Intended, cycles
 from ours import OURS
 from surface_distance import Distance, distance
 
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.surfacing.sampling import Loop
+from patterndb_sketch.surfacing.tessellation import self_intersections
 from query.placing import Surface
-from query.polyline import arc_length
-from sketch.surfacing.sampling import Loop
-from sketch.surfacing.tessellation import self_intersections
 
 #: Mean distances below this share of the diagonal are not told apart: a pixel of a screen that
 #: the cycle fills.

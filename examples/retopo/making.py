@@ -9,7 +9,7 @@ from pathlib import Path
 from sketching import Sketch
 
 from ingest.read import read_mesh
-from sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.ground import Ground
 
 HERE = Path(__file__).resolve().parent
 

@@ -15,11 +15,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.files import replace_file
-from query.polyline import arc_length, at_lengths
-from sketch.retopo.editor import Call
-from sketch.retopo.ground import Feet, Ground, geodesic, planar_cut
-from sketch.retopo.script import line_of
+from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb.system.files import replace_file
+from patterndb_sketch.retopo.editor import Call
+from patterndb_sketch.retopo.ground import Feet, Ground, geodesic, planar_cut
+from patterndb_sketch.retopo.script import line_of
 
 Points = NDArray[np.float64]
 

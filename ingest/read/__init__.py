@@ -19,8 +19,8 @@ from ingest.read.files import load_file
 from ingest.read.limits import DEFAULT_LIMITS, ReadLimits
 from ingest.read.obj import parse_obj
 from ingest.read.ply import parse_ply
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import UnsupportedFormatError
-from patterndb.polygonmesh import PolygonMesh
 
 __all__ = ["SUPPORTED_SUFFIXES", "ReadLimits", "load_file", "parse", "read_mesh"]
 

@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.read.limits import ReadLimits
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError
-from patterndb.polygonmesh import PolygonMesh
 
 _MAX_POINTS = np.iinfo(np.int32).max
 

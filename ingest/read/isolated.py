@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 
 from ingest.read.assemble import assemble
 from ingest.read.limits import ReadLimits
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError
-from patterndb.polygonmesh import PolygonMesh
 
 # Exit codes of the child, apart from 0 and from those of an uncaught exception or a signal.
 REFUSED = 3

@@ -19,7 +19,7 @@ from ingest.read.limits import MIB, ReadLimits
 from ingest.read.objchunk import parse_chunk
 from ingest.read.objlines import face_tokens, parse_lines
 from ingest.read.objrecords import ObjRecords
-from patterndb.polygonmesh import PolygonMesh
+from patterndb.core.polygonmesh import PolygonMesh
 
 # Large enough that the work per chunk is in numpy, small enough for its arrays to stay in
 # the cache, and for one extraordinary line to cost little.

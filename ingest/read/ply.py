@@ -18,7 +18,7 @@ from ingest.read.plybinary import BinaryBody
 from ingest.read.plyheader import Element, Header, parse_header
 from ingest.read.plyrows import Body, FaceRows
 from ingest.read.plytext import TextBody
-from patterndb.polygonmesh import PolygonMesh
+from patterndb.core.polygonmesh import PolygonMesh
 
 
 def parse_ply(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:

@@ -14,8 +14,8 @@ from ingest.read.files import check_file
 from ingest.read.grammar import shown
 from ingest.read.isolated import LibraryError, Polygons, read_isolated
 from ingest.read.limits import ReadLimits
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MissingExtraError
-from patterndb.polygonmesh import PolygonMesh
 
 
 def read_usd(path: str | Path, limits: ReadLimits) -> PolygonMesh:

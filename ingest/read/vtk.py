@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 from ingest.read.grammar import shown
 from ingest.read.isolated import LibraryError, Polygons, read_isolated
 from ingest.read.limits import ReadLimits
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError
-from patterndb.polygonmesh import PolygonMesh
 
 # Cell types of VTK's vtkCellType.h
 _NOT_FACES = (0, 1, 2, 3, 4)  # empty, vertex, poly vertex, line, poly line: skipped, as in OBJ

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from patterndb import description as d
+from patterndb.core import description as d
 
 _MESH = (
     "sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, prepared, "
@@ -41,7 +41,7 @@ INSERT_OCCURRENCE = (
 
 def derived(counts: Sequence[int], lists: Sequence[bytes]) -> tuple[int | bytes, ...]:
     """The derived columns of a pattern, from its row of counts and its packed lists (see
-    :mod:`patterndb.description`)."""
+    :mod:`patterndb.core.description`)."""
     corners, valences, label, signature, lengths, joins = lists
     return (
         counts[d.N_CORNERS],

@@ -18,9 +18,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.code import pattern_id
+from patterndb.core.code import pattern_id
+from patterndb.core.packing import pack, pack_many, unpack, unpack_many
 from patterndb.errors import DatabaseError
-from patterndb.packing import pack, pack_many, unpack, unpack_many
 from patterndb.store import writing
 from patterndb.store.columns import SELECT_MESHES
 from patterndb.store.connection import atomic, connect

@@ -7,12 +7,12 @@ import sqlite3
 
 import numpy as np
 
-from patterndb import description as d
-from patterndb.code import canonical_code, decode, format_id, pattern_id
-from patterndb.disk import Disk
+from patterndb.core import description as d
+from patterndb.core.code import canonical_code, decode, format_id, pattern_id
+from patterndb.core.disk import Disk
+from patterndb.core.packing import unpack
+from patterndb.core.reduction import reduce_disk
 from patterndb.errors import PatternDBError
-from patterndb.packing import unpack
-from patterndb.reduction import reduce_disk
 from patterndb.store import columns
 
 #: Findings after which verify() stops listing; a damaged database has as many as rows.

@@ -12,10 +12,10 @@ from typing import Concatenate, Literal, ParamSpec, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.code import Code
+from patterndb.core.code import Code
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
 from patterndb.store import compact, contents, ddq, reading, selection, usage, writing
 from patterndb.store.connection import Mode, atomic, connect, explained
 from patterndb.store.records import (

@@ -19,10 +19,10 @@ from urllib.parse import quote
 
 import numpy as np
 
-from patterndb.code import Code, canonical_code
+from patterndb.core.code import Code, canonical_code
+from patterndb.core.packing import pack, unpack
+from patterndb.core.reduction import reduce_disk
 from patterndb.errors import DatabaseError, NotFoundError
-from patterndb.packing import pack, unpack
-from patterndb.reduction import reduce_disk
 from patterndb.store import ddqkey
 from patterndb.store.connection import atomic, explained
 from patterndb.store.migrations import APPLICATION_ID

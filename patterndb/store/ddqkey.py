@@ -21,10 +21,9 @@ import re
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.code import (
+from patterndb.core.code import (
     MAX_QUADS,
     Code,
     border_count,
@@ -33,9 +32,10 @@ from patterndb.code import (
     is_disk_code,
     rooted_code,
 )
+from patterndb.core.halfedge import Int32Array, fans, next_border_edge
+from patterndb.core.polychord import trace
 from patterndb.errors import InvalidCodeError
-from patterndb.halfedge import Int32Array, fans, next_border_edge
-from patterndb.polychord import trace
+from patterndb.system.kernels import kernel
 
 #: Hexadecimal digits of a name in the authors' program, which keeps numbers of 64 bits.
 AUTHORS_DIGITS = 16
@@ -144,7 +144,7 @@ def _glued(neighbours: list[list[int]]) -> Int32Array:
 # Writing
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def smallest_key(code: Code, clockwise: bool) -> tuple[NDArray[np.int32], Int32Array]:
     """The smallest key of a pattern, or of its mirror image.
 
@@ -226,7 +226,7 @@ def columns_of(twin: Int32Array) -> Columns:
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def survey(
     twin: Int32Array,
 ) -> tuple[Int32Array, NDArray[np.bool_], Int32Array, int, int]:

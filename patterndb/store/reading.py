@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.code import MAX_CLASS
+from patterndb.core.code import MAX_CLASS
+from patterndb.core.label import join_matrices
+from patterndb.core.packing import unpack, unpack_many
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import ORIGINS, PatternClass
 from patterndb.errors import NotFoundError
-from patterndb.label import join_matrices
-from patterndb.packing import unpack, unpack_many
-from patterndb.pattern import Pattern
-from patterndb.patternclass import ORIGINS, PatternClass
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance, Statistics
 
 

@@ -11,12 +11,12 @@ import sqlite3
 
 import numpy as np
 
-from patterndb.code import Code
+from patterndb.core.code import Code
+from patterndb.core.packing import pack
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import ORIGINS
+from patterndb.core.reduction import reduce_disk
 from patterndb.errors import InvalidCodeError
-from patterndb.packing import pack
-from patterndb.pattern import Pattern
-from patterndb.patternclass import ORIGINS
-from patterndb.reduction import reduce_disk
 from patterndb.store import writing
 
 #: Uses are kept in 63 bits; this many at once is a slip.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import sqlite3
 from collections.abc import Iterable, Sequence
 
-from patterndb import description as d
-from patterndb.code import format_id, pattern_id
+from patterndb.core import description as d
+from patterndb.core.code import format_id, pattern_id
 from patterndb.errors import DatabaseError
 from patterndb.store import columns
 from patterndb.store.records import Learned, LearningOptions, Provenance

@@ -10,9 +10,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -27,7 +27,7 @@ class Part:
     quads: Int32Array
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def split(
     loop: Int32Array, start: int, end: int, inner: Int32Array
 ) -> tuple[Int32Array, Int32Array]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
 from query.boundary import Boundary
 
 

@@ -11,12 +11,12 @@ from __future__ import annotations
 from functools import cache, lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
-from patterndb.pattern import Pattern
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.pattern import Pattern
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.system.kernels import kernel
 from query.expand import expand_quads
 
 #: Positions tried along a side; longer sides are tried in larger steps.
@@ -49,7 +49,7 @@ def _pattern() -> tuple[Int32Array, Int32Array, list[int]]:
     return pattern.twin(), pattern.polychords().of_edge, [side[0] for side in pattern.label]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def is_pentagon(s0: int, s1: int, s2: int, s3: int, s4: int) -> bool:
     """Is there a pentagon of one valence-5 vertex with these sides?"""
     total = s0 + s1 + s2 + s3 + s4
@@ -57,7 +57,7 @@ def is_pentagon(s0: int, s1: int, s2: int, s3: int, s4: int) -> bool:
     return total % 2 == 0 and 2 * longest < total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def pentagon_cuts(
     lengths: NDArray[np.int64], counts: NDArray[np.int64], ample: int, cuts: NDArray[np.int64]
 ) -> int:
@@ -109,7 +109,7 @@ def pentagon_cuts(
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _best_cut(
     before: int, b: int, c: int, after: int, shortest: int, ample: int
 ) -> tuple[float, int, int, int]:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
 from query.boundary import Boundary, CornerKind
 from query.construct.compose import Part, compose, split
 from query.construct.lookup import Lookup

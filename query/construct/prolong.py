@@ -10,9 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from patterndb.system.kernels import kernel
 from query.boundary import MAX_PERIMETER, Boundary, CornerKind
 
 Int64Array = NDArray[np.int64]
@@ -79,7 +79,7 @@ def _prolongation(boundary: Boundary, row: Int64Array, guess: float) -> Prolonga
     return Prolongation(guess, start, end, length, inner + w if back else 0, left, right)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def prolongation_rows(
     lengths: Int64Array,
     counts: Int64Array,
@@ -159,7 +159,7 @@ def prolongation_rows(
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _steps(low: int, high: int, lengths: Int64Array, out: Int64Array) -> int:
     """Write the whole numbers low..high, or a selection of them; return how many."""
     step = max(1, (high - low) // MOST_STEPS)
@@ -175,7 +175,7 @@ def _steps(low: int, high: int, lengths: Int64Array, out: Int64Array) -> int:
     return n
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _cut(
     lengths: Int64Array,
     counts: Int64Array,
@@ -215,7 +215,7 @@ def _cut(
     return n_left, n_right
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def part_guess(lengths: Int64Array, counts: Int64Array, n: int) -> float:
     """Roughly how many irregular vertices the best fill of an outline has.
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Index, Int32Array
+from patterndb.core.halfedge import Index, Int32Array
+from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 
 
@@ -27,7 +27,7 @@ def best_rectangle(boundary: Boundary) -> tuple[int, int, int]:
     return boundary.n_sides + 4 - int(gained), int(p), int(a)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def best_places(gain: NDArray[np.int64]) -> tuple[Index, Index, Index]:
     """(gain, p, a) of the best rectangle.
 

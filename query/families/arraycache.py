@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.cachefolder import read_cached, write_cached
+from patterndb.system.caches import read_cached, write_cached
 
 Array = NDArray[Any]
 

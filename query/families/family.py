@@ -14,11 +14,11 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb import description as d
-from patterndb.code import MAX_QUADS, pattern_id
-from patterndb.halfedge import Int32Array
-from patterndb.packing import pack_many, unpack
-from patterndb.pattern import Pattern
+from patterndb.core import description as d
+from patterndb.core.code import MAX_QUADS, pattern_id
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.packing import pack_many, unpack
+from patterndb.core.pattern import Pattern
 from query.errors import InvalidQueryError
 from query.families.arraycache import Array, cached
 from query.families.growing import grow

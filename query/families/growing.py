@@ -14,12 +14,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.code import Code, smallest_code
-from patterndb.halfedge import Index, Int32Array, fans, next_edge
-from patterndb.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
+from patterndb.core.code import Code, smallest_code
+from patterndb.core.halfedge import Index, Int32Array, fans, next_edge
+from patterndb.core.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
+from patterndb.system.kernels import kernel
 from query.families.strip import CORNER_RING, OPEN, RING, border, glue, unglue, widen
 
 #: Widest that polychords are made before a strip is glued on. A strip may end between two
@@ -27,7 +27,7 @@ from query.families.strip import CORNER_RING, OPEN, RING, border, glue, unglue, 
 WIDEST = 3
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def slot_of(
     code: Code,
     size: int,
@@ -68,7 +68,7 @@ class CodeWork(NamedTuple):
     other: Code
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def reduced_code(twin: Int32Array, n_quads: int, max_quads: int, work: CodeWork, code: Code) -> int:
     """Write the canonical code of the pattern of a disk; return its length.
 
@@ -100,7 +100,7 @@ def reduced_code(twin: Int32Array, n_quads: int, max_quads: int, work: CodeWork,
     return 4 * m
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def added(
     count: Int32Array,
     perimeter: int,
@@ -124,7 +124,7 @@ def added(
     return now <= valence, int(now != 4), -int(a > 2)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def grow(most: int, valence: int, max_quads: int) -> tuple[Code, NDArray[np.int64]]:
     """All patterns that strips grow from one quad, as canonical codes.
 

@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from numba import njit
-
-from patterndb.code import border_count
-from patterndb.halfedge import Int32Array, next_border_edge
+from patterndb.core.code import border_count
+from patterndb.core.halfedge import Int32Array, next_border_edge
+from patterndb.system.kernels import kernel
 
 #: How a strip may lie: from one boundary vertex to another (or once round to itself),
 #: all round, or all round with a corner quad of its own.
 OPEN, RING, CORNER_RING = 0, 1, 2
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def widen(twin: Int32Array, width: int, wide: Int32Array) -> int:
     """Write the half-edges of the pattern with every polychord ``width`` wide.
 
@@ -36,7 +35,7 @@ def widen(twin: Int32Array, width: int, wide: Int32Array) -> int:
     return per_quad * (len(twin) // 4)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _edge_of_cell(h: int, t: int, width: int) -> int:
     """Part t, counter-clockwise, of the pattern's half-edge h."""
     e = h & 3
@@ -50,7 +49,7 @@ def _edge_of_cell(h: int, t: int, width: int) -> int:
     return 4 * ((h >> 2) * width * width + j * width + i) + e
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def border(twin: Int32Array, n_quads: int, loop: Int32Array, count: Int32Array) -> tuple[int, int]:
     """Write the border half-edges in order and the quads at their tails.
 
@@ -73,7 +72,7 @@ def border(twin: Int32Array, n_quads: int, loop: Int32Array, count: Int32Array) 
             return n, n_reflex
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def glue(
     twin: Int32Array,
     n_quads: int,
@@ -117,7 +116,7 @@ def glue(
     return n_quads + length + 1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def unglue(twin: Int32Array, loop: Int32Array, perimeter: int, first: int, length: int) -> None:
     """Make the border what it was before :func:`glue`."""
     for i in range(length):

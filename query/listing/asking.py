@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
 from query.boundary import Boundary
 from query.orientation import orientations, sides_seen
 from query.solving.batch import Asked

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from patterndb.geometry.neighbours import Neighbours
 from query.fill import Fill
-from query.placing.neighbours import Neighbours
 from query.placing.strand import far_ends, loop_chains, position
 from query.stroke import Stroke
 

@@ -8,8 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
-from patterndb.patternclass import PatternClass
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.patternclass import PatternClass
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from patterndb.code import rooted_code
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.code import rooted_code
+from patterndb.core.quadmesh import QuadMesh
 from query.boundary import Boundary
 from query.fill import Fill
 from query.listing.ranking import Order

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from patterndb.patternclass import PatternClass
+from patterndb.core.patternclass import PatternClass
 from query.boundary import Boundary
 from query.listing.filters import Filters
 

@@ -13,7 +13,7 @@ from itertools import islice
 
 import numpy as np
 
-from patterndb.patternclass import PatternClass
+from patterndb.core.patternclass import PatternClass
 from query.boundary import Boundary
 from query.fill import Fill
 from query.identity import fill_key, is_mesh

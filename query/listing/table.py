@@ -16,9 +16,9 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
 from query.boundary import QUADS_AT, Boundary
 from query.expand import expand
 from query.fill import Fill

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.marks.bestrow import best_row, strand_widths
@@ -207,7 +207,7 @@ def _of_row(marked: MarkedClass, row: int, o: int) -> Orientation:
     return Orientation(mirrored, (turn + rotation) % n)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _colours(
     class_start: NDArray[np.int64], class_i: Int32Array, class_j: Int32Array, n_sides: int
 ) -> tuple[Int32Array, Int32Array]:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.solving.colouring import balanced
 from query.solving.matching import search
 from query.solving.transport import integral, transport
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def best_row(
     lengths: Int32Array,
     asked: Int32Array,
@@ -114,7 +114,7 @@ def best_row(
     return -1, 0, 0, 0, np.empty(0, np.int32)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fits(
     lengths: Int32Array,
     base: Int32Array,
@@ -153,7 +153,7 @@ def _fits(
     return found > 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def strand_widths(
     label: NDArray[np.int16],
     rotation: int,

@@ -7,8 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from patterndb.halfedge import Int32Array
-from patterndb.pattern import Pattern
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.pattern import Pattern
 from query.errors import InvalidQueryError
 from query.expand import edges_of, expand_quads
 from query.marks.marked import MarkedClass

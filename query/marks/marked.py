@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
-from patterndb.label import split_word
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.label import split_word
 from query.marks.patterntable import PatternTable
 
 
@@ -38,7 +38,7 @@ class MarkedClass:
     counts:      (r, N) uint8 quads at each mark in the expanded pattern: 1 at a convex
                  corner, 2 at a flat vertex or a slot, 3 and more at a reflex corner. Mark
                  s is where side s begins.
-    label, label_start: the word (see :mod:`patterndb.label`) of row i is
+    label, label_start: the word (see :mod:`patterndb.core.label`) of row i is
                  ``label[label_start[i]:label_start[i + 1]]``, int16 and (r + 1,) int64.
                  Strands are numbered in order from mark 0.
     strand_chord, strand_start: polychord of each strand of row i, in the pattern's label

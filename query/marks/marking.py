@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.packing import unpack_many
+from patterndb.core.packing import unpack_many
 from query.errors import InvalidQueryError
 from query.families import family as f
 from query.families.arraycache import Array, cached

@@ -8,11 +8,11 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.code import Code
-from patterndb.halfedge import Int32Array
+from patterndb.core.code import Code
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.marks.strands import Rim, is_first_image, mirrored_bits, rim
 
 # Columns of a record's head; the counts at its N marks follow, then the upper triangle of
@@ -43,13 +43,13 @@ class Records(NamedTuple):
     chord: NDArray[np.int16]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _with_room(array: NDArray[Any], size: int) -> NDArray[Any]:
     """The array, or a copy twice as long where it has less than ``size`` rows."""
     return array if size <= len(array) else np.concatenate((array, np.zeros_like(array)))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def write_label(
     pattern: Rim,
     at_vertex: NDArray[np.bool_],
@@ -120,7 +120,7 @@ def write_label(
             return start_edge, start_strand, at, fresh
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def canonical_system(joins: Int32Array, system: Int32Array) -> tuple[int, bool]:
     """Write the smallest image of ``joins`` over all rotations and reflections.
 
@@ -151,7 +151,7 @@ def canonical_system(joins: Int32Array, system: Int32Array) -> tuple[int, bool]:
     return best_rotation, best_reflected
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def marked_records(
     flat: Code,
     offsets: NDArray[np.int64],

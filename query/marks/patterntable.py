@@ -7,15 +7,15 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb import description as d
-from patterndb.code import Code, pattern_id
-from patterndb.halfedge import Int32Array, fans, next_edge
-from patterndb.packing import unpack, unpack_many
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
+from patterndb.core import description as d
+from patterndb.core.code import Code, pattern_id
+from patterndb.core.halfedge import Int32Array, fans, next_edge
+from patterndb.core.packing import unpack, unpack_many
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
+from patterndb.system.kernels import kernel
 from query.families import family as f
 from query.families.arraycache import Array
 
@@ -177,7 +177,7 @@ class PatternTable:
         )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _meshes(flat: Code, offsets: NDArray[np.int64]) -> NDArray[np.bool_]:
     n = len(offsets) - 1
     result = np.ones(n, np.bool_)

@@ -12,12 +12,12 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.code import Code, border_count, clockwise_start, rooted_code
-from patterndb.halfedge import Index, Int32Array, next_border_edge
-from patterndb.polychord import trace
+from patterndb.core.code import Code, border_count, clockwise_start, rooted_code
+from patterndb.core.halfedge import Index, Int32Array, next_border_edge
+from patterndb.core.polychord import trace
+from patterndb.system.kernels import kernel
 
 #: Bits of an edge's slots in one number: more marks than that on one polychord are refused.
 MOST_SLOTS = 12
@@ -73,7 +73,7 @@ class Rim(NamedTuple):
     reflected: NDArray[np.bool_]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def rim(code: Code) -> Rim:
     """The boundary of the pattern of a canonical code, (4q,) uint16."""
     size = len(code)
@@ -125,7 +125,7 @@ def rim(code: Code) -> Rim:
     return Rim(quads, chord, near, far, shift[:n].copy(), reflected[:n].copy())
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def mirrored_bits(bits: Index, n: Index) -> Index:
     """The lowest n bits in reverse order."""
     result = 0
@@ -134,7 +134,7 @@ def mirrored_bits(bits: Index, n: Index) -> Index:
     return result
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def is_first_image(
     pattern: Rim, at_vertex: NDArray[np.bool_], slots: Int32Array, bits: Int32Array
 ) -> bool:

@@ -16,9 +16,9 @@ import numpy as np
 from scipy.sparse import csc_array, vstack
 from scipy.sparse.linalg import splu
 
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.quadshape import Points
 from query.placing.flow import Following
-from query.placing.neighbours import Neighbours
-from query.placing.shape import Points
 
 #: What a midpoint's distance from its target weighs against a vertex's distance from the mean
 #: of its neighbours: so much that strands lie on their strokes, and bend softly beside them.

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.system.kernels import kernel
 from query.fill import Fill
-from query.placing.neighbours import Neighbours
 from query.placing.strand import edges_of, far_ends, loop_chains, span, walk
 from query.stroke import TOLERANCE, Stroke
 
@@ -165,7 +165,7 @@ def _distinct(choices: Sequence[dict[int, tuple[float, Int32Array]]]) -> list[in
     return [names[column] if column < len(names) else None for column in columns.tolist()]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def along(line: Points, closed: bool) -> Points:
     """(k + closed,) arc length up to every point of a polyline (k, 3), and once round."""
     k = len(line)
@@ -178,7 +178,7 @@ def along(line: Points, closed: bool) -> Points:
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def at(line: Points, lengths: Points, wanted: Points) -> Points:
     """(n, 3) the points of a polyline at ascending arc lengths ``wanted`` (n,).
 
@@ -198,7 +198,7 @@ def at(line: Points, lengths: Points, wanted: Points) -> Points:
     return result
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def middles(length: float) -> Points:
     result = np.empty(SAMPLES)
     for n in range(SAMPLES):
@@ -206,12 +206,12 @@ def middles(length: float) -> Points:
     return result
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def gap(a: Points, b: Points) -> float:
     return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def open_distance(stroke: Points, middle: Points) -> tuple[float, float, float]:
     """(integral over the stroke's length, mean, greatest) distance of two open polylines."""
     one = along(stroke, False)
@@ -227,7 +227,7 @@ def open_distance(stroke: Points, middle: Points) -> tuple[float, float, float]:
     return total / SAMPLES * one[-1], total / SAMPLES, most
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def loop_distance(stroke: Points, middle: Points) -> tuple[float, float, float, float, bool]:
     """(integral over the stroke, mean, greatest, where, against) for two closed polylines.
 
@@ -260,7 +260,7 @@ def loop_distance(stroke: Points, middle: Points) -> tuple[float, float, float, 
     return best / SAMPLES * one[-1], best / SAMPLES, most, shift / SAMPLES, against
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def open_targets(stroke: Points, middle: Points) -> Points:
     """(m, 3) the points of the stroke at the arc lengths of the midline's, in proportion."""
     one = along(stroke, False)
@@ -268,7 +268,7 @@ def open_targets(stroke: Points, middle: Points) -> Points:
     return at(stroke, one, two / max(two[-1], 1e-300) * one[-1])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def loop_targets(stroke: Points, middle: Points, offset: float) -> Points:
     """As open_targets, the midline's first point falling at ``offset`` of the stroke."""
     one = along(stroke, True)

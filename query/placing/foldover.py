@@ -12,11 +12,11 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
-from query.placing.shape import Points
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.quadshape import Points
+from patterndb.system.kernels import kernel
 
 #: Rounds of sharpening, and L-BFGS steps in each.
 ROUNDS = 14
@@ -35,7 +35,7 @@ MANY = 40
 MEMORY = 8
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def energy(
     quads: Int32Array,
     wanted: NDArray[np.bool_],
@@ -93,7 +93,7 @@ def energy(
     return total, smallest
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def flipped_corners(
     quads: Int32Array, wanted: NDArray[np.bool_], up: Points, points: Points
 ) -> int:
@@ -106,7 +106,7 @@ def flipped_corners(
     return count
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _area(quads: Int32Array, f: int, e: int, up: Points, points: Points) -> float:
     i = quads[f, e]
     j = quads[f, (e + 1) & 3]
@@ -124,7 +124,7 @@ def _area(quads: Int32Array, f: int, e: int, up: Points, points: Points) -> floa
     )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _to_plane(free: Int32Array, frames: Points, force: Points, gradient: Points) -> None:
     for m in range(len(free)):
         for f in range(2):
@@ -134,7 +134,7 @@ def _to_plane(free: Int32Array, frames: Points, force: Points, gradient: Points)
             gradient[2 * m + f] = total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _from_plane(
     free: Int32Array, frames: Points, origin: Points, at: Points, points: Points
 ) -> None:
@@ -146,7 +146,7 @@ def _from_plane(
             )
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
     total = 0.0
     for i in range(len(a)):
@@ -154,13 +154,13 @@ def _dot(a: NDArray[np.float64], b: NDArray[np.float64]) -> float:
     return total
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _add(to: NDArray[np.float64], factor: float, what: NDArray[np.float64]) -> None:
     for i in range(len(to)):
         to[i] += factor * what[i]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _descend(
     gradient: NDArray[np.float64],
     move: Points,
@@ -191,7 +191,7 @@ def _descend(
         _add(direction, alpha[s] - _dot(change[s], direction) / curvature[s], move[s])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def minimise(
     quads: Int32Array,
     wanted: NDArray[np.bool_],

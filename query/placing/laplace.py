@@ -8,12 +8,12 @@ several right sides go side by side.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.system.kernels import kernel
 from query.fill import Fill
-from query.placing.neighbours import Neighbours
 
 Points = NDArray[np.float64]
 
@@ -64,7 +64,7 @@ def centred(quads: Int32Array, beside: Neighbours, points: Points) -> Points:
     return harmonic(fans, points)[:v]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def relax_inside(start: Int32Array, neighbour: Int32Array, fixed: int, values: Points) -> int:
     """Solve for the rows of ``values`` (v, d) from ``fixed`` on, in place; the steps taken.
 
@@ -132,7 +132,7 @@ def relax_inside(start: Int32Array, neighbour: Int32Array, fixed: int, values: P
     return steps
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def relax_within(
     start: Int32Array, neighbour: Int32Array, fixed: int, points: Points, frames: Points
 ) -> Points:
@@ -209,7 +209,7 @@ def relax_within(
     return move
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def edge_energy(start: Int32Array, neighbour: Int32Array, points: Points) -> float:
     """Sum of the squared lengths of all edges of the vertices (v, 3)."""
     total = 0.0

@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import InvalidBoundaryError
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.quadshape import flipped, own_normals, plane_normal
+from patterndb.geometry.surface import Surface, Triangles
 from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.placing.editing import pulled
 from query.placing.flow import Following, follow
 from query.placing.laplace import centred, harmonic
-from query.placing.neighbours import Neighbours
 from query.placing.projection import AT_REST, laid_on, laid_on_disk, normals_at, settled
 from query.placing.region import Region, enclosed
-from query.placing.shape import flipped, own_normals, plane_normal
 from query.placing.strand import position
-from query.placing.surface import Surface, Triangles
 from query.placing.untangle import REACHES, untangled
 from query.placing.whole import settled_whole
-from query.polyline import Points, as_points
 from query.stroke import TOLERANCE, Stroke
 
 #: Parts of the way to the strokes that are tried, the furthest first, until no quad flips that

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from patterndb.geometry.neighbours import Neighbours, mean_of_neighbours
+from patterndb.geometry.quadshape import Points, tangents, units
+from patterndb.geometry.surface import Surface
 from query.placing.laplace import edge_energy, harmonic, relax_within
-from query.placing.neighbours import Neighbours, mean_of_neighbours
 from query.placing.region import Region, is_curved, mapped
-from query.placing.shape import Points, tangents, units
-from query.placing.surface import Surface
 
 #: At rest no vertex moves further in a round than this part of the fill's diagonal.
 AT_REST = 1e-4

@@ -11,15 +11,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from patterndb.halfedge import Int32Array
-from query.placing.shape import NO_AREA
-from query.placing.surface import Feet, Surface, edge_keys
-from query.polyline import Points
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.polyline import Points
+from patterndb.geometry.quadshape import NO_AREA
+from patterndb.geometry.surface import Feet, Surface, edge_keys
+from patterndb.system.kernels import kernel
 
 #: Samples along a boundary edge, at first; pairs too far apart are halved again.
 SAMPLES = 8
@@ -76,7 +76,7 @@ def enclosed(surface: Surface, points: Points) -> Region:
     return Region(surface.part(inside), share, around[inside], True)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def flooded(
     beside: Int32Array,
     barrier: NDArray[np.bool_],
@@ -126,7 +126,7 @@ def flooded(
     return inside, separates
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _root(root: NDArray[np.int64], f: int) -> int:
     """The least triangle of the piece that a triangle is in; the way there becomes shorter."""
     while root[f] != f:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.system.kernels import kernel
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.placing.neighbours import Neighbours
 from query.stroke import BoundaryEdge
 
 #: (low, high): positions of boundary edges around the boundary, low to high - 1.
@@ -69,7 +69,7 @@ def walk(twin: Int32Array, first: int) -> Int32Array:
     return _walk(twin, first)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _walk(twin: Int32Array, first: int) -> Int32Array:
     count = 1
     h = twin[first ^ 2]
@@ -101,7 +101,7 @@ def loop_chains(twin: Int32Array) -> list[Int32Array]:
     return found
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def far_ends(twin: Int32Array, border: Int32Array) -> Int32Array:
     """(P,) the position of the boundary edge where the strand from each boundary edge ends."""
     place = np.full(len(twin), -1, np.int32)

@@ -11,13 +11,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.quadshape import Points, flipped, tangents, units
+from patterndb.system.kernels import kernel
 from query.placing.foldover import LEFT, minimise
-from query.placing.neighbours import Neighbours
-from query.placing.shape import Points, flipped, tangents, units
 
 #: Edges from a flipped quad within which vertices may move, tried in this order; the last
 #: stands for all.
@@ -40,7 +40,7 @@ def untangled(
 ) -> Points:
     """(v, 3) vertices with as few flipped quads as can be found, from those given.
 
-    normals: (v, 3) unit normals, see :func:`query.placing.shape.flipped`. Vertices before
+    normals: (v, 3) unit normals, see :func:`patterndb.geometry.quadshape.flipped`. Vertices before
     ``fixed`` do not move, others only in the plane across their normal, and no further than one of
     ``reaches`` from a flipped quad, the first that will do. Where no quad is flipped the vertices
     come back as they are.
@@ -126,7 +126,7 @@ def _tangles(
         yield part[piece == one]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def pieces(quads: Int32Array, free: NDArray[np.bool_]) -> Int32Array:
     """(q,) int32 names of the pieces that quads are in: those with a free vertex in common are
     in one. Every quad has a free vertex."""

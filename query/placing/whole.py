@@ -10,12 +10,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.quadshape import Points, flipped
+from patterndb.geometry.surface import Surface
 from query.placing.laplace import edge_energy
-from query.placing.neighbours import Neighbours
 from query.placing.projection import AT_REST, Rest, normals_at, settled
-from query.placing.shape import Points, flipped
-from query.placing.surface import Surface
 
 #: Rounds, at most.
 ROUNDS = 30

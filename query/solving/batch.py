@@ -10,10 +10,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.solving.carry import carry, may_carry
 from query.solving.flow import chord_ends
 from query.solving.threads import share_out
@@ -29,7 +29,7 @@ class Labels:
 
     n_sides: at least 1.
     words:   int32, for every row its label as a word: for every side its length, then the
-             strand that crosses each edge (:mod:`patterndb.label`).
+             strand that crosses each edge (:mod:`patterndb.core.label`).
     start:   (r + 1,) int64, where each word begins.
     """
 
@@ -160,7 +160,7 @@ def _most_strands(start: NDArray[np.int64], rows: NDArray[np.int64], n_sides: in
     return (int((start[rows + 1] - start[rows]).max(initial=n_sides)) - n_sides) // 2
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _split_word(
     words: Int32Array, begin: int, n_sides: int, edges: Int32Array, side_start: Int32Array
 ) -> int:
@@ -179,7 +179,7 @@ def _split_word(
     return p
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _keep_carrying(
     words: Int32Array,
     start: NDArray[np.int64],
@@ -234,7 +234,7 @@ def _keep_carrying(
                 break
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _solve_rows(
     words: Int32Array,
     start: NDArray[np.int64],

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.solving.evenness import most_even
 from query.solving.flow import candidates, cut_system, link, unlink
 from query.solving.rounding import soluble
@@ -14,7 +14,7 @@ from query.solving.rounding import soluble
 Int64Array = NDArray[np.int64]
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def may_carry(
     edges: Int32Array,
     end: Int32Array,
@@ -34,7 +34,7 @@ def may_carry(
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def carry(
     edges: Int32Array,
     end: Int32Array,

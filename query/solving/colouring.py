@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def two_colour(
     class_i: Int32Array,
     class_j: Int32Array,
@@ -61,7 +61,7 @@ def two_colour(
                 colour[stack[at]] = 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def balanced(
     residual: Int32Array, component: Int32Array, colour: Int32Array, sums: Int32Array
 ) -> bool:

@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb.core.label import split_word
 from patterndb.errors import MissingExtraError
-from patterndb.label import split_word
 from query.errors import InvalidQueryError, SolverError
 from query.solving.batch import Asked, Labels, Solved
 from query.solving.chords import Chords

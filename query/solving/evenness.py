@@ -23,10 +23,10 @@ holds; whole keys are computed where a solution is complete.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.solving.matching import DONE, PATIENCE, balanced, choose, two_colour
 from query.solving.spread import INFINITE, even_cost, spread
 from query.solving.transport import tighten
@@ -48,7 +48,7 @@ OFF = 1 << 28
 MAX_WEIGHT = 255
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def prices(
     slack: Int32Array,
     class_i: Int32Array,
@@ -113,7 +113,7 @@ def prices(
     return np.round(u * SCALE).astype(np.int64)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def insert(
     key: int,
     widths: Int32Array,
@@ -165,7 +165,7 @@ def insert(
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def class_cost(parts: int, weight: int, tolerance: int, value: int) -> int:
     """The least key that a class of this value adds.
 
@@ -177,7 +177,7 @@ def class_cost(parts: int, weight: int, tolerance: int, value: int) -> int:
     return weight * even_cost(parts, value)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def most_even(
     slack: Int32Array,
     class_i: Int32Array,

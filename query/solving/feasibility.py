@@ -11,11 +11,11 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
-from patterndb.patternclass import PatternClass
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.patternclass import PatternClass
+from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.orientation import corners_seen, sides_seen
 from query.solving.halves import COPY_BY, QUEUE
@@ -178,7 +178,7 @@ def _answer(
     share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _mark(
     systems: Systems,
     query: _Query,
@@ -252,7 +252,7 @@ def _mark(
             _turn_back(lane_of_orientation, fit, turn[u], reflected[u], fits[u])
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _refuse_by_corners(
     kinds: Int32Array, corners: NDArray[np.uint8], turn: int, reflected: bool, refused: Int64Array
 ) -> None:
@@ -265,7 +265,7 @@ def _refuse_by_corners(
                 break
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _turn_back(
     lane: Int32Array,
     fit: NDArray[np.bool_],

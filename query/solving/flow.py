@@ -20,9 +20,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numba import njit
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.orientation import Orientation
 from query.stroke import Stroke
@@ -53,7 +53,7 @@ def flows_seen(
     return np.array(rows, np.int32).reshape(-1, FLOW_COLUMNS)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def chord_ends(edges: Int32Array, end: Int32Array) -> None:
     """Write the two positions, ascending, at which each strand meets the boundary.
 
@@ -65,7 +65,7 @@ def chord_ends(edges: Int32Array, end: Int32Array) -> None:
         end[c, 0 if end[c, 0] < 0 else 1] = at
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def candidates(
     flow: Int32Array,
     side_start: Int32Array,
@@ -100,7 +100,7 @@ def candidates(
     return count
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def cut_system(
     edges: Int32Array,
     end: Int32Array,
@@ -227,7 +227,7 @@ def cut_system(
     return nodes, m, parts
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def link(stroke: int, strand: int, rank: int, first_on: Int32Array, next_on: Int32Array) -> bool:
     """Insert a stroke on a strand as its number ``rank``; False where there are fewer."""
     if rank == 0:
@@ -246,7 +246,7 @@ def link(stroke: int, strand: int, rank: int, first_on: Int32Array, next_on: Int
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def unlink(stroke: int, strand: int, first_on: Int32Array, next_on: Int32Array) -> None:
     """Undo :func:`link`."""
     if first_on[strand] == stroke:

@@ -7,9 +7,8 @@ much are named, which answers other orientations of the system as well.
 
 from __future__ import annotations
 
-from numba import njit
-
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.solving.systems import Int16Array
 
 #: Rows of scratch in :func:`meet`: units that a side has still to send and a copy to
@@ -22,7 +21,7 @@ COPY_BY = 3
 QUEUE = 4
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def meet(
     slack: Int32Array,
     row: int,
@@ -57,7 +56,7 @@ def meet(
     return 0
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _take_shares(
     slack: Int32Array,
     row: int,
@@ -104,7 +103,7 @@ def _take_shares(
     return left  # pyright: ignore[reportReturnType]
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _augment(source: int, sink: int, flow: Int32Array, scratch: Int32Array) -> None:
     """Send as much as can be along the path found, and the same along its mirror image.
 
@@ -146,7 +145,7 @@ def _augment(source: int, sink: int, flow: Int32Array, scratch: Int32Array) -> N
     scratch[DEMAND, source] -= amount
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _reach(
     source: int,
     row: int,

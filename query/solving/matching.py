@@ -13,10 +13,10 @@ one class is one variable to the sides.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.solving.colouring import balanced, two_colour
 from query.solving.rounding import soluble
 from query.solving.transport import tighten
@@ -37,7 +37,7 @@ PATIENCE = 30
 MANY = 1 << 30
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def choose(
     residual: Int32Array,
     class_i: Int32Array,
@@ -95,7 +95,7 @@ def choose(
     return k, max(0, a - (int(reach[i]) - b), b - (int(reach[j]) - a)), min(a, b)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def splits(value: int, parts: int) -> int:
     """How many ways there are to write value >= 0 as an ordered sum of parts, capped at MANY."""
     ways = 1
@@ -107,7 +107,7 @@ def splits(value: int, parts: int) -> int:
     return min(ways, MANY)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def search(
     residual: Int32Array,
     class_i: Int32Array,

@@ -22,10 +22,10 @@ occurs at most once; a class of a side with itself has only one.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.solving.halves import meet
 from query.solving.systems import Int16Array, list_neighbours, order_classes
 
@@ -33,7 +33,7 @@ from query.solving.systems import Int16Array, list_neighbours, order_classes
 PAIRS = 2
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def matchable(
     slack: Int32Array,
     row: int,
@@ -65,7 +65,7 @@ def matchable(
     return -1
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def soluble(
     slack: Int32Array,
     class_i: Int32Array,
@@ -97,7 +97,7 @@ def soluble(
     return cut == 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _round(
     row: int,
     first: Int32Array,
@@ -137,7 +137,7 @@ def _round(
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _augment(
     root_side: int, near_first: Int32Array, near: Int16Array, y: Int32Array, short: Int32Array
 ) -> bool:
@@ -190,14 +190,14 @@ def _augment(
     return False
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _widen(i: int, j: int, by: int, y: Int32Array) -> None:
     y[i, j] += by
     if i != j:
         y[j, i] += by
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _copies(
     near_first: Int32Array, near: Int16Array, y: Int32Array, short: Int32Array
 ) -> tuple[Int32Array, Int32Array, Int32Array]:
@@ -235,7 +235,7 @@ def _copies(
     return start, side_of, mate
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _contract(
     u: int,
     v: int,

@@ -13,10 +13,10 @@ Perimeters are at most 2,000 (:mod:`query.boundary`), so that no sum below leave
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.solving.systems import Int16Array
 
 Int64Array = NDArray[np.int64]
@@ -42,25 +42,25 @@ def words(rows: Int32Array) -> Int64Array:
     return np.ascontiguousarray((padded.reshape(-1, LANES, w) * weights[:, None]).sum(axis=1))
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def negative(word: int) -> int:
     """At SIGNS: the lanes below 0."""
     return ~(word + SIGNS)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def lane_of(word: int, lane: int) -> int:
     """The value of one lane."""
     return (((word + SIGNS) >> (BITS * lane)) & 0xFFFF) - 0x8000
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def is_refused(refused: int, lane: int) -> bool:
     """Is the lane marked?"""
     return (refused >> (BITS * lane + BITS - 1)) & 1 != 0
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def screen(
     row: int,
     base: Int16Array,
@@ -109,7 +109,7 @@ def screen(
     return left
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def _refused_by_parity(component: Int16Array, colour: Int16Array, slack: Int64Array, g: int) -> int:
     """The lanes of word g whose slack some component cannot take."""
     w = slack.shape[1]
@@ -129,7 +129,7 @@ def _refused_by_parity(component: Int16Array, colour: Int16Array, slack: Int64Ar
     return bad
 
 
-@njit(cache=True, nogil=True, inline="always")
+@kernel(inline="always")
 def refuse_cut(
     sides: Int32Array, n_sides: int, neighbour: Int32Array, slack: Int64Array, refused: Int64Array
 ) -> None:

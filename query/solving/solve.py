@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
 from query.errors import InvalidQueryError
 from query.solving.carry import carry
 from query.solving.chords import Chords

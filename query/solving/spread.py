@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 
 #: Above every key; see :mod:`query.solving.evenness`.
 INFINITE = 1 << 50
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def even_cost(parts: int, value: int) -> int:
     """The least sum of (1 + s)**2 over ``parts`` integers s >= 0 that add up to ``value``."""
     if parts == 0:
@@ -21,7 +21,7 @@ def even_cost(parts: int, value: int) -> int:
     return (parts - more) * (1 + low) * (1 + low) + more * (2 + low) * (2 + low)
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def spread(
     value: Int32Array,
     class_n: Int32Array,

@@ -10,10 +10,10 @@ import weakref
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.solving.colouring import two_colour
 
 Int16Array = NDArray[np.int16]
@@ -68,7 +68,7 @@ _known: dict[int, tuple[weakref.ref[NDArray[np.int32]], Systems]] = {}
 class Signed(Protocol):
     """Rows with signatures: patterns of a class, or marked patterns of as many sides.
 
-    The fields are those of :class:`patterndb.patternclass.PatternClass`.
+    The fields are those of :class:`patterndb.core.patternclass.PatternClass`.
     """
 
     @property
@@ -127,7 +127,7 @@ def make_systems(lengths: Int32Array, joins: Int32Array) -> Systems:
     return made
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def _fill(made: Systems, joined: NDArray[np.bool_]) -> None:
     """Write all but the lengths; joined: (s, w, w) bool, symmetric."""
     first, class_i_of, class_j_of, near_first, near = made.graphs
@@ -158,7 +158,7 @@ def _fill(made: Systems, joined: NDArray[np.bool_]) -> None:
     first[n] = c
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def list_neighbours(
     joined: NDArray[np.bool_], near_first: Int32Array, near: Int16Array, at: int
 ) -> int:
@@ -177,7 +177,7 @@ def list_neighbours(
     return at
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def order_classes(
     joined: NDArray[np.bool_],
     class_i: Int32Array | Int16Array,

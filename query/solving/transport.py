@@ -10,13 +10,13 @@ both cut the search where it would try in vain value by value.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def transport(
     slack: Int32Array,
     class_i: Int32Array,
@@ -135,7 +135,7 @@ def transport(
     return True
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def integral(flow: Int32Array, n_classes: int) -> bool:
     """Is half the flow a matching, no class taking half a unit?"""
     odd = 0
@@ -144,7 +144,7 @@ def integral(flow: Int32Array, n_classes: int) -> bool:
     return odd == 0
 
 
-@njit(cache=True, nogil=True)
+@kernel
 def tighten(
     slack: Int32Array,
     class_i: Int32Array,

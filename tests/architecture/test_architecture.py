@@ -21,19 +21,29 @@ ALLOWED = {
     "query": {"patterndb"},
     "sketch": {"patterndb", "query"},
     "viewer": {"patterndb", "query", "sketch"},
-    "patterndb.cli": {"patterndb", "ingest", "query", "sketch", "viewer"},
+    "patterndb_app.cli": {"patterndb", "ingest", "query", "sketch", "viewer"},
 }
 
 #: What deals with files, processes or people. All else but the viewer knows arrays only:
 #: topology, codes, collapsing, enumerating, solving, fitting and meshing.
-WORLDLY_MODULES = ("patterndb.cli", "patterndb.store", "ingest.read")
-WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.files")
-WORLDLY_MODULES += ("patterndb.starter", "patterndb.kernelcache", "ingest.pipeline")
-WORLDLY_MODULES += ("patterndb.cachefolder", "query.boundaryfile", "patterndb.jsonread")
-WORLDLY_MODULES += ("sketch.surfacing.networkfile", "sketch.features.sessionfile")
-WORLDLY_MODULES += ("sketch.features.files.shapearrays", "sketch.features.files.strokesjson")
-WORLDLY_MODULES += ("sketch.features.files.curvesjson",)
-WORLDLY_MODULES += ("sketch.retopo.sessionfile", "sketch.retopo.autosave", "sketch.retopo.script")
+WORLDLY_MODULES = ("patterndb_app.cli", "patterndb.store", "ingest.read")
+WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.files")
+WORLDLY_MODULES += ("patterndb.store.starter", "patterndb.system.kernels", "ingest.pipeline")
+WORLDLY_MODULES += ("patterndb.system.caches", "query.boundaryfile", "patterndb.system.documents")
+WORLDLY_MODULES += (
+    "patterndb_sketch.surfacing.networkfile",
+    "patterndb_sketch.features.sessionfile",
+)
+WORLDLY_MODULES += (
+    "patterndb_sketch.features.files.shapearrays",
+    "patterndb_sketch.features.files.strokesjson",
+)
+WORLDLY_MODULES += ("patterndb_sketch.features.files.curvesjson",)
+WORLDLY_MODULES += (
+    "patterndb_sketch.retopo.sessionfile",
+    "patterndb_sketch.retopo.autosave",
+    "patterndb_sketch.retopo.script",
+)
 
 #: What the others do not import, and functions they do not call.
 WORLDLY = {"sqlite3", "pathlib", "io", "shutil", "tempfile", "subprocess", "json"}
@@ -86,8 +96,8 @@ def _called(call: ast.Call) -> str:
 
 def part(module: str) -> str:
     """The package of a module; the command line is one of its own."""
-    if module == "patterndb.__main__" or (module + ".").startswith("patterndb.cli."):
-        return "patterndb.cli"
+    if module == "patterndb.__main__" or (module + ".").startswith("patterndb_app.cli."):
+        return "patterndb_app.cli"
     return module.partition(".")[0]
 
 
@@ -98,8 +108,8 @@ def _imported_parts(module: str) -> set[str]:
 
 
 def test_the_scan_sees_imports_in_functions() -> None:
-    assert "ingest" in imports("patterndb.cli.learning")
-    assert "viewer" in imports("patterndb.cli.pictures")
+    assert "ingest" in imports("patterndb_app.cli.learning")
+    assert "viewer" in imports("patterndb_app.cli.pictures")
     assert len(modules()) > 60
 
 
@@ -115,11 +125,11 @@ def test_arrows_run_one_way(package: str) -> None:
 
 def test_nothing_imports_the_viewer_but_the_command_line() -> None:
     users = {part(module) for module in modules() if "viewer" in _imported_parts(module)}
-    assert users == {"patterndb.cli"}
+    assert users == {"patterndb_app.cli"}
 
 
 def test_nothing_imports_the_command_line() -> None:
-    assert not [module for module in modules() if "patterndb.cli" in _imported_parts(module)]
+    assert not [module for module in modules() if "patterndb_app.cli" in _imported_parts(module)]
 
 
 def test_sqlite_is_used_in_the_store_alone() -> None:
@@ -171,7 +181,10 @@ def _libraries(module: str) -> set[str]:
     ("statement", "unwanted"),
     [
         ("import patterndb", {"click", "rich", "pyvista", "matplotlib", "ortools", "numba"}),
-        ("import patterndb.cli", {"query", "ingest", "viewer", "rich", "pyvista", "matplotlib"}),
+        (
+            "import patterndb_app.cli",
+            {"query", "ingest", "viewer", "rich", "pyvista", "matplotlib"},
+        ),
         ("import ingest, ingest.read", {"pyvista", "matplotlib", "pxr", "trimesh", "numba"}),
         ("import query", {"pyvista", "matplotlib", "ortools", "ingest", "viewer", "click"}),
         ("import viewer", {"pyvista", "vtkmodules", "matplotlib", "ortools", "ingest", "click"}),

@@ -14,7 +14,7 @@ from typing import Any
 
 from click.testing import CliRunner
 
-from patterndb.cli import cli
+from patterndb_app.cli import cli
 
 #: Limits that learn the examples in about a second.
 SMALL = ("--basic", "5", "--side", "8", "--convex", "16")

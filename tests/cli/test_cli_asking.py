@@ -11,7 +11,7 @@ import pytest
 from commandline import Result, assert_refused, run
 
 from ingest.read import read_mesh
-from patterndb.cli.text import WIDTH
+from patterndb_app.cli.text import WIDTH
 
 #: Keys of a fill in the JSON document, and the types of their values.
 FILL = {

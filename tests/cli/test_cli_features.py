@@ -13,12 +13,12 @@ from commandline import assert_refused, run
 from featurecases import TEMPLATE, car_bodies, write_bodies
 
 from ingest.read import read_mesh
-from sketch.features.bodies import body
-from sketch.features.files.curvesjson import read_curves
-from sketch.features.initial import interpolating
-from sketch.features.model import Model
-from sketch.features.registration import register, template_of_name
-from sketch.features.sessionfile import read_network, read_session
+from patterndb_sketch.features.bodies import body
+from patterndb_sketch.features.files.curvesjson import read_curves
+from patterndb_sketch.features.initial import interpolating
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import register, template_of_name
+from patterndb_sketch.features.sessionfile import read_network, read_session
 
 #: Strokes that most tests do with.
 FEW = ("roof_rail", "shoulder", "hood_edge")
@@ -258,7 +258,7 @@ class TestRegister:
         assert_refused(refused, 3, "beyond the tolerance of 1e-06")
 
     def test_a_template_may_be_a_file(self, sedan: Path, curves: Path, tmp_path: Path) -> None:
-        from sketch.features.sessionfile import write_template
+        from patterndb_sketch.features.sessionfile import write_template
 
         path, output, named = (tmp_path / name for name in ("roof.json", "a.obj", "b.obj"))
         write_template(path, template_of_name("box:roof?r=4"))

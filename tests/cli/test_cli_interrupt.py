@@ -12,9 +12,9 @@ from commandline import PROGRAM, SMALL, content_hash, mesh_names, run
 from shared import EXAMPLES
 
 from ingest import MeshReport
-from patterndb.cli import cli
-from patterndb.cli.failure import explain, was_interrupted
-from patterndb.cli.progress import LearningProgress
+from patterndb_app.cli import cli
+from patterndb_app.cli.failure import explain, was_interrupted
+from patterndb_app.cli.progress import LearningProgress
 
 
 @pytest.fixture

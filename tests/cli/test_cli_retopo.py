@@ -13,8 +13,8 @@ import trimesh
 from commandline import assert_refused, run
 
 from ingest.read import read_mesh
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.sessionfile import read_session
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.sessionfile import read_session
 
 LOOPS = (
     {"tool": "loop", "at": [1, 0.02, 0], "normal": [0, 0, 1]},

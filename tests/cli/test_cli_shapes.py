@@ -12,8 +12,8 @@ from featurecases import TEMPLATE as WHOLE
 from featurecases import write_bodies
 
 from ingest.read import read_mesh
-from sketch.features.sessionfile import read_shapes, write_template
-from sketch.features.shapemodel import edit, error_table, moved
+from patterndb_sketch.features.sessionfile import read_shapes, write_template
+from patterndb_sketch.features.shapemodel import edit, error_table, moved
 
 CARS = ("sedan", "wagon", "coupe")
 
@@ -173,7 +173,7 @@ class TestSample:
 
     def test_the_template_may_be_named(self, folder: Path, shapes: Path, tmp_path: Path) -> None:
         """A model built with a file needs the file to be drawn."""
-        from sketch.features.registration import template_of_name
+        from patterndb_sketch.features.registration import template_of_name
 
         file, moved_to = tmp_path / "car.json", tmp_path / "other.json"
         write_template(file, template_of_name(TEMPLATE))

@@ -13,7 +13,7 @@ from commandline import assert_refused, content_hash, program, run, without_priv
 from shared import CHECKOUT, SHARED
 
 import patterndb
-import patterndb.starter
+import patterndb.store.starter
 from patterndb.store.migrations import SCHEMA_VERSION
 
 
@@ -23,8 +23,8 @@ def cache(learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     package = tmp_path / "package"
     (package / "data").mkdir(parents=True)
     with patterndb.open(learned) as database:
-        (package / "data" / patterndb.starter.PACKED_NAME).write_bytes(database.compact())
-    monkeypatch.setattr(patterndb.starter, "files", lambda _: package)
+        (package / "data" / patterndb.store.starter.PACKED_NAME).write_bytes(database.compact())
+    monkeypatch.setattr(patterndb.store.starter, "files", lambda _: package)
     monkeypatch.setenv("PATTERNDB_CACHE", str(tmp_path / "cache"))
     return tmp_path / "cache"
 
@@ -67,12 +67,12 @@ def test_cannot_be_changed_by_its_path_unless_named(cache: Path) -> None:
 
 
 def test_a_package_without_one(cache: Path, tmp_path: Path) -> None:
-    (tmp_path / "package" / "data" / patterndb.starter.PACKED_NAME).unlink()
+    (tmp_path / "package" / "data" / patterndb.store.starter.PACKED_NAME).unlink()
     assert_refused(run("stats"), 3, "no starter database", "--db")
 
 
 def test_a_damaged_package(cache: Path, tmp_path: Path) -> None:
-    packed = tmp_path / "package" / "data" / patterndb.starter.PACKED_NAME
+    packed = tmp_path / "package" / "data" / patterndb.store.starter.PACKED_NAME
     packed.write_bytes(packed.read_bytes()[:-100])
     result = run("stats")
     assert (result.code, result.out) == (3, "")
@@ -89,7 +89,7 @@ def test_the_cache_is_below_a_file(
 
 
 def test_the_real_one(pytestconfig: pytest.Config) -> None:
-    packed = CHECKOUT / "patterndb" / "data" / patterndb.starter.PACKED_NAME
+    packed = CHECKOUT / "patterndb" / "data" / patterndb.store.starter.PACKED_NAME
     before = packed.read_bytes()
     # Kept between test runs, as a user's cache is, for unpacking takes its time.
     assert pytestconfig.cache is not None

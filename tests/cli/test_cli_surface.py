@@ -13,8 +13,8 @@ from commandline import assert_refused, run
 from shared import CHECKOUT
 
 from ingest.read import read_mesh
-from sketch.surfacing.network import Network
-from sketch.surfacing.networkfile import write_network
+from patterndb_sketch.surfacing.network import Network
+from patterndb_sketch.surfacing.networkfile import write_network
 
 sys.path.insert(0, str(CHECKOUT / "tests" / "sketch"))
 

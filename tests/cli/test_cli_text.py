@@ -10,9 +10,9 @@ import click
 import pytest
 from commandline import run
 
-from patterndb.cli import cli
-from patterndb.cli.failure import TRACEBACK
-from patterndb.cli.text import WIDTH, plural, printable, shortened, table
+from patterndb_app.cli import cli
+from patterndb_app.cli.failure import TRACEBACK
+from patterndb_app.cli.text import WIDTH, plural, printable, shortened, table
 
 VERBS = (
     "ingest",

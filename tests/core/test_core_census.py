@@ -15,11 +15,11 @@ from reference.halfedge import as_complex, border_vertices, fans
 from shared import GOLDEN, MESHES
 
 from ingest import learn
-from patterndb.code import canonical_code, decode
-from patterndb.disk import Disk
-from patterndb.packing import unpack
-from patterndb.quadmesh import QuadMesh
-from patterndb.reduction import reduce_disk
+from patterndb.core.code import canonical_code, decode
+from patterndb.core.disk import Disk
+from patterndb.core.packing import unpack
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.core.reduction import reduce_disk
 from patterndb.store import LearningOptions
 
 Twin = NDArray[np.int32]

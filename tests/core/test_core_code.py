@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from reference import code as reference
 from reference.halfedge import as_complex, components
 
-from patterndb.code import (
+from patterndb.core.code import (
     MAX_QUADS,
     canonical_code,
     clockwise_start,
@@ -21,11 +21,11 @@ from patterndb.code import (
     pattern_id,
     rooted_code,
 )
-from patterndb.disk import Disk
+from patterndb.core.disk import Disk
+from patterndb.core.packing import pack
+from patterndb.core.pattern import Pattern
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import InvalidCodeError, PatternDBError
-from patterndb.packing import pack
-from patterndb.pattern import Pattern
-from patterndb.quadmesh import QuadMesh
 
 
 def array(twin: list[int]) -> NDArray[np.int32]:

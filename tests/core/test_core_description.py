@@ -15,14 +15,14 @@ from reference import code as reference_code
 from reference import label as reference_label
 from reference.halfedge import as_complex, border_loop, border_vertices, fans, is_disk
 
-from patterndb import description as d
-from patterndb.code import canonical_code, decode
-from patterndb.disk import Disk
+from patterndb.core import description as d
+from patterndb.core.code import canonical_code, decode
+from patterndb.core.disk import Disk
+from patterndb.core.packing import pack
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import InvalidMeshError
-from patterndb.packing import pack
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
-from patterndb.quadmesh import QuadMesh
 
 
 def counted(twin: Sequence[int]) -> tuple[list[int], list[int], list[int]]:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb.errors import InvalidMeshError
-from patterndb.jsonread import JsonValue, parse_json, read_limited
+from patterndb.system.documents import JsonValue, parse_json, read_limited
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),

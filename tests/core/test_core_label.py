@@ -10,13 +10,13 @@ from meshes import CUP, SHAPES, Quads, disks, quad_soups, star
 from reference import code as reference_code
 from reference import label as reference
 
-from patterndb import description as d
-from patterndb.code import canonical_code, decode
-from patterndb.halfedge import next_border_edge
-from patterndb.label import join_matrices, split_word
-from patterndb.pattern import Pattern
-from patterndb.polychord import polychords
-from patterndb.quadmesh import QuadMesh
+from patterndb.core import description as d
+from patterndb.core.code import canonical_code, decode
+from patterndb.core.halfedge import next_border_edge
+from patterndb.core.label import join_matrices, split_word
+from patterndb.core.pattern import Pattern
+from patterndb.core.polychord import polychords
+from patterndb.core.quadmesh import QuadMesh
 
 
 def described(twin: list[int]) -> tuple[list[int], d.Descriptions]:

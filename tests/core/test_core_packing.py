@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb.packing import LIMIT, pack, pack_many, unpack, unpack_many
+from patterndb.core.packing import LIMIT, pack, pack_many, unpack, unpack_many
 
 numbers = st.one_of(st.integers(0, 200), st.integers(0, LIMIT - 1))
 

@@ -24,10 +24,10 @@ from reference.halfedge import (
 )
 from shared import MESHES
 
+from patterndb.core.polychord import polychords
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.core.reduction import reduce_disk
 from patterndb.errors import InvalidMeshError
-from patterndb.polychord import polychords
-from patterndb.quadmesh import QuadMesh
-from patterndb.reduction import reduce_disk
 
 FILES = [*examples(), *(MESHES / f"{n}.obj" for n in ("spot", "penguin", "q_cat", "q_cow"))]
 PATCHES_A_FILE = 40

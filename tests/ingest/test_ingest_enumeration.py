@@ -15,8 +15,8 @@ from shared import MESHES, oracle
 
 from ingest import learn
 from ingest.prepare import prepare
-from patterndb.packing import unpack
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.packing import unpack
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.store import Learned, LearningOptions
 
 LIMITS = [(4, 8, 10), (5, 0, 0), (0, 9, 0), (0, 0, 12), (3, 7, 7), (2, 0, 14)]

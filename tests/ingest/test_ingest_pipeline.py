@@ -11,8 +11,8 @@ import pytest
 from meshes import CUP, DOUBLET, ONE, SHAPES, examples, grid, star, write_obj
 
 from ingest import MeshReport, Progress, ingest, learn, learning, pipeline, read_mesh
+from patterndb.core.packing import unpack
 from patterndb.errors import DatabaseError, InvalidMeshError, MeshFileError
-from patterndb.packing import unpack
 from patterndb.store import Database, LearningOptions, Provenance
 
 SMALL = LearningOptions(3, 6, 8)

@@ -14,7 +14,7 @@ from reference.halfedge import as_complex, components
 from shared import MESHES, oracle
 
 from ingest.prepare import prepare
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.quadmesh import QuadMesh
 
 MEDIUM = ["spot", "penguin", "osd_pawn", "q_cat", "mh_tongue", "q_clownfish", "q_spider", "q_fish"]
 

@@ -8,7 +8,7 @@ from meshes import Quads, beside, grid, mesh_of_file, quad_soups
 from shared import EXAMPLES
 
 from ingest.shards import cut_into_shards
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.quadmesh import QuadMesh
 
 
 def assert_partition(mesh: QuadMesh, largest: int) -> None:

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from patterndb.code import canonical_code
-from patterndb.quadmesh import QuadMesh
-from patterndb.reduction import reduce_disk
+from patterndb.core.code import canonical_code
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.core.reduction import reduce_disk
 from query import Boundary
 from query.families.family import family
 from query.marks.bestmarked import BestMarked, MarkedIndex, family_index

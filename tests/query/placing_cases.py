@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from query_cases import small_patterns
 
-from patterndb.pattern import Pattern
+from patterndb.core.pattern import Pattern
 from query import Boundary, Fill
 from query.expand import expand
 from query.identity import is_mesh

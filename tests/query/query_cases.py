@@ -15,11 +15,11 @@ from reference.halfedge import Quads, as_complex, border_loop, fans, twins
 from shared import GOLDEN
 
 import query
-from patterndb.packing import pack
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
-from patterndb.quadmesh import QuadMesh
-from patterndb.reduction import reduce_disk
+from patterndb.core.packing import pack
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.core.reduction import reduce_disk
 from query import Boundary, Fill, Fills
 from query.boundary import CornerKind
 from query.solving.chords import Chords

@@ -13,9 +13,9 @@ from reference import reduction
 from reference.code import isomorphic, rooted_code
 from reference.halfedge import twins
 
-from patterndb.disk import Disk
+from patterndb.core.disk import Disk
+from patterndb.core.pattern import Pattern
 from patterndb.errors import InvalidMeshError
-from patterndb.pattern import Pattern
 from query import Boundary, Fill
 from query.boundary import CornerKind
 from query.expand import expand, expand_quads

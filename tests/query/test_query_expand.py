@@ -21,9 +21,9 @@ from reference import reduction
 from reference.code import isomorphic, mirrored, rooted_code
 from reference.halfedge import as_complex, border_loop, is_disk, twins
 
-from patterndb.pattern import Pattern
-from patterndb.quadmesh import QuadMesh
-from patterndb.reduction import reduce_disk
+from patterndb.core.pattern import Pattern
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.core.reduction import reduce_disk
 from query import Fill
 from query.errors import InvalidQueryError
 from query.expand import expand

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from query_cases import small_patterns
 
-from patterndb import description as d
-from patterndb.cachefolder import cache_folders, read_cached, write_cached
-from patterndb.code import decode, pattern_id
-from patterndb.disk import Disk
-from patterndb.packing import unpack
-from patterndb.reduction import reduce_disk
+from patterndb.core import description as d
+from patterndb.core.code import decode, pattern_id
+from patterndb.core.disk import Disk
+from patterndb.core.packing import unpack
+from patterndb.core.reduction import reduce_disk
+from patterndb.system.caches import cache_folders, read_cached, write_cached
 from query.errors import InvalidQueryError
 from query.families.family import Family, family
 

@@ -18,7 +18,7 @@ from query_cases import (
     small_patterns,
 )
 
-from patterndb.pattern import Pattern
+from patterndb.core.pattern import Pattern
 from query import Boundary
 from query.listing.asking import asked
 from query.listing.filters import Filters

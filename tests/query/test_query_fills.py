@@ -28,10 +28,10 @@ from reference.code import Code
 from shared import SHARED, oracle
 
 import query
+from patterndb.core.pattern import Pattern
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.core.reduction import reduce_disk
 from patterndb.errors import InvalidBoundaryError, PatternDBError
-from patterndb.pattern import Pattern
-from patterndb.quadmesh import QuadMesh
-from patterndb.reduction import reduce_disk
 from query import Boundary, Fill
 from query.boundary import CornerKind
 from query.errors import InvalidQueryError

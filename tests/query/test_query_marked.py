@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 from query_cases import KIND, small_class, small_disks, small_patterns
 from shared import GOLDEN
 
-from patterndb.disk import Disk
-from patterndb.pattern import Pattern
-from patterndb.quadmesh import QuadMesh
-from patterndb.reduction import reduce_disk
+from patterndb.core.disk import Disk
+from patterndb.core.pattern import Pattern
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.core.reduction import reduce_disk
 from query import Boundary
 from query.errors import InvalidQueryError
 from query.marks.bestmarked import BOUNDARY_CAP, MarkedIndex, best_marked, family_index

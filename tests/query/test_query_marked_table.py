@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 from marked_cases import irregular, own_cache
 
-from patterndb.code import rooted_code
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.code import rooted_code
+from patterndb.core.quadmesh import QuadMesh
 from query import Boundary
 from query.errors import InvalidQueryError
 from query.families.family import family

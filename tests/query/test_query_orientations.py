@@ -9,7 +9,7 @@ import pytest
 from query_cases import brute_force, small_class, small_patterns
 from test_query_feasibility import boundaries
 
-from patterndb.pattern import Pattern
+from patterndb.core.pattern import Pattern
 from query import Boundary
 from query.listing.filters import Filters
 from query.orientation import orientations

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from placing_cases import CONVEX, convex_outline, grid, polygon, widened
 
 from patterndb.errors import InvalidBoundaryError
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.quadshape import flipped, plane_normal
 from query import Fill
 from query.placing import laid, place, quality
 from query.placing.foldover import energy
 from query.placing.laplace import centred
-from query.placing.neighbours import Neighbours
-from query.placing.shape import flipped, plane_normal
 
 CASES = st.tuples(st.sampled_from(range(len(CONVEX))), st.integers(0, 2**32))
 

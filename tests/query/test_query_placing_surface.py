@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from placing_cases import CONVEX, grid, parallel, polygon, sphere, widened
 
 from patterndb.errors import InvalidMeshError
+from patterndb.geometry.tree import build, first_along, nearest
 from query.placing import Surface, enclosed, place
-from query.placing.tree import build, first_along, nearest
 
 SPHERE = sphere()
 

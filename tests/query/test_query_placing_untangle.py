@@ -11,12 +11,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from placing_cases import Points, grid
 
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.quadshape import flipped
 from query import Fill
 from query.placing import Surface, enclosed, place
 from query.placing.foldover import flipped_corners
-from query.placing.neighbours import Neighbours
 from query.placing.projection import laid_on_disk, normals_at
-from query.placing.shape import flipped
 from query.placing.untangle import pieces, untangled
 from query.placing.whole import settled_whole
 

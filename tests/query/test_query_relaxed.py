@@ -16,9 +16,9 @@ from reference.halfedge import as_complex, border_loop, fans
 from shared import GOLDEN
 
 import query
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
-from patterndb.reduction import reduce_disk
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
+from patterndb.core.reduction import reduce_disk
 from query import Boundary, Fill
 
 #: What relaxed matching lists: at most so many irregular vertices, and of them on the boundary.

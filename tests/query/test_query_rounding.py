@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from query_cases import brute_force
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
 from query.solving import cpsat, solve
 from query.solving.chords import Chords
 from query.solving.halves import COPY_BY, QUEUE

@@ -11,8 +11,8 @@ import pytest
 from query_cases import LEARNED, Source, answer, code_of, small_class, small_patterns
 
 import query
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
 from query import Boundary, Stroke
 from query.errors import InvalidQueryError
 from query.listing.edgesoff import edges_off

@@ -9,7 +9,7 @@ import numpy as np
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
-from patterndb.polygonmesh import PolygonMesh
+from patterndb.core.polygonmesh import PolygonMesh
 
 # No test asserts a time, nor does hypothesis for it.
 patient = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])

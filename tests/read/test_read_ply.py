@@ -20,8 +20,8 @@ from meshwriters import (
 
 from ingest.read import ReadLimits, parse
 from ingest.read.plytext import TextBody
+from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError
-from patterndb.polygonmesh import PolygonMesh
 
 SQUARE = Soup([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], [[0, 1, 2, 3], [0, 1, 2]])
 HEADER = """ply

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from query.placing.surface import Surface
-from sketch.features.bodies import CARS, Body, body, random_body
+from patterndb.geometry.surface import Surface
+from patterndb_sketch.features.bodies import CARS, Body, body, random_body
 
 Points = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 from scipy.spatial import Delaunay
 
-from query.placing.surface import Points
-from sketch.retopo.ground import Ground
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.ground import Ground
 
 #: Half of the sheet's side, and where the feet are, left and right of the middle.
 HALF, FOOT = 1.0, 0.4

@@ -8,8 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.surfacing.network import Curve, Cycle, Network
-from sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 
 Points = NDArray[np.float64]
 Chords = NDArray[np.int64]

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from sketch.retopo.counts import (
-    Counts,
-    CountsProblem,
-)
-from sketch.retopo.counts.rules import total
+from patterndb_sketch.retopo.counts import Counts, CountsProblem
+from patterndb_sketch.retopo.counts.rules import total
 
 Patches = list[list[list[int]]]
 

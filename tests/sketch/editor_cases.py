@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 from retopo_cases import plane, sphere
 
+from patterndb_sketch.retopo.editor import Call, Editor, Outcome
+from patterndb_sketch.retopo.network import Network, check
+from patterndb_sketch.retopo.sizes import Sizes
 from query.engine import PatternSource
-from sketch.retopo.editor import Call, Editor, Outcome
-from sketch.retopo.network import Network, check
-from sketch.retopo.sizes import Sizes
 
 #: Cells of the grid have edges of 1, and so four edges each.
 SIZES = Sizes(snap=0.1, spine=0.5, autocompletion=0.5, brush=0.5, edge=0.25, sampling=0.02)

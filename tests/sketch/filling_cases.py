@@ -8,12 +8,8 @@ from editor_cases import (
     same_arrays,
 )
 
-from sketch.retopo.filling import (
-    FilledNetwork,
-    RetopoMesh,
-    lengths,
-)
-from sketch.retopo.network import Network, equal
+from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh, lengths
+from patterndb_sketch.retopo.network import Network, equal
 
 EDGE = SIZES.edge
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.ground import Ground
 
 
 def grid(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.features.model import Model
+from patterndb_sketch.features.model import Model
 
 Points = NDArray[np.float64]
 

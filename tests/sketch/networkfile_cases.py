@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from query.polyline import Points
-from sketch.surfacing.drawing import Drawing
-from sketch.surfacing.networkfile import parse_drawing, read_drawing
+from patterndb.geometry.polyline import Points
+from patterndb_sketch.surfacing.drawing import Drawing
+from patterndb_sketch.surfacing.networkfile import parse_drawing, read_drawing
 
 Document = dict[str, Any]
 

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 from ground_cases import grid
 
-from sketch.retopo.ground import Ground, Stroke
-from sketch.retopo.network import AtNode, Draft, Network
-from sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.ground import Ground, Stroke
+from patterndb_sketch.retopo.network import AtNode, Draft, Network
+from patterndb_sketch.retopo.sizes import Sizes
 
 #: Of the cases in the plane.
 SIZES = Sizes(snap=0.25, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.5, sampling=0.05)

@@ -7,10 +7,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from query.placing.surface import Points
-from sketch.retopo.filling import suits, welded
-from sketch.retopo.network import BORDER, check
-from sketch.retopo.quadimport import Imported, quads_of, separatrices
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.filling import suits, welded
+from patterndb_sketch.retopo.network import BORDER, check
+from patterndb_sketch.retopo.quadimport import Imported, quads_of, separatrices
 
 Quads = NDArray[np.int32]
 Mesh = tuple[Points, Quads]

@@ -7,10 +7,10 @@ from networks import Points
 from numpy.typing import NDArray
 
 from patterndb.store import Database
-from sketch.surfacing.network import Network
-from sketch.surfacing.quads import QuadPatch, even_edges, fill_with_quads
-from sketch.surfacing.sampling import Loop, Sampling, loop_of, sample
-from sketch.surfacing.tessellation import minimal_area, tessellate_patch
+from patterndb_sketch.surfacing.network import Network
+from patterndb_sketch.surfacing.quads import QuadPatch, even_edges, fill_with_quads
+from patterndb_sketch.surfacing.sampling import Loop, Sampling, loop_of, sample
+from patterndb_sketch.surfacing.tessellation import minimal_area, tessellate_patch
 
 Faces = NDArray[np.int64]
 

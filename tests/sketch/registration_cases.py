@@ -7,10 +7,10 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.features.bodies import Body, body
-from sketch.features.files.networkjson import spline_through
-from sketch.features.model import Model
-from sketch.features.registration import (
+from patterndb_sketch.features.bodies import Body, body
+from patterndb_sketch.features.files.networkjson import spline_through
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import (
     Chain,
     Part,
     Registration,
@@ -19,7 +19,7 @@ from sketch.features.registration import (
     box_template,
     register,
 )
-from sketch.features.splines import Spline
+from patterndb_sketch.features.splines import Spline
 
 Points = NDArray[np.float64]
 

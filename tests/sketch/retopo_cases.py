@@ -8,11 +8,11 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
 
-from query.placing.surface import Points
-from sketch.retopo.ground import Ground, Stroke
-from sketch.retopo.network import Network, check, face
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.stroke import insert
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.ground import Ground, Stroke
+from patterndb_sketch.retopo.network import Network, check, face
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.stroke import insert
 
 #: Sizes in the unit that is drawn in.
 SIZES = Sizes(snap=0.1, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.2, sampling=0.02)

@@ -7,9 +7,9 @@ import pytest
 from model_cases import sphere, together
 from numpy.typing import ArrayLike, NDArray
 
-from sketch.features.model import Model
-from sketch.features.ribs import Rib
-from sketch.features.ribs.bridges import SHARPEST
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.ribs import Rib
+from patterndb_sketch.features.ribs.bridges import SHARPEST
 
 Points = NDArray[np.float64]
 

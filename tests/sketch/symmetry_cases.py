@@ -7,10 +7,10 @@ from functools import cache
 import pytest
 import trimesh
 
-from sketch.retopo.ground import Ground
-from sketch.retopo.network import SYMMETRY, Network, with_borders
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.symmetry import Half, Plane, half_of
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import SYMMETRY, Network, with_borders
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.symmetry import Half, Plane, half_of
 
 X = Plane()
 TILTED = Plane.of((0.3, 0.3, -0.3), (1.0, 2.0, 3.0))

@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.surfacing.sampling import Loop
+from patterndb_sketch.surfacing.sampling import Loop
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import pytest
 from body_cases import COARSE, NAMES, Points, directed, made, near, sagitta, winding
 from scipy.spatial import KDTree
 
-from query.polyline import arc_length
-from sketch.features.bodies import (
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.features.bodies import (
     CARS,
     COMPONENTS,
     Car,
@@ -21,10 +21,10 @@ from sketch.features.bodies import (
     random_car,
     stroke,
 )
-from sketch.features.bodies.body import shape
-from sketch.features.bodies.coons import unit
-from sketch.features.bodies.rounding import Ridge, rounded
-from sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.bodies.body import shape
+from patterndb_sketch.features.bodies.coons import unit
+from patterndb_sketch.features.bodies.rounding import Ridge, rounded
+from patterndb_sketch.features.errors import InvalidFeatureError
 
 
 @pytest.mark.parametrize("name", NAMES)

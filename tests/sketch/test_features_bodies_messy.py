@@ -8,9 +8,9 @@ from body_cases import NAMES, Points, made, near, sagitta, winding
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from query.placing.surface import Surface
-from sketch.features.bodies import EXTERIOR, INTERIOR, SURFACE, degrade
-from sketch.features.bodies.clutter import exterior_parts, interior_parts
+from patterndb.geometry.surface import Surface
+from patterndb_sketch.features.bodies import EXTERIOR, INTERIOR, SURFACE, degrade
+from patterndb_sketch.features.bodies.clutter import exterior_parts, interior_parts
 
 
 def test_without_faults_the_patches_are_the_clean_body() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from body_cases import NAMES, made
 
-from sketch.features.bodies import BOXES, CARS, COMPONENTS, CORNERS
+from patterndb_sketch.features.bodies import BOXES, CARS, COMPONENTS, CORNERS
 
 
 @pytest.mark.parametrize("name", NAMES)

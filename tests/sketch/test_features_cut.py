@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from ortools.graph.python.max_flow import SimpleMaxFlow
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.fishbone import cut
-from sketch.features.fishbone.constraints import with_held
-from sketch.features.fishbone.cut import _cheapest
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.fishbone import cut
+from patterndb_sketch.features.fishbone.constraints import with_held
+from patterndb_sketch.features.fishbone.cut import _cheapest
 
 Floats = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from model_cases import sphere, sphere_model, together
 from vtkmodules.vtkRenderingCore import vtkCamera
 
-from sketch.features.drag import View, begin_drag, dragged
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.model import Model
-from sketch.features.splines import fit_spline
+from patterndb_sketch.features.drag import View, begin_drag, dragged
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.splines import fit_spline
 
 SPHERE = sphere_model()
 SIZE = (800, 600)

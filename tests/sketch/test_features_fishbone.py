@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.fishbone import (
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.fishbone import (
     Fishbone,
     curvature,
     held_rows,
@@ -22,7 +22,7 @@ from sketch.features.fishbone import (
     tau,
     terms,
 )
-from sketch.features.fishbone.terms import SCALES
+from patterndb_sketch.features.fishbone.terms import SCALES
 
 Points = NDArray[np.float64]
 

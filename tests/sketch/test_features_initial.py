@@ -12,10 +12,10 @@ from model_cases import soup, sphere, sphere_model, to_model
 from shared import MESHES
 
 from ingest.read import read_mesh
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.initial import FEWEST, MOST, SPACING, initial_curve, interpolating
-from sketch.features.model import Model
-from sketch.features.splines import chordal
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.initial import FEWEST, MOST, SPACING, initial_curve, interpolating
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.splines import chordal
 
 SPHERE = sphere_model()
 

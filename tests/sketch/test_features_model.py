@@ -14,10 +14,10 @@ from model_cases import soup, sphere, sphere_model, to_model, together
 from shared import MESHES, SHARED
 
 from ingest.read import read_mesh
-from patterndb.polygonmesh import PolygonMesh
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.model import Model
-from sketch.features.triangulation import MOST_CORNERS, SHORTER, triangulated, weld
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.triangulation import MOST_CORNERS, SHORTER, triangulated, weld
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.model import Model
 
 CARS = [
     SHARED / "data" / "cad" / "gclass_chrono.obj",

@@ -11,15 +11,15 @@ from model_cases import soup
 from shared import EXAMPLES, SHARED
 
 from ingest.read import read_mesh
-from sketch.features.files.strokesjson import read_strokes
-from sketch.features.model import Model
-from sketch.features.registration import box_template, register
-from sketch.features.ribs import RADIUS
-from sketch.features.ribs.outline import GAP
-from sketch.features.sessionfile import read_network
-from sketch.features.shapemodel import ShapeModel
-from sketch.features.snap import snap
-from sketch.features.strokes import Stroke
+from patterndb_sketch.features.files.strokesjson import read_strokes
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import box_template, register
+from patterndb_sketch.features.ribs import RADIUS
+from patterndb_sketch.features.ribs.outline import GAP
+from patterndb_sketch.features.sessionfile import read_network
+from patterndb_sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.snap import snap
+from patterndb_sketch.features.strokes import Stroke
 
 DATA = SHARED / "data"
 FEATURES = EXAMPLES / "features"

@@ -23,13 +23,13 @@ from registration_cases import (
 )
 from scipy.optimize import lsq_linear
 
-from sketch.features.bodies import degrade
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.model import Model
-from sketch.features.registration import Chain, Part, Template, register
-from sketch.features.registration.mapping import Hits, Lines, hits, mapped
-from sketch.features.registration.membrane import Membrane, shortest_edges, vertex_normals
-from sketch.features.registration.occlusion import occluded
+from patterndb_sketch.features.bodies import degrade
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import Chain, Part, Template, register
+from patterndb_sketch.features.registration.mapping import Hits, Lines, hits, mapped
+from patterndb_sketch.features.registration.membrane import Membrane, shortest_edges, vertex_normals
+from patterndb_sketch.features.registration.occlusion import occluded
 
 N = 9
 SHEET = sheet(N)

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from registration_cases import car, car_curves, car_template, rim
 from scipy.optimize import minimize
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.files.networkjson import spline_through
-from sketch.features.registration import Joint, resolved
-from sketch.features.registration.approach import approaches, extended, foot
-from sketch.features.splines import Spline
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.files.networkjson import spline_through
+from patterndb_sketch.features.registration import Joint, resolved
+from patterndb_sketch.features.registration.approach import approaches, extended, foot
+from patterndb_sketch.features.splines import Spline
 
 CORNERS = (
     Joint("se", ("south", "east")),

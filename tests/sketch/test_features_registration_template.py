@@ -10,11 +10,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from registration_cases import R, car_template, laid, rim, sheet
 
-from query.polyline import arc_length
-from sketch.features.bodies.network import CORNERS
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.registration import Chain, Part, Step, box_template, resolved, template_of_name
-from sketch.features.registration.template import edges, parts_of, sampled
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.features.bodies.network import CORNERS
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.registration import (
+    Chain,
+    Part,
+    Step,
+    box_template,
+    resolved,
+    template_of_name,
+)
+from patterndb_sketch.features.registration.template import edges, parts_of, sampled
 
 
 def euler(quads: np.ndarray) -> int:

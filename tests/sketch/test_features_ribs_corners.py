@@ -8,12 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from rib_cases import ACROSS, FARTHEST, Points, flat, sheets, sound, to_polyline
 
-from query.polyline import arc_length, at_lengths
-from sketch.features.bodies import body, degrade
-from sketch.features.model import Model
-from sketch.features.ribs import RADIUS, build_rib, build_ribs
-from sketch.features.ribs.bridges import SHARPEST
-from sketch.features.ribs.outline import GAP, OVERHANG
+from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb_sketch.features.bodies import body, degrade
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
+from patterndb_sketch.features.ribs.bridges import SHARPEST
+from patterndb_sketch.features.ribs.outline import GAP, OVERHANG
 
 
 def ray(turn: float, low: float, high: float) -> Points:

@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import ndimage
 
-from sketch.features.ribs.contour import outer_contour
-from sketch.features.ribs.outline import rounds_for
-from sketch.features.ribs.raster import (
+from patterndb_sketch.features.ribs.contour import outer_contour
+from patterndb_sketch.features.ribs.outline import rounds_for
+from patterndb_sketch.features.ribs.raster import (
     MARGIN,
     MAY_GO,
     closed_gaps,

@@ -11,11 +11,11 @@ from rib_cases import ACROSS, FARTHEST, arc, flat, sheets, sound, to_polyline
 from shared import SHARED
 
 from ingest.read import read_mesh
-from query.polyline import arc_length
-from sketch.features.bodies import body, degrade
-from sketch.features.model import Model
-from sketch.features.ribs import RADIUS, build_rib, build_ribs
-from sketch.features.ribs.outline import GAP
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.features.bodies import body, degrade
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
+from patterndb_sketch.features.ribs.outline import GAP
 
 
 class TestRepair:

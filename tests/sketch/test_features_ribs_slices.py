@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from model_cases import sphere
 from rib_cases import ACROSS, BOX, BOX_FACES, arc, bumpy, sheets, slow_length, torus
 
-from query.polyline import arc_length
-from sketch.features.model import Model
-from sketch.features.ribs import STITCH, build_rib, segments_of, slice_model
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.ribs import STITCH, build_rib, segments_of, slice_model
 
 
 class TestSlices:

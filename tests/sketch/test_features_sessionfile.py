@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from registration_cases import Points, grid_quads, rim, sheet
 
-from patterndb.polygonmesh import PolygonMesh
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.files.networkjson import FIT, spline_through
-from sketch.features.files.shapearrays import shape_bytes, shape_of
-from sketch.features.registration import DrawnNetwork, Feature, Template, box_template
-from sketch.features.sessionfile import (
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.files.networkjson import FIT, spline_through
+from patterndb_sketch.features.files.shapearrays import shape_bytes, shape_of
+from patterndb_sketch.features.registration import DrawnNetwork, Feature, Template, box_template
+from patterndb_sketch.features.sessionfile import (
     JSON_NAME,
     Session,
     SessionCurve,
@@ -33,8 +33,8 @@ from sketch.features.sessionfile import (
     write_shapes,
     write_template,
 )
-from sketch.features.shapemodel import ShapeModel
-from sketch.features.splines import Spline
+from patterndb_sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.splines import Spline
 
 FEATURES = (Feature("low", np.arange(5, dtype=np.int32)),)
 

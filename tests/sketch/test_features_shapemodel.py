@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike
 from registration_cases import car_template, grid_quads, laid
 from scipy.optimize import minimize
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.registration import Feature
-from sketch.features.shapemodel import Edit, ShapeModel, edit, error_table, moved
-from sketch.features.shapemodel.edit import system
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.registration import Feature
+from patterndb_sketch.features.shapemodel import Edit, ShapeModel, edit, error_table, moved
+from patterndb_sketch.features.shapemodel.edit import system
 
 QUADS = grid_quads(6)
 FEATURES = (
@@ -180,7 +180,7 @@ def test_modes_that_leave_their_limits_again_are_waited_for(
 ) -> None:
     """Some pulls take more steps than there are modes: with so few they are refused, and with
     those that there are all end in the optimum."""
-    module = importlib.import_module("sketch.features.shapemodel.edit")
+    module = importlib.import_module("patterndb_sketch.features.shapemodel.edit")
     pulls = [pulled(seed) for seed in range(600)]
     for model, wanted in pulls:
         assert_nearest(model, wanted, edit(model, wanted))

@@ -10,12 +10,12 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from query.polyline import arc_length, at_lengths
-from sketch.features.bodies import body, degrade, stroke
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.initial import initial_curve
-from sketch.features.model import Model
-from sketch.features.snap import Snap, SnapSettings, snap
+from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb_sketch.features.bodies import body, degrade, stroke
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.snap import Snap, SnapSettings, snap
 
 Points = NDArray[np.float64]
 

@@ -13,10 +13,10 @@ from scipy.interpolate import make_interp_spline
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.splines import Spline, chordal, fit_spline
-from sketch.features.splines.knots import averaged_knots, n_determined
-from sketch.features.splines.parameters import SAME, distinct
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.splines import Spline, chordal, fit_spline
+from patterndb_sketch.features.splines.knots import averaged_knots, n_determined
+from patterndb_sketch.features.splines.parameters import SAME, distinct
 
 
 def function(i: int, p: int, knots: np.ndarray, t: float) -> float:

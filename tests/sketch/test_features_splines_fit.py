@@ -9,12 +9,12 @@ from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 from scipy.linalg import lapack, null_space
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.splines import Spline, fit_spline
-from sketch.features.splines.correction import corrected
-from sketch.features.splines.fit import EXACT, ROUNDS
-from sketch.features.splines.knots import averaged_knots
-from sketch.features.splines.leastsquares import basis_rows, constrained_least_squares
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.splines import Spline, fit_spline
+from patterndb_sketch.features.splines.correction import corrected
+from patterndb_sketch.features.splines.fit import EXACT, ROUNDS
+from patterndb_sketch.features.splines.knots import averaged_knots
+from patterndb_sketch.features.splines.leastsquares import basis_rows, constrained_least_squares
 
 Points = np.ndarray
 

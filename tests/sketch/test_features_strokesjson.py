@@ -11,17 +11,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
-from patterndb.jsonread import JsonValue, parse_json
-from sketch.features.bodies import body, stroke
-from sketch.features.curvesettings import own_numbers, settings_numbers, settings_of_numbers
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.files.curvesjson import (
-    curves_document,
-    read_curves,
-    write_curves,
+from patterndb.system.documents import JsonValue, parse_json
+from patterndb_sketch.features.bodies import body, stroke
+from patterndb_sketch.features.curvesettings import (
+    own_numbers,
+    settings_numbers,
+    settings_of_numbers,
 )
-from sketch.features.files.networkjson import FOUND_KEYS, network_document
-from sketch.features.files.strokesjson import (
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.files.curvesjson import curves_document, read_curves, write_curves
+from patterndb_sketch.features.files.networkjson import FOUND_KEYS, network_document
+from patterndb_sketch.features.files.strokesjson import (
     read_strokes,
     settings_document,
     settings_of,
@@ -29,13 +29,19 @@ from sketch.features.files.strokesjson import (
     strokes_of,
     write_strokes,
 )
-from sketch.features.model import Model
-from sketch.features.registration import DrawnNetwork
-from sketch.features.sessioncurves import session_strokes, with_curves
-from sketch.features.sessionfile import Session, SessionCurve, read_network, write_network
-from sketch.features.snap import SnapSettings
-from sketch.features.splines import Spline
-from sketch.features.strokes import RecoveredCurve, Stroke, distances, held_samples, recovered
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.sessioncurves import session_strokes, with_curves
+from patterndb_sketch.features.sessionfile import Session, SessionCurve, read_network, write_network
+from patterndb_sketch.features.snap import SnapSettings
+from patterndb_sketch.features.splines import Spline
+from patterndb_sketch.features.strokes import (
+    RecoveredCurve,
+    Stroke,
+    distances,
+    held_samples,
+    recovered,
+)
 
 NAMES = ("roof_rail", "shoulder")
 

@@ -7,9 +7,9 @@ import pytest
 from boundary_cases import same_corners
 from plane_cases import SIZES, corners_of, plane_ground, polygons
 
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.network import Network, check
-from sketch.retopo.tools.completion import autocomplete, complete, completions
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network import Network, check
+from patterndb_sketch.retopo.tools.completion import autocomplete, complete, completions
 
 UP = (0.0, 0.0, 1.0)
 
@@ -76,7 +76,7 @@ def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network
     """The network with three strokes that make a patch on the floor y = 0."""
     from plane_cases import line, up
 
-    from sketch.retopo.network import AtChain, AtNode, Draft, nearest_place, samples
+    from patterndb_sketch.retopo.network import AtChain, AtNode, Draft, nearest_place, samples
 
     (x0, _, _), (x1, _, _), _, (_, y1, _) = polygon
     draft = Draft(network)

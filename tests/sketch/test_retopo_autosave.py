@@ -14,11 +14,11 @@ import pytest
 from editor_cases import SIZES, do, line
 from retopo_cases import plane
 
+from patterndb_sketch.retopo import autosave
+from patterndb_sketch.retopo.autosave import EVERY, Autosave, recoveries
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.sessionfile import Session, read_session, session_bytes, write_session
 from query.engine import PatternSource
-from sketch.retopo import autosave
-from sketch.retopo.autosave import EVERY, Autosave, recoveries
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.sessionfile import Session, read_session, session_bytes, write_session
 
 
 @pytest.fixture
@@ -188,9 +188,9 @@ CHILD = """
     from pathlib import Path
     from retopo_cases import plane
     import patterndb
-    from sketch.retopo.autosave import Autosave
-    from sketch.retopo.editor import Editor
-    from sketch.retopo.sessionfile import Session, session_bytes
+    from patterndb_sketch.retopo.autosave import Autosave
+    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.sessionfile import Session, session_bytes
 
     now = 0.0
     with patterndb.open() as source:

@@ -10,12 +10,12 @@ import numpy as np
 import pytest
 from bridge_cases import FOOT, THIN, bridge, ring
 
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.filling import Choice, filling_of, placed, ranked
+from patterndb_sketch.retopo.filling.report import report
+from patterndb_sketch.retopo.network import Network, Patch, check, with_choice
+from patterndb_sketch.retopo.sizes import Sizes
 from query.engine import PatternSource
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.filling import Choice, filling_of, placed, ranked
-from sketch.retopo.filling.report import report
-from sketch.retopo.network import Network, Patch, check, with_choice
-from sketch.retopo.sizes import Sizes
 
 #: The target edge: 3 % of the diagonal, where a quarter of the handle is 0.4 %.
 EDGE = 0.03 * bridge().diagonal

@@ -11,19 +11,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import genus
 
-from query.placing.surface import Points
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.ground import Feet, Ground, cleaned
-from sketch.retopo.network import Network, check, face, outline, with_borders
-from sketch.retopo.network.caps import ROUNDNESS
-from sketch.retopo.network.flooding import flooded, wall_of
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.completion import autocomplete
-from sketch.retopo.tools.corners import toggle
-from sketch.retopo.tools.cylinder import cylinder
-from sketch.retopo.tools.patch import drop_patch, loop_around, make_patch
-from sketch.retopo.tools.spine import spine
-from sketch.retopo.tools.stroke import insert
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Feet, Ground, cleaned
+from patterndb_sketch.retopo.network import Network, check, face, outline, with_borders
+from patterndb_sketch.retopo.network.caps import ROUNDNESS
+from patterndb_sketch.retopo.network.flooding import flooded, wall_of
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.completion import autocomplete
+from patterndb_sketch.retopo.tools.corners import toggle
+from patterndb_sketch.retopo.tools.cylinder import cylinder
+from patterndb_sketch.retopo.tools.patch import drop_patch, loop_around, make_patch
+from patterndb_sketch.retopo.tools.spine import spine
+from patterndb_sketch.retopo.tools.stroke import insert
 
 
 def turned(profile: Points, sections: int = 48) -> Ground:

@@ -9,9 +9,9 @@ from completion_cases import CASES, LINE, NEAR, RADIUS, SNAP, C, asked, framed
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sketch.retopo.tools.completion import suggested, suggestions
-from sketch.retopo.tools.completion.suggest import SIZES
-from sketch.retopo.tools.plane import Boundary, NewSide, PlanarPatch, crossings, fault
+from patterndb_sketch.retopo.tools.completion import suggested, suggestions
+from patterndb_sketch.retopo.tools.completion.suggest import SIZES
+from patterndb_sketch.retopo.tools.plane import Boundary, NewSide, PlanarPatch, crossings, fault
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from retopo_cases import SIZES, chain_between, drawn, flat, node_at, plane, square
 
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.network import Network, check, equal, with_borders, with_count
-from sketch.retopo.tools.corners import flip_wedge, toggle
-from sketch.retopo.tools.erase import erase
-from sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network import Network, check, equal, with_borders, with_count
+from patterndb_sketch.retopo.tools.corners import flip_wedge, toggle
+from patterndb_sketch.retopo.tools.erase import erase
+from patterndb_sketch.retopo.tools.stroke import insert
 
 UP = (0.0, 0.0, 1.0)
 

@@ -11,16 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from sketch.retopo.counts import (
-    CountsProblem,
-    changed,
-    choose,
-    has_cheap_fill,
-    improved,
-)
-from sketch.retopo.counts.evening import fewest_changes
-from sketch.retopo.counts.rules import total
-from sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.counts import CountsProblem, changed, choose, has_cheap_fill, improved
+from patterndb_sketch.retopo.counts.evening import fewest_changes
+from patterndb_sketch.retopo.counts.rules import total
+from patterndb_sketch.retopo.errors import InvalidRetopoError
 
 
 @pytest.mark.parametrize("target", [1.0, 2.4, 3.6, 7.0])

@@ -11,12 +11,9 @@ from counts_cases import glued, lists, refuse_unless_sound
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sketch.retopo.counts import (
-    CountsProblem,
-    choose,
-)
-from sketch.retopo.counts.evening import along_strips, fewest_changes, least_errors
-from sketch.retopo.counts.strips import strips
+from patterndb_sketch.retopo.counts import CountsProblem, choose
+from patterndb_sketch.retopo.counts.evening import along_strips, fewest_changes, least_errors
+from patterndb_sketch.retopo.counts.strips import strips
 
 
 def optimum(problem: CountsProblem, window: int, regularity: float) -> float:

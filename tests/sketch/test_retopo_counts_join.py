@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sketch.retopo.counts.blossom import Int64Array
-from sketch.retopo.counts.matching import min_weight_perfect_matching
-from sketch.retopo.counts.tjoin import BoolArray, components, min_weight_join
-from sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.counts.blossom import Int64Array
+from patterndb_sketch.retopo.counts.matching import min_weight_perfect_matching
+from patterndb_sketch.retopo.counts.tjoin import BoolArray, components, min_weight_join
+from patterndb_sketch.retopo.errors import InvalidRetopoError
 
 
 def weights(seed: int, n: int, most: int) -> Int64Array:

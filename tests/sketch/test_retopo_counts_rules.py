@@ -10,16 +10,16 @@ from counts_cases import glued, lists, refuse_unless_sound
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from query.boundary import Boundary
-from query.engine import PatternSource, fills
-from query.listing.familylookup import FamilyLookup
-from sketch.retopo.counts import (
+from patterndb_sketch.retopo.counts import (
     CountsProblem,
     choose,
     family_rule,
     has_cheap_fill,
     judged_narrowly,
 )
+from query.boundary import Boundary
+from query.engine import PatternSource, fills
+from query.listing.familylookup import FamilyLookup
 
 
 @pytest.mark.parametrize(("n_sides", "longest"), [(2, 30), (3, 14), (4, 7), (5, 5), (6, 3)])

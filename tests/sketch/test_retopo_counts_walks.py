@@ -10,15 +10,10 @@ from counts_cases import glued, lists, refuse_unless_sound
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sketch.retopo.counts import (
-    CountsProblem,
-    choose,
-    has_cheap_fill,
-    improvements,
-)
-from sketch.retopo.counts.descent import Descent
-from sketch.retopo.counts.evening import least_errors
-from sketch.retopo.counts.rules import total
+from patterndb_sketch.retopo.counts import CountsProblem, choose, has_cheap_fill, improvements
+from patterndb_sketch.retopo.counts.descent import Descent
+from patterndb_sketch.retopo.counts.evening import least_errors
+from patterndb_sketch.retopo.counts.rules import total
 
 
 @settings(max_examples=60)

@@ -8,13 +8,21 @@ import numpy as np
 import pytest
 from ground_cases import plane, sphere, tube
 
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.ground import Ground, Stroke, cleaned
-from sketch.retopo.network import AtChain, Draft, Network, check, equal, nearest_place, samples
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.cylinder import cylinder, rings
-from sketch.retopo.tools.loop import loop, plane_of_line
-from sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.network import (
+    AtChain,
+    Draft,
+    Network,
+    check,
+    equal,
+    nearest_place,
+    samples,
+)
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.cylinder import cylinder, rings
+from patterndb_sketch.retopo.tools.loop import loop, plane_of_line
+from patterndb_sketch.retopo.tools.stroke import insert
 
 SIZES = Sizes(snap=0.15, spine=0.3, autocompletion=0.3, brush=0.3, edge=0.3, sampling=0.02)
 

@@ -17,9 +17,9 @@ from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from retopo_cases import SIZES, drawn, even, flat, genus, node_at, plane, up
 
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.ground import Ground, Stroke, cleaned
-from sketch.retopo.network import (
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.network import (
     AtNode,
     Draft,
     Free,
@@ -31,10 +31,10 @@ from sketch.retopo.network import (
     genus_of,
     handles_of,
 )
-from sketch.retopo.network.passing import Step, first_order
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.erase import erase
-from sketch.retopo.tools.stroke import DOUBLED, insert
+from patterndb_sketch.retopo.network.passing import Step, first_order
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.erase import erase
+from patterndb_sketch.retopo.tools.stroke import DOUBLED, insert
 
 
 def sound(network: Network) -> None:

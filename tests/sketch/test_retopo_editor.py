@@ -16,9 +16,8 @@ from hypothesis import strategies as st
 from retopo_cases import plane
 from shared import CHECKOUT
 
-from query.engine import PatternSource
-from sketch.retopo.editor import DEPTH, TOOLS, Call, Editor
-from sketch.retopo.editor.arguments import (
+from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor
+from patterndb_sketch.retopo.editor.arguments import (
     MOST_POINTS,
     REQUIRED,
     Argument,
@@ -30,11 +29,12 @@ from sketch.retopo.editor.arguments import (
     Word,
     read_arguments,
 )
-from sketch.retopo.editor.history import History
-from sketch.retopo.editor.state import State
-from sketch.retopo.errors import InvalidRetopoError
-from sketch.retopo.filling import completed
-from sketch.retopo.network import Network, equal
+from patterndb_sketch.retopo.editor.history import History
+from patterndb_sketch.retopo.editor.state import State
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.filling import completed
+from patterndb_sketch.retopo.network import Network, equal
+from query.engine import PatternSource
 
 NAN, INF = math.nan, math.inf
 

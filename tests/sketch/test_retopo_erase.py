@@ -12,11 +12,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from retopo_cases import SIZES, chain_between, drawn, flat, genus, node_at, plane, square
 
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.network import Free, Network, check, equal, with_borders, with_count
-from sketch.retopo.tools.erase import erase, erase_crossed, erase_open
-from sketch.retopo.tools.knot import clean_knot
-from sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.network import Free, Network, check, equal, with_borders, with_count
+from patterndb_sketch.retopo.tools.erase import erase, erase_crossed, erase_open
+from patterndb_sketch.retopo.tools.knot import clean_knot
+from patterndb_sketch.retopo.tools.stroke import insert
 
 UP = (0.0, 0.0, 1.0)
 

@@ -9,12 +9,12 @@ from filling_cases import assert_even
 from hypothesis import given
 from hypothesis import strategies as st
 
+from patterndb.geometry.polyline import sampled
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.filling import changed, chosen_anew
+from patterndb_sketch.retopo.filling.bending import SAGITTA, STRETCH, fewest_edges
+from patterndb_sketch.retopo.network import Chain
 from query.engine import PatternSource
-from query.placing.surface import Points
-from query.polyline import sampled
-from sketch.retopo.filling import changed, chosen_anew
-from sketch.retopo.filling.bending import SAGITTA, STRETCH, fewest_edges
-from sketch.retopo.network import Chain
 
 
 def chain(line: Points, loose: bool = False) -> Chain:

@@ -14,10 +14,9 @@ from editor_cases import (
 from filling_cases import EDGE, assert_even, different
 from retopo_cases import plane
 
-from query.engine import PatternSource
-from sketch.retopo.editor import Editor
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.filling import (
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.filling import (
     changed,
     chosen_anew,
     counted,
@@ -26,7 +25,8 @@ from sketch.retopo.filling import (
     strip,
     welded,
 )
-from sketch.retopo.network import Network, with_count
+from patterndb_sketch.retopo.network import Network, with_count
+from query.engine import PatternSource
 
 
 @pytest.fixture(scope="module")

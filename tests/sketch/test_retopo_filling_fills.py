@@ -15,10 +15,9 @@ from editor_cases import (
 from filling_cases import EDGE
 from retopo_cases import plane
 
-from query.engine import PatternSource
-from sketch.retopo.editor import Call
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.filling import (
+from patterndb_sketch.retopo.editor import Call
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling import (
     Choice,
     Filling,
     Flow,
@@ -34,8 +33,9 @@ from sketch.retopo.filling import (
     with_flow,
     without_flows,
 )
-from sketch.retopo.filling.finding import patch_at
-from sketch.retopo.network import Network, equal, with_choice, with_count
+from patterndb_sketch.retopo.filling.finding import patch_at
+from patterndb_sketch.retopo.network import Network, equal, with_choice, with_count
+from query.engine import PatternSource
 
 
 @pytest.fixture(scope="module")

@@ -7,9 +7,9 @@ import pytest
 from editor_cases import SIZES, do, line
 from retopo_cases import plane
 
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.filling import welded
 from query.engine import PatternSource
-from sketch.retopo.editor import Editor
-from sketch.retopo.filling import welded
 
 
 def square(editor: Editor, low: float, high: float) -> None:

@@ -17,16 +17,11 @@ from editor_cases import (
 from filling_cases import EDGE, assert_welded, edges_of
 from retopo_cases import plane
 
+from patterndb_sketch.retopo.filling import completed, irregular_vertices, open_edges, welded
+from patterndb_sketch.retopo.filling.report import hausdorff, report
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Network
 from query.engine import PatternSource
-from sketch.retopo.filling import (
-    completed,
-    irregular_vertices,
-    open_edges,
-    welded,
-)
-from sketch.retopo.filling.report import hausdorff, report
-from sketch.retopo.ground import Ground
-from sketch.retopo.network import Network
 
 
 def on_one_side(network: Network, chain: int) -> bool:

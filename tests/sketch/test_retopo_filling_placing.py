@@ -17,17 +17,12 @@ from editor_cases import (
 from filling_cases import EDGE, same_fills
 from retopo_cases import plane, sphere
 
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling import Cache, completed, divided, filling_of
+from patterndb_sketch.retopo.filling.finding import patch_at
+from patterndb_sketch.retopo.network import Network, with_choice
 from query.engine import PatternSource
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.filling import (
-    Cache,
-    completed,
-    divided,
-    filling_of,
-)
-from sketch.retopo.filling.finding import patch_at
-from sketch.retopo.network import Network, with_choice
 
 
 @pytest.fixture(scope="module")

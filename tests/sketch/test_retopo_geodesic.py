@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 from test_retopo_planarcut import CUBE, CUBE_FACES, lies_within
 
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.ground import Feet, Ground, Trace, geodesic
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Feet, Ground, Trace, geodesic
 
 
 def between(ground: Ground, a: np.ndarray, b: np.ndarray) -> Trace:

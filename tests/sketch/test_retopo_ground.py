@@ -11,9 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb.errors import InvalidMeshError
-from sketch.retopo import InvalidRetopoError, RefusedError, Sizes
-from sketch.retopo.ground import Ground, cleaned, smoothed, targets
-from sketch.retopo.ground.topology import Topology
+from patterndb_sketch.retopo import InvalidRetopoError, RefusedError, Sizes
+from patterndb_sketch.retopo.ground import Ground, cleaned, smoothed, targets
+from patterndb_sketch.retopo.ground.topology import Topology
 
 
 def plates(gap: float) -> Ground:

@@ -23,11 +23,11 @@ from retopo_cases import (
     up,
 )
 
-from query.placing.surface import Points
-from query.polyline import at_lengths
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.ground import Ground
-from sketch.retopo.network import (
+from patterndb.geometry.polyline import at_lengths
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
     BrokenNetworkError,
@@ -50,7 +50,7 @@ from sketch.retopo.network import (
     with_count,
     with_patches,
 )
-from sketch.retopo.network.cutting import split_count
+from patterndb_sketch.retopo.network.cutting import split_count
 
 
 def circle(n: int = 400, radius: float = 1.0, z: float = 0.0) -> Points:

@@ -11,14 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import genus, plane, sphere
 
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.ground import Ground, Stroke, cleaned
-from sketch.retopo.network import Edit, Network, check, equal, with_borders, with_count
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.corners import flip_wedge, toggle
-from sketch.retopo.tools.erase import erase_crossed, erase_open
-from sketch.retopo.tools.knot import clean_knot
-from sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.network import Edit, Network, check, equal, with_borders, with_count
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.corners import flip_wedge, toggle
+from patterndb_sketch.retopo.tools.erase import erase_crossed, erase_open
+from patterndb_sketch.retopo.tools.knot import clean_knot
+from patterndb_sketch.retopo.tools.stroke import insert
 
 #: Coarse for what is drawn, so that much is near to each other.
 SIZES = Sizes(snap=0.1, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.2, sampling=0.03)

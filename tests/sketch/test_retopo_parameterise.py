@@ -8,9 +8,9 @@ from ground_cases import bumps, grid, raised, sphere
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sketch.retopo.errors import InvalidRetopoError
-from sketch.retopo.ground import Feet, Ground, LocalMap, Window, local_map
-from sketch.retopo.ground.parameterise import TORN
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.ground import Feet, Ground, LocalMap, Window, local_map
+from patterndb_sketch.retopo.ground.parameterise import TORN
 
 B = 1.0
 STEP = B / 10.0

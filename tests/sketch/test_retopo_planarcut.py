@@ -8,8 +8,8 @@ from ground_cases import bumps, plane, sphere, tube
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.ground import Ground, Trace, planar_cut
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground, Trace, planar_cut
 
 CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 CUBE_FACES = np.array(

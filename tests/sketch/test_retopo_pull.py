@@ -20,10 +20,10 @@ from retopo_cases import (
     square,
 )
 
-from query.polyline import arc_length
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.ground import cleaned
-from sketch.retopo.network import (
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import cleaned
+from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
     Edit,
@@ -35,10 +35,10 @@ from sketch.retopo.network import (
     with_choice,
     with_count,
 )
-from sketch.retopo.network.order import TOO_CLOSE, departure, turn
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.pull import held, pull, release
-from sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.network.order import TOO_CLOSE, departure, turn
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.pull import held, pull, release
+from patterndb_sketch.retopo.tools.stroke import insert
 
 UP = (0.0, 0.0, 1.0)
 

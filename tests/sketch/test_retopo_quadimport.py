@@ -12,9 +12,9 @@ from retopo_cases import genus
 from shared import MESHES
 
 from ingest.read import read_mesh
-from query.placing.surface import Points
-from sketch.retopo.errors import InvalidRetopoError
-from sketch.retopo.quadimport import imported, quads_of, separatrices
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.quadimport import imported, quads_of, separatrices
 
 
 def test_a_cube_of_four_has_six_patches() -> None:

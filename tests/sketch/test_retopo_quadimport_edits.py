@@ -9,13 +9,13 @@ import trimesh
 from quadmesh_cases import cube, refined, thirds
 
 import patterndb
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.filling import completed, open_edges, welded
-from sketch.retopo.filling.choosing import stepped
-from sketch.retopo.ground import Ground
-from sketch.retopo.network import Network, check
-from sketch.retopo.quadimport import imported
-from sketch.retopo.tools.erase import erase
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.filling import completed, open_edges, welded
+from patterndb_sketch.retopo.filling.choosing import stepped
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Network, check
+from patterndb_sketch.retopo.quadimport import imported
+from patterndb_sketch.retopo.tools.erase import erase
 
 
 def test_filling_leaves_what_was_imported() -> None:

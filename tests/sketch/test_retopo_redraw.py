@@ -8,11 +8,18 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import SIZES, chain_between, drawn, flat, plane, square
 
-from query.polyline import arc_length
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.network import Chain, Network, check, with_borders, with_choice, with_count
-from sketch.retopo.tools.redraw import redraw
-from sketch.retopo.tools.stroke import insert
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network import (
+    Chain,
+    Network,
+    check,
+    with_borders,
+    with_choice,
+    with_count,
+)
+from patterndb_sketch.retopo.tools.redraw import redraw
+from patterndb_sketch.retopo.tools.stroke import insert
 
 
 def off_line(points: np.ndarray, line: np.ndarray) -> float:

@@ -16,11 +16,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from retopo_cases import plane, sphere
 
-from query.engine import PatternSource
-from sketch.retopo.editor import Call, Editor, Outcome
-from sketch.retopo.errors import InvalidRetopoError
-from sketch.retopo.filling import FilledNetwork, welded
-from sketch.retopo.script import (
+from patterndb_sketch.retopo.editor import Call, Editor, Outcome
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.filling import FilledNetwork, welded
+from patterndb_sketch.retopo.script import (
     Line,
     Script,
     line_of,
@@ -30,6 +29,7 @@ from sketch.retopo.script import (
     surface_path,
     write_script,
 )
+from query.engine import PatternSource
 
 OPEN = '{"tool": "open", "surface": "a.obj"}'
 
@@ -183,10 +183,10 @@ PLAYED = """
 import hashlib, sys
 import trimesh
 import patterndb
-from sketch.retopo.editor import Editor
-from sketch.retopo.filling import welded
-from sketch.retopo.ground import Ground
-from sketch.retopo.script import play, read_script
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.filling import welded
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.script import play, read_script
 from pathlib import Path
 
 mesh = trimesh.creation.icosphere(subdivisions=4)

@@ -17,12 +17,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import SIZES, plane
 
-from query.engine import PatternSource
-from sketch.retopo.editor import Editor, State
-from sketch.retopo.errors import InvalidRetopoError
-from sketch.retopo.filling import Filling
-from sketch.retopo.network import Network, with_choice
-from sketch.retopo.sessionfile import (
+from patterndb_sketch.retopo.editor import Editor, State
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.filling import Filling
+from patterndb_sketch.retopo.network import Network, with_choice
+from patterndb_sketch.retopo.sessionfile import (
     MAX_BYTES,
     Session,
     parse_session,
@@ -31,8 +30,9 @@ from sketch.retopo.sessionfile import (
     surface_bytes,
     write_session,
 )
-from sketch.retopo.sessionfills import disk_within
-from sketch.retopo.symmetry import Plane
+from patterndb_sketch.retopo.sessionfills import disk_within
+from patterndb_sketch.retopo.symmetry import Plane
+from query.engine import PatternSource
 
 
 @pytest.fixture(scope="module")

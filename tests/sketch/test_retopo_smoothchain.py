@@ -8,12 +8,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import SIZES, chain_between, drawn, flat, plane, sphere, square
 
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.ground import cleaned
-from sketch.retopo.network import Network, add_chain, check, with_borders, with_choice, with_count
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.smoothchain import smooth, smooth_chain
-from sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import cleaned
+from patterndb_sketch.retopo.network import (
+    Network,
+    add_chain,
+    check,
+    with_borders,
+    with_choice,
+    with_count,
+)
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.smoothchain import smooth, smooth_chain
+from patterndb_sketch.retopo.tools.stroke import insert
 
 UP = (0.0, 0.0, 1.0)
 

@@ -14,13 +14,20 @@ from retopo_cases import SIZES, drawn, even, flat, plane
 from retopo_cases import up as plane_up
 from scipy.spatial.transform import Rotation
 
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.ground import Ground, Stroke, cleaned
-from sketch.retopo.network import Network, add_chain, add_loop, check, with_borders, with_choice
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.salience import MODES, REACH, WIDTH, Mode, Salience, _sums
-from sketch.retopo.tools.snakes import align, align_chain, align_node, snake
-from sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.network import (
+    Network,
+    add_chain,
+    add_loop,
+    check,
+    with_borders,
+    with_choice,
+)
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.salience import MODES, REACH, WIDTH, Mode, Salience, _sums
+from patterndb_sketch.retopo.tools.snakes import align, align_chain, align_node, snake
+from patterndb_sketch.retopo.tools.stroke import insert
 
 #: Of the edges of the cube.
 RADIUS = 0.1

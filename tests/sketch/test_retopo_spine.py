@@ -9,10 +9,10 @@ import pytest
 from boundary_cases import same_corners
 from plane_cases import SIZES, corners_of, plane_ground, polygons, stroke, t_junctions, up
 
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.ground import Stroke
-from sketch.retopo.network import Network, check, equal
-from sketch.retopo.tools.spine import spine, spine_preview
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Stroke
+from patterndb_sketch.retopo.network import Network, check, equal
+from patterndb_sketch.retopo.tools.spine import spine, spine_preview
 
 Polygon = list[tuple[float, float, bool]]
 

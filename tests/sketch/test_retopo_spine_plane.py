@@ -8,9 +8,9 @@ from boundary_cases import boundary, same_corners
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.tools.plane import Boundary, NewSide, OldSide, PlanarPatch, stretch
-from sketch.retopo.tools.spine import spine_patch
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.tools.plane import Boundary, NewSide, OldSide, PlanarPatch, stretch
+from patterndb_sketch.retopo.tools.spine import spine_patch
 
 #: Of the cases: length of the stroke, half-width of the brush, snap radius; and how near corners
 #: have to be: vertices are so far apart.

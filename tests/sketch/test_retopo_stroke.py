@@ -23,10 +23,10 @@ from retopo_cases import (
     up,
 )
 
-from query.placing.surface import Points
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.ground import Ground, Stroke, cleaned
-from sketch.retopo.network import (
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
     Free,
@@ -40,9 +40,9 @@ from sketch.retopo.network import (
     outline,
     with_borders,
 )
-from sketch.retopo.network.crossings import crossings, self_crossings
-from sketch.retopo.network.samples import samples
-from sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.network.crossings import crossings, self_crossings
+from patterndb_sketch.retopo.network.samples import samples
+from patterndb_sketch.retopo.tools.stroke import insert
 
 
 def areas(network: Network) -> list[float]:

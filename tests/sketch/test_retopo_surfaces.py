@@ -11,13 +11,13 @@ from shared import EXAMPLES, SHARED
 
 import patterndb
 from ingest.read import read_mesh
-from sketch.retopo.editor import Editor
-from sketch.retopo.filling import FilledNetwork, welded
-from sketch.retopo.filling.report import hausdorff, open_loops, report
-from sketch.retopo.ground import Ground
-from sketch.retopo.network import check
-from sketch.retopo.network.handles import genus_of, handles_of
-from sketch.retopo.script import play, read_script
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.filling import FilledNetwork, welded
+from patterndb_sketch.retopo.filling.report import hausdorff, open_loops, report
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import check
+from patterndb_sketch.retopo.network.handles import genus_of, handles_of
+from patterndb_sketch.retopo.script import play, read_script
 
 SCRIPTS = EXAMPLES / "retopo"
 SURFACES = SHARED / "data" / "surfaces"

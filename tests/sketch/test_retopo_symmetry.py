@@ -14,13 +14,13 @@ from retopo_cases import genus
 from symmetry_cases import PLANES, X, ball, dome, empty, half, seam
 
 import patterndb
-from query.placing.surface import Points
-from sketch.retopo.errors import InvalidRetopoError, RefusedError
-from sketch.retopo.filling import FilledNetwork, completed, open_edges, welded
-from sketch.retopo.ground import Ground, cleaned
-from sketch.retopo.network import BORDER, Network, check
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.symmetry import (
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.filling import FilledNetwork, completed, open_edges, welded
+from patterndb_sketch.retopo.ground import Ground, cleaned
+from patterndb_sketch.retopo.network import BORDER, Network, check
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.symmetry import (
     Half,
     MirroredMesh,
     Plane,

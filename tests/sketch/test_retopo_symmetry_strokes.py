@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from retopo_cases import genus
 from symmetry_cases import TILTED, X, ball, empty, half, seam
 
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.ground import Stroke, cleaned
-from sketch.retopo.network import SYMMETRY, add_chain, check
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.symmetry import (
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Stroke, cleaned
+from patterndb_sketch.retopo.network import SYMMETRY, add_chain, check
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.symmetry import (
     Plane,
     half_of,
     insert_on_half,

@@ -11,14 +11,12 @@ from topology_cases import (
     key,
 )
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb_sketch.retopo.filling import Choice
+from patterndb_sketch.retopo.filling.expansion import Expansion
 from query.engine import PatternSource, fills
 from query.identity import quads_key
 from query.weld import weld
-from sketch.retopo.filling import (
-    Choice,
-)
-from sketch.retopo.filling.expansion import Expansion
 
 
 def split(choice: Choice, half: int) -> tuple[Int32Array, list[int]]:

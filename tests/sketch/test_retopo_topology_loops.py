@@ -18,21 +18,15 @@ from topology_cases import (
 )
 
 import patterndb
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling import Choice, irregular_vertices, lengths, ranked, welded
+from patterndb_sketch.retopo.filling.looping import edge_at, insert_loop, nearest_edge
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Network, equal, with_count
+from patterndb_sketch.retopo.quadimport import imported
 from query.engine import PatternSource
-from query.polyline import arc_length
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.filling import (
-    Choice,
-    irregular_vertices,
-    lengths,
-    ranked,
-    welded,
-)
-from sketch.retopo.filling.looping import edge_at, insert_loop, nearest_edge
-from sketch.retopo.ground import Ground
-from sketch.retopo.network import Network, equal, with_count
-from sketch.retopo.quadimport import imported
 
 
 @pytest.fixture(scope="module")

@@ -14,18 +14,14 @@ from topology_cases import (
     choice_of,
 )
 
-from patterndb.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling import completed, irregular_vertices, welded
+from patterndb_sketch.retopo.filling.moving import least_changes, move_pair
+from patterndb_sketch.retopo.network import Network, equal
 from query.engine import PatternSource, fills
 from query.solving.chords import Chords
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.errors import RefusedError
-from sketch.retopo.filling import (
-    completed,
-    irregular_vertices,
-    welded,
-)
-from sketch.retopo.filling.moving import least_changes, move_pair
-from sketch.retopo.network import Network, equal
 
 
 @pytest.fixture(scope="module")

@@ -11,16 +11,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import plane
 
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.filling import RetopoMesh, completed, filling_of, welded
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Edit, Network, check, equal, with_count
+from patterndb_sketch.retopo.quadimport import imported
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.underbrush import STILL
+from patterndb_sketch.retopo.tools.vertexbrush import brush, relax
 from query.engine import PatternSource
-from query.placing.surface import Points
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.filling import RetopoMesh, completed, filling_of, welded
-from sketch.retopo.ground import Ground
-from sketch.retopo.network import Edit, Network, check, equal, with_count
-from sketch.retopo.quadimport import imported
-from sketch.retopo.sizes import Sizes
-from sketch.retopo.tools.underbrush import STILL
-from sketch.retopo.tools.vertexbrush import brush, relax
 
 UP = np.array([0.0, 0.0, 1.0])
 

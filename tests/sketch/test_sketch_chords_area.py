@@ -9,10 +9,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sketch.surfacing.chords import added_area, affordable, decompose
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.sampling import Loop
-from sketch.surfacing.tessellation import minimal_area
+from patterndb_sketch.surfacing.chords import added_area, affordable, decompose
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.sampling import Loop
+from patterndb_sketch.surfacing.tessellation import minimal_area
 
 
 def wobbly(n: int, seed: int) -> np.ndarray:

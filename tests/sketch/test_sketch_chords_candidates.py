@@ -11,10 +11,10 @@ from chord_cases import SHAPES, ring, strip
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sketch.surfacing.chords import candidate_chords, endpoints
-from sketch.surfacing.chords.candidates import HUGGING, NEAR_EDGES, NEAR_SHARE
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.sampling import Loop
+from patterndb_sketch.surfacing.chords import candidate_chords, endpoints
+from patterndb_sketch.surfacing.chords.candidates import HUGGING, NEAR_EDGES, NEAR_SHARE
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.sampling import Loop
 
 SLACK = 1e-6
 

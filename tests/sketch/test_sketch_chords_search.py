@@ -23,7 +23,7 @@ from chord_cases import (
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from sketch.surfacing.chords import (
+from patterndb_sketch.surfacing.chords import (
     MOST_COUNTED,
     candidate_chords,
     decompose,
@@ -33,8 +33,8 @@ from sketch.surfacing.chords import (
     search,
     within_budget,
 )
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.sampling import Loop
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.sampling import Loop
 
 SEEDS = st.integers(0, 2**32 - 1)
 

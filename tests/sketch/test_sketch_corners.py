@@ -10,9 +10,9 @@ from chord_cases import SHAPES, ring, ring_network
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sketch.surfacing.chords import decompose, endpoints
-from sketch.surfacing.network import Curve, Cycle, Network
-from sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.surfacing.chords import decompose, endpoints
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 
 
 def polygon(n: int) -> np.ndarray:

@@ -8,8 +8,8 @@ from networks import cube, faces_network, prism, ring, shuffled, torus
 from shared import MESHES, SHARED
 
 from ingest.read import read_mesh
-from query.polyline import sampled
-from sketch.surfacing import (
+from patterndb.geometry.polyline import sampled
+from patterndb_sketch.surfacing import (
     Curve,
     Cycle,
     InvalidNetworkError,

@@ -10,11 +10,11 @@ from networks import cube, faces_network, prism, ring, shuffled, torus
 from numpy.typing import NDArray
 from shared import SHARED
 
-from sketch.surfacing.cycles import FoundCycles, find_cycles
-from sketch.surfacing.cycles.consistency import oriented, pinched, users
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.network import Curve, Cycle, Network
-from sketch.surfacing.networkfile import read_network
+from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
+from patterndb_sketch.surfacing.cycles.consistency import oriented, pinched, users
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.networkfile import read_network
 
 CURVES = SHARED / "data" / "curves"
 

@@ -12,14 +12,14 @@ from hypothesis import strategies as st
 from networks import cube, torus
 from numpy.typing import NDArray
 
-from sketch.surfacing.cycles.canonical import in_own_order
-from sketch.surfacing.cycles.choosing import choose
-from sketch.surfacing.cycles.closing import candidate_cycles, half_curves
-from sketch.surfacing.cycles.consistency import oriented, pinched
-from sketch.surfacing.cycles.cost import badness, folds
-from sketch.surfacing.cycles.measures import least_area, measured
-from sketch.surfacing.cycles.pruning import components, dangling
-from sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.cycles.canonical import in_own_order
+from patterndb_sketch.surfacing.cycles.choosing import choose
+from patterndb_sketch.surfacing.cycles.closing import candidate_cycles, half_curves
+from patterndb_sketch.surfacing.cycles.consistency import oriented, pinched
+from patterndb_sketch.surfacing.cycles.cost import badness, folds
+from patterndb_sketch.surfacing.cycles.measures import least_area, measured
+from patterndb_sketch.surfacing.cycles.pruning import components, dangling
+from patterndb_sketch.surfacing.network import Cycle, Network
 
 #: Curves, gains, costs, forced, excluded and full, as choose() has them.
 Packing = tuple[

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from shared import CHECKOUT, SHARED
 
-from sketch.surfacing import (
+from patterndb_sketch.surfacing import (
     GrowingSketch,
     Network,
     Settings,

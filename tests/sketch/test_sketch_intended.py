@@ -10,8 +10,8 @@ import pytest
 from numpy.typing import NDArray
 from shared import CHECKOUT
 
+from patterndb.geometry.polyline import arc_length
 from query.placing import Surface
-from query.polyline import arc_length
 
 FOLDER = CHECKOUT / "benchmarks" / "surfacing"
 

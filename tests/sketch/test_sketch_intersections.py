@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 from tessellation_cases import turned, wobbly
 
 from patterndb.errors import InvalidMeshError
-from sketch.surfacing.tessellation import area, self_intersections, tessellate
+from patterndb_sketch.surfacing.tessellation import area, self_intersections, tessellate
 
 Point = list[Fraction]
 

@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.spatial import KDTree
 
-from query.polyline import Points, sampled
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.joining.junctions import Joined, joined, network_of_polylines
-from sketch.surfacing.joining.nearest import farthest, nearest_of_edges
-from sketch.surfacing.network import Network, turning_angles
+from patterndb.geometry.polyline import Points, sampled
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.joining.junctions import Joined, joined, network_of_polylines
+from patterndb_sketch.surfacing.joining.nearest import farthest, nearest_of_edges
+from patterndb_sketch.surfacing.network import Network, turning_angles
 
 SEEDS = st.integers(0, 2**32 - 1)
 

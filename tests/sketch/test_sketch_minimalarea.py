@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.spatial import Delaunay
 from tessellation_cases import as_loop, check_disk, turned, wobbly
 
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.tessellation import (
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.tessellation import (
     MAX_VERTICES,
     area,
     minimal_area,

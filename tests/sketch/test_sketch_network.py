@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from networks import cube, ring, shuffled, torus
 
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.network import Curve, Cycle, Network, angles_between, curves_at
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network, angles_between, curves_at
 
 
 def test_faces_of_a_cube_are_walks_of_four_nodes() -> None:

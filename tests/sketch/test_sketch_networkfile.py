@@ -13,13 +13,13 @@ import pytest
 from networkfile_cases import CROSSED, change, document, parsed
 from shared import SHARED
 
-from query.polyline import arc_length
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.files.networkjson import network_document
-from sketch.surfacing.joining.junctions import network_of_polylines
-from sketch.surfacing.naming import Named, named_cycle
-from sketch.surfacing.network import Cycle, Network
-from sketch.surfacing.networkfile import read_drawing, read_network, write_network
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.files.networkjson import network_document
+from patterndb_sketch.surfacing.joining.junctions import network_of_polylines
+from patterndb_sketch.surfacing.naming import Named, named_cycle
+from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.networkfile import read_drawing, read_network, write_network
 
 CURVES = SHARED / "data" / "curves"
 GRAPHS = sorted((CURVES / "cassie" / "graph").glob("*.json"))

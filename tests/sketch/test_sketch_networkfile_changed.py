@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from networkfile_cases import CROSSED, Document, change, square_graph
 from shared import SHARED
 
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.networkfile import parse_drawing
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.networkfile import parse_drawing
 
 CURVES = SHARED / "data" / "curves"
 

@@ -11,10 +11,10 @@ from networkfile_cases import bezier, document, parsed
 from scipy.interpolate import BSpline
 from shared import SHARED
 
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.joining.nearest import farthest
-from sketch.surfacing.network import turning_angles
-from sketch.surfacing.networkfile import parse_drawing, read_network
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.joining.nearest import farthest
+from patterndb_sketch.surfacing.network import turning_angles
+from patterndb_sketch.surfacing.networkfile import parse_drawing, read_network
 
 CURVES = SHARED / "data" / "curves"
 LOOPS = sorted((CURVES / "salvi").glob("*.lop"))

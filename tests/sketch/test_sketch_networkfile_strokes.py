@@ -13,11 +13,15 @@ import pytest
 from networkfile_cases import bezier, change, document, drawing, parsed, square_graph
 from shared import SHARED
 
-from query.polyline import arc_length
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.joining.nearest import farthest
-from sketch.surfacing.network import turning_angles
-from sketch.surfacing.networkfile import parse_drawing, read_drawing, read_recorded_patches
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.joining.nearest import farthest
+from patterndb_sketch.surfacing.network import turning_angles
+from patterndb_sketch.surfacing.networkfile import (
+    parse_drawing,
+    read_drawing,
+    read_recorded_patches,
+)
 
 CURVES = SHARED / "data" / "curves"
 GRAPHS = sorted((CURVES / "cassie" / "graph").glob("*.json"))

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from tessellation_cases import wobbly
 
 from patterndb.errors import InvalidMeshError
+from patterndb_sketch.surfacing.tessellation import Canvas, draw, pick, tessellate
 from query.placing import Surface
-from sketch.surfacing.tessellation import Canvas, draw, pick, tessellate
 
 
 def brute_force(

@@ -12,11 +12,11 @@ from quads_cases import assert_closed, assert_disk_within, filled, loops, togeth
 
 import patterndb
 from patterndb.store import Database
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.quads import bridge, fill_with_quads
+from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
+from patterndb_sketch.surfacing.tessellation import minimal_area
 from query.placing import Placement, Surface, place
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.quads import bridge, fill_with_quads
-from sketch.surfacing.sampling import Loop, loop_of, sample
-from sketch.surfacing.tessellation import minimal_area
 
 
 @pytest.fixture(scope="module")

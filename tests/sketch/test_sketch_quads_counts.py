@@ -10,11 +10,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from networks import cube, faces_network, prism, ring, shuffled, torus
 
-from query.polyline import arc_length
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.network import Curve, Cycle, Network
-from sketch.surfacing.quads import even_edges
-from sketch.surfacing.sampling import edges_at, loop_of, sample, stretches
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.quads import even_edges
+from patterndb_sketch.surfacing.sampling import edges_at, loop_of, sample, stretches
 
 TETRAHEDRON = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]]
 #: Walks round a tetrahedron over four of its edges: with the faces, edges are in four cycles.

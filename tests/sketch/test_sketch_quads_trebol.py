@@ -8,8 +8,8 @@ from quads_cases import assert_closed, assert_disk_within, filled, loops, togeth
 from shared import SHARED
 
 import patterndb
+from patterndb_sketch.surfacing.networkfile import read_network
 from query.placing import quality
-from sketch.surfacing.networkfile import read_network
 
 
 @pytest.mark.parametrize(("edges", "smooth"), [(2.5, False), (4.0, True), (8.0, True)])

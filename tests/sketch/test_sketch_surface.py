@@ -9,13 +9,13 @@ import pytest
 from networks import cube, prism, ring, shuffled, torus
 
 import patterndb
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.memory import STAGES_KEPT, Memory
-from sketch.surfacing.network import Network
-from sketch.surfacing.patch import Surfacing, as_triangles
-from sketch.surfacing.surface import surface
-from sketch.surfacing.surfaceloop import Settings, start_of, turned
-from sketch.surfacing.tessellation import area
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.memory import STAGES_KEPT, Memory
+from patterndb_sketch.surfacing.network import Network
+from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
+from patterndb_sketch.surfacing.surface import surface
+from patterndb_sketch.surfacing.surfaceloop import Settings, start_of, turned
+from patterndb_sketch.surfacing.tessellation import area
 
 
 def half_edges(faces: np.ndarray) -> list[tuple[int, int]]:
@@ -133,7 +133,7 @@ def test_a_cycle_that_cannot_be_surfaced_has_a_note_and_spares_the_others() -> N
     # A curve there and a straight one back, on the same line: too few vertices to enclose.
     points = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
     network = Network.from_edges(points, [[0, 1], [1, 2], [2, 3], [3, 0], [0, 1]])
-    from sketch.surfacing.network import Cycle
+    from patterndb_sketch.surfacing.network import Cycle
 
     square = Cycle(tuple((i, False) for i in range(4)))
     sliver = Cycle(((0, False), (4, True)))
@@ -173,7 +173,7 @@ def test_slips_are_refused() -> None:
 
 
 def test_a_loop_is_walked_by_convention() -> None:
-    from sketch.surfacing.sampling import loop_of, sample
+    from patterndb_sketch.surfacing.sampling import loop_of, sample
 
     network = ring([[0, 0, 0], [2, 0, 1], [2, 2, 0], [0, 2, 3]])
     loop = loop_of(network, sample(network), network.cycles[0])

@@ -14,18 +14,18 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 from tessellation_cases import check_disk, turned, wobbly
 
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.tessellation import (
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.tessellation import (
     Tessellation,
     area,
     minimal_area,
     self_intersections,
     tessellate,
 )
-from sketch.surfacing.tessellation.interior import filled, triangulated
-from sketch.surfacing.tessellation.polygon import GRID, is_simple
-from sketch.surfacing.tessellation.projection import area_vector, projected
-from sketch.surfacing.tessellation.relaxation import harmonic_heights
+from patterndb_sketch.surfacing.tessellation.interior import filled, triangulated
+from patterndb_sketch.surfacing.tessellation.polygon import GRID, is_simple
+from patterndb_sketch.surfacing.tessellation.projection import area_vector, projected
+from patterndb_sketch.surfacing.tessellation.relaxation import harmonic_heights
 
 Array = NDArray[np.float64]
 

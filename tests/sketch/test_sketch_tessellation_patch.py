@@ -14,10 +14,10 @@ from hypothesis import strategies as st
 from shared import SHARED
 from tessellation_cases import as_loop, check_disk, chorded, wobbly
 
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.network import Curve, Cycle, Network
-from sketch.surfacing.sampling import loop_of, sample
-from sketch.surfacing.tessellation import (
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.sampling import loop_of, sample
+from patterndb_sketch.surfacing.tessellation import (
     patch_of_least_area,
     self_intersections,
     tessellate_patch,

@@ -8,11 +8,8 @@ import numpy as np
 from editor_cases import SIZES
 from retopo_cases import plane
 
-from patterndb.halfedge import Int32Array
-from query.engine import PatternSource
-from query.identity import quads_key
-from query.weld import weld
-from sketch.retopo.filling import (
+from patterndb.core.halfedge import Int32Array
+from patterndb_sketch.retopo.filling import (
     Choice,
     RetopoMesh,
     completed,
@@ -21,7 +18,10 @@ from sketch.retopo.filling import (
     suits,
     welded,
 )
-from sketch.retopo.network import Network, check
+from patterndb_sketch.retopo.network import Network, check
+from query.engine import PatternSource
+from query.identity import quads_key
+from query.weld import weld
 
 UP = np.array([0.0, 0.0, 1.0])
 

@@ -13,9 +13,9 @@ from meshes import CUP, DOUBLET, ONE, TRIANGLE, disks, grid, star
 from reference.code import mirrored
 from reference.halfedge import as_complex, border_loop, fans
 
-from patterndb.code import canonical_code, is_disk_code
+from patterndb.core.code import canonical_code, is_disk_code
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import InvalidCodeError
-from patterndb.quadmesh import QuadMesh
 from patterndb.store.ddqkey import (
     Columns,
     columns_of,

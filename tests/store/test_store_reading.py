@@ -11,12 +11,12 @@ from learnt import MESHES, OPTIONS
 from meshes import DOUBLET, write_obj
 
 from ingest import ingest, learn, read_mesh
-from patterndb.code import canonical_code, pattern_id
+from patterndb.core.code import canonical_code, pattern_id
+from patterndb.core.packing import pack, unpack
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import NotFoundError
-from patterndb.packing import pack, unpack
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
-from patterndb.quadmesh import QuadMesh
 from patterndb.store import Database
 from patterndb.store.connection import atomic
 from patterndb.store.writing import add_patterns

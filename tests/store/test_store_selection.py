@@ -11,10 +11,10 @@ from meshes import DOUBLET, write_obj
 from test_store_reading import staircase
 
 from ingest import ingest
+from patterndb.core.packing import pack
+from patterndb.core.pattern import Pattern
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import NotFoundError
-from patterndb.packing import pack
-from patterndb.pattern import Pattern
-from patterndb.quadmesh import QuadMesh
 from patterndb.store import Database, Learned, Provenance
 
 LICENCES = {

@@ -10,10 +10,10 @@ from learnt import OPTIONS, change, content, learned, rows
 from meshes import grid, star
 
 from ingest import ingest
-from patterndb.code import canonical_code
+from patterndb.core.code import canonical_code
+from patterndb.core.pattern import Pattern
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import DatabaseError, InvalidCodeError
-from patterndb.pattern import Pattern
-from patterndb.quadmesh import QuadMesh
 from patterndb.store import Database
 from patterndb.store.compact import load
 

@@ -8,10 +8,10 @@ import pytest
 from learnt import change, content
 from meshes import SHAPES, grid
 
-from patterndb.code import canonical_code, pattern_id
+from patterndb.core.code import canonical_code, pattern_id
+from patterndb.core.packing import pack
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import DatabaseError
-from patterndb.packing import pack
-from patterndb.quadmesh import QuadMesh
 from patterndb.store import Database
 from patterndb.store.connection import atomic
 from patterndb.store.contents import MAX_FINDINGS

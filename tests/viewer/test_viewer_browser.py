@@ -11,10 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from viewer_disks import ALL, expand, pattern
 
-from patterndb.disk import Disk
+from patterndb.core.disk import Disk
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
 from patterndb.errors import InvalidBoundaryError, NotFoundError
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
 from viewer import BrowserState, DisplayError, PictureFormatError, browse, opengl
 from viewer.browser_state import COLUMNS, MAX_WIDTH, PER_PAGE
 from viewer.keymap import Effect

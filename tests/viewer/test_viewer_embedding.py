@@ -8,8 +8,8 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from viewer_disks import ALL, SHARED, disk, expand, pattern, refined
 
-from patterndb.disk import Disk
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.disk import Disk
+from patterndb.core.quadmesh import QuadMesh
 from viewer import embed, flipped
 from viewer.outline import LONGEST_SIDE, convex_outline
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from patterndb.disk import Disk
-from patterndb.pattern import Pattern
-from patterndb.quadmesh import QuadMesh
+from patterndb.core.disk import Disk
+from patterndb.core.pattern import Pattern
+from patterndb.core.quadmesh import QuadMesh
 
 SHARED = Path(__file__).resolve().parents[3] / "shared"
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from sketch.features.registration import DrawnNetwork
-from sketch.features.snap import SnapSettings
+from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.snap import SnapSettings
 from viewer.features.layout import AXIS_OF, DEGREES, RAILS, value_of
 from viewer.features.work import Files, Work
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.features.model import Model
-from sketch.features.snap import FeatureCurve, Snap, SnapSettings
-from sketch.features.splines import Constraint, Spline
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.snap import FeatureCurve, Snap, SnapSettings
+from patterndb_sketch.features.splines import Constraint, Spline
 
 Points = NDArray[np.float64]
 
@@ -50,7 +50,7 @@ class Look:
     """What was made of a curve, as far as it is shown.
 
     line: (k, 3) float64, points along the spline. samples: (m, 3), where it was found.
-    repaired, failed, ended, notes: as of :class:`sketch.features.snap.FeatureCurve`; None for a
+    repaired, failed, ended, notes: as of :class:`patterndb_sketch.features.snap.FeatureCurve`; None for a
     curve that was read from a file, which does not know them.
     """
 
@@ -102,7 +102,7 @@ def remade(model: Model, wanted: Curve, before: Curve | None, known: Snap | None
     to, if that is still known; else it is snapped anew. So is a curve with other clicks, or
     without a pin of before: ribs follow a curve to its pins, but not back.
 
-    Raises as :meth:`sketch.features.snap.Snap.begin` does.
+    Raises as :meth:`patterndb_sketch.features.snap.Snap.begin` does.
     """
     if before is None or _freed(before, wanted):
         snapped = Snap.begin(model, wanted.clicked, wanted.settings, wanted.constraints)

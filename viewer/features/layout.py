@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from sketch.features.snap import SnapSettings
-from sketch.features.splines.spline import MAX_DEGREE
+from patterndb_sketch.features.snap import SnapSettings
+from patterndb_sketch.features.splines.spline import MAX_DEGREE
 from viewer.panel import MARGIN, PANEL
 from viewer.scene import HEIGHT
 from viewer.slider import Rail, Slider, rail_at

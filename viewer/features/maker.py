@@ -7,7 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
 
 from patterndb.errors import PatternDBError
-from sketch.features.snap import Snap
+from patterndb_sketch.features.snap import Snap
 from viewer.features.edits import Curve
 
 

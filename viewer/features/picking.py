@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.features.initial import SAME_CLICK, initial_curve
-from sketch.features.model import Model
-from sketch.features.sessionfile import Session
-from sketch.features.snap import SnapSettings
+from patterndb_sketch.features.initial import SAME_CLICK, initial_curve
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.sessionfile import Session
+from patterndb_sketch.features.snap import SnapSettings
 from viewer.features.choices import Choices
 from viewer.features.edits import Curve
 from viewer.features.work import Files

@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.features.drag import View as Camera
-from sketch.features.model import Model
+from patterndb_sketch.features.drag import View as Camera
+from patterndb_sketch.features.model import Model
 from viewer.features.edits import Curve
 from viewer.view import View
 

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from sketch.features.curvesettings import own_numbers, settings_numbers, settings_of_numbers
-from sketch.features.sessionfile import Session, SessionCurve
-from sketch.features.snap import SnapSettings
+from patterndb_sketch.features.curvesettings import (
+    own_numbers,
+    settings_numbers,
+    settings_of_numbers,
+)
+from patterndb_sketch.features.sessionfile import Session, SessionCurve
+from patterndb_sketch.features.snap import SnapSettings
 from viewer.features.edits import Curve, Look
 
 

@@ -7,10 +7,10 @@ from typing import Literal
 
 import numpy as np
 
-from sketch.features.drag import Drag, begin_drag, dragged
-from sketch.features.model import Model
-from sketch.features.sessionfile import Session
-from sketch.features.snap import SnapSettings
+from patterndb_sketch.features.drag import Drag, begin_drag, dragged
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.sessionfile import Session
+from patterndb_sketch.features.snap import SnapSettings
 from viewer.features.choices import with_value
 from viewer.features.edits import Curve, Edits
 from viewer.features.layout import (

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.files import replace_file
-from sketch.features.model import Model
-from sketch.features.registration import DrawnNetwork
-from sketch.features.sessionfile import Session, write_network, write_session
-from sketch.features.snap import SnapSettings
+from patterndb.system.files import replace_file
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.sessionfile import Session, write_network, write_session
+from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
 from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.features.keys import KEYS

@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
-from sketch.features.model import Model
-from sketch.features.registration import DrawnNetwork
-from sketch.features.sessionfile import Session
-from sketch.features.snap import Snap, SnapSettings
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.sessionfile import Session
+from patterndb_sketch.features.snap import Snap, SnapSettings
 from viewer.features.edits import Curve, Edits, Look, remade
 from viewer.features.maker import Maker
 from viewer.features.sessions import opened, saved

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
-from sketch.retopo.editor import Call, Editor, Outcome, State
-from sketch.retopo.filling import RetopoMesh
-from sketch.retopo.ground import Ground
-from sketch.retopo.network import Network
-from sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.editor import Call, Editor, Outcome, State
+from patterndb_sketch.retopo.filling import RetopoMesh
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Network
+from patterndb_sketch.retopo.sizes import Sizes
 from viewer.card import plural
 from viewer.retopo.work import Shown, Work
 

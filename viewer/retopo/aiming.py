@@ -7,10 +7,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.retopo.editor import Editor
-from sketch.retopo.filling import strip
-from sketch.retopo.ground import Feet
-from sketch.retopo.tools.loop import plane_of_line
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.filling import strip
+from patterndb_sketch.retopo.ground import Feet
+from patterndb_sketch.retopo.tools.loop import plane_of_line
 from viewer.retopo.acting import Acting, Files
 from viewer.retopo.lists import Place
 from viewer.retopo.modes import SNAP, Mode, Option, modes

@@ -7,10 +7,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.halfedge import Int32Array
-from query.placing.surface import Surface
-from sketch.retopo.filling import FilledNetwork, RetopoMesh, irregular_vertices, open_edges
-from sketch.retopo.ground import Ground
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.filling import (
+    FilledNetwork,
+    RetopoMesh,
+    irregular_vertices,
+    open_edges,
+)
+from patterndb_sketch.retopo.ground import Ground
 from viewer.skin import Skin
 
 Points = NDArray[np.float64]

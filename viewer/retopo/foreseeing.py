@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.retopo.editor import Call
-from sketch.retopo.editor.tool import Work
-from sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.editor import Call
+from patterndb_sketch.retopo.editor.tool import Work
+from patterndb_sketch.retopo.errors import RefusedError
 from viewer.retopo.aiming import Aiming
 from viewer.retopo.previews import (
     Preview,

@@ -7,11 +7,11 @@ from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, replace
 
 from patterndb.errors import PatternDBError
+from patterndb_sketch.retopo.filling.choice import Choice, Flow
+from patterndb_sketch.retopo.filling.choosing import LISTED, filling_of, ranked
+from patterndb_sketch.retopo.filling.counting import lengths
+from patterndb_sketch.retopo.network import Network, Patch
 from query.engine import PatternSource
-from sketch.retopo.filling.choice import Choice, Flow
-from sketch.retopo.filling.choosing import LISTED, filling_of, ranked
-from sketch.retopo.filling.counting import lengths
-from sketch.retopo.network import Network, Patch
 
 #: What a list depends on: the patch, the edges of its sides, and its flow lines.
 Key = tuple[int, tuple[int, ...], tuple[Flow, ...]]

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.retopo.network import Chain, Network, Node, outline
+from patterndb_sketch.retopo.network import Chain, Network, Node, outline
 from viewer import style
 from viewer.retopo.palette import CORNER, WRONG
 from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from sketch.retopo.filling.choice import Choice
-from sketch.retopo.filling.choosing import filling_of
-from sketch.retopo.filling.counting import lengths
-from sketch.retopo.filling.placing import fill_of
+from patterndb_sketch.retopo.filling.choice import Choice
+from patterndb_sketch.retopo.filling.choosing import filling_of
+from patterndb_sketch.retopo.filling.counting import lengths
+from patterndb_sketch.retopo.filling.placing import fill_of
 from viewer import style
 from viewer.card import plural
 from viewer.panel import LINE, MARGIN, PANEL, Writer, begin_panel, hint

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.retopo.filling.choosing import filling_of
+from patterndb_sketch.retopo.filling.choosing import filling_of
 from viewer import style
 from viewer.axes import draw_axes, stroke
 from viewer.drawn import Drawn

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from query.placing.tree import first_along
-from sketch.retopo.ground import Feet, Ground
-from sketch.retopo.network import (
+from patterndb.geometry.tree import first_along
+from patterndb_sketch.retopo.ground import Feet, Ground
+from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
     Network,
@@ -18,7 +18,7 @@ from sketch.retopo.network import (
     nearest_place,
     samples,
 )
-from sketch.retopo.tools.stroke import MOST_ENDS, find_end
+from patterndb_sketch.retopo.tools.stroke import MOST_ENDS, find_end
 from viewer.view import View
 
 Points = NDArray[np.float64]

@@ -11,22 +11,22 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from patterndb.core.halfedge import Int32Array
 from patterndb.errors import PatternDBError
-from patterndb.halfedge import Int32Array
-from sketch.retopo.editor import TOOLS, Call
-from sketch.retopo.editor.arguments import read_arguments
-from sketch.retopo.editor.tool import Work
-from sketch.retopo.filling import RetopoMesh
-from sketch.retopo.filling.border import divided
-from sketch.retopo.filling.choosing import filled
-from sketch.retopo.filling.finding import patch_at
-from sketch.retopo.filling.looping import edge_at
-from sketch.retopo.ground import Feet
-from sketch.retopo.network import Network, nearest_place, samples
-from sketch.retopo.tools.completion import completions
-from sketch.retopo.tools.loop import loop_preview
-from sketch.retopo.tools.pull import held, pull
-from sketch.retopo.tools.spine.tool import spine_preview
+from patterndb_sketch.retopo.editor import TOOLS, Call
+from patterndb_sketch.retopo.editor.arguments import read_arguments
+from patterndb_sketch.retopo.editor.tool import Work
+from patterndb_sketch.retopo.filling import RetopoMesh
+from patterndb_sketch.retopo.filling.border import divided
+from patterndb_sketch.retopo.filling.choosing import filled
+from patterndb_sketch.retopo.filling.finding import patch_at
+from patterndb_sketch.retopo.filling.looping import edge_at
+from patterndb_sketch.retopo.ground import Feet
+from patterndb_sketch.retopo.network import Network, nearest_place, samples
+from patterndb_sketch.retopo.tools.completion import completions
+from patterndb_sketch.retopo.tools.loop import loop_preview
+from patterndb_sketch.retopo.tools.pull import held, pull
+from patterndb_sketch.retopo.tools.spine.tool import spine_preview
 from viewer.retopo.strips import nearest_edge, strip_line
 
 Points = NDArray[np.float64]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.ground import Ground
 from viewer.looking import UPRIGHT, Looking
 
 Points = NDArray[np.float64]

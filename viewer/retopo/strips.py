@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.halfedge import Int32Array
-from sketch.retopo.filling import RetopoMesh
+from patterndb.core.halfedge import Int32Array
+from patterndb_sketch.retopo.filling import RetopoMesh
 
 Points = NDArray[np.float64]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.retopo.ground import Feet
+from patterndb_sketch.retopo.ground import Feet
 from viewer.retopo.foreseeing import Foreseeing
 from viewer.retopo.modes import Mode, Option
 

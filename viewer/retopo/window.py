@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
-from sketch.retopo.autosave import Autosave, recoveries
-from sketch.retopo.editor import Call, Editor, State
-from sketch.retopo.filling import RetopoMesh
-from sketch.retopo.ground import Ground
-from sketch.retopo.script import Line, Script, write_script
-from sketch.retopo.sessionfile import Session, read_session, write_session
+from patterndb_sketch.retopo.autosave import Autosave, recoveries
+from patterndb_sketch.retopo.editor import Call, Editor, State
+from patterndb_sketch.retopo.filling import RetopoMesh
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.script import Line, Script, write_script
+from patterndb_sketch.retopo.sessionfile import Session, read_session, write_session
 from viewer import saver
 from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from patterndb.errors import PatternDBError
-from sketch.retopo.editor import Call, Editor, Outcome, State
-from sketch.retopo.editor.tool import Work as ToolWork
-from sketch.retopo.filling import FilledNetwork
-from sketch.retopo.symmetry import Plane
+from patterndb_sketch.retopo.editor import Call, Editor, Outcome, State
+from patterndb_sketch.retopo.editor.tool import Work as ToolWork
+from patterndb_sketch.retopo.filling import FilledNetwork
+from patterndb_sketch.retopo.symmetry import Plane
 from viewer.retopo.body import Body
 from viewer.retopo.lists import Lists
 

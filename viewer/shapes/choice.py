@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.features.shapemodel.edit import STIFFNESS
+from patterndb_sketch.features.shapemodel.edit import STIFFNESS
 from viewer.shapes.skin import Line
 
 Points = NDArray[np.float64]
@@ -23,7 +23,7 @@ HOLD = (1e-3, 100.0)
 #: else does to what hardly moves.
 STIFF = (1e-4, 1.0)
 
-#: And at first: more than :func:`sketch.features.shapemodel.edit` takes by default. Pulls are
+#: And at first: more than :func:`patterndb_sketch.features.shapemodel.edit` takes by default. Pulls are
 #: followed as nearly, and what nobody pulls swings less.
 KEEP = 10.0 * STIFFNESS
 
@@ -34,7 +34,7 @@ class Choice:
 
     coefficients: (l,) of the shape. origin: how it came about. held: names of the features that
     pulls of others shall leave where they are. hold: the weight of those. stiffness: what it
-    costs to leave the present shape; both as for :func:`sketch.features.shapemodel.edit`.
+    costs to leave the present shape; both as for :func:`patterndb_sketch.features.shapemodel.edit`.
     """
 
     coefficients: Floats

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from patterndb.files import replace_file
+from patterndb.system.files import replace_file
 from viewer.shapes.shaping import Shaping
 
 

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import PatternDBError
-from sketch.features.registration import Template
-from sketch.features.shapemodel import Edit, ShapeModel, edit, moved
+from patterndb_sketch.features.registration import Template
+from patterndb_sketch.features.shapemodel import Edit, ShapeModel, edit, moved
 from viewer.shapes.choice import HOLD, SIGMAS, STIFF, Choice, Pulled
 from viewer.shapes.skin import Line, Skin
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.registration import Template
-from sketch.features.registration.symmetry import MIRROR, Mirroring
-from sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.registration import Template
+from patterndb_sketch.features.registration.symmetry import MIRROR, Mirroring
+from patterndb_sketch.features.shapemodel import ShapeModel
 
 Points = NDArray[np.float64]
 Ints = NDArray[np.int64]

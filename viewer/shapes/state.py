@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from sketch.features.registration import Template
-from sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.registration import Template
+from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer.camera import Camera
 from viewer.framing import framed
 from viewer.shapes.layout import Knob, rails

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from numpy.typing import ArrayLike
 
-from sketch.features.registration import Template
-from sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.registration import Template
+from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer.shapes.layout import MODES, pages
 from viewer.shapes.shaping import Shaping
 

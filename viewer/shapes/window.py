@@ -6,8 +6,8 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
-from sketch.features.registration import Template
-from sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.registration import Template
+from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import saver
 from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect

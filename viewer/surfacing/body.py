@@ -9,9 +9,9 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.surfacing.network import Cycle
-from sketch.surfacing.patch import Surfacing, as_triangles
-from sketch.surfacing.tessellation import Canvas
+from patterndb_sketch.surfacing.network import Cycle
+from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
+from patterndb_sketch.surfacing.tessellation import Canvas
 from viewer.surfacing.palette import piece_tints
 
 Points = NDArray[np.float64]

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from sketch.surfacing.drawing import Drawing
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.naming import Step
-from sketch.surfacing.network import Cycle, Network
-from sketch.surfacing.patch import Method
+from patterndb_sketch.surfacing.drawing import Drawing
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.naming import Step
+from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.patch import Method
 from viewer.surfacing.body import Key
 from viewer.surfacing.ink import Ink, with_curves
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.network import Cycle, Network
 
 #: Finds the cycles of a network: (network, added, banned) -> cycles, and notes on them.
 Find = Callable[[Network, Sequence[Cycle], Sequence[Cycle]], tuple[Sequence[Cycle], Sequence[str]]]
@@ -13,9 +13,9 @@ Find = Callable[[Network, Sequence[Cycle], Sequence[Cycle]], tuple[Sequence[Cycl
 def found(
     network: Network, added: Sequence[Cycle], banned: Sequence[Cycle]
 ) -> tuple[Sequence[Cycle], Sequence[str]]:
-    """As :func:`sketch.surfacing.cycles.find_cycles`."""
+    """As :func:`patterndb_sketch.surfacing.cycles.find_cycles`."""
     # Its solver takes a second to import, which networks with cycles need not wait for.
-    from sketch.surfacing.cycles import find_cycles
+    from patterndb_sketch.surfacing.cycles import find_cycles
 
     result = find_cycles(network, added=added, banned=banned)
     return result.cycles, result.notes

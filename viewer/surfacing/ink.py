@@ -8,14 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from query.polyline import arc_length
-from sketch.surfacing.drawing import Drawing
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.joining.junctions import joined
-from sketch.surfacing.joining.polylines import bent
-from sketch.surfacing.naming import Step
-from sketch.surfacing.network import Curve, Network, without_repeats
-from sketch.surfacing.patch import Surfacing
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.surfacing.drawing import Drawing
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.joining.junctions import joined
+from patterndb_sketch.surfacing.joining.polylines import bent
+from patterndb_sketch.surfacing.naming import Step
+from patterndb_sketch.surfacing.network import Curve, Network, without_repeats
+from patterndb_sketch.surfacing.patch import Surfacing
 from viewer.surfacing.body import Body
 from viewer.view import View
 

@@ -9,12 +9,12 @@ from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field, replace
 
 from patterndb.store import Database
-from sketch.surfacing.drawing import Drawing
-from sketch.surfacing.memory import Memory
-from sketch.surfacing.network import Cycle, Network
-from sketch.surfacing.patch import Method, Surfacing
-from sketch.surfacing.surface import surface
-from sketch.surfacing.surfaceloop import Settings
+from patterndb_sketch.surfacing.drawing import Drawing
+from patterndb_sketch.surfacing.memory import Memory
+from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.patch import Method, Surfacing
+from patterndb_sketch.surfacing.surface import surface
+from patterndb_sketch.surfacing.surfaceloop import Settings
 from viewer.surfacing.body import Body, Key, renumbered
 from viewer.surfacing.finding import Find
 
@@ -28,7 +28,7 @@ class Wish:
     given:   the cycles to surface; None to find them.
     added, banned: cycles that shall, or shall not, be patches. methods: for some cycles
     another method than the settings', by key. settings, spacing: as for
-    :func:`sketch.surfacing.surface.surface`.
+    :func:`patterndb_sketch.surfacing.surface.surface`.
     """
 
     drawing: Drawing

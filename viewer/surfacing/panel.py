@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from sketch.surfacing.patch import Patch
+from patterndb_sketch.surfacing.patch import Patch
 from viewer import style
 from viewer.card import plural
 from viewer.panel import MARGIN, NAMES, PANEL, SIZE, Writer, begin_panel, hint

@@ -1,7 +1,7 @@
 """Edits and the surface that is made of them: the half of the viewer that asks.
 
-It computes nothing itself: cycles come from :func:`sketch.surfacing.cycles.find_cycles`, patches
-from :func:`sketch.surfacing.surface.surface`. Both run in a thread; whoever shows them asks
+It computes nothing itself: cycles come from :func:`patterndb_sketch.surfacing.cycles.find_cycles`, patches
+from :func:`patterndb_sketch.surfacing.surface.surface`. Both run in a thread; whoever shows them asks
 :meth:`Surfaces.poll` now and then whether there is something new.
 """
 
@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.store import Database
-from sketch.surfacing.drawing import Drawing
-from sketch.surfacing.network import Cycle, Network
-from sketch.surfacing.patch import Patch
-from sketch.surfacing.sampling import (
+from patterndb_sketch.surfacing.drawing import Drawing
+from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.patch import Patch
+from patterndb_sketch.surfacing.sampling import (
     EDGES_OF_MEDIAN_CURVE,
     EDGES_OF_MEDIAN_QUADS,
     default_spacing,
 )
-from sketch.surfacing.surfaceloop import Settings
+from patterndb_sketch.surfacing.surfaceloop import Settings
 from viewer.surfacing.body import Body
 from viewer.surfacing.edits import Edits
 from viewer.surfacing.finding import Find

@@ -8,10 +8,10 @@ from pathlib import Path
 from numpy.typing import ArrayLike
 
 from patterndb.store import Database
-from sketch.surfacing.drawing import Drawing
-from sketch.surfacing.network import Cycle, Network
-from sketch.surfacing.patch import Surfacing
-from sketch.surfacing.surfaceloop import Settings
+from patterndb_sketch.surfacing.drawing import Drawing
+from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.patch import Surfacing
+from patterndb_sketch.surfacing.surfaceloop import Settings
 from viewer import saver
 from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect

@@ -1,8 +1,8 @@
 import numpy as np
 from viewer_disks import ALL, pattern
 
-from patterndb.pattern import Pattern
-from patterndb.patternclass import PatternClass
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
 from query.placing import Surface
 from viewer.explorer_keys import KEYS
 from viewer.explorer_state import ExplorerState

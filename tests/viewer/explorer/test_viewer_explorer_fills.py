@@ -10,8 +10,8 @@ from domed import SOURCE, Source, click, drag, keys, opened
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
-from patterndb.patternclass import PatternClass
 from query import Stroke, fills
 from query.placing import strand
 from viewer.contour import flat

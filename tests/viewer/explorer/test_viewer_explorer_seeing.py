@@ -7,7 +7,7 @@ from domed import DOME
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from query.polyline import arc_length
+from patterndb.geometry.polyline import arc_length
 from viewer.ground import Ground
 from viewer.raster import farthest_nearby, paint
 from viewer.solid import Hiding, Solid

@@ -7,8 +7,8 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from sketch.features.model import Model
-from sketch.features.snap import Snap
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.snap import Snap
 from viewer.features import FeatureState
 from viewer.features.edits import Curve
 from viewer.features.keys import KEYS

@@ -23,7 +23,7 @@ from tents import (
     tent,
 )
 
-from sketch.features.model import Model
+from patterndb_sketch.features.model import Model
 from viewer.features import FeatureState
 from viewer.features.edits import remade
 from viewer.features.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS, MOUSE_HELP

@@ -21,9 +21,9 @@ from tents import (
     tent,
 )
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.model import Model
-from sketch.features.snap import Snap, SnapSettings
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.snap import Snap, SnapSettings
 from viewer.features import FeatureState, work
 from viewer.features.layout import (
     AXIS_OF,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from tents import ON_RIDGE, at, curve_of, drag, drawn, held, keys, line_of, tent
 
-from sketch.features.snap import Snap
+from patterndb_sketch.features.snap import Snap
 from viewer.features import FeatureState, work
 from viewer.features.edits import remade
 from viewer.features.pointing import PIN, camera

@@ -10,9 +10,9 @@ import pytest
 from events import Events, alike, can_draw, check_looking, read
 from tents import BESIDE, at, drawn, keys, opened, picked, tent
 
-from sketch.features.bodies import body, degrade, stroke
-from sketch.features.model import Model
-from sketch.features.sessionfile import Session, read_network, read_session
+from patterndb_sketch.features.bodies import body, degrade, stroke
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.sessionfile import Session, read_network, read_session
 from viewer import PictureFormatError
 from viewer.drawn import save_drawn
 from viewer.features import FeatureState, draw

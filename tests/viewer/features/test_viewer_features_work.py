@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from tents import at, curve_of, drag, drawn, held, keys, line_of, opened, picked, tent
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.sessionfile import Session, read_session, write_session
-from sketch.features.snap import Snap, SnapSettings
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.sessionfile import Session, read_session, write_session
+from patterndb_sketch.features.snap import Snap, SnapSettings
 from viewer.features import FeatureState, work
 from viewer.features.edits import Curve, Edits, remade
 from viewer.features.keys import KEYS

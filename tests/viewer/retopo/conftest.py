@@ -8,10 +8,10 @@ from threading import Event
 import pytest
 from sheets import opened
 
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.filling import FilledNetwork
+from patterndb_sketch.retopo.network import check
 from query.engine import PatternSource
-from sketch.retopo.editor import Editor
-from sketch.retopo.filling import FilledNetwork
-from sketch.retopo.network import check
 from viewer.retopo import RetopoState
 
 

@@ -8,9 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.ground import Ground
 from query.engine import PatternSource
-from sketch.retopo.editor import Editor
-from sketch.retopo.ground import Ground
 from viewer.keymap import Effect
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import KEYS

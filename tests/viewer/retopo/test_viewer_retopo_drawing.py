@@ -20,8 +20,8 @@ from sheets import (
     tube,
 )
 
+from patterndb_sketch.retopo.network import check
 from query.engine import PatternSource
-from sketch.retopo.network import check
 from viewer.retopo import RetopoState
 
 

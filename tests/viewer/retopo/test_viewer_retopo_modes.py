@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from sheets import at, curves, keys, opened, press, square, texts, tube
 
+from patterndb_sketch.retopo.editor import TOOLS
+from patterndb_sketch.retopo.editor.arguments import Argument, Flag, Number, Vector, Word
+from patterndb_sketch.retopo.editor.tool import Result, Tool
+from patterndb_sketch.retopo.ground import Ground
 from query.engine import PatternSource
-from sketch.retopo.editor import TOOLS
-from sketch.retopo.editor.arguments import Argument, Flag, Number, Vector, Word
-from sketch.retopo.editor.tool import Result, Tool
-from sketch.retopo.ground import Ground
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import ACTIONS, KEY_HELP, MODE_KEYS
 from viewer.retopo.layout import mode_box, option_under, options_top

@@ -10,9 +10,9 @@ import pytest
 from events import read
 from sheets import ASPECT, SQUARE, at, drag, hover, keys, opened, sheet, square, texts, tube
 
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.filling import welded
 from query.engine import PatternSource
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.filling import welded
 from viewer import PictureFormatError
 from viewer.retopo import RetopoState, draw
 from viewer.retopo.body import Body

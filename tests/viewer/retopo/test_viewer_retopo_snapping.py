@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from sheets import SQUARE, at, click, curves, drag, hover, keys, press, quads_of, sheet, square
 
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.editor.snapping import SNAPPING
+from patterndb_sketch.retopo.filling import welded
+from patterndb_sketch.retopo.network import equal
 from query.engine import PatternSource
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.editor.snapping import SNAPPING
-from sketch.retopo.filling import welded
-from sketch.retopo.network import equal
 from viewer.retopo import RetopoState
 from viewer.retopo.aiming import ZOOMS
 

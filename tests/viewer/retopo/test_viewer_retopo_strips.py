@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sheets import SQUARE, at, click, drag, hover, keys, press, quads_of, square
 
-from sketch.retopo.filling import RetopoMesh
+from patterndb_sketch.retopo.filling import RetopoMesh
 from viewer.retopo import RetopoState
 from viewer.retopo.strips import nearest_edge, strip_line, twins
 

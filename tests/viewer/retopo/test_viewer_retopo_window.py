@@ -9,13 +9,13 @@ import pytest
 from events import Events, alike, can_draw, check_looking, read
 from sheets import SQUARE, at, drag, keys, opened, sheet, square, tube
 
+from patterndb_sketch.retopo.autosave import Autosave
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.filling import RetopoMesh, welded
+from patterndb_sketch.retopo.network import equal
+from patterndb_sketch.retopo.script import Script, play, read_script
+from patterndb_sketch.retopo.sessionfile import Session, read_session, write_session
 from query.engine import PatternSource
-from sketch.retopo.autosave import Autosave
-from sketch.retopo.editor import Editor
-from sketch.retopo.filling import RetopoMesh, welded
-from sketch.retopo.network import equal
-from sketch.retopo.script import Script, play, read_script
-from sketch.retopo.sessionfile import Session, read_session, write_session
 from viewer.drawn import save_drawn
 from viewer.keymap import Effect
 from viewer.retopo import RetopoState, show

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from sheets import SQUARE, at, click, drag, hover, keys, opened, quads_of, sheet, square, texts
 
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.filling import welded
+from patterndb_sketch.retopo.filling.choice import Choice
+from patterndb_sketch.retopo.filling.choosing import LISTED, filling_of, ranked
 from query.engine import PatternSource
-from sketch.retopo.editor import Call, Editor
-from sketch.retopo.filling import welded
-from sketch.retopo.filling.choice import Choice
-from sketch.retopo.filling.choosing import LISTED, filling_of, ranked
 from viewer.keymap import Effect
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import KEYS

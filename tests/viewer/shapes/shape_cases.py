@@ -6,11 +6,11 @@ from functools import cache
 
 import numpy as np
 
-from sketch.features.bodies import body
-from sketch.features.files.networkjson import spline_through
-from sketch.features.model import Model
-from sketch.features.registration import Registration, Template, box_template, register
-from sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.bodies import body
+from patterndb_sketch.features.files.networkjson import spline_through
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import Registration, Template, box_template, register
+from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer.keymap import Effect
 from viewer.shapes import ShapesState
 from viewer.shapes.keys import KEYS

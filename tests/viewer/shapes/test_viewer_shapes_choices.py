@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shape_cases import car_shapes, car_template, drag, keys, knob_at, opened, seen
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.registration import box_template
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.registration import box_template
 from viewer.shapes import ShapesState
 from viewer.shapes.choice import HOLD, KEEP, STIFF
 from viewer.shapes.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS, NUDGE

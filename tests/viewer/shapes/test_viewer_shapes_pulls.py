@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shape_cases import car_shapes, drag, keys, number, opened, seen
 
-from sketch.features.errors import InvalidFeatureError
-from sketch.features.shapemodel import edit, moved
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.shapemodel import edit, moved
 from viewer.shapes import ShapesState, shaping
 from viewer.shapes.choice import KEEP, SIGMAS, STIFF
 from viewer.shapes.pull import displaced

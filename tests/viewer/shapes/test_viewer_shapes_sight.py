@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 from shape_cases import keys, seen
 
-from sketch.features.model import Model
+from patterndb_sketch.features.model import Model
 from viewer.keymap import Effect
 from viewer.shapes import ShapesState
 from viewer.shapes.keys import KEYS

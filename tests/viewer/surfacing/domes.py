@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from sketch.surfacing.drawing import Drawing
-from sketch.surfacing.naming import named_cycle
-from sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.drawing import Drawing
+from patterndb_sketch.surfacing.naming import named_cycle
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network
 from viewer.keymap import Effect
 from viewer.surfacing.keys import KEYS
 from viewer.surfacing.picture import compose

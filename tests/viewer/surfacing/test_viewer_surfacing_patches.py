@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import patterndb
-from sketch.surfacing.errors import InvalidNetworkError
-from sketch.surfacing.network import Cycle
-from sketch.surfacing.surface import surface
-from sketch.surfacing.surfaceloop import Settings
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import Cycle
+from patterndb_sketch.surfacing.surface import surface
+from patterndb_sketch.surfacing.surfaceloop import Settings
 from viewer.style import TINTS
 from viewer.surfacing.body import Body
 from viewer.surfacing.keys import KEYS

@@ -8,8 +8,8 @@ from domes import Finder, at, click, dome, drag, growing_dome, keys, opened
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from patterndb_sketch.surfacing.network import Cycle, Network
 from query.placing import Surface
-from sketch.surfacing.network import Cycle, Network
 from viewer.keymap import Effect
 from viewer.surfacing.edits import parts_of
 from viewer.surfacing.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS

@@ -9,7 +9,7 @@ import pytest
 from domes import FROM_ABOVE, Finder, dome, growing_dome
 from events import Events, alike, can_draw, check_looking, read
 
-from sketch.surfacing.patch import Surfacing
+from patterndb_sketch.surfacing.patch import Surfacing
 from viewer import PictureFormatError
 from viewer.drawn import save_drawn
 from viewer.keymap import Effect

@@ -1,0 +1,1 @@
+"""Quad disks and their patterns: half-edges, codes, labels, reduction. No files, no database."""

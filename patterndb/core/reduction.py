@@ -1,0 +1,214 @@
+"""Reduction of a disk to its pattern, in one pass.
+
+Collapsing polychords until none may collapse leaves the same pattern as dissolving, all at
+once, every edge chain that runs straight through interior vertices of valence 4, crosses
+itself nowhere, and is closed or ends at flat boundary vertices. Dissolving is the faster
+of the two; the tests hold it against collapsing.
+
+Source: Marcias et al. 2015, section 3.2 ("Pattern reduction"). Differs from the paper: it
+asks both chains of a polychord to be free of irregular vertices; one is enough (the
+polychord then runs parallel to its neighbour on that side), and with two many patterns
+would be left half reduced.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int32Array, fans, next_edge, prev_edge
+from patterndb.errors import InvalidMeshError
+from patterndb.system.kernels import kernel
+
+#: ``full`` of a vertex on the mesh's border, which no number of quads closes.
+NEVER_FULL = 2**30
+
+
+class ReductionWork(NamedTuple):
+    """Scratch of :func:`dissolve`, made once for many patches.
+
+    gone, seen: (n_vertices,) int64 stamps; stamp: (2,) int64, the last ones used.
+    block, head: (4 * max_quads,) int32. reduced: (4 * max_quads,) int32, the result's
+    half-edges. starts: (4 * max_quads,) int32, its corners' half-edges.
+    """
+
+    gone: NDArray[np.int64]
+    seen: NDArray[np.int64]
+    stamp: NDArray[np.int64]
+    block: Int32Array
+    head: Int32Array
+    reduced: Int32Array
+    starts: Int32Array
+
+
+@kernel
+def reduction_work(n_vertices: int, max_quads: int) -> ReductionWork:
+    """Scratch for patches of at most ``max_quads`` quads of a mesh with ``n_vertices``."""
+    return ReductionWork(
+        np.zeros(n_vertices, np.int64),
+        np.zeros(n_vertices, np.int64),
+        np.zeros(2, np.int64),
+        np.empty(4 * max_quads, np.int32),
+        np.empty(4 * max_quads, np.int32),
+        np.empty(4 * max_quads, np.int32),
+        np.empty(4 * max_quads, np.int32),
+    )
+
+
+@kernel
+def dissolve(
+    n_quads: int,
+    twin: Int32Array,
+    vertex: Int32Array,
+    count: Int32Array,
+    full: Int32Array,
+    work: ReductionWork,
+) -> tuple[int, int]:
+    """Reduce the disk ``twin``; return (quads, starting half-edges) of the pattern.
+
+    twin, vertex: (>= 4 * n_quads,) int32 half-edges of the disk and the mesh vertex of
+    each corner. count: per mesh vertex, the disk's quads at it. full: the count at which
+    the vertex is interior (its valence in the mesh; NEVER_FULL on the mesh's border).
+    The pattern is left in ``work.reduced`` and ``work.starts``.
+    """
+    gone, seen, stamp = work.gone, work.seen, work.stamp
+    n = 4 * n_quads
+    stamp[0] += 1
+    removed = stamp[0]
+
+    # Chains between flat boundary vertices.
+    for h in range(n):
+        if twin[h] >= 0:
+            continue
+        v = vertex[h]
+        if count[v] != 2 or gone[v] == removed:
+            continue
+        first = twin[prev_edge(h)]
+        if first < 0:
+            continue
+        stamp[1] += 1
+        mark = stamp[1]
+        seen[v] = mark
+        t = first
+        while True:
+            ahead = next_edge(t)
+            w = vertex[ahead]
+            if seen[w] == mark:
+                straight = False
+                break
+            seen[w] = mark
+            if count[w] == full[w]:
+                if count[w] != 4:
+                    straight = False
+                    break
+                t = next_edge(twin[ahead])
+            else:
+                straight = count[w] == 2
+                break
+        if straight:
+            gone[v] = removed
+            t = first
+            while True:
+                ahead = next_edge(t)
+                w = vertex[ahead]
+                gone[w] = removed
+                if count[w] != full[w]:
+                    break
+                t = next_edge(twin[ahead])
+
+    # Closed chains. By Gauss-Bonnet one encloses irregular vertices with a sum of
+    # 4 - valence of 4, so most patches need no search.
+    stamp[1] += 1
+    mark = stamp[1]
+    curvature = 0
+    for h in range(n):
+        v = vertex[h]
+        if seen[v] != mark:
+            seen[v] = mark
+            if count[v] == full[v] and count[v] < 4:
+                curvature += 4 - count[v]
+    if curvature >= 4:
+        for h in range(n):
+            v = vertex[h]
+            if twin[h] < 0 or count[v] != 4 or full[v] != 4:
+                continue
+            stamp[1] += 1
+            mark = stamp[1]
+            closed = False
+            t = h
+            while True:
+                ahead = next_edge(t)
+                w = vertex[ahead]
+                if w == v:
+                    closed = next_edge(twin[ahead]) == h
+                    break
+                if seen[w] == mark or count[w] != 4 or full[w] != 4:
+                    break
+                seen[w] = mark
+                t = next_edge(twin[ahead])
+            if closed:
+                t = h
+                while True:
+                    gone[vertex[t]] = removed
+                    t = next_edge(twin[next_edge(t)])
+                    if t == h:
+                        break
+
+    # What is left are blocks of quads between the vertices that stay.
+    block, head, reduced, starts = work.block, work.head, work.reduced, work.starts
+    for h in range(n):
+        block[h] = -1
+    n_blocks = 0
+    for h0 in range(n):
+        if block[h0] >= 0 or gone[vertex[h0]] == removed:
+            continue
+        h = h0
+        for side in range(4):
+            b = 4 * n_blocks + side
+            block[h] = b
+            head[b] = h
+            while True:
+                ahead = next_edge(h)
+                if gone[vertex[ahead]] != removed:
+                    break
+                h = next_edge(twin[ahead])
+            reduced[b] = twin[h]
+            h = ahead
+        n_blocks += 1
+
+    n_starts = 0
+    for b in range(4 * n_blocks):
+        t = reduced[b]
+        if t >= 0:
+            reduced[b] = block[t]
+        elif count[vertex[head[b]]] != 2:
+            starts[n_starts] = b
+            n_starts += 1
+    if n_starts == 0:
+        for b in range(4 * n_blocks):
+            if reduced[b] < 0:
+                starts[n_starts] = b
+                n_starts += 1
+    return n_blocks, n_starts
+
+
+def reduce_disk(twin: Int32Array) -> Int32Array:
+    """The half-edges (4m,) int32 of the pattern of a disk given by (4q,) int32 half-edges.
+
+    Raises InvalidMeshError if the quads have no border (reduction is of disks).
+    """
+    twin = np.ascontiguousarray(twin, dtype=np.int32)
+    q = len(twin) // 4
+    if not (twin < 0).any():
+        raise InvalidMeshError("the quads have no border: only disks reduce to patterns")
+    vertex, n_vertices = fans(twin)
+    count = np.bincount(vertex, minlength=n_vertices).astype(np.int32)
+    full = count.copy()
+    border = np.flatnonzero(twin < 0)
+    full[vertex[border]] = NEVER_FULL
+    full[vertex[(border & ~3) | ((border + 1) & 3)]] = NEVER_FULL
+    work = reduction_work(n_vertices, q)
+    m, _ = dissolve(q, twin, vertex, count, full, work)
+    return work.reduced[: 4 * m].copy()

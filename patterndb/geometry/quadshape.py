@@ -1,0 +1,129 @@
+"""The shape of placed quads: which way they face, which are flipped, how far from square."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.neighbours import Neighbours, mean_of_neighbours
+from patterndb.system.kernels import kernel
+
+Points = NDArray[np.float64]
+
+#: A boundary this near to its plane, as a part of its diagonal, is planar: below it, files of
+#: single precision and rotations leave nothing to tell.
+PLANAR = 1e-6
+
+#: A triangle of this part of its quad's longest squared edge has no area.
+NO_AREA = 1e-9
+
+#: Rounds in which normals are averaged over neighbours where no surface gives them: enough
+#: that those of a fold are outvoted.
+AVERAGED = 3
+
+
+def quality(quads: Int32Array, vertices: Points) -> float:
+    """How far the quads' angles are from right: the smaller, the squarer.
+
+    quads: (q, 4) int32; vertices: (v, 3) float64. Returns radians squared: the deviations of
+    the four angles of a quad from 90 degrees, squared and summed, and the mean of that over
+    the quads (Marcias et al. 2015, section 4, "Geometric sorting": "the average quality of
+    the quads"). 0 for rectangles; an angle beyond 180 degrees counts as such.
+    """
+    return float(squareness(np.ascontiguousarray(quads), np.ascontiguousarray(vertices)))
+
+
+@kernel
+def squareness(quads: Int32Array, vertices: Points) -> float:
+    """Kernel of :func:`quality`."""
+    total = 0.0
+    a = np.empty(3)
+    b = np.empty(3)
+    up = np.empty(3)
+    for f in range(len(quads)):
+        for c in range(3):
+            a[c] = vertices[quads[f, 2], c] - vertices[quads[f, 0], c]
+            b[c] = vertices[quads[f, 3], c] - vertices[quads[f, 1], c]
+        cross(a, b, up)
+        for e in range(4):
+            i = quads[f, e]
+            for c in range(3):
+                a[c] = vertices[quads[f, (e + 1) & 3], c] - vertices[i, c]
+                b[c] = vertices[quads[f, (e + 3) & 3], c] - vertices[i, c]
+            along = a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+            x = a[1] * b[2] - a[2] * b[1]
+            y = a[2] * b[0] - a[0] * b[2]
+            z = a[0] * b[1] - a[1] * b[0]
+            angle = math.atan2(math.sqrt(x * x + y * y + z * z), along)
+            if x * up[0] + y * up[1] + z * up[2] < 0.0:
+                angle = 2.0 * math.pi - angle
+            total += (angle - 0.5 * math.pi) ** 2
+    return total / max(len(quads), 1)
+
+
+@kernel(inline="always")
+def cross(a: Points, b: Points, result: Points) -> None:
+    result[0] = a[1] * b[2] - a[2] * b[1]
+    result[1] = a[2] * b[0] - a[0] * b[2]
+    result[2] = a[0] * b[1] - a[1] * b[0]
+
+
+def plane_normal(points: Points) -> Points | None:
+    """(3,) unit normal of a closed polygon (P, 3) that is planar, counter-clockwise; or None."""
+    middle = points.mean(axis=0)
+    spokes = points - middle
+    area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
+    size = float(np.linalg.norm(area))
+    diagonal = float(np.linalg.norm(np.ptp(points, axis=0)))
+    if size <= NO_AREA * diagonal**2:
+        return None
+    normal = area / size
+    return normal if float(np.abs(spokes @ normal).max()) <= PLANAR * diagonal else None
+
+
+def own_normals(quads: Int32Array, vertices: Points, beside: Neighbours) -> Points:
+    """(v, 3) unit normals of placed quads, smoothed so that a fold does not turn them."""
+    corner = vertices[quads]
+    area = np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+    normals = np.zeros_like(vertices)
+    for e in range(4):
+        np.add.at(normals, quads[:, e], area)
+    for _ in range(AVERAGED):
+        normals = 0.5 * normals + 0.5 * mean_of_neighbours(beside.start, beside.neighbour, normals)
+    return units(normals)
+
+
+def units(vectors: Points) -> Points:
+    """The (n, 3) vectors at length 1; one of no length becomes (0, 0, 1)."""
+    length = np.linalg.norm(vectors, axis=1)
+    result = np.where(length[:, None] > 0.0, vectors, (0.0, 0.0, 1.0))
+    return result / np.where(length > 0.0, length, 1.0)[:, None]
+
+
+def tangents(normals: Points) -> Points:
+    """(n, 2, 3) orthonormal tangents; with the normal (n, 3) they turn counter-clockwise."""
+    least = np.abs(normals).argmin(axis=1)
+    helper = np.zeros_like(normals)
+    helper[np.arange(len(normals)), least] = 1.0
+    first = units(np.cross(helper, normals))
+    return np.stack([first, np.cross(normals, first)], axis=1)
+
+
+def flipped(quads: Int32Array, vertices: Points, normals: Points) -> NDArray[np.bool_]:
+    """(q,) which quads are clockwise, cross themselves, or have no area.
+
+    quads: (q, 4) int32; vertices: (v, 3); normals: (v, 3) unit normals of what the quads
+    lie on. A quad is seen along the mean of its vertices' normals. It is sound if one of its
+    diagonals cuts it into two counter-clockwise triangles; it may be concave.
+    """
+    up = units(normals[quads].sum(axis=1))
+    corner = vertices[quads]
+    leaving = np.roll(corner, -1, axis=1) - corner
+    entering = np.roll(corner, 1, axis=1) - corner
+    area = np.einsum("qec,qc->qe", np.cross(leaving, entering), up)
+    longest = (leaving**2).sum(axis=2).max(axis=1, initial=0.0)
+    positive = area > NO_AREA * longest[:, None]
+    return ~((positive[:, 0] & positive[:, 2]) | (positive[:, 1] & positive[:, 3]))

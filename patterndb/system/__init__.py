@@ -1,0 +1,1 @@
+"""What touches the machine: files, documents, the user's cache folder, compiled kernels."""

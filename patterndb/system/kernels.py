@@ -1,0 +1,281 @@
+"""Compile kernels once: :func:`kernel` is numba's ``njit`` with a cache that goes by content.
+
+numba's own cache belongs to a file: it is lost when a source is touched or stands elsewhere, and
+it is not when a function that a kernel calls has changed. Here the key of a compiled kernel is what
+it was made of: its code and that of all kernels it calls, the constants they read, the types of its
+arguments, the compiler and the processor. A clone, a second environment or a renamed module finds
+what another has compiled.
+
+The folder is ``kernels`` in the user's cache folder; ``PATTERNDB_KERNELS`` names another. Where none
+can be written, kernels are compiled by every process that uses them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import pickle
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+from types import CodeType, FunctionType, ModuleType
+from typing import Any, TypeVar, overload
+
+import llvmlite
+import numba
+import numpy as np
+from numba.core.caching import CompileResultCacheImpl
+from numba.core.caching import _Cache as CacheProtocol
+from numba.core.compiler import CompileResult
+from numba.core.dispatcher import Dispatcher
+from numba.core.environment import _rebuild_env
+from numba.core.serialize import dumps
+
+from patterndb.system.caches import cache_folders
+
+#: The environment variable that names the folder of compiled kernels.
+VARIABLE = "PATTERNDB_KERNELS"
+
+#: Changed when files of an earlier version can no longer be read.
+FORMAT = 1
+
+#: Modules whose constants a kernel may read by attribute; others (numpy, math) count by name.
+OWN_PACKAGES = ("patterndb", "ingest", "query", "viewer")
+
+_DIGEST = 32
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+@overload
+def kernel(function: Function) -> Function: ...
+
+
+@overload
+def kernel(**options: Any) -> Callable[[Function], Function]: ...
+
+
+def kernel(function: Any = None, **options: Any) -> Any:
+    """Compile a function by numba on its first call, without the interpreter's lock, and keep it.
+
+    options: those of ``numba.njit`` (inline, fastmath); the cache is set here.
+
+    Example: ``@kernel`` above ``def area(corners: Points) -> float: ...``
+    """
+    if function is None:
+        return lambda given: kernel(given, **options)
+    made = numba.njit(nogil=True, **options)(function)
+    made._cache = ContentCache(made, options)
+    return made
+
+
+class ContentCache(CacheProtocol):
+    """The compiled versions of one kernel, a file each, as numba's dispatcher asks for them."""
+
+    def __init__(self, dispatcher: Any, options: dict[str, Any]) -> None:
+        self._function: FunctionType = dispatcher.py_func
+        self._options = repr(sorted((name, _plain(value)) for name, value in options.items()))
+        self._digest: bytes | None = None
+        self._enabled = True
+
+    @property
+    def cache_path(self) -> str:
+        """The folder of the files."""
+        return str(kernel_folder())
+
+    def enable(self) -> None:
+        """Read and keep compiled versions."""
+        self._enabled = True
+
+    def disable(self) -> None:
+        """Neither read nor keep compiled versions."""
+        self._enabled = False
+
+    def flush(self) -> None:
+        """Do nothing: a file whose key no kernel has is never read."""
+
+    def digest(self) -> bytes:
+        """(32,) bytes that tell the kernel, with all that it calls, from any other."""
+        if self._digest is None:
+            self._digest = digest_function(self._function, self._options, ())
+        return self._digest
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Load the version for argument types; None where there is none that can be used."""
+        target_context.refresh()
+        if not self._enabled:
+            return None
+        key = self._key(sig, target_context.codegen())
+        if key in _loaded:
+            return _loaded[key]
+        content = _read(key)
+        if content is None:
+            return None
+        made = CompileResultCacheImpl.rebuild(_REBUILDER, target_context, pickle.loads(content))
+        _loaded[key] = made
+        return made
+
+    def save_overload(self, sig: Any, data: CompileResult) -> None:
+        """Keep a version that has just been compiled."""
+        if not self._enabled or any(not lifted.can_cache for lifted in data.lifted):
+            return
+        if data.library.has_dynamic_globals:  # addresses of this process
+            return
+        key = self._key(sig, data.codegen)
+        # Without what the compiler noted of its work: a kernel that shares it notes its own.
+        _loaded[key] = data._replace(metadata=None)
+        library, description, environment, signature, objectmode, lifted, _, again, others = (
+            data._reduce()
+        )
+        payload = (
+            library,
+            description,
+            _Portable(environment),
+            signature,
+            objectmode,
+            lifted,
+            "",  # the annotated source, for people
+            again,
+            tuple(_Portable(other) for other in others),
+        )
+        _write(key, dumps(payload))
+
+    def _key(self, sig: Any, codegen: Any) -> str:
+        asked = f"{sig!r}\n{codegen.magic_tuple()!r}\n{_stamp()}".encode()
+        return hashlib.sha256(self.digest() + asked).hexdigest()[:40]
+
+
+class _Portable:
+    """An environment that is rebuilt without the module that its function stands in."""
+
+    def __init__(self, environment: Any) -> None:
+        self.environment = environment
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        held = self.environment
+        return _rebuild_env, (__name__, held.consts, held.env_name)
+
+
+#: What rebuilds a version does not depend on the kernel; it is a method all the same.
+_REBUILDER: Any = CompileResultCacheImpl.__new__(CompileResultCacheImpl)
+
+#: Versions of this process by key. Two kernels of the same content share one: their symbols have
+#: the same names, which the linker takes once.
+_loaded: dict[str, Any] = {}
+
+
+def digest_function(function: FunctionType, options: str, within: tuple[Any, ...]) -> bytes:
+    """Hash a function's code, the values of the globals it reads, and the functions it calls.
+
+    within: the functions around it in the chain of calls; one that calls itself is known by
+    its place among them. Names of functions and modules do not count, nor do docstrings.
+    """
+    if function in within:
+        return b"recursion %d" % within.index(function)
+    within = (*within, function)
+    parts = [options.encode()]
+    _add_code(parts, function.__code__, function, within)
+    for value in (*(function.__defaults__ or ()), *_cells(function)):
+        parts.append(_digest_value(value, (), within))
+    return hashlib.sha256(b"\0".join(parts)).digest()
+
+
+def _cells(function: FunctionType) -> list[Any]:
+    return [cell.cell_contents for cell in function.__closure__ or ()]
+
+
+def _add_code(
+    parts: list[bytes], code: CodeType, function: FunctionType, within: tuple[Any, ...]
+) -> None:
+    parts.append(code.co_code)
+    parts.append(repr((code.co_argcount, code.co_kwonlyargcount, code.co_flags)).encode())
+    for i, constant in enumerate(code.co_consts):
+        if isinstance(constant, CodeType):
+            _add_code(parts, constant, function, within)
+        elif i == 0 and constant == function.__doc__ and isinstance(constant, str):
+            parts.append(b"docstring")
+        else:
+            parts.append(_digest_value(constant, (), within))
+    for name in code.co_names:
+        if name in function.__globals__:
+            parts.append(_digest_value(function.__globals__[name], code.co_names, within))
+        else:
+            parts.append(name.encode())
+    parts.append(repr(code.co_varnames[: code.co_argcount]).encode())
+
+
+def _digest_value(value: Any, names: tuple[str, ...], within: tuple[Any, ...]) -> bytes:
+    """Hash what a global stands for; of an own module, the attributes with one of the names."""
+    if isinstance(value, Dispatcher):
+        held = getattr(value, "_cache", None)
+        options = held._options if isinstance(held, ContentCache) else repr(value.targetoptions)
+        return digest_function(value.py_func, options, within)
+    if isinstance(value, ModuleType):
+        if not value.__name__.partition(".")[0].startswith(OWN_PACKAGES):
+            return value.__name__.encode()
+        held = [n for n in names if hasattr(value, n)]
+        return b"".join(_digest_value(getattr(value, n), names, within) for n in held)
+    if isinstance(value, np.ndarray):
+        return repr((value.dtype, value.shape)).encode() + np.ascontiguousarray(value).tobytes()
+    if isinstance(value, tuple | list):
+        inner = b",".join(_digest_value(item, names, within) for item in value)
+        return type(value).__name__.encode() + b"(" + inner + b")"
+    if isinstance(value, frozenset):
+        inner = b",".join(sorted(_digest_value(item, names, within) for item in value))
+        return b"frozenset(" + inner + b")"
+    if isinstance(value, bool | int | float | complex | str | bytes | type(None) | np.generic):
+        return f"{type(value).__name__} {value!r}".encode()
+    name = getattr(value, "__qualname__", None) or getattr(value, "__name__", None)
+    if name is not None:
+        return f"{getattr(value, '__module__', '')}.{name}".encode()
+    return f"{type(value).__name__} {value!r}".encode()
+
+
+def _plain(value: Any) -> Any:
+    return sorted(value) if isinstance(value, set | frozenset) else value
+
+
+@cache
+def _stamp() -> str:
+    """Compiled code is for one compiler; the processor is in numba's own key."""
+    compiler = (sys.implementation.cache_tag, numba.__version__, llvmlite.__version__)
+    settings = (numba.config.OPT, numba.config.BOUNDSCHECK, numba.config.DEBUGINFO_DEFAULT)
+    return repr((FORMAT, np.__version__.split(".")[0], compiler, settings))
+
+
+@cache
+def kernel_folder() -> Path:
+    """The folder that this process keeps compiled kernels in; it need not exist."""
+    named = os.environ.get(VARIABLE)
+    folders = [Path(named)] if named else [folder / "kernels" for folder in cache_folders()]
+    for folder in folders:
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            return folder
+    return folders[-1]
+
+
+def _read(key: str) -> bytes | None:
+    """Read what :func:`_write` kept; None for a file that is not there or not whole."""
+    try:
+        content = (kernel_folder() / key[:2] / key[2:]).read_bytes()
+    except OSError:
+        return None
+    digest, rest = content[:_DIGEST], content[_DIGEST:]
+    return rest if hashlib.sha256(rest).digest() == digest else None
+
+
+def _write(key: str, content: bytes) -> None:
+    path = kernel_folder() / key[:2] / key[2:]
+    half = path.with_name(f"{path.name}.{os.getpid()}")
+    try:
+        path.parent.mkdir(mode=0o700, exist_ok=True)
+        # No fsync: what a crash of the machine leaves half written is known by its digest.
+        half.write_bytes(hashlib.sha256(content).digest() + content)
+        half.replace(path)
+    except OSError:
+        return  # a cache may fail: the next process compiles again

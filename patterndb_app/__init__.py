@@ -1,0 +1,1 @@
+"""What a person starts: the command line. It stands above all packages; nothing imports it."""

@@ -1,0 +1,149 @@
+"""The verb that shows fills in space as they are found: explore."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from patterndb_app.cli.options import (
+    FileName,
+    Numbers,
+    boundary_of,
+    db_to_read,
+    open_database,
+    picture_path,
+)
+from patterndb_app.cli.searching import Corners
+from patterndb_app.cli.text import say
+
+if TYPE_CHECKING:
+    from query import Boundary, Stroke
+
+
+@click.command()
+@click.argument("boundary", type=FileName(), required=False)
+@click.option(
+    "--surface",
+    type=FileName(),
+    metavar="FILE",
+    help="The mesh to draw and to fill on; a plane if not given.",
+)
+@click.option("--sides", type=Numbers(), help="A flat boundary of these edges instead.")
+@click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
+@click.option(
+    "--corners",
+    type=Corners(),
+    help="With --sides: c convex, r reflex, where each side begins.",
+)
+@click.option(
+    "--tolerance",
+    type=click.IntRange(0),
+    default=1,
+    show_default=True,
+    metavar="K",
+    help="Edges that a strand's ends may be off its stroke's.",
+)
+@click.option(
+    "--rank",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    metavar="K",
+    help="Begin with the K-th fill.",
+)
+@db_to_read
+@click.option(
+    "-o",
+    "--output",
+    type=picture_path(".png"),
+    metavar="FILE",
+    help="Write one PNG instead of opening a window.",
+)
+@click.option("--keys", default="", help='Keys pressed first, with spaces: "o Right h".')
+def explore(
+    boundary: Path | None,
+    surface: Path | None,
+    sides: tuple[int, ...] | None,
+    closed: bool,
+    corners: tuple[str, ...] | None,
+    tolerance: int,
+    rank: int,
+    db: Path | None,
+    output: Path | None,
+    keys: str,
+) -> int:
+    """Look through the fills of a boundary on a surface; the key h lists the keys.
+
+    BOUNDARY is a JSON file as of 'patterndb fill'; without one, a boundary is drawn in the
+    window, corner by corner. Fills are shown as they are found. Change the boundary or draw
+    strokes, and they are looked for anew.
+
+    \b
+    patterndb explore --surface head.obj
+    patterndb explore cheek.json --surface head.obj --rank 3 -o cheek.png
+    patterndb explore --sides 3,5,4,6
+    """
+    if boundary is not None and sides is not None:
+        raise click.UsageError("give either a boundary's file or --sides")
+    if sides is not None and surface is not None:
+        raise click.UsageError("--sides has no place on a surface; give a boundary's file")
+    if sides is None and (closed or corners):
+        raise click.UsageError("--closed and --corners go with --sides")
+    if output is not None and boundary is None and sides is None:
+        raise click.UsageError("nothing to fill: give a boundary's file or --sides")
+    # Imported here because compiled kernels take a moment that --help need not wait for.
+    from query.placing import Surface
+    from viewer.explore import explore as open_explorer
+    from viewer.explorer_keys import KEYS
+
+    try:
+        KEYS.check(keys)
+    except ValueError as error:
+        raise click.BadParameter(str(error), param_hint="--keys") from error
+    asked, strokes = _asked(boundary, sides, closed, corners)
+    ground: Surface | None = None
+    if surface is not None:
+        from ingest.read import read_mesh
+
+        ground = Surface.from_polygons(read_mesh(surface))
+    from patterndb_app.cli.obj import write_placed_fill
+
+    with open_database(db) as database:
+        open_explorer(
+            database,
+            asked,
+            surface=ground,
+            strokes=strokes,
+            tolerance=tolerance,
+            rank=rank,
+            write_obj=write_placed_fill,
+            off_screen=output,
+            keys=keys,
+        )
+    if output is not None:
+        say(f"drawn: {output}")
+    return 0
+
+
+def _asked(
+    path: Path | None,
+    sides: tuple[int, ...] | None,
+    closed: bool,
+    corners: tuple[str, ...] | None,
+) -> tuple[Boundary | None, list[Stroke]]:
+    """The boundary and strokes that were asked for, if any were."""
+    if path is not None:
+        from query.boundaryfile import read_boundary
+
+        return read_boundary(path)
+    if sides is None:
+        return None, []
+    from viewer.contour import flat
+
+    named = boundary_of(sides, closed, corners)
+    return flat(named.lengths, named.corners), []
+
+
+COMMANDS = (explore,)

@@ -1,0 +1,288 @@
+"""The verb that recovers feature curves from strokes: features."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from math import radians
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+from click.core import ParameterSource
+
+from patterndb.errors import NotFoundError
+from patterndb_app.cli.failure import EXIT_NOTHING
+from patterndb_app.cli.options import FileName, FileToWrite, as_json, picture_path, read_model
+from patterndb_app.cli.text import plural, say, shortened, table, write, write_json
+from patterndb_app.cli.values import Direction
+
+if TYPE_CHECKING:
+    from patterndb_sketch.features.model import Model
+    from patterndb_sketch.features.sessionfile import Session
+    from patterndb_sketch.features.snap import SnapSettings
+    from patterndb_sketch.features.splines import Constraint
+    from patterndb_sketch.features.strokes import RecoveredCurve, Stroke
+
+
+@click.command()
+@click.argument("model", type=FileName())
+@click.option("--strokes", type=FileName(), metavar="FILE", help="The strokes, JSON.")
+@click.option("-o", "--output", type=FileToWrite(".json"), metavar="FILE", help="The curves, JSON.")
+@click.option(
+    "--alpha",
+    type=click.FloatRange(0, 1),
+    default=1.0,
+    show_default=True,
+    help="1: curves go where the surface bends; 0: where its normals have the angle --beta.",
+)
+@click.option(
+    "--beta",
+    type=click.FloatRange(0, 180),
+    default=90.0,
+    show_default=True,
+    help="The angle of normals to the axis, in degrees, where alpha is below 1.",
+)
+@click.option(
+    "--axis",
+    type=Direction(),
+    default="z",
+    show_default=True,
+    help="The direction that normals are measured from: x, y, z or three numbers.",
+)
+@click.option(
+    "--stiffness",
+    type=click.FloatRange(1, 1e6),
+    default=1.0,
+    show_default=True,
+    help="More makes curves go straighter on.",
+)
+@click.option(
+    "--degree", type=click.IntRange(1, 9), default=3, show_default=True, help="Of the splines."
+)
+@click.option(
+    "--reach",
+    type=click.FloatRange(0.000001, 1),
+    default=0.05,
+    show_default=True,
+    help="How far from the stroke to look, as a share of the model's diagonal.",
+)
+@click.option(
+    "--rounds",
+    type=click.IntRange(1, 100),
+    default=2,
+    show_default=True,
+    help="How often the ribs are built about the curve.",
+)
+@click.option("--strict", is_flag=True, help="Price steps across ribs as the paper does.")
+@click.option(
+    "--session",
+    type=FileToWrite(),
+    metavar="FILE",
+    help="A session to go on with, if it is there, and to keep the curves in.",
+)
+@click.option("--view", is_flag=True, help="Draw in a window; the key h lists the keys.")
+@click.option(
+    "--picture",
+    type=picture_path(".png"),
+    metavar="FILE",
+    help="Draw the model and the curves into a PNG, without a window.",
+)
+@as_json
+def features(
+    model: Path,
+    strokes: Path | None,
+    output: Path | None,
+    session: Path | None,
+    view: bool,
+    picture: Path | None,
+    as_json: bool,
+    **chosen: Any,
+) -> int:
+    """Recover the feature curves along which strokes were roughly drawn.
+
+    MODEL is a mesh file of any quality (OBJ, PLY, VTK, VTP, USD): open, torn, self-intersecting,
+    turned inside out. STROKES is a JSON file; only points must be given:
+
+    \b
+    {"strokes": [{"name": "roof", "points": [[1.3,-0.6,1.1], [2.4,-0.6,1.0]],
+                  "constraints": [{"at": [1.8,-0.6,1.1]}],      the curve passes here
+                  "settings": {"alpha": 0, "beta": 60}}, ...]}  in place of the options
+
+    Across every stroke ribs are laid, the model's outline in planes; a minimum cut through them
+    is the curve, a smooth B-spline. The curves written are a network for the verb register. A
+    table tells for every curve its length, samples, ribs that were mended or lost, and how far
+    the stroke was from it.
+
+    Without --strokes the curves of the session are found anew; with --view alone they are shown
+    as they are, and new ones drawn.
+
+    Exit code 1 where a stroke has no curve, 3 for a file that is not what it must be.
+
+    \b
+    patterndb features sedan.obj --strokes sedan.strokes.json -o sedan.curves.json
+    patterndb features sedan.obj --strokes rough.json --alpha 0.5 --beta 60 --stiffness 4 --json
+    patterndb features sedan.obj --session sedan.session --view
+    """
+    looking = strokes is None and view and output is None and not as_json
+    if strokes is None and session is None:
+        if not view:
+            raise click.UsageError("there is nothing to do; give --strokes, --session or --view")
+        if not looking:
+            raise click.UsageError("without --strokes or --session there are no curves to write")
+    # Imported here because compiled kernels take a moment that --help need not wait for.
+    from patterndb_sketch.features.curvesettings import settings_of_numbers
+    from patterndb_sketch.features.sessioncurves import with_curves
+    from patterndb_sketch.features.sessionfile import Session, read_session, write_session
+    from patterndb_sketch.features.snap import SnapSettings
+
+    there = session is not None and (session.exists() or (strokes is None and not view))
+    kept = read_session(session) if session is not None and there else Session(model.name)
+    given = _given(chosen)
+    settings = replace(settings_of_numbers(kept.settings, SnapSettings()), **given)
+    ground = read_model(model)
+    _say_model(model, ground, kept)
+    found: list[RecoveredCurve] = []
+    if not looking:
+        found, lost, seconds = _recovered(ground, _asked(strokes, kept, settings, given))
+        if not found:
+            raise NotFoundError(f"{strokes or session}: there is no curve; see above")
+        if output is not None:
+            from patterndb_sketch.features.files.curvesjson import write_curves
+
+            write_curves(output, found, model.name)
+        if as_json:
+            write_json(_document(model, ground, found, lost, seconds, output, session))
+        else:
+            write(table(HEADS, [_row(one) for one in found]))
+        _say_found(found, seconds)
+        if output is not None:
+            say(f"written: {output}")
+    else:
+        lost = {}
+    kept = with_curves(kept, found, settings) if found else kept
+    if session is not None and found:
+        write_session(session, kept)
+        say(f"written: {session}")
+    if picture is not None or view:
+        from viewer.features import draw, show
+
+        if picture is not None:
+            draw(ground, picture, session=kept, bare=True)
+            say(f"drawn: {picture}")
+        if view:
+            show(ground, title=model.name, session=kept, session_path=session, settings=settings)
+    return EXIT_NOTHING if lost else 0
+
+
+#: Columns that a table leaves for the names of curves.
+NAME_WIDTH = 32
+
+HEADS = ("curve", "length", "samples", "mended", "failed", "moved", "at most")
+
+#: Settings by the names of their options, where they differ.
+SETTINGS = {"reach": "radius"}
+
+
+def _given(chosen: Mapping[str, Any]) -> dict[str, Any]:
+    """The settings that options were given for."""
+    context = click.get_current_context()
+    return {
+        SETTINGS.get(name, name): radians(value) if name == "beta" else value
+        for name, value in chosen.items()
+        if context.get_parameter_source(name) != ParameterSource.DEFAULT
+    }
+
+
+def _asked(
+    strokes: Path | None, session: Session, usual: SnapSettings, given: Mapping[str, Any]
+) -> list[tuple[Stroke, tuple[Constraint, ...]]]:
+    """The strokes of the file, else those of the session with what was dragged there."""
+    from patterndb_sketch.features.files.strokesjson import read_strokes
+    from patterndb_sketch.features.sessioncurves import session_strokes
+
+    if strokes is not None:
+        return [(stroke, ()) for stroke in read_strokes(strokes, usual)]
+    return [
+        (replace(stroke, settings=replace(stroke.settings, **given)), constraints)
+        for stroke, constraints in session_strokes(session, usual)
+    ]
+
+
+def _recovered(
+    model: Model, asked: Sequence[tuple[Stroke, tuple[Constraint, ...]]]
+) -> tuple[list[RecoveredCurve], dict[str, str], float]:
+    """The curves, why strokes have none, by name, and how many seconds it took."""
+    from patterndb_sketch.features.errors import InvalidFeatureError
+    from patterndb_sketch.features.strokes import recovered
+
+    found: list[RecoveredCurve] = []
+    lost: dict[str, str] = {}
+    started = time.perf_counter()
+    for stroke, constraints in asked:
+        try:
+            found.append(recovered(model, stroke, constraints))
+        except InvalidFeatureError as error:
+            lost[stroke.name] = str(error)
+            say(str(error))
+    return found, lost, time.perf_counter() - started
+
+
+def _document(
+    model: Path, ground: Model, found: Sequence[RecoveredCurve], lost: dict[str, str],
+    seconds: float, output: Path | None, session: Path | None,
+) -> dict[str, object]:  # fmt: skip
+    from patterndb_sketch.features.files.curvesjson import curve_document
+
+    return {
+        "model": str(model),
+        "triangles": len(ground.triangles),
+        "components": ground.n_components,
+        "diagonal": ground.diagonal,
+        "curves": {one.name: curve_document(one) for one in found},
+        "lost": lost,
+        "seconds": round(seconds, 6),
+        "output": None if output is None else str(output),
+        "session": None if session is None else str(session),
+    }
+
+
+def _row(one: RecoveredCurve) -> tuple[object, ...]:
+    curve, figures = one.curve, one.figures
+    return (
+        shortened(one.name, NAME_WIDTH),
+        f"{figures.length:.4g}",
+        len(curve.samples),
+        len(curve.repaired),
+        len(curve.failed),
+        f"{figures.moved.mean:.3g}",
+        f"{figures.moved.most:.3g}",
+    )
+
+
+def _say_model(path: Path, model: Model, session: Session) -> None:
+    parts = f"{plural(len(model.triangles), 'triangle')}, {plural(model.n_components, 'component')}"
+    left_out = [
+        f"{count:,} {what}"
+        for count, what in ((model.dropped, "without area"), (model.repeated, "there twice"))
+        if count
+    ]
+    say(f"{path.name}: {parts}" + (f"; left out: {', '.join(left_out)}" if left_out else ""))
+    if session.mesh and session.mesh != path.name:
+        say(f"the session was drawn on {session.mesh}; its curves may not fit {path.name}")
+
+
+def _say_found(found: Sequence[RecoveredCurve], seconds: float) -> None:
+    for one in found:
+        for note in one.curve.notes:
+            say(f"{one.name}: {note}")
+        if one.curve.ended:
+            say(
+                f"{one.name}: {len(one.curve.ended)} of {len(one.curve.samples)} ribs were cut at "
+                "their ends; the feature may be farther from the stroke: see --reach"
+            )
+    say(f"{plural(len(found), 'curve')} recovered in {seconds:.2f} s")
+
+
+COMMANDS = (features,)

@@ -1,0 +1,213 @@
+"""The verb that fills a boundary in space: fill."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from patterndb.errors import NotFoundError
+from patterndb_app.cli.options import OBJ, FileName, as_json, db_to_read, open_database
+from patterndb_app.cli.searching import search_arguments, search_options
+from patterndb_app.cli.text import plural, say, write_json
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from query import Fill
+    from query.placing import Placement
+
+#: A boundary that encloses more of its surface than this may well run the wrong way round.
+MOST_OF_SURFACE = 0.5
+
+
+@click.command()
+@click.argument("boundary", type=FileName())
+@click.option(
+    "--surface",
+    type=FileName(),
+    metavar="FILE",
+    help="The mesh that the fill shall lie on, as the boundary does.",
+)
+@click.option(
+    "--strokes",
+    type=FileName(),
+    metavar="FILE",
+    help="Strokes in a JSON file of their own, added to the boundary's.",
+)
+@click.option(
+    "--rank",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    metavar="K",
+    help="Place the K-th fill.",
+)
+@db_to_read
+@click.option(
+    "--record",
+    is_flag=True,
+    help="Record in --db that the fill was accepted, for --use-counts.",
+)
+@search_options
+@click.option(
+    "-o", "--output", type=OBJ, required=True, metavar="FILE", help="The placed fill, OBJ."
+)
+@as_json
+def fill(
+    boundary: Path,
+    surface: Path | None,
+    strokes: Path | None,
+    rank: int,
+    db: Path | None,
+    record: bool,
+    output: Path,
+    as_json: bool,
+    **search: Any,
+) -> int:
+    """Fill a boundary in space: place its best fill, or the K-th, and write it as OBJ.
+
+    BOUNDARY is a JSON file: a polyline per side, counter-clockwise, and edge counts.
+
+    \b
+    {"sides": [[[0,0,0],[4,0,0]], [[4,0,0],[4,3,1]], [[4,3,1],[0,0,0]]],
+     "edge_length": 1.0,                    or "lengths": [4, 3, 5]
+     "corners": ["convex", "c", "r"],       convex or reflex; may be left out
+     "strokes": [[[2,0,0],[4,1,0.3]], {"points": [...], "loop": true}]}
+
+    The boundary's vertices, at equal distances along each side, stay where they are. Strokes
+    are strands that the fill shall have; they are pulled onto them.
+
+    Exit code 1 where there is no such fill, 3 for a file that is not what it must be.
+
+    \b
+    patterndb fill boundary.json -o fill.obj
+    patterndb fill cheek.json --surface head.obj --rank 2 -o cheek.obj --json
+    patterndb fill cheek.json --db my.db --record -o cheek.obj
+    """
+    if record and db is None:
+        raise click.UsageError("--record needs --db: the starter database cannot be changed")
+    # Imported here because compiled kernels take a moment that --help need not wait for.
+    from query import fills
+    from query.boundaryfile import read_boundary, read_strokes
+    from query.placing import Surface, place
+
+    asked, drawn = read_boundary(boundary)
+    assert asked.points is not None
+    if strokes is not None:
+        drawn += read_strokes(strokes, asked)
+    ground: Surface | None = None
+    if surface is not None:
+        from ingest.read import read_mesh
+
+        ground = Surface.from_polygons(read_mesh(surface))
+    options: dict[str, Any] = {"limit": rank, "strokes": drawn, **search_arguments(search)}
+    tolerance = options["tolerance"]
+    with open_database(db) as database:
+        started = time.perf_counter()
+        listed = list(fills(database, asked, **options))
+        found_at = time.perf_counter()
+    if len(listed) < rank:
+        count = plural(len(listed), "fill")
+        raise NotFoundError(
+            f"there is no fill {rank}, only {count}; see 'patterndb query --sides "
+            f"{','.join(map(str, asked.lengths))}'"
+        )
+    chosen = listed[rank - 1]
+    placement = place(chosen, asked.points, ground, drawn, tolerance=tolerance)
+    seconds = found_at - started, time.perf_counter() - found_at
+
+    from patterndb_app.cli.obj import write_placed_fill
+
+    write_placed_fill(output, chosen, placement.vertices)
+    if record:
+        with open_database(db, "write") as database:
+            uses = database.record_use(chosen.pattern)
+        say(f"recorded: {plural(uses, 'use')} of pattern {chosen.pattern.name}")
+    if as_json:
+        write_json(_document(chosen, placement, rank, output, seconds))
+    _tell(chosen, placement, seconds)
+    say(f"written: {output}")
+    return 0
+
+
+def _document(
+    fill: Fill, placement: Placement, rank: int, output: Path, seconds: tuple[float, float]
+) -> dict[str, object]:
+    strokes: list[dict[str, float | None]] = [
+        {
+            "mean_before": _finite(before[0]),
+            "most_before": _finite(before[1]),
+            "mean_after": _finite(after[0]),
+            "most_after": _finite(after[1]),
+        }
+        for before, after in _stroke_rows(placement)
+    ]
+    return {
+        "output": str(output),
+        "rank": rank,
+        "fill": fill.to_json(),
+        "irregular": fill.disk().irregular().tolist(),
+        "flipped": placement.flipped.tolist(),
+        "rounds": placement.rounds,
+        "residual": placement.residual,
+        "at_rest": placement.at_rest,
+        "off_surface": placement.off_surface,
+        "region_share": placement.region_share,
+        "strokes": strokes,
+        "pull": placement.pull,
+        "seconds_query": round(seconds[0], 4),
+        "seconds_place": round(seconds[1], 4),
+    }
+
+
+def _tell(fill: Fill, placement: Placement, seconds: tuple[float, float]) -> None:
+    irregular = fill.n_irregular
+    say(
+        f"pattern {fill.pattern.name}: {plural(fill.n_quads, 'quad')}, "
+        f"{plural(irregular, 'irregular vertex', 'irregular vertices')}, "
+        f"found in {seconds[0]:.2f} s, placed in {seconds[1]:.2f} s"
+    )
+    if placement.region_share is not None:
+        say(
+            f"on the surface after {plural(placement.rounds, 'round')} of smoothing and "
+            f"projection{'' if placement.at_rest else ', not at rest'}; the boundary encloses "
+            f"{placement.region_share:.1%} of it"
+        )
+        if placement.region_share > MOST_OF_SURFACE:
+            say(
+                "that is more than half of it: if it is not meant, list sides and points the "
+                "other way round, counter-clockwise seen from outside"
+            )
+    for number, (before, after) in enumerate(_stroke_rows(placement), 1):
+        if math.isnan(before[0]):
+            say(f"stroke {number}: no strand of this fill ends near both its ends")
+        else:
+            say(
+                f"stroke {number}: mean distance {before[0]:.4g} before its strand was pulled, "
+                f"{after[0]:.4g} after; greatest {before[1]:.4g}, {after[1]:.4g}"
+            )
+    flipped = placement.flipped.tolist()
+    if flipped:
+        shown = ", ".join(str(q + 1) for q in flipped[:8]) + ("…" if len(flipped) > 8 else "")
+        say(
+            f"{plural(len(flipped), 'flipped quad')}: face {shown}; another --rank, or a boundary "
+            "that bends less, may have none"
+        )
+
+
+def _stroke_rows(
+    placement: Placement,
+) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    return list(zip(placement.strokes_before, placement.strokes_after, strict=True))
+
+
+def _finite(number: float) -> float | None:
+    return float(number) if math.isfinite(number) else None
+
+
+COMMANDS = (fill,)

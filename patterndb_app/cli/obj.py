@@ -1,0 +1,85 @@
+"""Fills and surfaces as OBJ files."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from patterndb.system.files import replace_file
+from patterndb_app.cli.text import printable
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from patterndb_sketch.surfacing import Surfacing
+    from query import Boundary, Fill
+
+
+def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
+    """Write the fill in the plane z = 0, as pictures show it: boundary vertices first, from
+    corner 0 on, then the interior ones; quads counter-clockwise."""
+    # Imported here because only pictures and files need places for vertices.
+    from viewer import embed
+
+    points = embed(fill.disk())
+    lengths = " ".join(str(n) for n in boundary.lengths)
+    lines = [
+        f"# fill of a boundary with sides {lengths}",
+        f"# pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
+        *(f"v {x:.6f} {y:.6f} 0" for x, y in points.tolist()),
+        *(f"f {a} {b} {c} {d}" for a, b, c, d in (fill.quads + 1).tolist()),
+    ]
+    replace_file(path, "\n".join(lines) + "\n")
+
+
+def write_placed_fill(path: Path, fill: Fill, vertices: NDArray[np.float64]) -> None:
+    """Write a fill placed in space; vertices: (v, 3). Every number reads back as it was."""
+    lengths = " ".join(str(n) for n in fill.lengths)
+    lines = [
+        f"# fill of a boundary with sides {lengths}, its vertices first",
+        f"# pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
+        *(f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()),
+        *(f"f {a} {b} {c} {d}" for a, b, c, d in (fill.quads + 1).tolist()),
+    ]
+    replace_file(path, "\n".join(lines) + "\n")
+
+
+def write_surface(path: Path, surfacing: Surfacing) -> None:
+    """Write the surface of a network, a group per patch, named by its curves and its method.
+
+    Neighbouring patches share vertices. Every number reads back as it was.
+    """
+    faces = [face for patch in surfacing.patches for face in patch.faces]
+    used = np.unique(np.concatenate([np.zeros(0, np.int64), *(face.ravel() for face in faces)]))
+    name = np.zeros(len(surfacing.points), np.int64)
+    name[used] = np.arange(1, len(used) + 1)
+    lines = [f"# surface of a curve network: {len(surfacing.patches)} patches"]
+    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in surfacing.points[used].tolist()]
+    for number, patch in enumerate(surfacing.patches, 1):
+        curves = " ".join(str(c) for c in surfacing.network.names(patch.cycle))
+        lines.append(f"g patch_{number}")
+        lines.append(f"# {patch.method or 'no method'}, curves {printable(curves)}")
+        for face in patch.faces:
+            lines += [f"f {' '.join(map(str, row))}" for row in name[face].tolist()]
+    replace_file(path, "\n".join(lines) + "\n")
+
+
+def write_quads(
+    path: Path,
+    points: NDArray[np.float64],
+    quads: NDArray[np.int32],
+    title: str,
+    groups: Sequence[str] = (),
+) -> None:
+    """Write (v, 3) points and (q, 4) quads in their order, with a group wherever the names of
+    groups, one for each quad, change. Every number reads back as it was."""
+    lines = [f"# {printable(title)}"]
+    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
+    for k, (a, b, c, d) in enumerate((quads + 1).tolist()):
+        if groups and (not k or groups[k] != groups[k - 1]):
+            lines.append(f"g {groups[k]}")
+        lines.append(f"f {a} {b} {c} {d}")
+    replace_file(path, "\n".join(lines) + "\n")

@@ -1,0 +1,173 @@
+"""What several verbs share: their options, and the way to a database and a boundary."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from patterndb_app.cli.text import say
+
+if TYPE_CHECKING:
+    from patterndb.store import Database
+    from patterndb.store.connection import Mode
+    from patterndb_sketch.features.model import Model
+    from query import Boundary
+
+    # Generic for the type checker alone: older releases of click have a plain class.
+    ParamType = click.ParamType[Any, Any]
+else:
+    ParamType = click.ParamType
+
+
+class FileName(ParamType):
+    """The name of a file or folder, which need not be there."""
+
+    name = "file"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        if not str(value):
+            # Path("") would be the present folder: a slip, such as a shell variable unset.
+            self.fail("the name is empty", param, ctx)
+        if not is_text(str(value)):
+            self.fail(f"{str(value)!r} is not UTF-8; rename the file", param, ctx)
+        return Path(value)
+
+
+class FileToWrite(FileName):
+    """A file to write, with one of the suffixes; what, doing: the words of messages."""
+
+    def __init__(self, *suffixes: str, what: str = "file", doing: str = "write") -> None:
+        self.suffixes = suffixes
+        self.what = what
+        self.doing = doing
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = super().convert(value, param, ctx)
+        if self.suffixes and path.suffix.lower() not in self.suffixes:
+            self.fail(f"{value} must end in {' or '.join(self.suffixes)}", param, ctx)
+        if path.is_dir():
+            self.fail(f"{value} is a folder; name a {self.what} in it", param, ctx)
+        if not path.absolute().parent.is_dir():
+            self.fail(f"there is no folder {path.parent} to {self.doing} into", param, ctx)
+        return path
+
+
+OBJ = FileToWrite(".obj")
+
+
+def is_text(name: str) -> bool:
+    """Can the name be kept in a database? Those that are no UTF-8 cannot."""
+    return not any("\ud800" <= c <= "\udfff" for c in name)
+
+
+db_to_read = click.option(
+    "--db",
+    type=FileName(),
+    metavar="FILE",
+    help="The database to ask; the starter database if not given.",
+)
+
+db_to_write = click.option(
+    "--db",
+    type=FileName(),
+    metavar="FILE",
+    required=True,
+    help="The database to change.",
+)
+
+as_json = click.option("--json", "as_json", is_flag=True, help="Write one JSON document to stdout.")
+
+
+def open_database(path: Path | None, mode: Mode = "read") -> Database:
+    """The database named by --db, or the starter."""
+    # Imported here because --help and wrong usage need not wait for compiled kernels.
+    import patterndb
+
+    return patterndb.open(path, mode, say=say)
+
+
+def boundary_of(
+    sides: tuple[int, ...], closed: bool, corners: tuple[str, ...] | None = None
+) -> Boundary:
+    """The boundary that --sides, --closed and --corners ask for."""
+    if closed and len(sides) > 1:
+        raise click.UsageError("--closed goes with one length: --sides 12 --closed")
+    if closed and corners:
+        raise click.UsageError("--closed is a side without corners; leave --corners out")
+    from query import Boundary
+
+    return Boundary(sides, () if closed else corners)  # pyright: ignore[reportArgumentType]
+
+
+def read_model(path: Path) -> Model:
+    """The model in a mesh file, its triangles as they stand."""
+    from ingest.read import read_mesh
+    from patterndb_sketch.features.errors import InvalidFeatureError
+    from patterndb_sketch.features.model import Model
+
+    mesh = read_mesh(path)
+    try:
+        return Model.from_polygons(mesh)
+    except InvalidFeatureError as error:
+        raise InvalidFeatureError(f"{path}: {error}") from None
+
+
+class Numbers(ParamType):
+    """Whole numbers with commas between: 3,5,4,6."""
+
+    name = "n,n,..."
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, ...]:
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        parts = [part.strip() for part in str(value).split(",")]
+        if not all(re.fullmatch(r"[+-]?[0-9]{1,18}", part) for part in parts):
+            self.fail(f"{value!r} is not a list of whole numbers like 3,5,4,6", param, ctx)
+        return tuple(int(part) for part in parts)
+
+
+class Range(ParamType):
+    """Two whole numbers, 3..5, from ``least`` on; one number means from it to itself."""
+
+    name = "a..b"
+
+    def __init__(self, least: int = 1) -> None:
+        self.least = least
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int]:
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        match = re.fullmatch(r"([0-9]{1,9})(?:\.\.([0-9]{1,9}))?", str(value).strip())
+        if not match:
+            self.fail(f"{value!r} is not a range like 3..5", param, ctx)
+        low = int(match[1])
+        high = int(match[2] or match[1])
+        if low > high:
+            self.fail(f"the range {value} runs backwards; write {high}..{low}", param, ctx)
+        if low < self.least:
+            self.fail(f"{low} is too few; the least is {self.least}", param, ctx)
+        return low, high
+
+
+def picture_path(*suffixes: str) -> ParamType:
+    """A file to draw into, with one of the suffixes."""
+    return FileToWrite(*suffixes, what="picture", doing="draw")
+
+
+max_irregular_option = click.option(
+    "--max-irregular",
+    type=click.IntRange(0),
+    metavar="K",
+    help="Only patterns with at most K irregular vertices.",
+)
+
+valence_option = click.option(
+    "--valence", type=Range(), help="Only irregular vertices of these valences."
+)

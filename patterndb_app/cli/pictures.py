@@ -1,0 +1,279 @@
+"""The verbs that draw: show, gallery, browse."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from patterndb.errors import NotFoundError
+from patterndb_app.cli.options import (
+    Numbers,
+    boundary_of,
+    db_to_read,
+    max_irregular_option,
+    open_database,
+    picture_path,
+    valence_option,
+)
+from patterndb_app.cli.text import plural, say
+
+if TYPE_CHECKING:
+    from patterndb.core.disk import Disk
+    from patterndb.core.pattern import Pattern
+    from query import Boundary, Fill
+
+PICTURE = picture_path(".png", ".svg")
+
+
+@click.command()
+@click.argument("pattern", required=False)
+@click.option("--sides", type=Numbers(), help="Draw a fill of this boundary instead.")
+@click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
+@click.option(
+    "--rank",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    metavar="K",
+    help="With --sides: the K-th fill.",
+)
+@click.option("--widths", type=Numbers(), help="Widths of the pattern's polychords.")
+@db_to_read
+@click.option(
+    "-o", "--output", type=PICTURE, required=True, metavar="FILE", help="The picture, PNG or SVG."
+)
+@click.option("--plain", is_flag=True, help="Do not tint the polychords.")
+def show(
+    pattern: str | None,
+    sides: tuple[int, ...] | None,
+    closed: bool,
+    rank: int,
+    widths: tuple[int, ...] | None,
+    db: Path | None,
+    output: Path,
+    plain: bool,
+) -> int:
+    """Draw one pattern, by the first digits of its name, or one fill of a boundary.
+
+    \b
+    patterndb show 05c1f0 -o pattern.png
+    patterndb show --sides 3,5,4,6 --rank 2 -o fill.svg
+    """
+    if (pattern is None) == (sides is None):
+        raise click.UsageError("give either a pattern's name or --sides")
+    if widths is not None and pattern is None:
+        raise click.UsageError("--widths goes with a pattern's name; a fill has its own")
+    # Imported here because drawing libraries take a moment that --help need not wait for.
+    from query import fills
+    from viewer import Card, save_picture
+
+    with open_database(db) as database:
+        if pattern is not None:
+            found = database.pattern(pattern)
+            card = Card.of_pattern(found)
+            if widths is not None:
+                title = f"{found.name} widened"
+                card = Card.of_disk(_widened(found, widths), title)
+        else:
+            assert sides is not None
+            boundary = boundary_of(sides, closed)
+            found = fills(database, boundary, limit=rank)
+            listed = list(found)
+            if len(listed) < rank:
+                raise NotFoundError(
+                    f"there is no fill {rank}, only {plural(len(listed), 'fill')}"
+                    if listed
+                    else f"no fill: {found.reason}"
+                )
+            fill = listed[rank - 1]
+            card = Card.of_disk(fill.disk(), fill.pattern.name, rank)
+    save_picture(output, card, tinted=not plain)
+    say(f"drawn: {output}")
+    return 0
+
+
+def _widened(pattern: Pattern, widths: Sequence[int]) -> Disk:
+    from query.expand import expand
+
+    return expand(pattern, widths).disk()
+
+
+@click.command()
+@click.option(
+    "--class", "n_sides", type=click.IntRange(0), metavar="N", help="Patterns with N sides."
+)
+@click.option("--sides", type=Numbers(), help="The fills of this boundary instead.")
+@click.option("--closed", is_flag=True, help="With --sides: one closed side without a corner.")
+@db_to_read
+@click.option(
+    "-o",
+    "--output",
+    type=PICTURE,
+    required=True,
+    metavar="FILE",
+    help="The sheet, PNG or SVG; several pages are numbered.",
+)
+@click.option(
+    "--limit",
+    type=click.IntRange(1),
+    default=60,
+    show_default=True,
+    metavar="N",
+    help="Draw at most N.",
+)
+@click.option("--convex", is_flag=True, help="With --class: only patterns without reflex corner.")
+@max_irregular_option
+@valence_option
+@click.option(
+    "--per-page",
+    type=click.IntRange(1, 200),
+    default=60,
+    show_default=True,
+    metavar="N",
+    help="Draw at most N on a page.",
+)
+@click.option("--plain", is_flag=True, help="Do not tint the polychords.")
+def gallery(
+    n_sides: int | None,
+    sides: tuple[int, ...] | None,
+    closed: bool,
+    db: Path | None,
+    output: Path,
+    limit: int,
+    convex: bool,
+    max_irregular: int | None,
+    valence: tuple[int, int] | None,
+    per_page: int,
+    plain: bool,
+) -> int:
+    """Draw a contact sheet: the patterns of a class, or the fills of a boundary.
+
+    \b
+    patterndb gallery --class 5 --limit 40 -o five.png
+    patterndb gallery --sides 3,5,4,6 --max-irregular 4 -o fills.svg
+    """
+    if (n_sides is None) == (sides is None):
+        raise click.UsageError("give either --class or --sides")
+    if convex and n_sides is None:
+        raise click.UsageError("--convex goes with --class; fills of --sides are convex")
+    # Imported here because drawing libraries take a moment that --help need not wait for.
+    from query import fills
+    from query.listing.filters import NO_DOUBLETS, Filters
+    from viewer import Card, save_gallery
+
+    with open_database(db) as database:
+        if sides is not None:
+            boundary = boundary_of(sides, closed)
+            found = fills(
+                database,
+                boundary,
+                limit=limit,
+                max_irregular=max_irregular,
+                valence=valence or NO_DOUBLETS,
+            )
+            listed = list(found)
+            if not listed:
+                raise NotFoundError(f"no fill: {found.reason}")
+            paths = fill_sheet(output, listed, boundary, per_page, tinted=not plain)
+        else:
+            assert n_sides is not None
+            chosen = database.pattern_class(n_sides)
+            passes = Filters(max_irregular, valence).passing(chosen)
+            if convex:
+                passes &= chosen.n_reflex == 0
+            rows = passes.nonzero()[0].tolist()
+            if not rows:
+                raise NotFoundError(
+                    f"the database has no such pattern of {plural(n_sides, 'side')}"
+                )
+            shown = rows[:limit]
+            title = f"{plural(len(rows), 'pattern')} of {plural(n_sides, 'side')}"
+            if len(shown) < len(rows):
+                title = f"the first {len(shown):,} of {title}"
+            cards = [Card.of_pattern(chosen.pattern(row), k) for k, row in enumerate(shown, 1)]
+            paths = save_gallery(output, cards, title=title, per_page=per_page, tinted=not plain)
+    for path in paths:
+        say(f"drawn: {path}")
+    return 0
+
+
+def fill_sheet(
+    path: Path,
+    fills: Sequence[Fill],
+    boundary: Boundary,
+    per_page: int = 60,
+    *,
+    tinted: bool = True,
+) -> list[Path]:
+    """A contact sheet of a boundary's fills; the paths written."""
+    from viewer import Card, save_gallery
+    from viewer.card import valence_text
+
+    cards = [
+        Card.of_disk(
+            fill.disk(),
+            fill.pattern.name,
+            rank,
+            f"{valence_text(fill.pattern.valences)}   {plural(len(fill.quads), 'quad')}   "
+            f"{fill.pattern.frequency:,}×",
+        )
+        for rank, fill in enumerate(fills, 1)
+    ]
+    lengths = ", ".join(str(n) for n in boundary.lengths)
+    return save_gallery(
+        path, cards, title=f"fills of sides {lengths}", per_page=per_page, tinted=tinted
+    )
+
+
+@click.command()
+@click.option(
+    "--class",
+    "n_sides",
+    type=click.IntRange(0),
+    metavar="N",
+    help="Begin with the patterns of N sides.",
+)
+@db_to_read
+@click.option(
+    "-o",
+    "--output",
+    type=picture_path(".png"),
+    metavar="FILE",
+    help="Write one PNG instead of opening a window.",
+)
+@click.option("--keys", default="", help='Keys pressed first, with spaces: "n n ] Up".')
+def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str) -> int:
+    """Page through a database's patterns in a window; the key h lists the keys.
+
+    \b
+    patterndb browse --class 5
+    patterndb browse --class 6 --keys "n Right ] Up" -o page.png
+    """
+    # Imported here because drawing libraries take a moment that --help need not wait for.
+    from viewer import browse as open_browser
+    from viewer.keys import KEYS
+
+    with contextlib.ExitStack() as stack:
+        database = stack.enter_context(open_database(db))
+        try:
+            KEYS.check(keys)
+        except ValueError as error:
+            raise click.BadParameter(str(error), param_hint="--keys") from error
+        open_browser(
+            database,
+            n_sides=n_sides,
+            expand=_widened,
+            meshes=lambda p: [o.mesh for o in database.occurrences(p)],
+            off_screen=output,
+            keys=keys,
+        )
+    if output is not None:
+        say(f"drawn: {output}")
+    return 0
+
+
+COMMANDS = (show, gallery, browse)

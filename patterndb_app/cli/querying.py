@@ -1,0 +1,203 @@
+"""The verb that asks for fills: query."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from patterndb_app.cli.batches import run_batch
+from patterndb_app.cli.failure import EXIT_NOTHING
+from patterndb_app.cli.options import (
+    FileName,
+    Numbers,
+    as_json,
+    boundary_of,
+    db_to_read,
+    open_database,
+    picture_path,
+)
+from patterndb_app.cli.searching import Corners, Flow, search_arguments, search_options, strokes_of
+from patterndb_app.cli.text import plural, say, table, write, write_json_with
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from query import Boundary, Fill
+
+
+@click.command()
+@click.option("--sides", type=Numbers(), help="Edges of every side, counter-clockwise.")
+@click.option("--closed", is_flag=True, help="One closed side without a corner: --sides 12.")
+@click.option(
+    "--corners",
+    type=Corners(),
+    help="The corner where each side begins: c convex, r reflex.  [default: all convex]",
+)
+@click.option(
+    "--flow",
+    "flows",
+    type=Flow(),
+    multiple=True,
+    help="A strand from edge i of side a to edge j of side b, from 0; may be given again.",
+)
+@click.option("--loop", "loops", count=True, help="A loop of quads inside; may be given again.")
+@click.option(
+    "--batch",
+    type=FileName(),
+    metavar="FILE",
+    help='Boundaries, one a line: 3,5,4,6 or {"sides": [...], "corners": [...], '
+    '"strokes": [[[a, i], [b, j]], ...], "loops": n}. One JSON document a line out.',
+)
+@db_to_read
+@click.option(
+    "--limit",
+    type=click.IntRange(1),
+    default=20,
+    show_default=True,
+    metavar="N",
+    help="List at most N fills.",
+)
+@search_options
+@as_json
+@click.option(
+    "--obj",
+    type=FileName(),
+    metavar="DIR",
+    help="Write every fill as DIR/fill-001.obj, flat.",
+)
+@click.option(
+    "--image",
+    type=picture_path(".png", ".svg"),
+    metavar="FILE",
+    help="Draw the fills as one sheet, PNG or SVG.",
+)
+def query(
+    sides: tuple[int, ...] | None,
+    closed: bool,
+    corners: tuple[str, ...] | None,
+    flows: tuple[Any, ...],
+    loops: int,
+    batch: Path | None,
+    db: Path | None,
+    limit: int,
+    as_json: bool,
+    obj: Path | None,
+    image: Path | None,
+    **search: Any,
+) -> int:
+    """Find the fills of a boundary, best first.
+
+    The first is the most regular; after it come those that artists have made most. Exit code
+    1 where there is no fill, as strokes and filters may have it.
+
+    \b
+    patterndb query --sides 3,5,4,6
+    patterndb query --sides 8,8,8,8,8,8 --limit 100 --json
+    patterndb query --sides 5,4,6,5 --flow 0:2-2:3 --loop --image fills.png
+    patterndb query --sides 6,2,4,4,2,4 --corners c,c,c,r,c,c --order regular
+    patterndb query --batch boundaries.jsonl --limit 5
+    """
+    if (sides is None) == (batch is None):
+        raise click.UsageError("give --sides or --batch, one of them")
+    if batch is not None and (closed or corners or flows or loops or obj or image):
+        raise click.UsageError("with --batch every line has its own corners, strokes and loops")
+    if obj is not None and obj.exists() and not obj.is_dir():
+        raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
+    arguments = {"limit": limit, **search_arguments(search)}
+    if batch is not None:
+        with open_database(db) as database:
+            return run_batch(batch, database, arguments)
+    assert sides is not None
+    return _one(
+        db, boundary_of(sides, closed, corners), flows, loops, arguments, as_json, obj, image
+    )
+
+
+def _one(
+    db: Path | None,
+    boundary: Boundary,
+    flows: tuple[Any, ...],
+    loops: int,
+    arguments: dict[str, Any],
+    as_json: bool,
+    obj: Path | None,
+    image: Path | None,
+) -> int:
+    # Imported here because compiled kernels take a moment that --help need not wait for.
+    from query import fills
+
+    started = time.perf_counter()
+    with open_database(db) as database:
+        found = fills(database, boundary, strokes=strokes_of(flows, loops), **arguments)
+        listed = list(found)
+        feasible = found.feasible_patterns
+        reason = found.reason
+    seconds = time.perf_counter() - started
+    if as_json:
+        document = {
+            "sides": list(boundary.lengths),
+            "corners": list(boundary.corners),
+            "feasible_patterns": feasible,
+            "truncated": found.truncated,
+            "stopped": found.stopped,
+            "reason": reason,
+            "seconds": round(seconds, 4),
+        }
+        write_json_with(document, "fills", (fill.to_json() for fill in listed))
+    elif listed:
+        write(_fill_table(listed))
+        fit = "pattern fits" if feasible == 1 else "patterns fit"
+        more = "; there are more fills than these (--limit)" if found.truncated else ""
+        say(f"{feasible:,} learned {fit} strictly ({seconds:.2f} s){more}")
+    if obj is not None and listed:
+        _write_objs(obj, listed, boundary)
+    if image is not None and listed:
+        from patterndb_app.cli.pictures import fill_sheet
+
+        for path in fill_sheet(image, listed, boundary):
+            say(f"drawn: {path}")
+    if not listed:
+        say(f"no fill: {reason}")
+        return EXIT_NOTHING
+    return 0
+
+
+def _fill_table(fills: Sequence[Fill]) -> str:
+    heads = ("rank", "pattern", "irregular", "quads", "origin", "seen", "turned", "widths")
+    strokes = any(fill.flow_distance is not None for fill in fills)
+    if strokes:
+        heads = (*heads[:3], "off", *heads[3:])
+    rows: list[tuple[object, ...]] = []
+    for rank, fill in enumerate(fills, 1):
+        boundary = fill.n_irregular_boundary
+        irregular = f"{fill.n_irregular} ({boundary} on boundary)" if boundary else fill.n_irregular
+        row: tuple[object, ...] = (rank, fill.pattern.name, irregular)
+        if strokes:
+            row = (*row, f"{fill.flow_distance or 0:g}")
+        rows.append(
+            (
+                *row,
+                len(fill.quads),
+                fill.origin,
+                fill.pattern.frequency,
+                f"{fill.rotation} mirrored" if fill.mirrored else str(fill.rotation),
+                " ".join(map(str, fill.widths)),
+            )
+        )
+    return table(heads, rows)
+
+
+def _write_objs(folder: Path, fills: Sequence[Fill], boundary: Boundary) -> None:
+    from patterndb_app.cli.obj import write_flat_fill
+
+    folder.mkdir(parents=True, exist_ok=True)
+    digits = max(3, len(str(len(fills))))
+    for rank, fill in enumerate(fills, 1):
+        write_flat_fill(folder / f"fill-{rank:0{digits}}.obj", fill, boundary)
+    say(f"written: {plural(len(fills), 'file')} in {folder}")
+
+
+COMMANDS = (query,)

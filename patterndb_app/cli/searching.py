@@ -1,0 +1,197 @@
+"""The options of verbs that search for fills, and the search that they ask for."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from patterndb_app.cli.options import ParamType, Range, max_irregular_option, valence_option
+
+if TYPE_CHECKING:
+    from query import Stroke
+    from query.stroke import BoundaryEdge
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+#: What --corners takes for each kind.
+KINDS = {"c": "convex", "convex": "convex", "r": "reflex", "reflex": "reflex"}
+
+
+class Corners(ParamType):
+    """Kinds of corners with commas between: c,c,r,c."""
+
+    name = "c,c,r,..."
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, ...]:
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        words = [word.strip().lower() for word in str(value).split(",")]
+        for word in words:
+            if word not in KINDS:
+                self.fail(f"{word!r} is no corner; write c for convex or r for reflex", param, ctx)
+        return tuple(KINDS[word] for word in words)
+
+
+class Flow(ParamType):
+    """A stroke from edge i of side a to edge j of side b: a:i-b:j."""
+
+    name = "a:i-b:j"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[BoundaryEdge, BoundaryEdge]:
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        match = re.fullmatch(
+            r"([0-9]{1,6}):([0-9]{1,6})-([0-9]{1,6}):([0-9]{1,6})", str(value).strip()
+        )
+        if not match:
+            self.fail(
+                f"{value!r} is no stroke like 0:2-3:1, from edge 2 of side 0 to edge 1 of side 3",
+                param,
+                ctx,
+            )
+        a, i, b, j = map(int, match.groups())
+        return (a, i), (b, j)
+
+
+_OPTIONS = (
+    click.option(
+        "--tolerance",
+        type=click.IntRange(0),
+        default=1,
+        show_default=True,
+        metavar="K",
+        help="Edges by which strands may miss the strokes' ends.",
+    ),
+    click.option(
+        "--strict/--relaxed",
+        default=False,
+        help="Only fills with corners exactly where the boundary's are, or others too (default).",
+    ),
+    click.option(
+        "--max-boundary-irregular",
+        type=click.IntRange(0),
+        default=3,
+        show_default=True,
+        metavar="K",
+        help="At most K irregular vertices on the boundary, but for constructed fills.",
+    ),
+    max_irregular_option,
+    valence_option,
+    click.option("--max-quads", type=click.IntRange(1), metavar="N", help="At most N quads."),
+    click.option(
+        "--pattern-corners",
+        type=Range(least=0),
+        help="Only patterns with so many corners.",
+    ),
+    click.option(
+        "--has-loop/--no-loop",
+        default=None,
+        help="Only patterns with a loop of quads inside, or without.",
+    ),
+    click.option(
+        "--min-frequency",
+        type=click.IntRange(1),
+        metavar="N",
+        help="Only patterns seen in at least N patches.",
+    ),
+    click.option(
+        "--from-mesh",
+        multiple=True,
+        metavar="NAME",
+        help="Only patterns that this mesh has; may be given again.",
+    ),
+    click.option(
+        "--from-licence",
+        multiple=True,
+        metavar="LICENCE",
+        help="Only patterns of meshes under this licence, * for anything; may be given again.",
+    ),
+    click.option(
+        "--learned-only",
+        is_flag=True,
+        help="No fills but of patterns that the database holds.",
+    ),
+    click.option(
+        "--use-counts",
+        is_flag=True,
+        help="Let recorded uses count like patches of meshes.",
+    ),
+    click.option(
+        "--order",
+        type=click.Choice(["artist", "regular", "flow", "quality", "small", "symmetric"]),
+        help="What comes first: what artists did most, the fewest irregular vertices, the "
+        "strands nearest to the strokes, the squarest quads, the fewest quads, or the most "
+        "symmetries.  [default: flow where strokes are drawn, else artist]",
+    ),
+    click.option(
+        "--per-pattern",
+        type=click.IntRange(0),
+        default=0,
+        metavar="N",
+        help="List at most N fills of one pattern; 0 for all.  [default: 0]",
+    ),
+    click.option(
+        "--time-limit",
+        type=click.FloatRange(0, 1e6, min_open=True),
+        metavar="SECONDS",
+        help="End the list after so long.",
+    ),
+    click.option(
+        "--solver",
+        type=click.Choice(["kernel", "cp-sat"]),
+        default="kernel",
+        show_default=True,
+        help="What finds the widths.",
+    ),
+    click.option("--jobs", type=click.IntRange(1, 1024), metavar="N", help="Threads; one a core."),
+)
+
+
+def search_options(verb: F) -> F:
+    """Give a verb the options that :func:`search_arguments` understands."""
+    for option in reversed(_OPTIONS):
+        verb = option(verb)
+    return verb
+
+
+def search_arguments(given: dict[str, Any]) -> dict[str, Any]:
+    """The keywords of :func:`query.fills` that the options of :func:`search_options` mean."""
+    arguments = {
+        name: given[name]
+        for name in (
+            "tolerance",
+            "strict",
+            "max_boundary_irregular",
+            "max_irregular",
+            "max_quads",
+            "has_loop",
+            "min_frequency",
+            "use_counts",
+            "order",
+            "time_limit",
+            "solver",
+        )
+    }
+    arguments["corners"] = given["pattern_corners"]
+    arguments["meshes"] = given["from_mesh"] or None
+    arguments["licences"] = given["from_licence"] or None
+    arguments["origins"] = ("learned", "imported") if given["learned_only"] else None
+    arguments["per_pattern"] = given["per_pattern"] or None
+    arguments["threads"] = given["jobs"]
+    if given["valence"] is not None:
+        arguments["valence"] = given["valence"]
+    return arguments
+
+
+def strokes_of(flows: tuple[tuple[BoundaryEdge, BoundaryEdge], ...], loops: int) -> list[Stroke]:
+    """The strokes that --flow and --loop ask for."""
+    from query import Stroke
+
+    return [Stroke(start, end) for start, end in flows] + [Stroke.loop() for _ in range(loops)]

@@ -1,0 +1,398 @@
+"""The verb that surfaces a curve network: surface."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from patterndb.errors import NotFoundError
+from patterndb_app.cli.options import (
+    OBJ,
+    FileName,
+    ParamType,
+    as_json,
+    db_to_read,
+    open_database,
+    picture_path,
+)
+from patterndb_app.cli.text import plural, say, shortened, table, write, write_json
+
+if TYPE_CHECKING:
+    from patterndb_sketch.surfacing import (
+        Cycle,
+        Drawing,
+        FoundCycles,
+        Network,
+        Patch,
+        Settings,
+        Surfacing,
+    )
+
+METHODS = ("chords", "area", "quads")
+
+#: Columns that a table leaves for the curves of a cycle.
+CURVES_WIDTH = 24
+
+
+class CurveNames(ParamType):
+    """A cycle by the names of its curves in order: 4,7,12."""
+
+    name = "id,id,..."
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[str, ...]:
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        names = tuple(name.strip() for name in str(value).split(","))
+        if not all(names):
+            self.fail(f"{value!r} is not a list of curve ids like 4,7,12", param, ctx)
+        return names
+
+
+@click.command()
+@click.argument("network", type=FileName())
+@click.option("-o", "--output", type=OBJ, metavar="FILE", help="The surface, OBJ.")
+@click.option(
+    "--method",
+    type=click.Choice(METHODS),
+    default="chords",
+    show_default=True,
+    help="Cut along chords, take the triangulation of least area, or fill with quads.",
+)
+@click.option(
+    "--alpha",
+    type=click.FloatRange(0),
+    default=0.1,
+    show_default=True,
+    help="The price of a chord: more makes fewer and larger pieces.",
+)
+@click.option(
+    "--any-chord",
+    is_flag=True,
+    help="Take chords whatever area they add, as the paper does.",
+)
+@click.option(
+    "--spacing",
+    type=click.FloatRange(0, min_open=True),
+    help="How far vertices are apart, in the network's unit.",
+)
+@click.option(
+    "--tolerance",
+    type=click.FloatRange(0),
+    help="How far apart curves may pass and still meet, in the network's unit.",
+)
+@click.option(
+    "--picture",
+    type=picture_path(".png"),
+    metavar="FILE",
+    help="Draw the surface into a PNG, without a window.",
+)
+@click.option(
+    "--view", is_flag=True, help="Look at the surface in a window; the key h lists the keys."
+)
+@click.option("--cycles-only", is_flag=True, help="Tell the cycles, make no surface.")
+@click.option(
+    "--find-cycles", is_flag=True, help="Find the cycles afresh even if the file has some."
+)
+@click.option(
+    "--ban",
+    type=CurveNames(),
+    multiple=True,
+    metavar="CYCLE",
+    help="No patch for this cycle, the ids of its curves: 4,7,12. May be repeated.",
+)
+@click.option(
+    "--keep",
+    type=CurveNames(),
+    multiple=True,
+    metavar="CYCLE",
+    help="A patch for this cycle, whatever else there is. May be repeated.",
+)
+@db_to_read
+@as_json
+def surface(
+    network: Path,
+    output: Path | None,
+    method: Any,
+    alpha: float,
+    any_chord: bool,
+    spacing: float | None,
+    tolerance: float | None,
+    picture: Path | None,
+    view: bool,
+    cycles_only: bool,
+    find_cycles: bool,
+    ban: tuple[tuple[str, ...], ...],
+    keep: tuple[tuple[str, ...], ...],
+    db: Path | None,
+    as_json: bool,
+) -> int:
+    """Surface a network of curves in space: a patch for each of its cycles.
+
+    NETWORK is a JSON file, a stroke graph of the CASSIE data set, or a file of loops (.lop,
+    .sdm, .curves). Curves meet where they end or cross.
+
+    \b
+    {"curves": [{"id": "rim", "points": [[0,0,0],[1,0,0.2],[2,0,0]]}, ...],
+     "cycles": [["rim", 4, 7], ...]}        the patches; may be left out
+
+    Cycles that the file has are used; else, or with --find-cycles, they are found. Patches
+    share the vertices of the curves. A table tells for each patch which method answered, how
+    many chords were candidates and were chosen, how many sub-problems the search had and how
+    long all took, pieces, area, and pairs of faces that pass through each other.
+
+    Exit code 1 where there is no cycle, 3 for a file that is not what it must be.
+
+    \b
+    patterndb surface sketch.json -o surface.obj
+    patterndb surface sketch.json --find-cycles --ban 4,7,12 -o surface.obj --json
+    patterndb surface sketch.json --cycles-only --json
+    patterndb surface sketch.json --method quads --spacing 0.2 -o quads.obj
+    """
+    for name, given in (("-o", output), ("--picture", picture), ("--view", view)):
+        if cycles_only and given:
+            raise click.UsageError(f"--cycles-only makes no surface; leave {name} out")
+    # Imported here because compiled kernels take a moment that --help need not wait for.
+    from patterndb_sketch.surfacing import Settings, read_drawing
+    from patterndb_sketch.surfacing import surface as surface_of
+
+    drawing = read_drawing(network, tolerance=tolerance)
+    for note in drawing.notes:
+        say(note)
+    given = drawing.network
+    started = time.perf_counter()
+    cycles, found = _cycles(given, find_cycles, ban, keep)
+    seconds_finding = time.perf_counter() - started
+    if not cycles:
+        raise NotFoundError(
+            f"{network}: no closed cycle among {plural(len(given.curves), 'curve')}; curves that "
+            "should meet may pass each other: try a greater --tolerance"
+        )
+    notes = [*drawing.notes, *(() if found is None else found.notes)]
+    document: dict[str, object] = {
+        "network": str(network),
+        "curves": len(given.curves),
+        "nodes": len(given.nodes),
+        "cycles": [given.names(cycle) for cycle in cycles],
+        "cycles_found": found is not None,
+        "seconds_finding": round(seconds_finding, 6),
+        **({} if found is None else _told(given, found)),
+        "notes": notes,
+    }
+    if found is not None:
+        _say_found(found, seconds_finding)
+    if cycles_only:
+        if as_json:
+            write_json(document)
+        else:
+            for cycle in cycles:
+                write(",".join(str(name) for name in given.names(cycle)))
+        return 0
+    settings = Settings(method=method, alpha=alpha)
+    if any_chord:
+        settings = replace(settings, area_price=None)
+    with open_database(db) if method == "quads" else nullcontext() as database:
+        started = time.perf_counter()
+        made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
+        seconds = time.perf_counter() - started
+    if output is not None:
+        from patterndb_app.cli.obj import write_surface
+
+        write_surface(output, made)
+    if as_json:
+        document |= {
+            "method": method,
+            "alpha": alpha,
+            "spacing": made.sampling.spacing,
+            "patches": [_patch(made, patch) for patch in made.patches],
+            "area": made.area,
+            "intersections_between_patches": made.intersections,
+            "seconds": round(seconds, 6),
+            "notes": [*notes, *made.notes],
+            "output": None if output is None else str(output),
+        }
+        write_json(document)
+    else:
+        write(table(HEADS, [_row(given, i, p) for i, p in enumerate(made.patches, 1)]))
+    _say_made(made, seconds)
+    if output is not None:
+        say(f"written: {output}")
+    if picture is not None or view:
+        _look(drawing, settings, spacing, db, find_cycles, (ban, keep), picture, view)
+    return 0
+
+
+def _look(
+    drawing: Drawing,
+    settings: Settings,
+    spacing: float | None,
+    db: Path | None,
+    afresh: bool,
+    named: tuple[tuple[tuple[str, ...], ...], tuple[tuple[str, ...], ...]],
+    picture: Path | None,
+    view: bool,
+) -> None:
+    """Draw the surface, or open its window; named: the cycles to ban and to keep."""
+    from patterndb_app.cli.obj import write_surface
+    from patterndb_sketch.surfacing import named_cycle
+    from viewer.surfacing import draw, show
+
+    banned, added = ([named_cycle(drawing.network, names) for names in group] for group in named)
+    # The window can go on to quads; a picture has them only if they were asked for.
+    quads = view or settings.method == "quads"
+    with open_database(db) if quads else nullcontext() as database:
+        options: dict[str, Any] = {
+            "settings": settings,
+            "spacing": spacing,
+            "db": database,
+            "afresh": afresh,
+            "added": added,
+            "banned": banned,
+        }
+        if picture is not None:
+            draw(drawing, picture, **options)
+            say(f"drawn: {picture}")
+        if view:
+            show(drawing, write_obj=write_surface, **options)
+
+
+HEADS = (
+    "patch",
+    "method",
+    "candidates",
+    "chosen",
+    "sub-problems",
+    "ms",
+    "pieces",
+    "area",
+    "intersections",
+    "curves",
+)
+
+
+def _cycles(
+    network: Network,
+    afresh: bool,
+    ban: tuple[tuple[str, ...], ...],
+    keep: tuple[tuple[str, ...], ...],
+) -> tuple[tuple[Cycle, ...], FoundCycles | None]:
+    """The cycles to surface, and how they were found if the file does not give them."""
+    from patterndb_sketch.surfacing import find_cycles, named_cycle
+
+    banned = [named_cycle(network, names) for names in ban]
+    kept = [named_cycle(network, names) for names in keep]
+    if afresh or not network.cycles:
+        found = find_cycles(network, added=kept, banned=banned)
+        return found.cycles, found
+    keys = {cycle.key for cycle in network.cycles}
+    for cycle in banned:
+        if cycle.key not in keys:
+            say(f"--ban {_named(network, cycle)}: the file has no such cycle")
+    refused = {cycle.key for cycle in banned}
+    cycles = [cycle for cycle in network.cycles if cycle.key not in refused]
+    cycles += [cycle for cycle in kept if cycle.key not in keys]
+    return tuple(cycles), None
+
+
+def _told(network: Network, found: FoundCycles) -> dict[str, object]:
+    """What the search for cycles has to say, curves by their ids."""
+
+    def ids(curves: Sequence[int]) -> list[object]:
+        return list(dict.fromkeys(network.curves[curve].id for curve in curves))
+
+    return {
+        "candidate_cycles": found.candidates,
+        "dangling": ids(found.dangling),
+        "unused": ids(found.unused),
+        "once": ids(found.once),
+        "proven": found.proven,
+        "orientable": found.orientable,
+    }
+
+
+def _say_found(found: FoundCycles, seconds: float) -> None:
+    say(
+        f"{plural(len(found.cycles), 'cycle')} found among "
+        f"{plural(found.candidates, 'candidate')} in {seconds:.2f} s; "
+        f"{plural(len(found.once), 'curve')} with a patch on one side, "
+        f"{len(found.unused) + len(found.dangling):,} with none"
+    )
+    for note in found.notes:
+        say(note)
+
+
+def _named(network: Network, cycle: Cycle) -> str:
+    return ",".join(str(name) for name in network.names(cycle))
+
+
+def _patch(made: Surfacing, patch: Patch) -> dict[str, object]:
+    document: dict[str, object] = {
+        "cycle": made.network.names(patch.cycle),
+        "method": patch.method,
+        "note": patch.note,
+    }
+    result = patch.surface
+    if result is None:
+        return document
+    return document | {
+        "candidates": result.candidates,
+        "costly": result.costly,
+        "unmatched": result.unmatched,
+        "chosen": len(result.chords),
+        "chords": made.points[patch.chords].tolist(),
+        "subproblems": result.n_subproblems,
+        "cost": None if result.cost != result.cost else result.cost,
+        "seconds": round(result.seconds, 6),
+        "pieces": len(patch.faces),
+        "faces": sum(map(len, patch.faces)),
+        "area": result.area,
+        "self_intersections": result.self_intersections,
+    }
+
+
+def _row(network: Network, number: int, patch: Patch) -> tuple[object, ...]:
+    names = shortened(_named(network, patch.cycle), CURVES_WIDTH)
+    result = patch.surface
+    if result is None:
+        return number, "none", 0, 0, 0, "", 0, "", 0, names
+    return (
+        number,
+        result.method,
+        result.candidates,
+        len(result.chords),
+        result.n_subproblems,
+        f"{1e3 * result.seconds:.2f}",
+        len(patch.faces),
+        f"{result.area:.4g}",
+        result.self_intersections,
+        names,
+    )
+
+
+def _say_made(made: Surfacing, seconds: float) -> None:
+    for number, patch in enumerate(made.patches, 1):
+        if patch.note:
+            say(f"patch {number}: {patch.note}")
+    for note in made.notes:
+        say(note)
+    faces = sum(len(piece) for patch in made.patches for piece in patch.faces)
+    say(
+        f"{plural(len(made.patches), 'patch', 'patches')}, {plural(faces, 'face')}, area "
+        f"{made.area:.6g}, in {seconds:.2f} s"
+    )
+    within = sum(patch.surface.self_intersections for patch in made.patches if patch.surface)
+    if within or made.intersections:
+        say(
+            f"faces that pass through each other: {plural(within, 'pair')} within patches, "
+            f"{made.intersections:,} between patches; the method does not exclude them"
+        )
+
+
+COMMANDS = (surface,)

@@ -1,0 +1,144 @@
+"""Registration: a template laid onto a model along the model's feature curves."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.polyline import Points
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration.curvenetwork import CurveNetwork, DrawnNetwork, resolved
+from patterndb_sketch.features.registration.mapping import Hits, Lines, hits, mapped
+from patterndb_sketch.features.registration.membrane import Membrane, shortest_edges, vertex_normals
+from patterndb_sketch.features.registration.occlusion import occluded
+from patterndb_sketch.features.registration.symmetry import Mirroring
+from patterndb_sketch.features.registration.template import Template, sampled
+from patterndb_sketch.features.splines import Spline
+
+Bools = NDArray[np.bool_]
+
+#: How many of its shortest edges a vertex may go from the membrane; the paper found 1 to 3 best.
+DELTA = 2.0
+
+#: Rounds of mapping: each starts from the surface of the one before.
+ROUNDS = 1
+MOST_ROUNDS = 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Feature:
+    """A named chain of vertices (n,) int32."""
+
+    name: str
+    vertices: Int32Array
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Registration:
+    """A template laid onto a model; of a half, with its mirror image.
+
+    points:    (w, 3) float64. quads: (k, 4) int32, counter-clockwise from outside.
+    features:  the template's chains; of a half, those of the half that was registered.
+    membrane:  (w, 3) float64, where the vertices were before they were mapped.
+    fixed:     (w,) bool, feature vertices: exactly on the curves.
+    projected: (w,) bool, vertices that a hit on the model has drawn to it.
+    occluded:  (w,) bool, vertices that another component hides: the membrane's.
+    doubt:     (w,) float64 from 0, the hit alone counts, to 1, smoothness alone; 1 without a
+               hit, nan at feature vertices.
+    network:   the curves as they were followed.
+    notes:     what is not as it might be expected.
+    """
+
+    points: Points
+    quads: Int32Array
+    features: tuple[Feature, ...]
+    membrane: Points
+    fixed: Bools
+    projected: Bools
+    occluded: Bools
+    doubt: NDArray[np.float64]
+    network: CurveNetwork
+    notes: tuple[str, ...]
+
+
+def register(
+    model: Model,
+    drawn: DrawnNetwork | Mapping[str, Spline],
+    template: Template,
+    *,
+    delta: float = DELTA,
+    rounds: int = ROUNDS,
+) -> Registration:
+    """The template on a model, along its curves; of a half, mirrored in the plane y = 0.
+
+    drawn:     curves by the names that the template asks for; others are not looked at.
+    delta:     how far vertices may go from the membrane, in their shortest edges.
+    rounds:    of mapping; each takes the surface of the one before for its membrane.
+
+    Source: feature curve recovery paper, section 5.1. Differs from the paper: see hits,
+    occluded, resolved, and rounds, of which the paper has one. Raises InvalidFeatureError for
+    curves that are missing or do not meet, and for a delta or rounds that mean nothing.
+    """
+    if not (np.isfinite(delta) and delta > 0.0):
+        raise InvalidFeatureError(f"delta is {delta}; give a number above 0, such as {DELTA:g}")
+    if not 1 <= rounds <= MOST_ROUNDS:
+        raise InvalidFeatureError(f"rounds are {rounds}; give 1 to {MOST_ROUNDS}")
+    if not isinstance(drawn, DrawnNetwork):
+        drawn = DrawnNetwork(drawn)
+    joints = template.joints([name for name in template.curves if name in drawn.curves])
+    network = resolved(
+        drawn.curves,
+        joints,
+        tolerance=drawn.tolerance,
+        near=drawn.near,
+        meet=drawn.meet,
+        plane=template.in_plane(),
+    )
+    features, notes = sampled(template, network)
+    membrane, mirroring = prepared(template)
+    spanned = membrane.spanned(features)
+    fixed = template.fixed
+    hidden = occluded(template, spanned, vertex_normals(spanned, template.quads))
+    asked = ~fixed & ~hidden
+    points, found = spanned, Hits.nothing(len(spanned))
+    for _ in range(rounds):
+        lines = Lines(points, vertex_normals(points, template.quads), asked, template.hollow)
+        found = hits(model, lines, delta * shortest_edges(points, template.quads))
+        points = mapped(membrane, features, found)
+    notes += _notes(found, asked, hidden)
+    return Registration(
+        mirroring.whole(points),
+        mirroring.quads,
+        tuple(Feature(chain.name, chain.vertices) for chain in template.chains),
+        mirroring.whole(spanned),
+        fixed[mirroring.source],
+        found.trusted[mirroring.source],
+        hidden[mirroring.source],
+        np.where(fixed, np.nan, found.doubt)[mirroring.source],
+        network,
+        notes,
+    )
+
+
+@lru_cache(maxsize=8)
+def prepared(template: Template) -> tuple[Membrane, Mirroring]:
+    """What is the same for every model; kept for the last few templates."""
+    return Membrane.of(template), Mirroring.of(template)
+
+
+def _notes(found: Hits, asked: Bools, hidden: Bools) -> tuple[str, ...]:
+    count = int(asked.sum())
+    counts = (
+        (int((asked & ~found.found).sum()), "have no hit on the model"),
+        (int((found.found & ~found.trusted).sum()), "have a hit too far off to count"),
+    )
+    notes = [f"{n} of {count} free vertices {what}: smoothness alone" for n, what in counts if n]
+    if hidden.any():
+        notes.append(f"{int(hidden.sum())} vertices are hidden by other components: the membrane's")
+    return tuple(notes)

@@ -1,0 +1,251 @@
+"""A sketched curve with the ribs about it, cut at the feature beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.geometry.polyline import Points, as_points
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.fishbone import (
+    Fishbone,
+    Terms,
+    cut,
+    held_rows,
+    moves,
+    synchronised,
+    tau,
+    terms,
+)
+from patterndb_sketch.features.fishbone.constraints import with_held
+from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.ribs import STITCH, Rib, build_ribs
+from patterndb_sketch.features.snap.curve import FeatureCurve
+from patterndb_sketch.features.snap.settings import SnapSettings
+from patterndb_sketch.features.splines import Constraint, Spline, fit_spline
+
+Floats = NDArray[np.float64]
+
+#: Ribs kept when the curve is dragged have moved by at most this share of their radius, and
+#: turned by at most this, in radians.
+MOVED = 0.02
+TURNED = 0.035
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Snap:
+    """A curve with all that it was found by, so that it can be changed while one looks on.
+
+    stroke:   (k, 3) the clicked points.
+    origins, tangents: (m, 3) where each rib was built, and across which direction.
+    backbone: the spline about which the ribs are.
+    ribs:     of it, None where there is no contour. fishbone: of them, synchronised.
+    terms:    what pulls the curve.
+    notes:    on the stroke.
+    """
+
+    model: Model
+    stroke: Points
+    settings: SnapSettings
+    backbone: Spline
+    parameters: Floats
+    origins: Points
+    tangents: Points
+    ribs: tuple[Rib | None, ...]
+    fishbone: Fishbone
+    terms: Terms
+    curve: FeatureCurve
+    notes: tuple[str, ...]
+
+    @classmethod
+    def begin(
+        cls,
+        model: Model,
+        stroke: ArrayLike,
+        settings: SnapSettings | None = None,
+        constraints: Sequence[Constraint] = (),
+    ) -> Snap:
+        """The curve of a stroke after ``settings.rounds`` rounds; see :func:`snap`."""
+        chosen = SnapSettings() if settings is None else settings
+        clicked = as_points(stroke, "points of a stroke", InvalidFeatureError)
+        sketch = initial_curve(model, clicked)
+        far = int((sketch.lengths > chosen.radius * model.diagonal).sum())
+        notes = (
+            (
+                f"{far} of {len(sketch.samples)} samples of the stroke were far off the model",
+            )
+            if far
+            else ()
+        )
+        first = _about(model, clicked, chosen, sketch.samples, tuple(constraints), notes)
+        return first.again(chosen.rounds - 1)
+
+    def again(self, rounds: int = 1) -> Snap:
+        """After more rounds: ribs about the curve as it is now."""
+        snapped = self
+        for _ in range(rounds):
+            now = snapped.curve
+            snapped = _about(
+                self.model, self.stroke, self.settings, now.samples, now.constraints, self.notes
+            )
+        return snapped
+
+    def with_settings(self, settings: SnapSettings) -> Snap:
+        """With other settings: the same ribs are cut again, unless they would differ."""
+        old = self.settings
+        if (settings.radius, settings.n_samples, settings.rounds) != (
+            old.radius,
+            old.n_samples,
+            old.rounds,
+        ):
+            return Snap.begin(self.model, self.stroke, settings, self.curve.constraints)
+        found = self.terms
+        if (settings.window, settings.nearness, settings.axis, settings.beta) != (
+            old.window,
+            old.nearness,
+            old.axis,
+            old.beta,
+        ):
+            found = _terms(self.model, self.fishbone, settings)
+        changed = replace(self, settings=settings, terms=found)
+        return changed._cut(self.curve.constraints)
+
+    def with_constraints(self, constraints: Sequence[Constraint]) -> Snap:
+        """With other constraints: only the ribs are built again that the curve leaves.
+
+        The backbone is bent to meet the constraints, so that each is in the plane of its rib.
+        """
+        wanted = tuple(constraints)
+        samples = self.backbone.evaluate(self.parameters)
+        fit = fit_spline(
+            samples, degree=self.settings.degree, constraints=wanted, parameters=self.parameters,
+            rounds=0,
+        )  # fmt: skip
+        origins = fit.spline.evaluate(self.parameters)
+        tangents = fit.spline.tangent(self.parameters)
+        reach = self.settings.radius * self.model.diagonal
+        moved = np.linalg.norm(origins - self.origins, axis=1) > MOVED * reach
+        turned = np.einsum("mc,mc->m", tangents, self.tangents) < np.cos(TURNED)
+        stale = np.flatnonzero(moved | turned)
+        ribs = list(self.ribs)
+        for i, rib in zip(
+            stale, _ribs(self.model, origins[stale], tangents[stale], self.settings), strict=True
+        ):
+            ribs[i] = rib
+        origins[~(moved | turned)] = self.origins[~(moved | turned)]
+        tangents[~(moved | turned)] = self.tangents[~(moved | turned)]
+        fishbone = synchronised(Fishbone.from_ribs(ribs))
+        changed = replace(
+            self, backbone=fit.spline, origins=origins, tangents=tangents, ribs=tuple(ribs),
+            fishbone=fishbone, terms=_terms(self.model, fishbone, self.settings),
+        )  # fmt: skip
+        return changed._cut(wanted)
+
+    def _cut(self, constraints: tuple[Constraint, ...]) -> Snap:
+        """With the curve through the minimum cut of the ribs as they are."""
+        bone = self.fishbone
+        held = held_rows(bone, constraints)
+        costs = with_held(tau(self.terms, self.settings.alpha), held)
+        rows = cut(costs, self.settings.cross(bone, costs)).rows
+        numbers = np.arange(len(self.ribs))
+        moved, told = moves(bone, rows, costs)
+        # Samples of ribs that are not there are as far from the backbone as their neighbours.
+        between = [np.interp(numbers, bone.ribs, moved[:, c]) for c in range(3)]
+        wanted = self.origins + np.stack(between, axis=1)
+        hits = self.model.nearest(wanted)
+        samples = hits.points
+        # Ribs leave the model only where they bridge gaps, and there the feature is on them.
+        bridged = bone.ribs[told]
+        bridged = bridged[hits.lengths[bridged] > STITCH * self.model.diagonal]
+        samples[bridged] = wanted[bridged]
+        for number, place in constraints:
+            samples[number] = place
+        fit = fit_spline(samples, degree=self.settings.degree, constraints=constraints)
+        ended = (rows == bone.first) | (rows == bone.stop - 1)
+        failed = np.setdiff1d(numbers, bone.ribs).tolist()
+        notes = [*self.notes, fit.note]
+        if failed:
+            notes.append(
+                f"{len(failed)} of {len(numbers)} ribs have no contour on this surface: "
+                "their samples are as far off the sketch as those of the next ribs"
+            )
+        used = ("curvature",) if self.settings.alpha > 0.0 else ()
+        used += ("isophote",) if self.settings.alpha < 1.0 else ()
+        notes += [f"the {name} is the same everywhere" for name in self.terms.flat if name in used]
+        curve = FeatureCurve(
+            fit.spline,
+            samples,
+            fit.parameters,
+            constraints,
+            self.settings,
+            tuple(i for i, rib in enumerate(self.ribs) if rib is not None and rib.repaired),
+            tuple(failed),
+            tuple(bone.ribs[ended & (held < 0)].tolist()),
+            tuple(note for note in notes if note),
+        )
+        return replace(self, curve=curve)
+
+
+def snap(
+    model: Model,
+    stroke: ArrayLike,
+    settings: SnapSettings | None = None,
+    constraints: Sequence[Constraint] = (),
+) -> FeatureCurve:
+    """The curve on the feature that a stroke (k, 3) was drawn along.
+
+    constraints: (number of a sample, point (3,)) that the curve meets; samples are numbered as
+                 those of the initial curve, and keep their numbers.
+
+    The stroke's initial curve carries ribs; the cheapest way across them is reprojected onto the
+    model and fitted, and carries the ribs of the next round.
+
+    Source: feature curve recovery paper, section 4.3. Differs from the paper: samples on a bridged
+    gap stay there, as the model's nearest point is beside the feature; ribs that miss the feature
+    move as those beside them. Raises InvalidFeatureError for a stroke that is none, and if no rib
+    has a contour.
+    """
+    return Snap.begin(model, stroke, settings, constraints).curve
+
+
+def _about(
+    model: Model,
+    stroke: Points,
+    settings: SnapSettings,
+    samples: Points,
+    constraints: tuple[Constraint, ...],
+    notes: tuple[str, ...],
+) -> Snap:
+    """One round: ribs about the spline through the samples, cut."""
+    fit = fit_spline(samples, degree=settings.degree, constraints=constraints)
+    origins, tangents = fit.spline.evaluate(fit.parameters), fit.spline.tangent(fit.parameters)
+    ribs = _ribs(model, origins, tangents, settings)
+    fishbone = synchronised(Fishbone.from_ribs(ribs))
+    curve = FeatureCurve(
+        fit.spline, samples, fit.parameters, constraints, settings, (), (), (), notes
+    )
+    return Snap(
+        model, stroke, settings, fit.spline, fit.parameters, origins, tangents, ribs, fishbone,
+        _terms(model, fishbone, settings), curve, notes,
+    )._cut(constraints)  # fmt: skip
+
+
+def _ribs(
+    model: Model, origins: Points, tangents: Points, settings: SnapSettings
+) -> tuple[Rib | None, ...]:
+    reach = settings.radius * model.diagonal
+    if not len(origins):
+        return ()
+    ribs = build_ribs(model, origins, tangents, reach, settings.n_samples)
+    return tuple(rib if len(rib) else None for rib in ribs)
+
+
+def _terms(model: Model, fishbone: Fishbone, settings: SnapSettings) -> Terms:
+    size = model.diagonal
+    return terms(
+        fishbone, settings.window * size, settings.nearness * size, settings.axis, settings.beta
+    )

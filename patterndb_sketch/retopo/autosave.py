@@ -1,0 +1,167 @@
+"""Autosave: what was drawn is written every half minute, and found again after a crash.
+
+A recovery file is a session (:mod:`patterndb_sketch.retopo.sessionfile`) beside the one that is worked on, or
+in a given folder where there is none yet:
+
+    spot.retopo  ->  spot.retopo.1234-5ef2c0d9.recovery        unnamed.1234-5ef2c0d9.recovery
+
+with the number of the process that writes it, and a number of its own, so that two windows do
+not take each other's. One whose process is gone was left by a crash: :func:`recoveries` finds
+these. A clean end removes its own.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import secrets
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from patterndb.system.files import replace_file
+from patterndb_sketch.retopo.editor.state import State
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.sessionfile import Session, session_bytes, surface_bytes
+
+#: Seconds between two writes, as in the released program of Takayama et al. 2013.
+EVERY = 30.0
+
+ENDING = ".recovery"
+UNNAMED = "unnamed"
+
+#: What this process writes. Its number alone would not tell: a system may give it again, and the
+#: first process of every container has the same.
+_OWN: set[str] = set()
+
+
+@dataclass(frozen=True, slots=True)
+class Recovery:
+    """What a crash left. written: when, in seconds since 1970, as time.time() has them."""
+
+    path: Path
+    written: float
+
+
+class Autosave:
+    """Writes the states of one editor to a recovery file.
+
+    Call :meth:`tick` often, as from a timer every second: it writes when it is time and something
+    changed. A kill then loses what was done in the last EVERY seconds, and between two ticks. A
+    state is immutable, so that ticks may come from another thread than edits do.
+
+    Differs from the released program: the named session is never overwritten but by hand, and
+    drawings that have no name yet are saved, too.
+    """
+
+    def __init__(
+        self,
+        ground: Ground,
+        state: State,
+        *,
+        session: Path | None = None,
+        folder: Path | None = None,
+        name: str = "",
+        every: float = EVERY,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """For an editor whose state, given, needs no saving.
+
+        session: the file that is worked on, folder: where recovery files are while there is none;
+        with neither, nothing is written until :meth:`saved` names a session. name: of the
+        surface's file. every: seconds. clock: gives seconds, from anywhere on.
+        """
+        self._ground = ground
+        self._name = name
+        self._every = every
+        self._clock = clock
+        self._folder = folder
+        self._surface: bytes | None = None
+        self._kept = state
+        self._at = clock()
+        self._token = f"{os.getpid()}-{secrets.token_hex(4)}"
+        _OWN.add(self._token)
+        self.path = self._path(session)
+
+    def tick(self, state: State) -> bool:
+        """Write the state if it is another than the last kept and it is time; was it written?
+
+        OSError as writing does; it is tried again after as long.
+        """
+        now = self._clock()
+        if state is self._kept or self.path is None or now - self._at < self._every:
+            return False
+        self._at = now
+        if self._surface is None:
+            self._surface = surface_bytes(self._ground)
+        replace_file(
+            self.path, session_bytes(Session(self._ground, state, self._name), self._surface)
+        )
+        self._kept = state
+        return True
+
+    def saved(self, state: State, session: Path) -> None:
+        """The user saved this state to a session: the recovery file so far is of no use any more,
+        and the next is beside it."""
+        self._remove()
+        self.path = self._path(session)
+        self._kept = state
+        self._at = self._clock()
+
+    def close(self) -> None:
+        """A clean end: the recovery file goes."""
+        self._remove()
+        self.path = None
+        _OWN.discard(self._token)
+
+    def _path(self, session: Path | None) -> Path | None:
+        ending = f".{self._token}{ENDING}"
+        if session is not None:
+            return session.with_name(session.name + ending)
+        return None if self._folder is None else self._folder / (UNNAMED + ending)
+
+    def _remove(self) -> None:
+        if self.path is not None:
+            # One that cannot go is offered once more; that is no reason to fail at the end.
+            with contextlib.suppress(OSError):
+                self.path.unlink(missing_ok=True)
+
+
+def recoveries(session: Path | None = None, folder: Path | None = None) -> list[Recovery]:
+    """What crashes left of work on a session, or with None of unnamed work in a folder; the latest
+    first. Files of programs that still run are not among them.
+
+    Read one with :func:`~patterndb_sketch.retopo.sessionfile.read_session`; remove it once its state is
+    saved, or the user does not want it.
+    """
+    where = session.absolute().parent if session is not None else folder
+    if where is None or not where.is_dir():
+        return []
+    stem = UNNAMED if session is None else session.name
+    form = re.compile(re.escape(stem) + r"\.((\d+)-[0-9a-f]+)" + re.escape(ENDING))
+    found: list[Recovery] = []
+    for path in where.iterdir():
+        match = form.fullmatch(path.name)
+        if match is None or match[1] in _OWN or _runs(int(match[2])):
+            continue
+        with contextlib.suppress(FileNotFoundError):
+            found.append(Recovery(path, path.stat().st_mtime))
+    return sorted(found, key=lambda one: (-one.written, one.path.name))
+
+
+def _runs(process: int) -> bool:
+    """Does another process of this number run?"""
+    if process == os.getpid():
+        return False
+    if os.name != "posix":
+        # There a signal 0 ends a process: better to offer too much.
+        return False
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:
+        pass
+    return True

@@ -1,0 +1,222 @@
+"""Evening: the least change of counts after which every patch has an even boundary.
+
+Parity is all that binds the chains of a network together, and it is a minimum-weight T-join: nodes
+are the patches and one node outside, edges the chains, T the odd patches, and an edge costs what
+the next best count of the other parity does. Costs are convex in the count, so that no other count
+need be looked at. A strip is odd only in the patches at its two ends, and is one edge.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from patterndb.core.halfedge import Int32Array
+from patterndb_sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem, Float64Array
+from patterndb_sketch.retopo.counts.tjoin import (
+    UNREACHED,
+    BoolArray,
+    Int64Array,
+    components,
+    min_weight_join,
+)
+
+#: Joins take whole numbers: so many for a cost of 1, as many as leave room for a million chains.
+COST_UNITS = 10**9
+
+#: What a change of one chain costs where few changes matter first, and errors break ties.
+CHANGE = 10**12
+
+
+@dataclass(frozen=True, slots=True)
+class Stuck:
+    """Patches that no counts suit, because of counts that the user has pinned.
+
+    patches: the patches in question. odd: their boundaries together are odd; else there is one,
+             and it has fewer than MIN_PERIMETER edges.
+    pinned:  the chains to blame: another count of one of them, or none, mends it.
+    """
+
+    patches: tuple[int, ...]
+    odd: bool
+    pinned: tuple[int, ...]
+
+    def __str__(self) -> str:
+        where = f"patch {self.patches[0]}"
+        if len(self.patches) > 1:
+            where = f"the {len(self.patches)} patches about patch {self.patches[0]}"
+        names = ", ".join(map(str, self.pinned[:8])) + (" ..." if len(self.pinned) > 8 else "")
+        chains = f"chain {names}" if len(self.pinned) == 1 else f"chains {names}"
+        if self.odd:
+            return (
+                f"the counts pinned around {where} add up to an odd number, and no quad mesh has "
+                f"an odd boundary; change one of {chains} by 1, or free it"
+            )
+        return (
+            f"{where} has fewer than {MIN_PERIMETER} edges around it, all pinned; "
+            f"raise {chains} or free it"
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Evened:
+    """Counts with an even boundary of four edges or more around every patch but the stuck ones.
+
+    counts: (c,) int32.
+    stuck:  where there are no such counts; one patch of each stays as it is.
+    bound:  the error of the T-join's counts: no even ones have less, if it was about single chains.
+    """
+
+    counts: Int32Array
+    bound: float
+    stuck: tuple[Stuck, ...]
+
+
+def least_errors(problem: CountsProblem) -> Evened:
+    """The counts of least error of all that are even: the exact optimum without regularity."""
+    each = np.arange(problem.n_chains, dtype=np.int32)
+    nearest, other, costs = _nearest(problem, each)
+    return _evened(problem, nearest, other, costs, each)
+
+
+def along_strips(problem: CountsProblem, strip: Int32Array) -> Evened:
+    """The counts of least error of all that are even and the same along every strip.
+
+    strip: see :func:`patterndb_sketch.retopo.counts.strips.strips`. Where strips leave a patch odd, as one
+    of pinned chains may, single chains are changed then.
+    """
+    nearest, other, costs = _nearest(problem, strip)
+    made = _evened(problem, nearest, other, costs, strip)
+    return fewest_changes(problem, made.counts) if made.stuck else made
+
+
+def fewest_changes(problem: CountsProblem, counts: Int32Array) -> Evened:
+    """From given counts, as few chains changed as can be, each by 1, errors breaking ties.
+
+    Pinned chains get their counts, and others as many edges as they need at least, before.
+    """
+    n = np.maximum(counts, problem.least)
+    n = np.where(problem.pinned > 0, problem.pinned, n).astype(np.int32)
+    below, above = (problem.weights * np.abs(n + by - problem.targets) for by in (-1, 1))
+    down = (below <= above) & (n > problem.least)
+    worse = np.where(down, below, above) - problem.errors(n)
+    # Errors of a chain are bounded; a million of them weigh less than one change.
+    tie = np.clip(np.round((worse + problem.weights) * (COST_UNITS / 1000)), 0, CHANGE // 1000)
+    costs = CHANGE + tie.astype(np.int64)
+    costs[problem.pinned > 0] = UNREACHED
+    other = np.where(down, n - 1, n + 1).astype(np.int32)
+    each = np.arange(problem.n_chains, dtype=np.int32)
+    return _evened(problem, n, other, costs, each)
+
+
+def _nearest(
+    problem: CountsProblem, group: Int32Array
+) -> tuple[Int32Array, Int32Array, Int64Array]:
+    """Of every chain, for its whole group: best count, best of other parity, what that costs more.
+
+    The cost is UNREACHED where the group is pinned.
+    """
+    n = problem.n_chains
+    least = np.zeros(n, np.int32)
+    np.maximum.at(least, group, problem.least)
+    pin = np.zeros(n, np.int32)
+    np.maximum.at(pin, group, problem.pinned)
+    # The sum of weighted errors is least at the weighted median of the targets.
+    order = np.lexsort((problem.targets, group))
+    summed = np.cumsum(problem.weights[order])
+    ends = np.searchsorted(group[order], np.arange(n), "right")
+    before = np.searchsorted(group[order], np.arange(n), "left")
+    edges = np.concatenate([[0.0], summed])
+    half = (edges[before] + edges[ends]) / 2
+    at = np.clip(np.searchsorted(summed, half), before, np.maximum(ends - 1, before))
+    median = problem.targets[order[np.minimum(at, n - 1)]] if n else np.zeros(0)
+
+    def cost(counts: Int32Array) -> Float64Array:
+        errors = problem.weights * np.abs(counts[group] - problem.targets)
+        return np.bincount(group, errors, n).astype(np.float64)
+
+    below = np.maximum(np.floor(median).astype(np.int32), least)
+    above = np.maximum(np.ceil(median).astype(np.int32), least)
+    best = np.where(cost(above) < cost(below), above, below)
+    less = np.where(best > least, cost(np.maximum(best - 1, least)), np.inf)
+    more = cost(best + 1)
+    other = np.where(less < more, best - 1, best + 1)
+    worse = np.minimum(less, more) - cost(best)
+    costs = np.clip(np.round(worse * COST_UNITS), 0, None).astype(np.int64)
+    best, other = (np.where(pin > 0, pin, counts).astype(np.int32) for counts in (best, other))
+    costs[pin > 0] = UNREACHED
+    return best[group], other[group], costs[group]
+
+
+def _evened(
+    problem: CountsProblem,
+    counts: Int32Array,
+    other: Int32Array,
+    costs: Int64Array,
+    group: Int32Array,
+) -> Evened:
+    """The counts with those groups changed to their other count that make every patch even."""
+    usable = np.flatnonzero((costs < UNREACHED) & (group == np.arange(problem.n_chains)))
+    ends = _group_ends(problem, group)[usable]
+    odd = np.append(problem.perimeters(counts) % 2 == 1, False)
+    # The node outside is even or odd as the others want it.
+    component = components(problem.n_patches + 1, ends)
+    odd[-1] = odd[component == component[-1]].sum() % 2 == 1
+    join = min_weight_join(problem.n_patches + 1, ends, costs[usable], odd)
+    change = np.zeros(problem.n_chains, np.bool_)
+    change[usable[join.edges]] = True
+    made = np.where(change[group], other, counts).astype(np.int32)
+    stuck = [_odd_about(problem, int(patch)) for patch in join.left]
+    bound = float(problem.errors(made).sum())
+    return Evened(made, bound, tuple(stuck + _raised(problem, made)))
+
+
+def _group_ends(problem: CountsProblem, group: Int32Array) -> Int32Array:
+    """(c, 2) the nodes in which groups are odd, by the chain that names them; the last is outside.
+
+    A group that is odd nowhere gets a loop.
+    """
+    n = problem.n_chains
+    pairs = np.stack([np.repeat(group, 2), problem.ends.ravel()], axis=1)
+    pairs, times = np.unique(pairs, axis=0, return_counts=True)
+    pairs = pairs[times % 2 == 1]
+    ends = np.zeros((n, 2), np.int32)
+    # Chains have two ends, and each tie joins two: what is left are two ends or none.
+    first = np.flatnonzero(np.r_[True, pairs[1:, 0] != pairs[:-1, 0]]) if len(pairs) else []
+    for side in range(2):
+        ends[pairs[first, 0], side] = pairs[np.asarray(first, np.int64) + side, 1]
+    return ends
+
+
+def _odd_about(problem: CountsProblem, patch: int) -> Stuck:
+    """The patches that free chains join to an odd one, and the pinned chains around them."""
+    free = problem.pinned == 0
+    component = components(problem.n_patches + 1, problem.ends[free])
+    inside: BoolArray = component == component[patch]
+    rim = inside[problem.ends].sum(axis=1) == 1
+    return Stuck(
+        tuple(np.flatnonzero(inside).tolist()), True, tuple(np.flatnonzero(rim & ~free).tolist())
+    )
+
+
+def _raised(problem: CountsProblem, counts: Int32Array) -> list[Stuck]:
+    """Give patches of fewer than MIN_PERIMETER edges two more, on the chain where it costs least.
+
+    Two more keep all patches as even as they are. counts: updated. Returns what is pinned.
+    """
+    stuck: list[Stuck] = []
+    perimeters = problem.perimeters(counts)
+    for patch in np.flatnonzero((perimeters < MIN_PERIMETER) & (perimeters % 2 == 0)):
+        if problem.perimeters(counts)[patch] >= MIN_PERIMETER:
+            continue
+        around = np.unique(problem.patch_chains(int(patch)))
+        free = around[problem.pinned[around] == 0]
+        if not len(free):
+            stuck.append(Stuck((int(patch),), False, tuple(around.tolist())))
+            continue
+        more = counts.copy()
+        more[free] += 2
+        worse = (problem.errors(more) - problem.errors(counts))[free]
+        counts[free[np.argmin(worse)]] += 2
+    return stuck

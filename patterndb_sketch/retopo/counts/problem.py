@@ -1,0 +1,233 @@
+"""Counts problem: chains with targets, patches whose sides are made of them.
+
+The same network as anywhere in retopology, but as flat arrays of what the choice of counts needs:
+nothing here knows where a chain lies.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.core.halfedge import Int32Array
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+
+Float64Array = NDArray[np.float64]
+
+#: The fewest edges around a patch.
+MIN_PERIMETER = 4
+
+#: Target counts and pinned ones above this are refused: a chain of so many edges is a mistake.
+MOST_COUNT = 1_000_000
+
+#: An error of a chain weighs WEIGHT / its target, so that it counts relatively; below SHORT all
+#: weigh alike, for a chain of half an edge is not wrong by 100 % with one.
+WEIGHT = 3.0
+SHORT = 1.5
+
+#: What a patch without a regular fill costs, for new networks: regularity is what one sees.
+REGULARITY = 3.0
+
+#: Lengths of sides -> has the patch a regular fill?
+CheapRule = Callable[[tuple[int, ...]], bool]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CountsProblem:
+    """What to choose counts for; see :meth:`of` to make one.
+
+    targets:     (c,) float64 > 0, the length of every chain in target edges.
+    pinned:      (c,) int32, the count that the user chose, 0 elsewhere.
+    first_side:  (p + 1,) int32: the sides of patch f are first_side[f] to first_side[f + 1].
+    first_chain: (s + 1,) int32: the chains of side k are chains[first_chain[k]:first_chain[k + 1]].
+    chains:      (k,) int32. A chain occurs twice at most, once a side of it; perhaps twice in
+                 one patch.
+    regularity:  what a patch without a regular fill costs beside errors of counts.
+    cheap:       whether side lengths have one, instead of :func:`rules.has_cheap_fill`. A rule in
+                 Python takes the longer: several times as long in all.
+    least:       (c,) int32, the fewest edges a chain may get: 1, or 2 where it alone is a side of
+                 a patch with other than 4 sides (there a side of one edge has no strict fill), or
+                 4 where it is all of a patch's boundary, or what the caller asks for. Pinned chains
+                 keep what the user chose.
+    weights:     (c,) float64, the cost of an edge too many or too few.
+    ends:        (c, 2) int32, the patches on the two sides of a chain, p for none.
+    """
+
+    targets: Float64Array
+    pinned: Int32Array
+    first_side: Int32Array
+    first_chain: Int32Array
+    chains: Int32Array
+    regularity: float
+    cheap: CheapRule | None
+    least: Int32Array
+    weights: Float64Array
+    ends: Int32Array
+
+    @classmethod
+    def of(
+        cls,
+        targets: ArrayLike,
+        patches: Iterable[Sequence[Sequence[int]]],
+        pinned: ArrayLike | None = None,
+        *,
+        regularity: float = REGULARITY,
+        cheap: CheapRule | None = None,
+        least: ArrayLike | None = None,
+    ) -> CountsProblem:
+        """A problem from lists: of every patch its sides, of every side its chains.
+
+        least: the fewest edges of every chain, where it shall have more than patches ask for.
+        A patch without corners has one side. Where a chain must have as many edges as several
+        others together (a seam between two networks), name those instead of it. Raises
+        InvalidRetopoError for targets that are not above 0, pinned or least counts below 0,
+        chains that do not exist or occur more than twice, sides without chains, and patches
+        without sides.
+        """
+        lists = [[list(side) for side in patch] for patch in patches]
+        wanted = np.array(targets, np.float64)
+        if wanted.ndim != 1 or not np.all((wanted > 0) & (wanted <= MOST_COUNT)):
+            raise InvalidRetopoError(
+                f"targets must be one number a chain, above 0 and at most {MOST_COUNT}; "
+                "check the lengths of the chains and the target edge"
+            )
+        if not (np.isfinite(regularity) and 0 <= regularity <= MOST_COUNT):
+            raise InvalidRetopoError(
+                f"regularity is {regularity}; give a cost of 0 to {MOST_COUNT}, "
+                f"such as {REGULARITY}"
+            )
+        pins = _pinned(np.zeros(len(wanted)) if pinned is None else pinned, len(wanted))
+        first_side, first_chain, chains = _flat(lists, len(wanted))
+        bounds, ends = _bounds(first_side, first_chain, chains, len(wanted))
+        if least is not None:
+            bounds = np.maximum(bounds, _least(least, len(wanted)))
+        return cls(
+            wanted,
+            pins,
+            first_side,
+            first_chain,
+            chains,
+            float(regularity),
+            cheap,
+            bounds,
+            WEIGHT / np.maximum(wanted, SHORT),
+            ends,
+        )
+
+    @property
+    def n_chains(self) -> int:
+        return len(self.targets)
+
+    @property
+    def n_patches(self) -> int:
+        return len(self.first_side) - 1
+
+    def with_pinned(self, chain: int, count: int) -> CountsProblem:
+        """The same with one more chain pinned, or freed with a count of 0.
+
+        Raises InvalidRetopoError for a chain that does not exist and a count below 0.
+        """
+        if not 0 <= chain < self.n_chains:
+            raise InvalidRetopoError(f"there is no chain {chain}; there are {self.n_chains}")
+        pinned = self.pinned.copy()
+        pinned[chain] = min(count, MOST_COUNT + 1)
+        return replace(self, pinned=_pinned(pinned, self.n_chains))
+
+    def with_regularity(self, regularity: float) -> CountsProblem:
+        """The same with another cost of patches without a regular fill."""
+        return replace(self, regularity=float(regularity))
+
+    def side_lengths(self, counts: Int32Array) -> Int32Array:
+        """(s,) int32: the edges of every side."""
+        if not len(self.chains):
+            return np.zeros(0, np.int32)
+        return np.add.reduceat(counts[self.chains], self.first_chain[:-1]).astype(np.int32)
+
+    def perimeters(self, counts: Int32Array) -> Int32Array:
+        """(p,) int32: the edges around every patch."""
+        if not self.n_patches:
+            return np.zeros(0, np.int32)
+        lengths = self.side_lengths(counts)
+        return np.add.reduceat(lengths, self.first_side[:-1]).astype(np.int32)
+
+    def errors(self, counts: Int32Array) -> Float64Array:
+        """(c,) float64: what the counts of chains cost."""
+        return self.weights * np.abs(counts - self.targets)
+
+    def patch_chains(self, patch: int) -> Int32Array:
+        """The chains around a patch, one that occurs twice named twice."""
+        low, high = self.first_chain[self.first_side[patch : patch + 2]]
+        return self.chains[low:high]
+
+
+def _pinned(pinned: ArrayLike, n_chains: int) -> Int32Array:
+    given = np.array(pinned)
+    if given.shape != (n_chains,) or not np.all((given >= 0) & (given <= MOST_COUNT)):
+        raise InvalidRetopoError(
+            f"pinned counts must be one whole number a chain, 1 to {MOST_COUNT}, or 0 where the "
+            "user has chosen none"
+        )
+    if not np.all(given == np.floor(given)):
+        raise InvalidRetopoError("a pinned count is not a whole number; pin whole edges")
+    return given.astype(np.int32)
+
+
+def _least(least: ArrayLike, n_chains: int) -> Int32Array:
+    given = np.array(least)
+    whole = given.shape == (n_chains,) and bool(np.all(given == np.floor(given)))
+    if not whole or not np.all((given >= 0) & (given <= MOST_COUNT)):
+        raise InvalidRetopoError(
+            f"least counts must be one whole number a chain, 0 to {MOST_COUNT}"
+        )
+    return given.astype(np.int32)
+
+
+def _flat(
+    patches: list[list[list[int]]], n_chains: int
+) -> tuple[Int32Array, Int32Array, Int32Array]:
+    for number, patch in enumerate(patches):
+        if not patch:
+            raise InvalidRetopoError(f"patch {number} has no side; a loop without corners has one")
+        for at, side in enumerate(patch):
+            if not side:
+                raise InvalidRetopoError(f"side {at} of patch {number} has no chain; name its own")
+            for chain in side:
+                if not 0 <= chain < n_chains:
+                    raise InvalidRetopoError(
+                        f"side {at} of patch {number} names chain {chain}, but there are only "
+                        f"{n_chains}, from 0 on"
+                    )
+    sides = [side for patch in patches for side in patch]
+    first_side = np.cumsum([0] + [len(patch) for patch in patches]).astype(np.int32)
+    first_chain = np.cumsum([0] + [len(side) for side in sides]).astype(np.int32)
+    chains = np.array([chain for side in sides for chain in side], np.int32)
+    return first_side, first_chain, chains
+
+
+def _bounds(
+    first_side: Int32Array, first_chain: Int32Array, chains: Int32Array, n_chains: int
+) -> tuple[Int32Array, Int32Array]:
+    """The fewest edges of chains, and the patches beside them."""
+    n_patches = len(first_side) - 1
+    least = np.ones(n_chains, np.int32)
+    ends = np.full((n_chains, 2), n_patches, np.int32)
+    used = np.zeros(n_chains, np.int32)
+    for patch in range(n_patches):
+        low, high = int(first_side[patch]), int(first_side[patch + 1])
+        for side in range(low, high):
+            of_side = chains[first_chain[side] : first_chain[side + 1]]
+            for chain in of_side:
+                if used[chain] == 2:
+                    raise InvalidRetopoError(
+                        f"chain {chain} occurs a third time, in patch {patch}; a chain has two "
+                        "sides, and a patch on each at most"
+                    )
+                ends[chain, used[chain]] = patch
+                used[chain] += 1
+            if len(of_side) == 1 and high - low != 4:
+                alone = MIN_PERIMETER if high - low == 1 else 2
+                least[of_side[0]] = max(least[of_side[0]], alone)
+    return least, ends

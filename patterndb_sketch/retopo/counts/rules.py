@@ -1,0 +1,119 @@
+"""Which side lengths have a regular fill, and what counts cost in all.
+
+A patch of N sides has |N - 4| irregular vertices at least, or some of higher valence. Which side
+lengths can do with so many, the complete family of the database knows (:func:`family_rule`). Its
+answer follows from a few inequalities, which take nanoseconds. By Gauss and Bonnet no strip of
+quads leads from a side back to itself, nor to a neighbour of it, if no vertex has fewer than four
+quads: what lies across must be long enough, for each side and for each two neighbours. For 2 to 6
+sides this is the family's answer exactly; for more it is sufficient.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
+from patterndb_sketch.retopo.counts.problem import CountsProblem
+from query.boundary import MAX_PERIMETER, Boundary
+from query.listing.familylookup import MOST_SIDES, FamilyLookup
+
+#: Up to so many sides the inequalities are the family's own answer.
+SURE_SIDES = 6
+
+
+def irregular_patches(problem: CountsProblem, counts: Int32Array) -> NDArray[np.bool_]:
+    """(p,) bool: the patches without a regular fill."""
+    lengths = problem.side_lengths(counts)
+    if problem.cheap is None:
+        return _irregular(problem.first_side, lengths)
+    first = problem.first_side
+    return np.array(
+        [
+            not problem.cheap(tuple(lengths[first[f] : first[f + 1]].tolist()))
+            for f in range(problem.n_patches)
+        ],
+        np.bool_,
+    )
+
+
+def total(problem: CountsProblem, counts: Int32Array) -> float:
+    """Errors of all chains, and the cost of all patches without a regular fill."""
+    n_irregular = int(irregular_patches(problem, counts).sum())
+    return float(problem.errors(counts).sum()) + problem.regularity * n_irregular
+
+
+def has_cheap_fill(lengths: tuple[int, ...]) -> bool:
+    """Has a patch of these side lengths, each 1 or more, a fill with |N - 4| irregular vertices?
+
+    Those on the boundary count with those inside. All need an even perimeter. N = 4: opposite
+    sides are equal. N = 3: no side is longer than the others together. N >= 5: no side is longer
+    than those that do not touch it, and no two neighbours are longer than all others. N < 3: all.
+
+    Where it is False for 7 sides or more, a fill of so many may exist all the same, with a vertex
+    of valence 3 between corners of three quads: see :func:`family_rule`.
+    """
+    return bool(is_cheap(np.array(lengths, np.int32), 0, len(lengths)))
+
+
+def family_rule(lengths: tuple[int, ...]) -> bool:
+    """The same by the complete family itself, for 2 to 8 sides.
+
+    It is asked by :class:`query.listing.familylookup.FamilyLookup`, which takes 2 to 130
+    microseconds and grows the family on first use: too much for a search that asks a million
+    times, so that :func:`has_cheap_fill` answers there.
+    """
+    n = len(lengths)
+    if not 2 <= n <= MOST_SIDES or sum(lengths) % 2:
+        return False
+    count = FamilyLookup.shared().count(Boundary(lengths))
+    return count is not None and count <= abs(n - 4)
+
+
+def judged_narrowly(problem: CountsProblem, counts: Int32Array) -> tuple[int, ...]:
+    """The patches of 7 or 8 sides that the inequalities call irregular, and the family does not."""
+    if problem.cheap is not None:
+        return ()
+    sides = np.diff(problem.first_side)
+    asked = irregular_patches(problem, counts) & (sides > SURE_SIDES) & (sides <= MOST_SIDES)
+    asked &= problem.perimeters(counts) % 2 == 0
+    asked &= problem.perimeters(counts) <= MAX_PERIMETER
+    lengths, first = problem.side_lengths(counts), problem.first_side
+    return tuple(
+        f
+        for f in np.flatnonzero(asked).tolist()
+        if family_rule(tuple(lengths[first[f] : first[f + 1]].tolist()))
+    )
+
+
+@kernel
+def _irregular(first_side: Int32Array, lengths: Int32Array) -> NDArray[np.bool_]:
+    found = np.empty(len(first_side) - 1, np.bool_)
+    for f in range(len(found)):
+        found[f] = not is_cheap(lengths, first_side[f], first_side[f + 1])
+    return found
+
+
+@kernel
+def is_cheap(lengths: Int32Array, low: int, high: int) -> bool:
+    """:func:`has_cheap_fill` of lengths[low:high]."""
+    n = high - low
+    perimeter = 0
+    for i in range(low, high):
+        perimeter += lengths[i]
+    if perimeter % 2:
+        return False
+    if n == 4:
+        return lengths[low] == lengths[low + 2] and lengths[low + 1] == lengths[low + 3]
+    for i in range(n if n > 2 else 0):
+        here = lengths[low + i]
+        after = lengths[low + (i + 1) % n]
+        if n == 3:
+            if 2 * here > perimeter:
+                return False
+        else:
+            before = lengths[low + (i + n - 1) % n]
+            if 2 * (here + after) > perimeter or before + 2 * here + after > perimeter:
+                return False
+    return True

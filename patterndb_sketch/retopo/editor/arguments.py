@@ -1,0 +1,189 @@
+"""Arguments of tools: what a call may say, and what it means.
+
+A call is plain data, numbers, words and lists, so that a window, a script and a test say the
+same thing in the same way. Every argument has a kind, which reads it or says what is wrong.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Protocol, cast
+
+import numpy as np
+
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+
+#: Points of a stroke, at most: more is a mistake, and would be sampled down anyway.
+MOST_POINTS = 100_000
+
+
+class Kind(Protocol):
+    """Reads a value; raises InvalidRetopoError with what is expected, beginning with ``name``."""
+
+    def read(self, name: str, value: object) -> Any: ...
+
+    @property
+    def wanted(self) -> str: ...
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number from ``low`` to ``high``; whole if so."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    whole: bool = False
+
+    @property
+    def wanted(self) -> str:
+        what = "a whole number" if self.whole else "a number"
+        if math.isinf(self.low) and math.isinf(self.high):
+            return what
+        if math.isinf(self.high):
+            return f"{what} from {self.low:g} on"
+        return f"{what} from {self.low:g} to {self.high:g}"
+
+    def read(self, name: str, value: object) -> float | int:
+        number = None if isinstance(value, bool) else _finite(value)
+        if (
+            number is not None
+            and self.low <= number <= self.high
+            and not (self.whole and number != int(number))
+        ):
+            return int(number) if self.whole else number
+        raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """One of some words."""
+
+    words: tuple[str, ...]
+
+    @property
+    def wanted(self) -> str:
+        return "one of " + ", ".join(f'"{word}"' for word in self.words)
+
+    def read(self, name: str, value: object) -> str:
+        if value in self.words and isinstance(value, str):
+            return value
+        raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+
+
+@dataclass(frozen=True, slots=True)
+class Flag:
+    """true or false."""
+
+    wanted: str = "true or false"
+
+    def read(self, name: str, value: object) -> bool:
+        if isinstance(value, bool):
+            return value
+        raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+
+
+@dataclass(frozen=True, slots=True)
+class Vector:
+    """Three numbers; a direction, of any length, if it may not be 0."""
+
+    direction: bool = False
+
+    @property
+    def wanted(self) -> str:
+        return "[x, y, z]" + (", not all 0" if self.direction else "")
+
+    def read(self, name: str, value: object) -> Points:
+        items = _items(value)
+        if items is not None and len(items) == 3:
+            row = [_finite(one) for one in items]
+            if None not in row:
+                found = np.array(row, np.float64)
+                if not self.direction:
+                    return found
+                if found.any():
+                    # By a power of two, exactly, so that no length overflows or vanishes.
+                    return np.ldexp(found, -int(np.frexp(np.abs(found).max())[1]))
+        raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """At least ``fewest`` points."""
+
+    fewest: int = 2
+
+    @property
+    def wanted(self) -> str:
+        return f"{self.fewest} points [x, y, z] or more"
+
+    def read(self, name: str, value: object) -> Points:
+        rows = _items(value)
+        if rows is None:
+            raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+        if not self.fewest <= len(rows) <= MOST_POINTS:
+            raise InvalidRetopoError(
+                f"{name} has {len(rows)} points; give {self.wanted}, at most {MOST_POINTS}"
+            )
+        vector = Vector()
+        return np.array([vector.read(f"{name}[{k}]", row) for k, row in enumerate(rows)])
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """kind: what it may be. default: what it is where it is left out; REQUIRED if it may not be.
+    help: what it means, for lists of tools."""
+
+    kind: Kind
+    help: str
+    default: object = field(default_factory=lambda: REQUIRED)
+
+
+REQUIRED = object()
+
+
+def read_arguments(
+    tool: str, known: Mapping[str, Argument], given: Mapping[str, object]
+) -> dict[str, Any]:
+    """The arguments of a call by name, those left out at their defaults.
+
+    Raises InvalidRetopoError for a name that the tool does not know, one that is missing, and
+    for values that are not what they must be.
+    """
+    for name in given:
+        if name not in known:
+            there = ", ".join(known) or "none"
+            raise InvalidRetopoError(f"{tool} has no argument {name!r}; there are {there}")
+    found: dict[str, Any] = {}
+    for name, argument in known.items():
+        if name in given:
+            found[name] = argument.kind.read(f"{tool}: {name}", given[name])
+        elif argument.default is REQUIRED:
+            raise InvalidRetopoError(f"{tool} needs {name}: {argument.kind.wanted}")
+        else:
+            found[name] = argument.default
+    return found
+
+
+def _finite(value: object) -> float | None:
+    if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
+        return None
+    try:
+        number = float(value)
+    except OverflowError:
+        return None
+    return number if math.isfinite(number) else None
+
+
+def _items(value: object) -> Sequence[object] | None:
+    """The items of a list; None if it is none."""
+    if isinstance(value, np.ndarray):
+        return cast("Sequence[object]", value) if value.ndim else None
+    return cast("Sequence[object]", value) if isinstance(value, list | tuple) else None
+
+
+def _shown(value: object) -> str:
+    text = repr(value)
+    return text if len(text) <= 40 else text[:37] + "..."

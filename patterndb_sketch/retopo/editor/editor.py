@@ -1,0 +1,184 @@
+"""The editor: a state, its history, and calls of tools."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+from patterndb_sketch.retopo.editor.arguments import read_arguments
+from patterndb_sketch.retopo.editor.history import History
+from patterndb_sketch.retopo.editor.state import State
+from patterndb_sketch.retopo.editor.table import TOOLS
+from patterndb_sketch.retopo.editor.tool import Work
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.filling import (
+    Cache,
+    FilledNetwork,
+    RetopoMesh,
+    completed,
+    let_go,
+    welded,
+)
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Network, with_borders
+from patterndb_sketch.retopo.quadimport import Imported
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.symmetry import Half, Plane, half_of, mirrored
+from patterndb_sketch.retopo.tools.salience import Salience
+from query.engine import PatternSource
+
+#: Tools that say themselves which vertices are held where, after any other curves' new courses.
+HOLDING = frozenset({"brush", "relax"})
+
+
+@dataclass(frozen=True, slots=True)
+class Call:
+    """A tool by name, with arguments as plain data; see :data:`TOOLS`."""
+
+    tool: str
+    arguments: Mapping[str, object] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What a call came to.
+
+    changed: is the state another one? refused: why the tool did nothing, None if it did
+    something. notes: what the user should know.
+    """
+
+    changed: bool
+    refused: str | None = None
+    notes: tuple[str, ...] = ()
+
+
+class Editor:
+    """A network on a ground, edited by calls.
+
+    A window, a script and a test say what is to be done in the same calls; "undo" and "redo" are
+    two of them. A tool that refuses, or changes nothing, leaves no step in the history. After a
+    call patches have their loops; :meth:`fill` gives them counts, fills and places, at once or
+    when there is time.
+    """
+
+    def __init__(self, ground: Ground, source: PatternSource, sizes: Sizes | None = None) -> None:
+        """On a ground, whose borders become marked chains; source: of patterns."""
+        self.ground = ground
+        self.source = source
+        chosen = Sizes.of(ground.diagonal) if sizes is None else sizes
+        network = Network(longest=2.0 * ground.diagonal)
+        network = with_borders(network, ground, chosen.sampling)
+        self._history = History(State(network, chosen))
+        # What is placed, and where ridges are, depends on the ground: the half one has its own.
+        self._caches: dict[Plane | None, Cache] = {}
+        self._halves: dict[Plane, Half] = {}
+        self._kept: dict[tuple[float, Plane | None], Salience] = {}
+        self._filled: FilledNetwork | None = None
+
+    @classmethod
+    def of_quads(cls, found: Imported, source: PatternSource) -> Editor:
+        """On the ground of a mesh of quads, with its regular grids as patches."""
+        editor = cls(found.ground, source, found.sizes)
+        editor.restore(State(found.network, found.sizes))
+        editor.adopt(editor.network, found.filled)
+        return editor
+
+    @property
+    def state(self) -> State:
+        return self._history.now
+
+    @property
+    def network(self) -> Network:
+        return self._history.now.network
+
+    @property
+    def sizes(self) -> Sizes:
+        return self._history.now.sizes
+
+    @property
+    def half(self) -> Half | None:
+        """The half of the ground that is worked on; None where symmetry is off."""
+        plane = self.state.plane
+        if plane is None:
+            return None
+        if plane not in self._halves:
+            self._halves[plane] = half_of(self.ground, plane)
+        return self._halves[plane]
+
+    @property
+    def ground_now(self) -> Ground:
+        """What curves and quads lie on: the ground, or its half while symmetry is on."""
+        half = self.half
+        return self.ground if half is None else half.ground
+
+    @property
+    def filled(self) -> FilledNetwork | None:
+        """What :meth:`fill` or :meth:`adopt` gave for the network now; None if it changed since."""
+        found = self._filled
+        return found if found is not None and found.network is self.network else None
+
+    @property
+    def undoable(self) -> int:
+        """Steps that can be undone."""
+        return self._history.undoable
+
+    @property
+    def redoable(self) -> int:
+        """Steps that can be redone."""
+        return self._history.redoable
+
+    def do(self, call: Call) -> Outcome:
+        """Obey a call.
+
+        Raises InvalidRetopoError for a tool or arguments that there are not; whatever else a
+        tool cannot do is told in the outcome.
+        """
+        if call.tool in ("undo", "redo"):
+            read_arguments(call.tool, {}, call.arguments)
+            moved = self._history.undo() if call.tool == "undo" else self._history.redo()
+            return Outcome(True) if moved else Outcome(False, f"there is nothing to {call.tool}")
+        tool = TOOLS.get(call.tool)
+        if tool is None:
+            there = ", ".join([*TOOLS, "undo", "redo"])
+            raise InvalidRetopoError(f"there is no tool {call.tool!r}; there are {there}")
+        arguments = read_arguments(call.tool, tool.arguments, call.arguments)
+        try:
+            result = tool.act(
+                Work(self.state, self.ground_now, self.source, self.half, self._kept), arguments
+            )
+        except RefusedError as error:
+            return Outcome(False, str(error))
+        state = result.state
+        if call.tool not in HOLDING:
+            state = replace(state, network=let_go(self.network, state.network))
+        if state.same(self.state):
+            return Outcome(False, None, result.notes)
+        self._history.step(state)
+        return Outcome(True, None, result.notes)
+
+    def fill(self) -> FilledNetwork:
+        """Counts, fills and places for all patches of the state now; it keeps them."""
+        cache = self._caches.setdefault(self.state.plane, Cache())
+        found = completed(self.network, self.ground_now, self.source, self.sizes.edge, cache)
+        self.adopt(self.network, found)
+        return found
+
+    def mesh(self, found: FilledNetwork) -> RetopoMesh:
+        """The quads of the filled network as one mesh; while symmetry is on with their image."""
+        plane = self.state.plane
+        mesh = welded(found)
+        return mesh if plane is None else mirrored(mesh, found.network, plane).mesh
+
+    def adopt(self, network: Network, found: FilledNetwork) -> bool:
+        """Keep what was filled elsewhere, if the network is still the one that it was made for."""
+        if network is not self.network:
+            return False
+        if found.network is not network:
+            self._history.settle(replace(self.state, network=found.network))
+        self._filled = found
+        return True
+
+    def restore(self, state: State) -> None:
+        """Begin from a state that was saved; nothing can be undone."""
+        self._history = History(state)
+        self._filled = None

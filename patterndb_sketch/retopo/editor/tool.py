@@ -1,0 +1,148 @@
+"""Tools as the editor knows them: a name, arguments, and a function from state to state."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.editor.arguments import MOST_POINTS, Argument
+from patterndb_sketch.retopo.editor.state import State
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Feet, Ground, Stroke, cleaned
+from patterndb_sketch.retopo.network import Edit, Network, nearest_place, samples
+from patterndb_sketch.retopo.symmetry import Half, Plane, refuse_beyond
+from patterndb_sketch.retopo.tools.salience import Salience
+from query.engine import PatternSource
+
+#: How far off a ground's box a point may be that is meant to be on it, and what lengths may be, as
+#: parts of its diagonal: what is beyond is a mistake in the unit, and would take all memory.
+FAR = 1.0
+LEAST_LENGTH, MOST_LENGTH = 1e-6, 100.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Work:
+    """What a tool works on.
+
+    ground: the half that is worked on while symmetry is on. half: that half, with the whole.
+    kept: what was made for the ground before, by target edge and plane.
+    """
+
+    state: State
+    ground: Ground
+    source: PatternSource
+    half: Half | None = None
+    kept: dict[tuple[float, Plane | None], Salience] = field(default_factory=dict)
+
+    @property
+    def network(self) -> Network:
+        """The network, which knows its ground: one that was read or restored does not yet."""
+        found = self.state.network
+        return found if found.ground is self.ground else replace(found, ground=self.ground)
+
+    @property
+    def whole(self) -> Ground:
+        """The whole ground, whatever symmetry is."""
+        return self.ground if self.half is None else self.half.whole
+
+    def foot(self, point: ArrayLike) -> Feet:
+        """The point of the ground nearest to a point (3,), as one foot."""
+        at = np.asarray(point, np.float64)[None]
+        self._refuse_far(at)
+        return self.ground.nearest(at)
+
+    def stroke(self, points: Points, closed: bool | None = None) -> Stroke:
+        """A stroke as it was drawn, cleaned."""
+        self._refuse_far(points)
+        samples = arc_length(points)[-1] / self.state.sizes.sampling
+        if samples > MOST_POINTS:
+            raise InvalidRetopoError(
+                f"the stroke would have {samples:,.0f} points at a sampling of "
+                f"{self.state.sizes.sampling:g}, and {MOST_POINTS:,} are the most; draw it shorter"
+            )
+        return cleaned(points, self.whole, self.state.sizes, closed)
+
+    def stroke_here(self, points: Points, what: str, closed: bool | None = None) -> Stroke:
+        """A stroke, cleaned, that must be on the half that is worked on; what: it is, for words.
+
+        Raises RefusedError if it is not, while symmetry is on.
+        """
+        drawn = self.stroke(points, closed)
+        if self.half is not None:
+            refuse_beyond(drawn, self.half, what)
+        return drawn
+
+    def salience(self) -> Salience:
+        """Where the ground has ridges and valleys, for the target edge; kept for the next call."""
+        key = self.state.sizes.edge, self.state.plane
+        if key not in self.kept:
+            self.kept.clear()
+            self.kept[key] = Salience.of(self.ground, self.state.sizes.edge)
+        return self.kept[key]
+
+    def length(self, name: str, value: float, least: float = LEAST_LENGTH) -> float:
+        """A length as it is given; InvalidRetopoError for one out of proportion to the ground.
+
+        least: as a part of the ground's diagonal.
+        """
+        low, high = least * self.ground.diagonal, MOST_LENGTH * self.ground.diagonal
+        if not low <= value <= high:
+            raise InvalidRetopoError(
+                f"{name} is {value:g}; on this surface give {low:.3g} to {high:.3g}"
+            )
+        return value
+
+    def _refuse_far(self, points: Points) -> None:
+        """InvalidRetopoError unless all points (n, 3) are within a diagonal of the ground's box."""
+        low, high = self.whole.vertices.min(axis=0), self.whole.vertices.max(axis=0)
+        reach = FAR * self.whole.diagonal
+        far = np.flatnonzero(((points < low - reach) | (points > high + reach)).any(axis=1))
+        if len(far):
+            at = ", ".join(f"{x:g}" for x in points[far[0]])
+            raise InvalidRetopoError(
+                f"the point [{at}] is far from the surface, whose box is "
+                f"[{', '.join(f'{x:g}' for x in low)}] to [{', '.join(f'{x:g}' for x in high)}]; "
+                "give points of the surface"
+            )
+
+    def chain_at(self, point: ArrayLike) -> int:
+        """The chain nearest to a point of the ground, within the snap radius."""
+        foot = self.foot(point)
+        found = nearest_place(
+            samples(self.network), foot.points[0], foot.normals[0], self.state.sizes.snap
+        )
+        if found is None:
+            raise RefusedError("no curve is near; point closer to one")
+        return found.chain
+
+    def edited(self, edit: Edit) -> Result:
+        """What a tool's edit comes to."""
+        return Result(replace(self.state, network=edit.network), edit.notes)
+
+    def with_network(self, network: Network, notes: tuple[str, ...] = ()) -> Result:
+        return Result(replace(self.state, network=network), notes)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Result:
+    """The state after a tool, and what the user should know."""
+
+    state: State
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tool:
+    """name: in calls. help: one sentence. arguments: by name. act: from work to result; it raises
+    RefusedError where the tool cannot do what it was asked for."""
+
+    name: str
+    help: str
+    arguments: Mapping[str, Argument]
+    act: Callable[[Work, dict[str, Any]], Result]

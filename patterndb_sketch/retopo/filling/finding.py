@@ -1,0 +1,81 @@
+"""Finding: which patch a point of the ground is in."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.geometry.quadshape import units
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Feet, Ground
+from patterndb_sketch.retopo.network import Network, outline
+from query.placing import enclosed
+
+#: A point no further to the right of a patch's border, as a part of the ground's diagonal, is on
+#: it, and so within: rounding alone moves points by less.
+ON_BORDER = 1e-9
+
+
+def patch_at(network: Network, ground: Ground, point: ArrayLike) -> int:
+    """The patch that a point (3,) of the ground is in.
+
+    Patches are tried in the order of how near their borders are; the ground within each is
+    flooded until one has the point's triangle. On a triangle that the border crosses, or that is
+    larger than the patch, the point is within if it is on the left of the nearest part of the
+    border. Raises RefusedError if
+    there is none.
+    """
+    foot = ground.nearest(np.asarray(point, np.float64)[None])
+    borders = {patch.id: outline(network, patch.loop) for patch in network.patches.values()}
+    away = [
+        (float(np.linalg.norm(points - foot.points[0], axis=1).min()), patch)
+        for patch, (points, _) in borders.items()
+    ]
+    for _, patch in sorted(away):
+        if is_within(ground, borders[patch], foot):
+            return patch
+    raise RefusedError("there is no patch here; point into one")
+
+
+def is_within(ground: Ground, border: tuple[Points, Points], foot: Feet) -> bool:
+    """Is a place, one foot, within a patch: on the ground to the left of its border?
+
+    border: (n, 3) points and (n, 3) normals, the first not repeated. What is on it is within.
+    """
+    points, normals = border
+    inside = enclosed(ground.surface, points)
+    if not inside.separates:
+        return False
+    triangle = ground.triangles[foot.triangles[0]]
+    own = (inside.surface.triangles == triangle).all(axis=1)
+    if not own.any():
+        return False
+    # Flooding tells triangles apart, which is nothing where one is larger than the patch.
+    size = np.linalg.norm(np.ptp(ground.vertices[triangle], axis=0))
+    coarse = np.linalg.norm(np.ptp(points, axis=0)) < size
+    if not coarse and np.isnan(inside.around[own]).all():
+        return True
+    left = left_of(points, normals, foot.points[0], foot.normals[0])
+    return left >= -ON_BORDER * ground.diagonal
+
+
+def left_of(points: Points, normals: Points, at: Points, up: Points) -> float:
+    """How far a point (3,) is to the left of the nearest segment of a closed polygon (n, 3), of
+    those whose normals agree with its own; below 0 to the right, and if none do."""
+    ends, ups = np.roll(points, -1, axis=0), np.roll(normals, -1, axis=0)
+    agreeing = np.flatnonzero((normals + ups) @ up > 0.0)
+    if len(agreeing) == 0:
+        return -np.inf
+    along = ends - points
+    size = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
+    share = np.clip(((at - points) * along).sum(axis=1) / size, 0.0, 1.0)
+    nearest = points + share[:, None] * along
+    distance = np.linalg.norm(at - nearest, axis=1)
+    k = agreeing[distance[agreeing].argmin()]
+    lefts = units(np.cross(normals + ups, along))
+    left = lefts[k]
+    if share[k] in (0.0, 1.0):
+        # At a vertex: left of both its segments together, whichever way the polygon turns there.
+        left = left + lefts[(k + (1 if share[k] else -1)) % len(points)]
+    return float((at - nearest[k]) @ units(left[None])[0])

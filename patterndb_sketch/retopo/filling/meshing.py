@@ -1,0 +1,192 @@
+"""Meshing: all patches of a network filled, and welded to one mesh of quads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling.choosing import filled
+from patterndb_sketch.retopo.filling.counting import counted
+from patterndb_sketch.retopo.filling.islands import around_islands
+from patterndb_sketch.retopo.filling.placing import Placed
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Chain, Network, Patch
+from query.engine import PatternSource
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FilledNetwork:
+    """A network with its counts and fills, and where they lie.
+
+    placed: of every patch that has quads, by id. notes: what could not be.
+    """
+
+    network: Network
+    placed: dict[int, Placed]
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(slots=True)
+class Cache:
+    """Placed patches of networks before: after an edit only the patches concerned are placed
+    anew. Results do not depend on it."""
+
+    _kept: dict[int, tuple[Patch, tuple[Chain, ...], Placed]] = field(default_factory=dict)
+
+    def get(self, network: Network, patch: Patch) -> Placed | None:
+        kept = self._kept.get(patch.id)
+        if kept is None:
+            return None
+        former, chains, placed = kept
+        same = (
+            former.loop == patch.loop
+            and former.corners == patch.corners
+            and former.choice == patch.choice
+            and all(
+                _same(network.chains[half >> 1], chain)
+                for half, chain in zip(patch.loop, chains, strict=True)
+            )
+        )
+        return placed if same else None
+
+    def put(self, network: Network, patch: Patch, placed: Placed) -> None:
+        chains = tuple(network.chains[half >> 1] for half in patch.loop)
+        self._kept[patch.id] = patch, chains, placed
+
+
+def completed(
+    network: Network,
+    ground: Ground,
+    source: PatternSource,
+    edge: float,
+    cache: Cache | None = None,
+) -> FilledNetwork:
+    """The network with counts and fills for all its patches, placed on the ground.
+
+    edge: target length of an edge. Counts and fills that are there stay where they suit. What
+    has no quads, and why, is in the notes: patches without a fill, and those within which others
+    lie that no curve joins to them.
+    """
+    cache = Cache() if cache is None else cache
+    network, notes = counted(network, edge)
+    placed: dict[int, Placed] = {}
+    told = list(notes)
+    for patch in sorted(network.patches):
+        found = cache.get(network, network.patches[patch])
+        if found is None:
+            try:
+                network, found = filled(network, ground, source, patch)
+            except RefusedError as error:
+                told.append(str(error))
+                continue
+            cache.put(network, network.patches[patch], found)
+        placed[patch] = found
+        if len(found.flipped):
+            told.append(f"patch {patch} has {len(found.flipped)} flipped quads")
+    for patch, other in around_islands(network, ground, placed).items():
+        del placed[patch]
+        told.append(
+            f"patch {patch} has no quads: patch {other} lies within it, joined to none of its "
+            "sides; join them by a curve, or erase one"
+        )
+    return FilledNetwork(network, placed, tuple(told))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RetopoMesh:
+    """All quads of a network as one mesh.
+
+    vertices, normals: (v, 3) float64. quads: (q, 4) int32. patch: (q,) int32, the id of the
+    patch that each belongs to. node: (v,) int32, the network's node that a vertex is, or -1;
+    chain: (v,) int32, the chain that it lies on, or -1.
+    """
+
+    vertices: Points
+    normals: Points
+    quads: Int32Array
+    patch: Int32Array
+    node: Int32Array
+    chain: Int32Array
+
+
+def welded(found: FilledNetwork) -> RetopoMesh:
+    """The patches as one mesh, welded by what the network says is one place, never by distance."""
+    network = found.network
+    name: dict[tuple[int, int], int] = {}
+    points: list[NDArray[np.float64]] = []
+    normals: list[NDArray[np.float64]] = []
+    node: list[int] = []
+    chain: list[int] = []
+    quads: list[Int32Array] = [np.empty((0, 4), np.int32)]
+    owner: list[Int32Array] = [np.empty(0, np.int32)]
+    for patch in sorted(found.placed):
+        placed = found.placed[patch]
+        keys = border_keys(network, network.patches[patch])
+        number = np.empty(len(placed.vertices), np.int32)
+        for k in range(len(placed.vertices)):
+            key = keys[k] if k < len(keys) else None
+            if key is not None and key in name:
+                number[k] = name[key]
+                continue
+            number[k] = len(points)
+            if key is not None:
+                name[key] = len(points)
+            points.append(placed.vertices[k])
+            normals.append(placed.normals[k])
+            node.append(key[0] if key is not None and key[1] < 0 else -1)
+            chain.append(key[0] if key is not None and key[1] >= 0 else -1)
+        quads.append(number[placed.quads])
+        owner.append(np.full(len(placed.quads), patch, np.int32))
+    return RetopoMesh(
+        np.array(points).reshape(-1, 3),
+        np.array(normals).reshape(-1, 3),
+        np.concatenate(quads).astype(np.int32),
+        np.concatenate(owner),
+        np.array(node, np.int32),
+        np.array(chain, np.int32),
+    )
+
+
+def border_keys(network: Network, patch: Patch) -> list[tuple[int, int]]:
+    """What each boundary vertex of a patch is: (node, -1), or (chain, its number along it)."""
+    keys: list[tuple[int, int]] = []
+    for half in patch.loop:
+        chain = network.chains[half >> 1]
+        keys.append((network.origin(half), -1) if not chain.loose else (chain.id, 0))
+        inner = range(1, chain.count)
+        keys += [(chain.id, k) for k in (reversed(inner) if half & 1 else inner)]
+    return keys
+
+
+def irregular_vertices(mesh: RetopoMesh) -> tuple[Int32Array, Int32Array]:
+    """(k,) vertices whose number of quads is not 4 inside, or 2 on a border, and (k,) how many.
+
+    Corners of an open border, with one quad, count.
+    """
+    valence = np.bincount(mesh.quads.ravel(), minlength=len(mesh.vertices))
+    rim = np.zeros(len(mesh.vertices), np.bool_)
+    rim[open_edges(mesh).ravel()] = True
+    wrong = np.flatnonzero((valence != np.where(rim, 2, 4)) & (valence > 0))
+    return wrong.astype(np.int32), valence[wrong].astype(np.int32)
+
+
+def open_edges(mesh: RetopoMesh) -> Int32Array:
+    """(e, 2) edges with one quad."""
+    tail, head = mesh.quads.ravel(), np.roll(mesh.quads, -1, axis=1).ravel()
+    low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
+    _, first, uses = np.unique((low << 32) | high, return_index=True, return_counts=True)
+    lone = first[uses == 1]
+    return np.stack([tail[lone], head[lone]], axis=1).astype(np.int32)
+
+
+def _same(one: Chain, other: Chain) -> bool:
+    return one is other or (
+        one.count == other.count
+        and one.loose == other.loose
+        and np.array_equal(one.points, other.points)
+    )

@@ -1,0 +1,142 @@
+"""Report: what a mesh of quads is like, and how far it is from its ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from patterndb.geometry.surface import Points, Surface
+from patterndb_sketch.retopo.filling.meshing import (
+    FilledNetwork,
+    RetopoMesh,
+    irregular_vertices,
+    open_edges,
+    welded,
+)
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import HalfChain, Network, face
+
+#: Samples along an edge of a quad, or of a triangle of the ground, for distances.
+SAMPLES = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """Of a filled network.
+
+    patches:   how many there are with so many corners. unfilled: how many have no quads.
+    irregular: how many vertices have so many quads where 4 inside, or 2 on the border, is regular.
+    flipped:   quads clockwise seen from outside. open_edges: with one quad. tangled: edges with
+               more than two, or that two quads pass the same way. euler: vertices - edges + quads.
+    to_ground, from_ground: greatest distance of the quads from the ground, and of the ground from
+               the quads, as parts of the ground's diagonal.
+    """
+
+    patches: dict[int, int]
+    unfilled: int
+    vertices: int
+    quads: int
+    irregular: dict[int, int]
+    flipped: int
+    open_edges: int
+    tangled: int
+    euler: int
+    to_ground: float
+    from_ground: float
+
+
+def report(found: FilledNetwork, ground: Ground, mesh: RetopoMesh | None = None) -> Report:
+    """What the mesh of a filled network is like."""
+    mesh = welded(found) if mesh is None else mesh
+    corners: dict[int, int] = {}
+    for patch in found.network.patches.values():
+        n = len(patch.corners)
+        corners[n] = corners.get(n, 0) + 1
+    _, valence = irregular_vertices(mesh)
+    tail, head = mesh.quads.ravel(), np.roll(mesh.quads, -1, axis=1).ravel()
+    directed = (tail.astype(np.int64) << 32) | head
+    low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
+    edges, uses = np.unique((low << 32) | high, return_counts=True)
+    twice = len(directed) - len(np.unique(directed))
+    to_ground, from_ground = hausdorff(mesh.vertices, mesh.quads, ground)
+    return Report(
+        patches=dict(sorted(corners.items())),
+        unfilled=len(found.network.patches) - len(found.placed),
+        vertices=len(mesh.vertices),
+        quads=len(mesh.quads),
+        irregular={int(v): int((valence == v).sum()) for v in np.unique(valence)},
+        flipped=sum(len(placed.flipped) for placed in found.placed.values()),
+        open_edges=len(open_edges(mesh)),
+        tangled=int((uses > 2).sum()) + twice,
+        euler=len(mesh.vertices) - len(edges) + len(mesh.quads),
+        to_ground=to_ground,
+        from_ground=from_ground,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class OpenLoop:
+    """A loop without a patch. corners: of it. at: a point on it, with the surface's empty side
+    on the left of the way to ``towards``."""
+
+    corners: int
+    at: tuple[float, float, float]
+    towards: tuple[float, float, float]
+
+
+def open_loops(network: Network) -> list[OpenLoop]:
+    """The sides of curves where no patch is and one may be: what is left to be closed.
+
+    One for each loop of half-chains; those around all of what was drawn are among them.
+    """
+    taken = network.patch_of()
+    done: set[HalfChain] = set()
+    found: list[OpenLoop] = []
+    for chain in sorted(network.chains):
+        for half in (2 * chain, 2 * chain + 1):
+            if half in taken or half in done or network.mark(half):
+                continue
+            loop, corners = face(network.nodes, network.chains, half)
+            done.update(loop)
+            line, _ = network.chains[chain].directed(half)
+            k = len(line) // 2
+            at, towards = (tuple(line[i].tolist()) for i in (k - 1, k))
+            found.append(OpenLoop(len(corners), at, towards))
+    return found
+
+
+def hausdorff(vertices: Points, quads: np.ndarray, ground: Ground) -> tuple[float, float]:
+    """The greatest distance from quads (q, 4) to the ground, and from the ground to the quads, as
+    parts of the ground's diagonal; at samples.
+
+    A quad is taken as the two triangles at its shorter diagonal. Both 1.0 without quads.
+    """
+    if len(quads) == 0:
+        return 1.0, 1.0
+    corner = vertices[quads]
+    one = np.linalg.norm(corner[:, 0] - corner[:, 2], axis=1)
+    two = np.linalg.norm(corner[:, 1] - corner[:, 3], axis=1)
+    first = (one <= two)[:, None]
+    triangles = np.concatenate(
+        [
+            np.where(first, quads[:, [0, 1, 2]], quads[:, [0, 1, 3]]),
+            np.where(first, quads[:, [0, 2, 3]], quads[:, [1, 2, 3]]),
+        ]
+    )
+    surface = Surface.from_arrays(vertices, triangles)
+    there = _sampled(surface.vertices[surface.triangles])
+    out = float(np.linalg.norm(ground.nearest(there).points - there, axis=1).max())
+    here = _sampled(ground.vertices[ground.triangles])
+    back = float(np.linalg.norm(surface.nearest(here).points - here, axis=1).max())
+    return out / ground.diagonal, back / ground.diagonal
+
+
+def _sampled(corners: np.ndarray) -> Points:
+    """Points all over triangles (t, 3, 3): corners, and even steps between."""
+    weights = [
+        (i / SAMPLES, j / SAMPLES, 1.0 - (i + j) / SAMPLES)
+        for i in range(SAMPLES + 1)
+        for j in range(SAMPLES + 1 - i)
+    ]
+    return np.concatenate([np.einsum("e,tec->tc", np.array(w), corners) for w in weights])

@@ -1,0 +1,200 @@
+"""Local parameterisation: (u, v) spread over the ground from a stroke or a point.
+
+A discrete exponential map. Source: Schmidt 2013, "Stroke Parameterization", as Takayama et
+al. 2013 and their released program use it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.quadshape import units
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.ground.feet import Feet
+from patterndb_sketch.retopo.ground.ground import Ground
+from patterndb_sketch.retopo.ground.lookup import containing, filed
+from patterndb_sketch.retopo.ground.spreading import held, propose, spread
+
+#: A triangle with an edge this many times as long in (u, v) as it is lies where two fronts met,
+#: as on the back of a thin limb.
+TORN = 2.5
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """How far a map goes: along the surface's edges from its seeds, and in u and v.
+
+    The factors of the two makers are those of the released program of Takayama et al. 2013.
+    """
+
+    distance: float
+    u: tuple[float, float]
+    v: tuple[float, float]
+
+    @classmethod
+    def spine(cls, b: float, length: float) -> Window:
+        """Around a stroke of this length, for a brush of half-width b."""
+        return cls(1.8 * b, (-1.5 * b, 1.5 * b), (-0.5 * b, length + 0.5 * b))
+
+    @classmethod
+    def completion(cls, b: float) -> Window:
+        """Around a point of a boundary, for suggestions of radius b."""
+        return cls(3.8 * b, (-1.2 * b, 1.2 * b), (-0.3 * b, 2.2 * b))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LocalMap:
+    """(u, v) of a part of the ground: v along the stroke, u to its right seen from outside.
+
+    vertices:  (m,) int32, the ground's vertices that have (u, v), the nearest first.
+    uv:        (m, 2) float64.
+    distance:  (m,) float64 along edges from the seeds.
+    triangles: (k,) int32 ascending, the ground's triangles with (u, v) at all three corners.
+    corners:   (k, 3) int32, their corners as places in ``vertices``.
+    """
+
+    ground: Ground
+    vertices: Int32Array
+    uv: Points
+    distance: NDArray[np.float64]
+    triangles: Int32Array
+    corners: Int32Array
+    _grid: tuple[Points, Int32Array, Int32Array]
+
+    def of(self, feet: Feet) -> Points:
+        """(n, 2) the (u, v) of points on the ground; nan outside of the map."""
+        result = np.full((len(feet), 2), np.nan)
+        if len(self.triangles) == 0:
+            return result
+        place = np.searchsorted(self.triangles, feet.triangles)
+        place = np.minimum(place, len(self.triangles) - 1)
+        within = self.triangles[place] == feet.triangles
+        corner = self.uv[self.corners[place[within]]]
+        result[within] = np.einsum("ne,nec->nc", feet.weights[within], corner)
+        return result
+
+    def of_points(self, points: ArrayLike, normals: ArrayLike) -> Points:
+        """(n, 2) the (u, v) of (n, 3) points, with (n, 3) normals, on or near the ground.
+
+        Each is taken to the nearest point that faces as it does; nan where that is outside of
+        the map, and for points further from the map's box than half its diagonal, which cost
+        nothing.
+        """
+        at, up = np.asarray(points, np.float64), np.asarray(normals, np.float64)
+        result = np.full((len(at), 2), np.nan)
+        if len(self.vertices) == 0:
+            return result
+        mapped = self.ground.vertices[self.vertices]
+        low, high = mapped.min(axis=0), mapped.max(axis=0)
+        room = 0.5 * float(np.linalg.norm(high - low))
+        near = np.flatnonzero(((at >= low - room) & (at <= high + room)).all(axis=1))
+        there = self.ground.nearest_facing(at[near], up[near])
+        result[near] = self.of(there.feet)
+        result[near[there.lost]] = np.nan
+        return result
+
+    def at(self, uv: ArrayLike) -> tuple[Feet, NDArray[np.bool_]]:
+        """Points of the ground with these (u, v), (n, 2), and (n,) whether there is one.
+
+        Where the map lies over itself the one nearest to the seeds. Where there is none the
+        foot is nan, its triangle -1.
+        """
+        wanted = np.ascontiguousarray(uv, np.float64)
+        if wanted.ndim != 2 or wanted.shape[1] != 2:
+            raise InvalidRetopoError(f"(u, v) must be (n, 2), got {wanted.shape}")
+        place, weights = containing(self.uv, self.corners, self.distance, *self._grid, wanted)
+        found = place >= 0
+        n = len(wanted)
+        feet = Feet(
+            np.full((n, 3), np.nan), np.full((n, 3), np.nan), np.full(n, -1, np.int32), weights
+        )
+        on = self.ground.at(self.triangles[place[found]], weights[found])
+        feet.points[found], feet.normals[found] = on.points, on.normals
+        feet.triangles[found] = on.triangles
+        return feet, found
+
+
+def local_map(ground: Ground, seeds: Feet, tangents: ArrayLike, window: Window) -> LocalMap:
+    """The map spread from a stroke's points (n >= 1), or from one point.
+
+    tangents: (n, 3) directions of v, of any length above 0; only their parts along the surface
+    count. v is 0 at the first seed and grows by the distance from seed to seed.
+    Raises InvalidRetopoError for no seeds, and for a tangent without a part along the surface.
+
+    Differs from the sources: triangles where two fronts met, torn in (u, v), have none.
+    """
+    along = np.ascontiguousarray(tangents, np.float64)
+    if len(seeds) == 0 or along.shape != seeds.points.shape:
+        raise InvalidRetopoError(
+            f"a local map was asked for from {len(seeds)} points with tangents of the shape "
+            f"{along.shape}; give one point or more, and (n, 3) tangents"
+        )
+    up = seeds.normals
+    along = along - np.einsum("nc,nc->n", along, up)[:, None] * up
+    size = np.linalg.norm(along, axis=1)
+    bad = np.flatnonzero(~(size > 1e-9 * np.linalg.norm(np.asarray(tangents), axis=1)))
+    if len(bad):
+        raise InvalidRetopoError(
+            f"tangent {bad[0]} of a local map has no part along the surface; give the direction "
+            "of the stroke there"
+        )
+    right = np.cross(along / size[:, None], up)
+    vertices, uv, axes, distance = _seeded(ground, seeds, right)
+    low = np.array([window.u[0], window.v[0]])
+    high = np.array([window.u[1], window.v[1]])
+    found, uv, distance = spread(
+        ground.vertices,
+        ground.normals,
+        ground.topology.star_start,
+        ground.topology.star,
+        vertices,
+        uv,
+        axes,
+        distance,
+        window.distance,
+        low,
+        high,
+    )
+    triangles, corners = held(ground.triangles, ground.vertices, found, uv, TORN)
+    return LocalMap(ground, found, uv, distance, triangles, corners, filed(uv, corners))
+
+
+def _seeded(
+    ground: Ground, seeds: Feet, right: Points
+) -> tuple[Int32Array, Points, Points, NDArray[np.float64]]:
+    """The vertices nearest to the seeds, with (u, v), u axes and distances: means over all the
+    seeds of a vertex. right (n, 3): the seeds' own u axes."""
+    n = len(seeds)
+    corner = seeds.weights.argmax(axis=1)
+    vertex = ground.triangles[seeds.triangles, corner]
+    # Every seed hands on to its vertex what a vertex hands on to its neighbour.
+    places = np.concatenate([seeds.points, ground.vertices[vertex]])
+    normals = np.concatenate([seeds.normals, ground.normals[vertex]])
+    axes = np.concatenate([right, right])
+    uv = np.stack([np.zeros(n), arc_length(seeds.points)], axis=1)
+    offset = np.linalg.norm(places[n:] - places[:n], axis=1)
+    step = np.empty(5)
+    turned = right.copy()
+    for i in range(n):
+        if offset[i] > 0.0 and propose(places, normals, axes, i, n + i, step):
+            uv[i] += step[:2]
+            turned[i] = step[2:]
+    chosen, which, count = np.unique(vertex, return_inverse=True, return_counts=True)
+    which = which.reshape(-1)
+    mean_uv, mean_axes = np.zeros((len(chosen), 2)), np.zeros((len(chosen), 3))
+    np.add.at(mean_uv, which, uv)
+    np.add.at(mean_axes, which, turned)
+    distance = np.full(len(chosen), np.inf)
+    np.minimum.at(distance, which, offset)
+    return (
+        chosen.astype(np.int32),
+        mean_uv / count[:, None],
+        units(mean_axes / count[:, None]),
+        distance,
+    )

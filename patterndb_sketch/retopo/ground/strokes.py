@@ -1,0 +1,132 @@
+"""Strokes: what was drawn becomes an even, smooth polyline on the ground."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.geometry.polyline import arc_length, as_points, at_lengths
+from patterndb.geometry.quadshape import units
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground.ground import Ground
+from patterndb_sketch.retopo.sizes import Sizes
+
+#: Rounds of smoothing that take the jitter of a hand out of a stroke. Source: the released
+#: program of Takayama et al. 2013.
+ROUNDS = 2
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stroke:
+    """A polyline on the ground.
+
+    points:  (n, 3) float64; a closed one does not repeat its first point.
+    normals: (n, 3) float64 unit normals of the ground there.
+    closed:  does it run back to its first point?
+    missed:  how many of its points had no hit along their normals when they were projected, and
+             were taken to the nearest point instead.
+    """
+
+    points: Points
+    normals: Points
+    closed: bool
+    missed: int = 0
+
+    @property
+    def length(self) -> float:
+        """Its arc length, with the way back of a closed one."""
+        ends = self.points[:1] if self.closed else self.points[:0]
+        return float(arc_length(np.concatenate([self.points, ends]))[-1])
+
+
+def cleaned(
+    points: ArrayLike,
+    ground: Ground,
+    sizes: Sizes,
+    closed: bool | None = None,
+    normals: ArrayLike | None = None,
+) -> Stroke:
+    """A stroke as it was drawn, (k, 3) points on or near the ground, made even and smooth.
+
+    normals: (k, 3) the ground's normals where it was drawn, as picking gives them; without
+    them those of the nearest points are taken, which may be the other side of a thin part.
+    closed: None to find out: it is if its ends are within the snap radius of each other, and
+    it was further away in between.
+
+    Sampled at equal arc length, about ``sizes.sampling`` apart and at least 3 points; smoothed
+    by :data:`ROUNDS`; projected. Raises InvalidRetopoError for what is no list of points, and
+    RefusedError for a stroke of no length.
+
+    Source: the released program of Takayama et al. 2013. Differs from it: a stroke that never
+    leaves the snap radius is not closed, so that short curves can be drawn.
+    """
+    drawn = as_points(points, "a stroke's points", InvalidRetopoError)
+    if normals is None:
+        up = ground.nearest(drawn).normals if len(drawn) else drawn
+    else:
+        up = as_points(normals, "a stroke's normals", InvalidRetopoError)
+    if len(up) != len(drawn):
+        raise InvalidRetopoError(
+            f"a stroke of {len(drawn)} points has {len(up)} normals; give one for each"
+        )
+    moved = np.r_[True, (np.diff(drawn, axis=0) != 0.0).any(axis=1)] if len(drawn) else []
+    drawn, up = drawn[moved], up[moved]
+    if len(drawn) < 2:
+        raise RefusedError("the stroke has no length: it needs two points at different places")
+    if closed is None:
+        closed = runs_back(drawn, sizes.snap)
+    if closed and (drawn[0] != drawn[-1]).any():
+        drawn, up = np.concatenate([drawn, drawn[:1]]), np.concatenate([up, up[:1]])
+    along = arc_length(drawn)
+    edges = max(3 if closed else 2, round(along[-1] / sizes.sampling))
+    wanted = np.linspace(0.0, along[-1], edges + 1)[: edges if closed else edges + 1]
+    even = at_lengths(drawn, wanted)
+    turned = np.stack([np.interp(wanted, along, up[:, d]) for d in range(3)], axis=1)
+    even = smoothed(even, ROUNDS, closed)
+    done = ground.project_near(even, units(turned), sizes)
+    return Stroke(done.points, done.normals, closed, len(done.missed) + len(done.lost))
+
+
+def runs_back(points: Points, snap: float) -> bool:
+    """Are the ends of the polyline (k, 3) within the snap radius, and was it outside between?"""
+    off = np.linalg.norm(points - points[0], axis=1)
+    return bool(off[-1] <= snap < off.max())
+
+
+def smoothed(points: Points, rounds: int, closed: bool) -> Points:
+    """(n, 3) the points after rounds that bring each halfway to the mean of its two targets.
+
+    The ends of an open polyline stay; it is not projected.
+    """
+    at = points.copy()
+    for _ in range(rounds):
+        middle, curved = targets(at, closed)
+        at = 0.5 * at + 0.25 * (middle + curved)
+    return at
+
+
+def targets(points: Points, closed: bool) -> tuple[Points, Points]:
+    """Where smoothing wants every point (n, 3), twice: between its neighbours, and on the
+    cubic through its four neighbours.
+
+    Points next to the end of an open polyline, which has no four, have the first target twice;
+    the ends, and all of fewer than 3 points, themselves.
+    """
+    n = len(points)
+    middle, curved = points.copy(), points.copy()
+    if n < 3:
+        return middle, curved
+    if closed:
+        before, after = np.roll(points, 1, axis=0), np.roll(points, -1, axis=0)
+        middle = 0.5 * (before + after)
+        if n < 5:
+            return middle, middle.copy()
+        far = np.roll(points, 2, axis=0) + np.roll(points, -2, axis=0)
+        return middle, (4.0 * (before + after) - far) / 6.0
+    middle[1:-1] = 0.5 * (points[:-2] + points[2:])
+    curved[1:-1] = middle[1:-1]
+    curved[2:-2] = (4.0 * (points[1:-3] + points[3:-1]) - points[:-4] - points[4:]) / 6.0
+    return middle, curved

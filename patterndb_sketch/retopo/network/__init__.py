@@ -1,0 +1,131 @@
+"""The network of curves on a surface: a halfedge structure of chains.
+
+A :class:`Network` has nodes, chains (polylines between nodes) and patches (loops that are filled).
+It is immutable: an edit is a function from network to network, undoing is to keep the old one,
+and :func:`equal` compares two bit for bit. Ids of nodes, chains and patches come from one
+counter and are never used twice.
+
+Half-chains are numbers: ``2 * chain`` forward, ``2 * chain + 1`` backward, ``half ^ 1`` the other
+way. What lies on the left of a half-chain belongs to it. ``Node.ends`` are the half-chains that
+leave a node, counter-clockwise; wedge i, between end i and the next, is a corner of the face in
+it if ``Node.flagged[i]``. A half-chain that arrives as the twin of end j is followed, around the
+face on its left, by end j - 1 (:func:`successor`, :func:`face`).
+
+Places on chains are in samples: 3.25 is a quarter of the way from sample 3 to sample 4.
+
+What a curve is joined to is an End:
+
+- ``Free()``: nothing, an open end;
+- ``AtNode(node, smooth=False)``: a node that is there;
+- ``AtChain(chain, place)``: the inside of a chain, which is cut there (a T-junction).
+
+Single edits are functions: :func:`add_chain`, :func:`add_loop`, :func:`cut_chain`,
+:func:`remove_chains`, :func:`with_count`, :func:`with_choice`. A tool that makes several takes
+a :class:`Draft`, in which chains that were cut may still be named by their old ids and places::
+
+    draft = Draft(network)
+    left = draft.add_chain(points, normals, AtChain(5, 12.0), Free())
+    right = draft.add_chain(others, normals, AtChain(5, 30.0), AtNode(node))
+    draft.flag(2 * left, False)       # the wedge on its left is passed straight
+    network = draft.finished()        # patches are found again, only where something changed
+
+A network stays a drawing on its ground: both ends of a new chain go into one face, whatever
+directions say, and :func:`genus_of` is never above the ground's :func:`handles_of`. What could only
+be drawn through another curve is refused. A network that knows its ground (``Network.ground``, set
+by tools that are given one) also sees the ends of limbs as patches.
+
+Patches whose loops and corners an edit does not change keep their ids and choices.
+``tools.stroke.insert`` is for curves that may cross others; it ends in the same calls.
+:func:`samples` gives all points of all chains as flat arrays, :func:`nearest_places` and
+:func:`nearest_node` find what is near; :func:`check` raises if an invariant does not hold.
+"""
+
+from patterndb_sketch.retopo.network.borders import with_borders
+from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.edits import (
+    Edit,
+    add_chain,
+    add_loop,
+    cut_chain,
+    remove_chains,
+    with_choice,
+    with_count,
+)
+from patterndb_sketch.retopo.network.enclosed import Enclosed, enclosed
+from patterndb_sketch.retopo.network.ends import AtChain, AtNode, End, Free
+from patterndb_sketch.retopo.network.gaps import Gap
+from patterndb_sketch.retopo.network.handles import genus_of, handles_of
+from patterndb_sketch.retopo.network.invariants import BrokenNetworkError, check, equal
+from patterndb_sketch.retopo.network.patches import (
+    is_end,
+    is_patch,
+    loop_encloses,
+    outline,
+    with_patches,
+    without_patch,
+)
+from patterndb_sketch.retopo.network.samples import Samples, nearest_node, nearest_place, samples
+from patterndb_sketch.retopo.network.structure import (
+    BORDER,
+    NONE,
+    SYMMETRY,
+    Chain,
+    HalfChain,
+    Network,
+    Node,
+    Patch,
+    backward,
+    chain_of,
+    forward,
+    twin,
+)
+from patterndb_sketch.retopo.network.walks import dead_end, face, successor
+
+__all__ = [
+    "BORDER",
+    "NONE",
+    "SYMMETRY",
+    "AtChain",
+    "AtNode",
+    "BrokenNetworkError",
+    "Chain",
+    "Draft",
+    "Edit",
+    "Enclosed",
+    "End",
+    "Free",
+    "Gap",
+    "HalfChain",
+    "Network",
+    "Node",
+    "Patch",
+    "Samples",
+    "add_chain",
+    "add_loop",
+    "backward",
+    "chain_of",
+    "check",
+    "cut_chain",
+    "dead_end",
+    "enclosed",
+    "equal",
+    "face",
+    "forward",
+    "genus_of",
+    "handles_of",
+    "is_end",
+    "is_patch",
+    "loop_encloses",
+    "nearest_node",
+    "nearest_place",
+    "outline",
+    "remove_chains",
+    "samples",
+    "successor",
+    "twin",
+    "with_borders",
+    "with_choice",
+    "with_count",
+    "with_patches",
+    "without_patch",
+]

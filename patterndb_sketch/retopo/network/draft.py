@@ -1,0 +1,299 @@
+"""A network while it is edited: several edits, then one network again."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.attaching import Gaps, attach
+from patterndb_sketch.retopo.network.cutting import (
+    Cut,
+    at_place,
+    joined,
+    line_of,
+    located,
+    opened,
+    split,
+)
+from patterndb_sketch.retopo.network.ends import AtChain, AtNode, End, Free
+from patterndb_sketch.retopo.network.handles import genus_of, handles_of
+from patterndb_sketch.retopo.network.patches import with_patches
+from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain, Network
+from patterndb_sketch.retopo.network.tables import Tables
+
+#: Directions in which curves leave a node are taken over this many samples.
+SAMPLES_AHEAD = 2.0
+
+
+class Draft(Tables):
+    """A network that edits change in place; :meth:`finished` gives the new network.
+
+    Chains that were cut may still be named by their old ids and places: they stand for the
+    pieces. Patches are found again when it is finished, and only where something changed.
+    ground: what the network lies on, if it does not know yet.
+    """
+
+    def __init__(self, network: Network, ground: Ground | None = None) -> None:
+        super().__init__(network if ground is None else replace(network, ground=ground))
+        self.notes: list[str] = []
+
+    # Adding
+
+    def add_node(self, point: ArrayLike, normal: ArrayLike) -> int:
+        """A node without chains, for some to come; dropped at the end if none does."""
+        return self.new_node(np.array(point, np.float64), np.array(normal, np.float64), False)
+
+    def add_chain(
+        self,
+        points: ArrayLike,
+        normals: ArrayLike,
+        start: End = Free(),  # noqa: B008 (immutable)
+        end: End = Free(),  # noqa: B008
+        *,
+        count: int = 0,
+        pinned: bool = False,
+        marks: tuple[str, str] = ("", ""),
+        gaps: Gaps = (None, None),
+    ) -> int:
+        """A chain between two ends; returns its id.
+
+        points: (n, 3) with n >= 2, normals: (n, 3) unit; their ends are set to the nodes'. It
+        must cross no chain: :func:`~patterndb_sketch.retopo.tools.stroke.insert` is for curves that may.
+        At a node it goes into the gap that it points into, or that is given; both wedges beside
+        it become corners. On a chain, that is cut; the wedge on the far side stays unflagged.
+
+        A smooth joint makes one chain of two; the id returned then is the one of that.
+        Raises InvalidRetopoError for ends that are not there and points that are none, and
+        RefusedError for a chain without length, or one that would pass through others.
+        """
+        line, up = line_of(points, normals)
+        first, last = self.end_node(start, line[0], up[0]), self.end_node(end, line[-1], up[-1])
+        line[0], up[0] = self.nodes[first].point, self.nodes[first].normal
+        line[-1], up[-1] = self.nodes[last].point, self.nodes[last].normal
+        inner = (line[1:-1] != line[0]).any()
+        if (line[0] == line[-1]).all() and (len(line) < 4 or not inner):
+            raise RefusedError("the curve would begin and end at one place; draw it longer")
+        chain = self.new_id()
+        self.chains[chain] = Chain(chain, first, last, line, up, count, pinned, marks)
+        self.touched_chains.add(chain)
+        reach = SAMPLES_AHEAD * self.chains[chain].length / (len(line) - 1)
+        attach(self, chain, reach, gaps)
+        for joint, node in ((start, first), (end, last)):
+            if isinstance(joint, AtNode) and joint.smooth and first != last:
+                merged = self.merge(node)
+                chain = chain if merged is None else merged
+        return chain
+
+    def add_loop(
+        self,
+        points: ArrayLike,
+        normals: ArrayLike,
+        *,
+        count: int = 0,
+        marks: tuple[str, str] = ("", ""),
+    ) -> int:
+        """A closed chain without a node: (n, 3) points with n >= 3, the first not repeated."""
+        line, up = line_of(points, normals)
+        if len(line) < 3:
+            raise InvalidRetopoError(f"a closed chain of {len(line)} points; give 3 or more")
+        chain = self.new_id()
+        self.chains[chain] = Chain(chain, NONE, NONE, line, up, count, False, marks)
+        self.touched_chains.add(chain)
+        return chain
+
+    def end_node(self, end: End, point: Points, normal: Points) -> int:
+        """The node of an end: that which is there, or made by cutting, or made at the point."""
+        match end:
+            case Free():
+                return self.new_node(point, normal, False)
+            case AtNode(node):
+                if node not in self.nodes:
+                    raise InvalidRetopoError(f"there is no node {node} in the network")
+                return node
+            case AtChain(chain, place):
+                return self.cut_chain(chain, place)
+
+    # Cutting, joining, removing
+
+    def cut_chain(
+        self,
+        chain: int,
+        place: float,
+        at: tuple[Points, Points] | None = None,
+    ) -> int:
+        """Cut a chain at a place, in samples; returns the node, a new one or that at the end.
+
+        at: (3,) point and normal for the node if it shall not be on the chain's own polyline.
+        The node's wedges are unflagged; unless that changes, or a curve is added there, the
+        parts are one chain again when the draft is finished.
+        """
+        chain, place = self.located(chain, place)
+        old = self.chains[chain]
+        k, share = located(old, place)
+        if not old.loose and share == 0.0 and k in (0, len(old.points) - 1):
+            return old.start if k == 0 else old.end
+        point, normal = at if at is not None else at_place(old, k, share)
+        node = self.new_node(point, normal, True)
+        point, normal = self.nodes[node].point, self.nodes[node].normal
+        if old.loose:
+            cut = Cut(k, share, (self.new_id(),), len(old.points))
+            new = opened(old, cut, node, point, normal)
+            pieces: tuple[Chain, ...] = (new,)
+            ends = (2 * new.id, 2 * new.id + 1)
+        else:
+            cut = Cut(k, share, (self.new_id(), self.new_id()), len(old.points))
+            pieces = split(old, cut, node, point, normal)
+            ends = (2 * pieces[1].id, 2 * pieces[0].id + 1)
+            self.rename_end(old.start, 2 * chain, 2 * pieces[0].id)
+            self.rename_end(old.end, 2 * chain + 1, 2 * pieces[1].id + 1)
+        del self.chains[chain]
+        self.cuts[chain] = cut
+        for piece in pieces:
+            self.chains[piece.id] = piece
+            self.touched_chains.add(piece.id)
+        self.set_node(replace(self.nodes[node], ends=ends, flagged=(False, False)))
+        return node
+
+    def merge(self, node: int) -> int | None:
+        """Make one chain of the two that end at a node, whatever its flags; returns its id.
+
+        None, and nothing changes, if there are not two, or if their marks differ.
+        """
+        at = self.nodes[node]
+        if at.valence != 2:
+            return None
+        one, two = at.ends
+        # Forwards if one of them arrives so, else as the older one runs.
+        if (one & 1, two & 1) == (0, 1) or (one & 1 == two & 1 and (one < two) != one & 1):
+            one, two = two, one
+        first, last = self.chains[one >> 1], self.chains[two >> 1]
+        marks = first.marks if one & 1 else first.marks[::-1]
+        if marks != (last.marks[::-1] if two & 1 else last.marks):
+            return None
+        new = joined(first, last, one ^ 1, two, self.new_id())
+        self.chains.pop(first.id)
+        self.chains.pop(last.id, None)
+        self.drop_node(node)
+        self.chains[new.id] = new
+        self.touched_chains.add(new.id)
+        if not new.loose:
+            self.rename_end(new.start, one ^ 1, 2 * new.id)
+            self.rename_end(new.end, two ^ 1, 2 * new.id + 1)
+        return new.id
+
+    def remove_chain(self, chain: int) -> tuple[int, ...]:
+        """Remove a chain; returns its nodes that are still there.
+
+        Where it left one chain, that has an open end now; where more, the gap closes: it is a
+        corner if two chains are left, or if fewer than two other corners are.
+        """
+        chain, _ = self.located(chain, 0.0)
+        old = self.chains.pop(chain)
+        if old.loose:
+            return ()
+        left: list[int] = []
+        for node, half in ((old.start, 2 * chain), (old.end, 2 * chain + 1)):
+            at = self.nodes[node]
+            j = at.ends.index(half)
+            ends = at.ends[:j] + at.ends[j + 1 :]
+            if not ends:
+                self.drop_node(node)
+                continue
+            flags = list(at.flagged)
+            del flags[j]
+            closing = (j - 1) % len(ends)
+            others = sum(flags) - flags[closing]
+            flags[closing] = len(ends) > 1 and (len(ends) == 2 or others < 2)
+            self.set_node(replace(at, ends=ends, flagged=tuple(flags)))
+            left.append(node)
+        return tuple(n for n in dict.fromkeys(left) if n in self.nodes)
+
+    # Changing
+
+    def flag(self, half: HalfChain, corner: bool) -> None:
+        """Make the wedge on the left of a half-chain, where it leaves its node, a corner or not."""
+        half = self.half_now(half)
+        chain = self.chains[half >> 1]
+        at = self.nodes[chain.end if half & 1 else chain.start]
+        j = at.wedge_after(half)
+        flags = (*at.flagged[:j], corner, *at.flagged[j + 1 :])
+        self.set_node(replace(at, flagged=flags, cut=at.cut and not corner))
+
+    def reshape_chain(self, chain: int, points: ArrayLike, normals: ArrayLike) -> None:
+        """Let a chain run elsewhere between the same nodes: (n, 3) points and normals."""
+        line, up = line_of(points, normals)
+        old = self.chains[chain]
+        if not old.loose:
+            line[0], up[0] = self.nodes[old.start].point, self.nodes[old.start].normal
+            line[-1], up[-1] = self.nodes[old.end].point, self.nodes[old.end].normal
+        self.chains[chain] = replace(old, points=line, normals=up)
+        self.touched_chains.add(chain)
+
+    def move_node(self, node: int, point: ArrayLike, normal: ArrayLike) -> None:
+        """Move a node, and with it the ends of its chains and nothing else of them."""
+        new = replace(
+            self.nodes[node],
+            point=np.array(point, np.float64),
+            normal=np.array(normal, np.float64),
+        )
+        self.set_node(new)
+        for chain in {half >> 1 for half in new.ends}:
+            self.reshape_chain(chain, self.chains[chain].points, self.chains[chain].normals)
+
+    def set_count(self, chain: int, count: int, pinned: bool = False) -> None:
+        """Edges along a chain, 0 for not chosen."""
+        self.chains[chain] = replace(self.chains[chain], count=count, pinned=pinned)
+
+    # Finishing
+
+    def finished(self, also: Iterable[HalfChain] = (), forget: bool = False) -> Network:
+        """The network with all edits, its patches found again where something changed.
+
+        Nodes without chains are dropped; two chains that pass a node without a corner become one.
+        also:   the loops on the left of these half-chains become patches even if they do not
+                enclose by equation 1; they must have two corners and no open end.
+        forget: are counts that no patch uses any more, and that no user chose, forgotten?
+
+        Raises RefusedError if curves would pass through each other without a crossing.
+        """
+        for node in sorted(self.touched_nodes):
+            at = self.nodes.get(node)
+            if at is None:
+                continue
+            if not at.ends:
+                del self.nodes[node]
+            elif at.valence > 1 and not any(at.flagged):
+                if at.valence == 2 and self.merge(node) is not None:
+                    continue
+                self.set_node(replace(at, flagged=(True,) * at.valence))
+        self._refuse_crossings()
+        return with_patches(
+            replace(
+                self.before,
+                nodes=dict(self.nodes),
+                chains=dict(self.chains),
+                next_id=self.next_id,
+            ),
+            self.touched_nodes,
+            self.touched_chains,
+            tuple(map(self.half_now, also)),
+            forget,
+        )
+
+    def _refuse_crossings(self) -> None:
+        """RefusedError if the order around nodes is that of no drawing on the ground."""
+        ground = self.before.ground
+        if ground is None or not self.touched_nodes:
+            return
+        genus = genus_of(self.nodes, self.chains)
+        if genus and genus > handles_of(ground):
+            raise RefusedError(
+                "curves would pass through each other without a crossing; erase what is in the "
+                "way first, or end the curve beside it"
+            )

@@ -1,0 +1,159 @@
+"""The triangles of the ground on one side of curves, found by flooding from there.
+
+Curves run over the ground and not along its edges, so a triangle is to their left, to their right,
+or crossed. Flooding begins beside crossed triangles and does not pass them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import KDTree
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.quadshape import units
+from patterndb.geometry.surface import Points
+from patterndb.system.kernels import kernel
+from patterndb_sketch.retopo.ground import Ground
+
+#: How often steps of a curve between triangles that do not touch are halved before the curve is
+#: taken to leave the ground there.
+HALVINGS = 12
+
+#: A triangle is beside a curve, for certain, if it is at more than this sine from its tangent.
+CLEAR = 0.3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Wall:
+    """Curves as walls on a ground.
+
+    crossed: (t,) bool, the triangles that they cross.
+    points:  (n, 3) of them, lefts: (n, 3) unit directions to their left, curve: (n,) which one.
+    beside:  (k,) triangles beside crossed ones.
+    """
+
+    crossed: NDArray[np.bool_]
+    points: Points
+    lefts: Points
+    curve: Int32Array
+    beside: Int32Array
+
+    def side_of(
+        self, ground: Ground, triangles: Int32Array
+    ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+        """Of (k,) triangles the nearest of the points, and how far to the left of the curve their
+        middles are there, as a sine: below 0 to the right."""
+        if len(triangles) == 0:
+            return np.empty(0, np.intp), np.empty(0)
+        middle = ground.vertices[ground.triangles[triangles]].mean(axis=1)
+        sample = np.asarray(KDTree(self.points).query(middle)[1], np.intp)
+        away = units(middle - self.points[sample])
+        return sample, np.einsum("nc,nc->n", away, self.lefts[sample])
+
+
+def wall_of(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall | None:
+    """Of polylines (n, 3), each with whether it is closed (and does not repeat its first point).
+
+    None if one leaves the ground.
+    """
+    crossed = np.zeros(len(ground.triangles), np.bool_)
+    found: list[tuple[Points, Points]] = []
+    for points, closed in curves:
+        one = _crossed(ground, points, closed, crossed)
+        if one is None:
+            return None
+        found.append(one)
+    points = np.concatenate([at for at, _ in found])
+    lefts = np.concatenate([left for _, left in found])
+    curve = np.repeat(np.arange(len(found), dtype=np.int32), [len(at) for at, _ in found])
+    walls = np.flatnonzero(crossed)
+    sides = (3 * walls[:, None] + np.arange(3)).ravel()
+    across = ground.topology.across[sides]
+    beside = np.unique(across[across >= 0] // 3)
+    beside = beside[~crossed[beside]].astype(np.int32)
+    return Wall(crossed, points, lefts, curve, beside)
+
+
+def _crossed(
+    ground: Ground, points: Points, closed: bool, crossed: NDArray[np.bool_]
+) -> tuple[Points, Points] | None:
+    """Mark the triangles that a polyline crosses; its points and directions to the left."""
+    line = np.concatenate([points, points[:1]]) if closed else points
+    feet = ground.nearest(line)
+    for _ in range(HALVINGS):
+        a, b = (ground.triangles[f] for f in (feet.triangles[:-1], feet.triangles[1:]))
+        common = (a[:, :, None] == b[:, None, :]).any(axis=2)
+        apart = np.flatnonzero(~common.any(axis=1))
+        if len(apart) == 0:
+            break
+        line = np.insert(line, apart + 1, 0.5 * (line[apart] + line[apart + 1]), axis=0)
+        feet = ground.nearest(line)
+    else:
+        return None
+    crossed[feet.triangles] = True
+    # Triangles that touch in a vertex alone: the fan around it closes the gap.
+    lone = np.flatnonzero(common.sum(axis=1) == 1)
+    corners = np.unique(a[lone][common[lone]])
+    if len(corners):
+        around = np.zeros(len(ground.vertices), np.bool_)
+        around[corners] = True
+        crossed |= around[ground.triangles].any(axis=1)
+    along = np.empty_like(line)
+    along[1:-1] = line[2:] - line[:-2]
+    along[0], along[-1] = line[1] - line[0], line[-1] - line[-2]
+    if closed:
+        along[0] = along[-1] = line[1] - line[-2]
+    return feet.points, units(np.cross(feet.normals, along))
+
+
+def flooded(
+    ground: Ground, crossed: NDArray[np.bool_], seeds: Int32Array, most: float
+) -> tuple[Int32Array, float] | None:
+    """(k,) the triangles around some that no wall parts from them, and their area.
+
+    None as soon as the area is more than ``most``: then it costs no more than that.
+    """
+    inside, area = _flood(
+        ground.topology.across, crossed, ground.surface.areas, np.asarray(seeds, np.int32), most
+    )
+    return None if area > most else (inside, area)
+
+
+@kernel
+def _flood(
+    across: Int32Array,
+    crossed: NDArray[np.bool_],
+    areas: NDArray[np.float64],
+    seeds: Int32Array,
+    most: float,
+) -> tuple[Int32Array, float]:
+    seen = crossed.copy()
+    found = np.empty(max(len(seeds), 64), np.int32)
+    n = 0
+    area = 0.0
+    for f in seeds:
+        if not seen[f]:
+            seen[f] = True
+            found[n] = f
+            n += 1
+    at = 0
+    while at < n:
+        f = found[at]
+        at += 1
+        area += float(areas[f])
+        if area > most:
+            break
+        for e in range(3):
+            other = across[3 * f + e]
+            if other < 0 or seen[other // 3]:
+                continue
+            seen[other // 3] = True
+            if n == len(found):
+                found = np.concatenate((found, np.empty_like(found)))
+            found[n] = other // 3
+            n += 1
+    return found[:n], area

@@ -1,0 +1,236 @@
+"""A mesh of quads becomes a network whose patches are its regular grids."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.core.halfedge import Int32Array, next_edge
+from patterndb.geometry.quadshape import flipped, units
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.filling import Choice, FilledNetwork, Filling, Placed
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import BORDER, Chain, HalfChain, Network, Node, Patch, face
+from patterndb_sketch.retopo.quadimport.connectivity import Quads, quads_of
+from patterndb_sketch.retopo.quadimport.curves import Curves, around_corners, curves
+from patterndb_sketch.retopo.quadimport.grids import grid, regular_choice
+from patterndb_sketch.retopo.quadimport.separatrices import separatrices
+from patterndb_sketch.retopo.sizes import Sizes
+
+#: A loop longer than this many diagonals never becomes a patch by itself, as elsewhere.
+LONGEST = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Imported:
+    """A mesh of quads as a network.
+
+    network: its curves, with their counts, and a patch for every grid, whose fill holds all
+             vertices where they were.
+    ground:  what it lies on: the mesh itself, in triangles, unless another was given.
+    sizes:   the ground's, with the mean length of the mesh's edges as the target edge.
+    filled:  the network with its patches placed: the mesh again.
+    vertex:  of every patch by id: (n,) int32, the mesh's vertex that each vertex of its fill is.
+    unused:  how many vertices no quad uses; they are left out.
+    """
+
+    network: Network
+    ground: Ground
+    sizes: Sizes
+    filled: FilledNetwork
+    vertex: dict[int, Int32Array]
+    unused: int
+
+
+def imported(vertices: ArrayLike, quads: ArrayLike, ground: Ground | None = None) -> Imported:
+    """Take a mesh of quads apart into patches of regular grids, to be edited as if drawn.
+
+    vertices: (v, 3). quads: (q, 4), counter-clockwise seen from outside.
+    ground:   a surface to draw on; the mesh is projected onto it. Without one the mesh is its
+              own ground, and every vertex stays where it is, bit for bit.
+
+    As long as nothing is edited, the network's mesh is the one given, vertex for vertex. A patch
+    of which a count or the fill changes is laid anew; the others stay. Corners that were
+    regular vertices go when a curve that made them is erased.
+
+    Raises InvalidRetopoError for what is no manifold mesh of quads all turned alike; see
+    :func:`~patterndb_sketch.retopo.quadimport.connectivity.quads_of`. Source: the retopology program of
+    Takayama et al. 2013. Differs from it: see :mod:`.separatrices`; vertices are not projected
+    where the mesh is the ground.
+    """
+    mesh = quads_of(vertices, quads)
+    laid = _Laid.of(mesh, ground)
+    marked, corner = separatrices(mesh)
+    found = curves(mesh, marked, corner)
+    return _Builder(mesh, laid, found).done(around_corners(mesh, corner, found))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Laid:
+    """points, normals: (v, 3) of the mesh's vertices on the ground. given: was there a ground?"""
+
+    ground: Ground
+    sizes: Sizes
+    points: Points
+    normals: Points
+    given: bool
+
+    @classmethod
+    def of(cls, mesh: Quads, ground: Ground | None) -> _Laid:
+        own = Ground.of(mesh.points, triangles_of(mesh))
+        normals = own.normals[own.vertex]
+        steps = mesh.points[mesh.quads] - mesh.points[np.roll(mesh.quads, -1, axis=1)]
+        edge = float(np.linalg.norm(steps, axis=2).mean())
+        if ground is None:
+            sizes = replace(Sizes.of(own.diagonal), edge=edge)
+            return cls(own, sizes, mesh.points, normals, False)
+        sizes = replace(Sizes.of(ground.diagonal), edge=edge)
+        there = ground.project(mesh.points, normals)
+        return cls(ground, sizes, there.points, there.normals, True)
+
+
+def triangles_of(mesh: Quads) -> Int32Array:
+    """(2q, 3) every quad cut along its shorter diagonal."""
+    quads, points = mesh.quads, mesh.points
+    one = np.linalg.norm(points[quads[:, 0]] - points[quads[:, 2]], axis=1)
+    two = np.linalg.norm(points[quads[:, 1]] - points[quads[:, 3]], axis=1)
+    turned = np.where((one <= two)[:, None], quads, np.roll(quads, -1, axis=1))
+    return np.concatenate([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]])
+
+
+class _Builder:
+    """The steps of :func:`imported`, which need the same things."""
+
+    def __init__(self, mesh: Quads, laid: _Laid, found: Curves) -> None:
+        self.mesh = mesh
+        self.laid = laid
+        self.found = found
+
+    def done(self, corners: dict[int, list[int]]) -> Imported:
+        found = self.found
+        # Ids: chains first, so that a half-curve's number is its half-chain's.
+        node = {vertex: len(found) + k for k, vertex in enumerate(sorted(corners))}
+        chains = {k: self._chain(k, node) for k in range(len(found))}
+        nodes = {node[vertex]: self._node(node[vertex], vertex, corners[vertex]) for vertex in node}
+        next_id = len(found) + len(node)
+        longest = LONGEST * self.laid.ground.diagonal
+        bare = Network(nodes, chains, {}, next_id, longest)
+        patches: dict[int, Patch] = {}
+        vertex: dict[int, Int32Array] = {}
+        seen: set[HalfChain] = set()
+        for half in range(2 * len(found)):
+            if half in seen or bare.mark(half):
+                continue
+            loop, places = face(nodes, chains, half)
+            seen.update(loop)
+            source, filling = self._grid(loop, places)
+            patches[next_id] = Patch(next_id, loop, places, filling)
+            vertex[next_id] = source
+            longest = max(longest, sum(chains[h >> 1].length for h in loop))
+            next_id += 1
+        network = Network(nodes, chains, patches, next_id, longest)
+        placed = self._placed(patches, vertex)
+        unused = int((self.mesh.valence == 0).sum())
+        laid = self.laid
+        filled = FilledNetwork(network, placed, _told(placed, unused))
+        return Imported(network, laid.ground, laid.sizes, filled, vertex, unused)
+
+    def _chain(self, curve: int, node: dict[int, int]) -> Chain:
+        """A curve with its edges divided into samples; the mesh's vertices are among them."""
+        along = self.found.of(curve)
+        line = np.append(self.mesh.tail[along], self.mesh.tail[next_edge(along[-1])])
+        corners, up = self.laid.points[line], self.laid.normals[line]
+        lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
+        if not lengths.any():
+            raise InvalidRetopoError(
+                f"all vertices from {line[0]} to {line[-1]} along a curve of the mesh are in one "
+                "place; merge or move them"
+            )
+        parts = [max(1, math.ceil(length / self.laid.sizes.sampling)) for length in lengths]
+        edge = np.repeat(np.arange(len(lengths)), parts)
+        share = np.concatenate([np.arange(k) / k for k in parts])[:, None]
+        points = (1.0 - share) * corners[edge] + share * corners[edge + 1]
+        normals = units((1.0 - share) * up[edge] + share * up[edge + 1])
+        if self.laid.given:
+            there = self.laid.ground.project(points, normals)
+            inner = share[:, 0] > 0.0
+            points[inner], normals[inner] = there.points[inner], there.normals[inner]
+        at_vertex = share[:, 0] == 0.0
+        normals[at_vertex] = up[edge[at_vertex]]
+        marks = ("", BORDER) if self.mesh.twin[along[0]] < 0 else ("", "")
+        return Chain(
+            curve,
+            node[int(line[0])],
+            node[int(line[-1])],
+            np.concatenate([points, corners[-1:]]),
+            np.concatenate([normals, up[-1:]]),
+            len(along),
+            False,
+            marks,
+        )
+
+    def _node(self, node: int, vertex: int, ends: list[int]) -> Node:
+        """A corner; all wedges but that beyond the border are corners of patches."""
+        border = bool(self.mesh.border[vertex])
+        flags = (True,) * (len(ends) - border) + (False,) * border
+        regular = len(ends) == (3 if border else 4)
+        point, normal = self.laid.points[vertex], self.laid.normals[vertex]
+        return Node(node, point.copy(), normal.copy(), tuple(ends), flags, regular)
+
+    def _grid(
+        self, loop: tuple[HalfChain, ...], corners: tuple[int, ...]
+    ) -> tuple[Int32Array, Filling]:
+        """The vertices of the mesh that a patch's fill has, and that fill."""
+        counts = [self.found.count(half) for half in loop]
+        if corners != (0, 1, 2, 3) or len(loop) != 4 or counts[:2] != counts[2:]:
+            first = self.found.first(self.mesh, loop[0]) // 4
+            raise InvalidRetopoError(f"the part of the mesh at quad {first} is no regular grid")
+        w, n = counts[:2]
+        first = self.found.first(self.mesh, loop[0])
+        choice, numbers = regular_choice(w, n)
+        source = np.empty(choice.n_vertices, np.int32)
+        source[numbers] = grid(self.mesh.twin, self.mesh.tail, first, w, n)
+        filling = Filling(choice).with_moved(np.arange(len(source)), self.laid.points[source])
+        return source, filling
+
+    def _placed(
+        self, patches: dict[int, Patch], vertex: dict[int, Int32Array]
+    ) -> dict[int, Placed]:
+        """All patches with their vertices where they were."""
+        points, normals = self.laid.points, self.laid.normals
+        fills = {patch: choice_of(one) for patch, one in patches.items()}
+        rows = [vertex[patch][fills[patch].faces] for patch in patches]
+        over = flipped(np.concatenate(rows), points, normals)
+        parts = np.split(over, np.cumsum([len(row) for row in rows])[:-1])
+        return {
+            patch: Placed(
+                fills[patch].faces,
+                points[vertex[patch]],
+                normals[vertex[patch]],
+                fills[patch].perimeter,
+                np.flatnonzero(part).astype(np.int32),
+                True,
+            )
+            for patch, part in zip(patches, parts, strict=True)
+        }
+
+
+def choice_of(patch: Patch) -> Choice:
+    """The fill of an imported patch, which always has one."""
+    choice = patch.choice.choice
+    assert isinstance(choice, Choice)
+    return choice
+
+
+def _told(placed: dict[int, Placed], unused: int) -> tuple[str, ...]:
+    notes: list[str] = []
+    if unused:
+        notes.append(f"{unused} vertices that no quad uses are left out")
+    over = sum(len(one.flipped) for one in placed.values())
+    if over:
+        notes.append(f"{over} quads of the mesh are flipped, or have no area")
+    return tuple(notes)

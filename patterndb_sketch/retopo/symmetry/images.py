@@ -1,0 +1,223 @@
+"""Switching symmetry off: the image of a network becomes curves of its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import count
+
+import numpy as np
+
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling.choice import Choice, Filling, Flow
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import (
+    NONE,
+    SYMMETRY,
+    Chain,
+    Draft,
+    Edit,
+    HalfChain,
+    Network,
+    Node,
+    Patch,
+    face,
+)
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.symmetry.plane import Plane
+
+
+def without_symmetry(network: Network, ground: Ground, sizes: Sizes, plane: Plane) -> Edit:
+    """The network with its image beside it, on the whole ground: both halves are curves to draw on.
+
+    The curves of the half keep their ids, counts and patches, the seam too, without its marks.
+    Images have the same counts, and the images of fills. They are projected on the ground,
+    which need not be symmetric; those that are off it by more than the snap radius somewhere are
+    left out, and told.
+    Raises RefusedError if there is no symmetry to switch off.
+    """
+    if not any(SYMMETRY in chain.marks for chain in network.chains.values()):
+        raise RefusedError("symmetry is off already")
+    return _Images(network, ground, sizes, plane).done()
+
+
+@dataclass(frozen=True, slots=True)
+class _Names:
+    """Ids of the images, by the ids of what they are images of; on the seam they are the same."""
+
+    nodes: dict[int, int]
+    chains: dict[int, int]
+
+    def half(self, half: HalfChain) -> HalfChain:
+        """The image of a half-chain, in the same sense along it."""
+        return 2 * self.chains[half >> 1] + (half & 1)
+
+
+class _Images:
+    """The steps of :func:`without_symmetry`, which need the same things."""
+
+    def __init__(self, network: Network, ground: Ground, sizes: Sizes, plane: Plane) -> None:
+        self.network = network
+        self.ground = ground
+        self.sizes = sizes
+        self.plane = plane
+        self.ids = count(network.next_id)
+        self.off: dict[int, float] = {}  # images of chains that the surface has no place for
+        self.seam = {c.id for c in network.chains.values() if SYMMETRY in c.marks}
+        on_seam = {n for c in self.seam for n in _ends(network.chains[c])}
+        self.names = _Names(
+            {n: n if n in on_seam else next(self.ids) for n in sorted(network.nodes)},
+            {c: c if c in self.seam else next(self.ids) for c in sorted(network.chains)},
+        )
+        self.on_seam = on_seam
+
+    def done(self) -> Edit:
+        nodes = self._nodes()
+        chains = self._chains(nodes)
+        both = replace(self.network, nodes=nodes, chains=chains)
+        patches = dict(self.network.patches)
+        for patch in self.network.patches.values():
+            new = self._patch(both, patch)
+            patches[new.id] = new
+        both = replace(both, patches=patches, next_id=next(self.ids))
+        notes: list[str] = []
+        if self.off:
+            draft = Draft(both)
+            for chain in sorted(self.off):
+                draft.remove_chain(chain)
+            both = draft.finished()
+            notes.append(
+                f"the surface is not symmetric: the images of {len(self.off)} curves, up to "
+                f"{max(self.off.values()):.4g} off it, are left out"
+            )
+        return Edit.of(self.network, both, notes)
+
+    def _projected(self, points: Points, normals: Points) -> tuple[Points, Points, float]:
+        """Images (n, 3) of points with normals, on the ground, and how far they were off it."""
+        images = self.plane.mirrored(points)
+        up = self.plane.mirrored_directions(normals)
+        found = self.ground.project_near(images, up, self.sizes)
+        off = np.linalg.norm(found.points - images, axis=1)
+        # Next to the plane the surface may lead across it; there the image itself is better.
+        there = (off <= self.sizes.snap) & (self.plane.heights(found.points) < 0.0)
+        images[there], up[there] = found.points[there], found.normals[there]
+        return images, up, float(off.max())
+
+    def _nodes(self) -> dict[int, Node]:
+        found = dict(self.network.nodes)
+        for node in self.network.nodes.values():
+            if node.id in self.on_seam:
+                ends, flags = self._both_sides(node)
+                found[node.id] = replace(node, ends=ends, flagged=flags)
+                continue
+            points, normals, _ = self._projected(node.point[None], node.normal[None])
+            name, n = self.names.nodes[node.id], node.valence
+            ends = tuple(self.names.half(end) for end in reversed(node.ends))
+            flags = tuple(node.flagged[(n - 2 - j) % n] for j in range(n))
+            found[name] = Node(name, points[0], normals[0], ends, flags, node.cut)
+        return found
+
+    def _both_sides(self, node: Node) -> tuple[tuple[HalfChain, ...], tuple[bool, ...]]:
+        """The ends of a node on the seam with their images, and its flags."""
+        n = node.valence
+        if n == 1:
+            return node.ends, node.flagged
+        seam = SYMMETRY
+        mark = self.network.mark
+        outer = next(
+            j
+            for j in range(n)
+            if mark(node.ends[j]) == seam or mark(node.ends[(j + 1) % n] ^ 1) == seam
+        )
+        ends = node.ends[outer + 1 :] + node.ends[: outer + 1]
+        flags = node.flagged[outer + 1 :] + node.flagged[: outer + 1]
+        inside, outside = flags[:-1], flags[-1:]
+        images = tuple(self.names.half(end) for end in reversed(ends) if end >> 1 not in self.seam)
+        leaves, arrives = ends[0] >> 1 in self.seam, ends[-1] >> 1 in self.seam
+        if leaves and arrives:
+            result = inside + inside[::-1]
+        elif arrives:
+            result = inside + inside[::-1] + outside
+        else:
+            result = inside + outside + inside[::-1]
+        both = ends + images
+        return both, result if any(result) else (True,) * len(both)
+
+    def _chains(self, nodes: dict[int, Node]) -> dict[int, Chain]:
+        found = dict(self.network.chains)
+        for chain in self.network.chains.values():
+            if chain.id in self.seam:
+                left, right = (mark if mark != SYMMETRY else "" for mark in chain.marks)
+                found[chain.id] = replace(chain, marks=(left, right))
+                continue
+            points, normals, off = self._projected(chain.points, chain.normals)
+            name, ends = self.names.chains[chain.id], (NONE, NONE)
+            if not chain.loose:
+                ends = self.names.nodes[chain.start], self.names.nodes[chain.end]
+                for k, node in ((0, nodes[ends[0]]), (-1, nodes[ends[1]])):
+                    points[k], normals[k] = node.point, node.normal
+            if off > self.sizes.snap or not (points != points[0]).any():
+                self.off[name] = off
+            left, right = chain.marks
+            marks = (right, left)
+            found[name] = Chain(name, *ends, points, normals, chain.count, chain.pinned, marks)
+        return found
+
+    def _patch(self, both: Network, patch: Patch) -> Patch:
+        """The image of a patch, whose fill is turned over with it."""
+        loop, corners = face(both.nodes, both.chains, self.names.half(patch.loop[0]) ^ 1)
+        choice = patch.choice
+        if isinstance(choice, Filling):
+            # Of the patch's half-chains, that whose image the image's loop begins with.
+            last = patch.loop.index(
+                next(half for half in patch.loop if self.names.half(half) ^ 1 == loop[0])
+            )
+            counts = [both.chains[half >> 1].count for half in patch.loop]
+            choice = mirrored_filling(choice, patch, last, counts, self.plane)
+        return Patch(next(self.ids), loop, corners, choice)
+
+
+def mirrored_filling(
+    filling: Filling, patch: Patch, last: int, counts: list[int], plane: Plane
+) -> Filling:
+    """The image of a patch's fill.
+
+    last: the place in the patch's loop whose half-chain, turned round, begins the image's loop.
+    counts: edges of the half-chains of the patch's loop.
+    """
+    flows = tuple(Flow.of(plane.mirrored(flow.points)) for flow in filling.flows)
+    choice = filling.choice
+    if choice is None:
+        return Filling(None, flows)
+    if sum(counts) != choice.perimeter:
+        # Of counts before: another fill takes its place anyway.
+        return Filling(None, flows)
+    perimeter, n = choice.perimeter, len(choice.lengths)
+    first = sum(counts[: last + 1])
+    number = np.arange(choice.n_vertices, dtype=np.int32)
+    number[:perimeter] = (first - np.arange(perimeter)) % perimeter
+    quads = number[choice.faces[:, ::-1]]
+    # The side that half-chain ``last`` is on is side 0 of the image, the one before side 1.
+    side = sum(corner <= last for corner in patch.corners) - 1
+    rotation = choice.rotation
+    if n:
+        rotation = (rotation - side if choice.mirrored else rotation + side) % n
+    image = Choice(
+        lengths=tuple(choice.lengths[(side - i) % n] for i in range(n)),
+        quads=np.ascontiguousarray(quads, "<i4").tobytes(),
+        n_vertices=choice.n_vertices,
+        code=choice.code,
+        widths=choice.widths,
+        rotation=rotation,
+        mirrored=not choice.mirrored,
+        origin=choice.origin,
+        n_irregular=choice.n_irregular,
+        by=choice.by,
+    )
+    which, at = filling.moved_vertices
+    result = Filling(image, flows)
+    return result.with_moved(number[which], plane.mirrored(at)) if len(which) else result
+
+
+def _ends(chain: Chain) -> set[int]:
+    return {chain.start, chain.end} - {NONE}

@@ -1,0 +1,111 @@
+"""A plane of symmetry that a surface has by itself, and how well."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.symmetry.plane import Plane
+
+#: Points of the surface whose images are looked at, about; a third as many, first.
+POINTS = 1500
+
+#: Planes that are made better after the first look; and the rounds in which.
+BETTERED, ROUNDS = 4, 12
+
+#: Directions that are tried besides the surface's own axes.
+DIRECTIONS = 24
+
+#: A plane through the axes is preferred to one that is better by less than this, in parts of the
+#: diagonal: models are made so, and images are exact then.
+AXES = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Proposal:
+    """A plane, and how far the image of the surface is from the surface: the root of the mean
+    squared distance of points spread over it by area, as a part of the diagonal. 0 is symmetric;
+    a few thousandths are a scan of what is."""
+
+    plane: Plane
+    off: float
+
+
+def proposed(ground: Ground) -> Proposal:
+    """The plane in which the surface is most nearly its own image.
+
+    Tried are the planes x, y and z = 0 through the origin, and planes through the middle of the
+    surface: at right angles to its axes, its principal axes and directions all around, the best
+    of which are made better by turns of finding nearest points and fitting a plane to them.
+    """
+    points = spread(ground, POINTS)
+    few = points[::3]
+    middle = points.mean(axis=0)
+    _, axes = np.linalg.eigh(np.cov((points - middle).T))
+    directions = np.concatenate([np.eye(3), axes.T, around(DIRECTIONS)])
+    tried = [Proposal(plane, off(ground, plane, few)) for plane in _through(middle, directions)]
+    tried.sort(key=lambda one: one.off)
+    better = [_bettered(ground, one.plane, few) for one in tried[:BETTERED]]
+    best = min(
+        (Proposal(plane, off(ground, plane, points)) for plane in better), key=lambda one: one.off
+    )
+    even = [
+        Proposal(plane, off(ground, plane, points)) for plane in _through(np.zeros(3), np.eye(3))
+    ]
+    straight = min(even, key=lambda one: one.off)
+    return straight if straight.off <= best.off + AXES else best
+
+
+def off(ground: Ground, plane: Plane, points: Points) -> float:
+    """How far the images of points (n, 3) are from the ground; see :class:`Proposal`."""
+    images = plane.mirrored(points)
+    gaps = ground.nearest(images).points - images
+    return float(np.sqrt((gaps**2).sum(axis=1).mean()) / ground.diagonal)
+
+
+def spread(ground: Ground, about: int) -> Points:
+    """(n, 3) points spread evenly over the surface by its area, the same ones every time."""
+    areas = ground.surface.areas
+    ends = np.cumsum(areas)
+    at = (np.arange(about) + 0.5) / about * ends[-1]
+    triangle = np.minimum(np.searchsorted(ends, at), len(areas) - 1)
+    # A sequence that fills the square evenly (Roberts), folded to a triangle.
+    k = np.arange(about)
+    u, v = (0.5 + 0.7548776662466927 * k) % 1.0, (0.5 + 0.5698402909980532 * k) % 1.0
+    folded = u + v > 1.0
+    u, v = np.where(folded, 1.0 - u, u), np.where(folded, 1.0 - v, v)
+    corner = ground.vertices[ground.triangles[triangle]]
+    weights = np.stack([1.0 - u - v, u, v], axis=1)
+    return np.einsum("ne,nec->nc", weights, corner)
+
+
+def around(n: int) -> NDArray[np.float64]:
+    """(n, 3) directions spread evenly over a hemisphere, along a spiral."""
+    k = np.arange(n)
+    z = (k + 0.5) / n
+    turn = k * (np.pi * (3.0 - np.sqrt(5.0)))
+    radius = np.sqrt(1.0 - z**2)
+    return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
+
+
+def _through(point: Points, directions: Points) -> list[Plane]:
+    return [Plane.of(point, direction) for direction in directions]
+
+
+def _bettered(ground: Ground, plane: Plane, points: Points) -> Plane:
+    """The plane after rounds of taking images to the surface, and fitting to them."""
+    for _ in range(ROUNDS):
+        images = ground.nearest(plane.mirrored(points)).points
+        one, two = points.mean(axis=0), images.mean(axis=0)
+        # The reflection that takes points to images best: the least of p . q along its normal.
+        together = (points - one).T @ (images - two)
+        _, axes = np.linalg.eigh(together + together.T)
+        normal = axes[:, 0]
+        if normal @ np.array(plane.normal) < 0.0:
+            normal = -normal
+        plane = Plane.of(0.5 * (one + two), normal)
+    return plane

@@ -1,0 +1,243 @@
+"""The seam: the curves in which the plane cuts the surface, as marked chains of the network."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from patterndb.geometry.quadshape import units
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network import (
+    NONE,
+    SYMMETRY,
+    AtNode,
+    Chain,
+    Draft,
+    Edit,
+    Gap,
+    HalfChain,
+    Network,
+)
+from patterndb_sketch.retopo.network.order import departure, turn
+from patterndb_sketch.retopo.network.samples import Samples, nearest_place, samples_of
+from patterndb_sketch.retopo.network.stops import between
+from patterndb_sketch.retopo.symmetry.cutting import on_plane, part, runs_alike
+from patterndb_sketch.retopo.symmetry.half import Half, Run
+
+#: Directions at a node are taken over this many samples.
+SAMPLES_AHEAD = 2.0
+
+#: A node on the plane is on the seam if it is this near to it, in samplings: its curve's samples
+#: are on the surface, what is between them a little off.
+NEAR_SEAM = 2.0
+
+#: A node this near to the end of the seam at a border, in samples, is there.
+AT_END = 1e-6
+
+
+def with_symmetry(network: Network, half: Half, sampling: float) -> Edit:
+    """The network on half of the ground: the cut is there as chains marked SYMMETRY.
+
+    Curves that cross the plane are cut there, and what is beyond it goes, which is told; what
+    lies in the plane becomes the seam. All other chains, nodes and patches are as they were.
+    sampling: greatest distance of neighbouring samples of the seam.
+
+    Raises RefusedError if the network has a seam already, and where two curves cross the plane
+    at one place without meeting. Source: Takayama et al. 2013, whose program drops all curves.
+    """
+    if any(SYMMETRY in chain.marks for chain in network.chains.values()):
+        raise RefusedError("symmetry is on already; switch it off before you take another plane")
+    draft = Draft(network)
+    parting = part(draft, half)
+    level = [draft.chains[chain] for chain in parting.level]
+    # Nodes that have nothing but what lies in the plane are none of the seam.
+    joined = [
+        node
+        for node in on_plane(draft, half)
+        if any(end >> 1 not in parting.level for end in draft.nodes[node].ends)
+    ]
+    lines = [_line(half, run, sampling) for run in half.seams()]
+    places = _placed(draft, joined, lines, NEAR_SEAM * sampling, half.near)
+    kept: set[int] = set()
+    for k, line in enumerate(lines):
+        kept |= _add(draft, half, line, places[k], level)
+    for chain in level:
+        if chain.id not in kept:
+            draft.remove_chain(chain.id)
+    for node in {node for at in places for _, node in at}:
+        if node in draft.nodes and draft.nodes[node].valence > 1:
+            draft.flag(_from_outside(draft, half, node)[-1], False)
+    after = draft.finished()
+    # A patch beyond, all of whose curves have become the seam, is left.
+    inside = {
+        patch: one
+        for patch, one in after.patches.items()
+        if not any(after.mark(end) for end in one.loop)
+    }
+    after = replace(after, patches=inside)
+    return Edit.of(network, after, _told(half, parting.beyond, parting.cut, len(lines)))
+
+
+def _told(half: Half, beyond: int, cut: int, seams: int) -> list[str]:
+    notes: list[str] = []
+    if beyond:
+        notes.append(
+            f"{beyond} curves on the other side of the plane are gone: undo has them back, and "
+            "the plane with its normal turned round keeps them instead"
+        )
+    if cut:
+        notes.append(f"{cut} curves are cut at the plane")
+    if half.in_plane:
+        notes.append(f"{half.in_plane} triangles that lie in the plane are left out")
+    if not seams:
+        notes.append("the plane does not cut the surface: its image lies apart")
+    return notes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Line:
+    """Samples along the seam, the half ground on the left, with a view of them to search."""
+
+    chain: Chain
+    of: Samples
+
+    @property
+    def closed(self) -> bool:
+        return self.chain.loose
+
+
+def _line(half: Half, run: Run, sampling: float) -> Line:
+    """(n, 3) samples of a run, its vertices among them."""
+    corners, up = half.ground.vertices[run.vertices], half.ground.normals[run.vertices]
+    ends = np.roll(corners, -1, axis=0), np.roll(up, -1, axis=0)
+    n = len(corners) if run.closed else len(corners) - 1
+    lengths = np.linalg.norm(ends[0] - corners, axis=1)[:n]
+    parts = [max(1, math.ceil(length / sampling)) for length in lengths]
+    edge = np.repeat(np.arange(n), parts)
+    share = np.concatenate([np.arange(k) / k for k in parts])[:, None]
+    points = (1.0 - share) * corners[edge] + share * ends[0][edge]
+    normals = units((1.0 - share) * up[edge] + share * ends[1][edge])
+    if not run.closed:
+        points = np.concatenate([points, corners[-1:]])
+        normals = np.concatenate([normals, up[-1:]])
+    ends_at = NONE if run.closed else 0
+    chain = Chain(0, ends_at, ends_at, half.plane.flattened(points), normals)
+    return Line(chain, samples_of({0: chain}))
+
+
+def _placed(
+    draft: Draft, nodes: list[int], lines: list[Line], reach: float, near: float
+) -> list[list[tuple[float, int]]]:
+    """For every line of the seam the places and nodes of a draft that are on it, in order.
+
+    reach: how far a node may be off; it is moved there unless it is ``near``. An open line has
+    nodes at its ends.
+    """
+    found: list[list[tuple[float, int]]] = [[] for _ in lines]
+    for node in nodes:
+        at = draft.nodes[node]
+        close = [
+            (place.distance, k, place.place)
+            for k, line in enumerate(lines)
+            if (place := nearest_place(line.of, at.point, at.normal, reach)) is not None
+        ]
+        if not close:
+            continue
+        off, k, place = min(close)
+        line = lines[k].chain
+        last = len(line.points) - 1
+        if lines[k].closed:
+            place = place % (last + 1)
+        elif min(place, last - place) <= AT_END:
+            place = float(round(place))
+        if off > near:
+            points, normals = between(line.points, line.normals, np.array([place]))
+            draft.move_node(node, points[0], normals[0])
+        found[k].append((place, node))
+    for line, places in zip(lines, found, strict=True):
+        places.sort()
+        if line.closed:
+            continue
+        for place in (0, len(line.chain.points) - 1):
+            if all(there != place for there, _ in places):
+                point, normal = line.chain.points[place], line.chain.normals[place]
+                places.append((float(place), draft.add_node(point, normal)))
+        places.sort()
+    return found
+
+
+def _add(
+    draft: Draft, half: Half, line: Line, places: list[tuple[float, int]], level: list[Chain]
+) -> set[int]:
+    """Add a line of the seam to a draft, from node to node; the chains of ``level`` that are in
+    its place already stay, and are marked. Returns their ids."""
+    points, normals = line.chain.points, line.chain.normals
+    marks = ("", SYMMETRY)
+    if not places:
+        for chain in level:
+            if chain.loose and runs_alike(chain, points):
+                return {_marked(draft, chain, points)}
+        draft.add_loop(points, normals, marks=marks)
+        return set()
+    kept: set[int] = set()
+    n = len(points)
+    ends = [*places[1:], (places[0][0] + n, places[0][1])] if line.closed else places[1:]
+    for (begin, one), (finish, two) in zip(places, ends, strict=False):
+        if finish - begin <= AT_END:
+            x, y, z = draft.nodes[one].point.tolist()
+            raise RefusedError(
+                f"two curves cross the plane at one place, ({x:.6g}, {y:.6g}, {z:.6g}), and do "
+                "not meet there; move or erase one of them"
+            )
+        inner = np.arange(math.floor(begin + AT_END) + 1, math.ceil(finish - AT_END))
+        at = np.concatenate([[begin], inner, [finish]])
+        piece, up = between(points, normals, at)
+        same = [
+            chain
+            for chain in level
+            if {chain.start, chain.end} == {one, two} and runs_alike(chain, piece)
+        ]
+        if same:
+            kept.add(_marked(draft, same[0], piece))
+            continue
+        gaps = _gap(draft, half, one, True), _gap(draft, half, two, False)
+        draft.add_chain(piece, up, AtNode(one), AtNode(two), marks=marks, gaps=gaps)
+    return kept
+
+
+def _marked(draft: Draft, chain: Chain, line: Points) -> int:
+    """Mark the side of a chain that is on the right of a polyline (n, 3) beside it."""
+    k = len(line) // 2
+    ahead = line[(k + 1) % len(line)] - line[k]
+    near = int(np.argmin(np.linalg.norm(chain.points - line[k], axis=1)))
+    m = len(chain.points)
+    one, two = (near, (near + 1) % m) if chain.loose or near + 1 < m else (near - 1, near)
+    along = float((chain.points[two] - chain.points[one]) @ ahead) > 0.0
+    marks = ("", SYMMETRY) if along else (SYMMETRY, "")
+    draft.chains[chain.id] = replace(draft.chains[chain.id], marks=marks)
+    return chain.id
+
+
+def _gap(draft: Draft, half: Half, node: int, leaving: bool) -> Gap | None:
+    """Where at a node the seam goes: it leaves before all curves of the half, counter-clockwise
+    from the outside, and arrives after them."""
+    if not draft.nodes[node].ends:
+        return None
+    ends = _from_outside(draft, half, node)
+    return Gap(ends[0], False) if leaving else Gap(ends[-1], True)
+
+
+def _from_outside(draft: Draft, half: Half, node: int) -> tuple[HalfChain, ...]:
+    """The ends of a node on the plane, counter-clockwise from the direction out of the half."""
+    at = draft.nodes[node]
+    outward = -np.array(half.plane.normal)
+    turns: list[float] = []
+    for end in at.ends:
+        chain = draft.chains[end >> 1]
+        reach = SAMPLES_AHEAD * chain.length / chain.segments
+        turns.append(turn(at.normal, outward, departure(chain.points, bool(end & 1), reach)))
+    first = int(np.argmin(turns))
+    return at.ends[first:] + at.ends[:first]

@@ -1,0 +1,329 @@
+"""The patch that a configuration of boundaries suggests.
+
+Source: sketch-based quad meshes paper, section 5 and Fig. 11; cases have its letters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence as Many
+from dataclasses import dataclass
+
+import numpy as np
+
+from patterndb_sketch.retopo.tools.completion.sequence import Sequence
+from patterndb_sketch.retopo.tools.plane import (
+    Boundary,
+    Corner,
+    NewSide,
+    OldSide,
+    PlanarPatch,
+    Points2,
+    Side,
+    arc,
+    straight,
+)
+
+#: Angles on the empty side, in radians, below which a corner is sharp, and very sharp: those of
+#: the authors' released program.
+SHARP, VERY_SHARP = 0.66 * np.pi, 0.33 * np.pi
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Suggestion:
+    """A patch that would close against boundaries.
+
+    case:  its letter: "a", "a0", "b1" ... "k"; "loop" for a boundary that is closed already.
+    patch: in the plane.
+    size:  half-width of the window that it came from; set by the list.
+    """
+
+    case: str
+    patch: PlanarPatch
+    size: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """A sequence on its boundary, as the cases see it."""
+
+    boundary: Boundary
+    sequence: Sequence
+
+    def corner(self, number: int) -> Corner:
+        """A point of the sequence, 0 the first and -1 the last, as a corner of the patch."""
+        number %= len(self.sequence.points)
+        place = float(self.sequence.places[number])
+        return Corner(self.sequence.points[number], self.sequence.boundary, place)
+
+    def placed(self, place: float) -> Corner:
+        return Corner(self.boundary.at(place), self.sequence.boundary, place)
+
+    @property
+    def first(self) -> Corner:
+        return self.corner(0)
+
+    @property
+    def last(self) -> Corner:
+        return self.corner(-1)
+
+    @property
+    def corners(self) -> list[Corner]:
+        return [self.corner(number) for number in self.sequence.corners]
+
+    def reached(self, index: int, distance: float, *, forward: bool) -> Corner:
+        """What is at this distance from a corner, on the way out; X+ and X-."""
+        number = self.sequence.corners[index]
+        return self.placed(self.sequence.reach(number, distance, forward=forward))
+
+    def angles(self) -> list[float]:
+        """The angle on the empty side at each corner, in radians from 0 to 2 pi.
+
+        Between chords to the neighbouring corners, or to the vertices that the cut ends go to.
+        """
+        run = self.sequence
+        outer = [*run.corners]
+        chain = [run.before, *(run.points[k] for k in outer), run.after]
+        # Where there is more than the cut edge, its end on the window's edge is the better chord.
+        if outer and outer[0] > 1:
+            chain[0] = run.points[0]
+        if outer and outer[-1] < run.last - 1:
+            chain[-1] = run.points[-1]
+        found = []
+        for a, b, c in zip(chain, chain[1:], chain[2:], strict=False):
+            leaving, back = c - b, a - b
+            turn = np.arctan2(_cross(leaving, back), leaving @ back)
+            found.append(float(turn % (2.0 * np.pi)))
+        return found
+
+
+def suggestion(
+    boundaries: list[Boundary], shown: list[Sequence], *, triangle: bool = False
+) -> Suggestion | None:
+    """The patch that the sequences in a window suggest, or None.
+
+    triangle: rather a triangle, where a sharp corner allows one.
+    """
+    runs = [Run(boundaries[sequence.boundary], sequence) for sequence in shown]
+    if len(runs) == 1:
+        if runs[0].sequence.whole:
+            return _loop(runs[0])
+        return _beside_one(runs[0], triangle)
+    if len(runs) == 2 and not any(run.sequence.whole for run in runs):
+        return None if triangle else _between(runs[0], runs[1])
+    return None
+
+
+def _loop(run: Run) -> Suggestion | None:
+    corners = run.corners
+    if len(corners) < 2:
+        return None
+    round_again = [*corners[1:], run.last]
+    sides = [
+        OldSide(run.sequence.boundary, a.place, b.place)
+        for a, b in zip(corners, round_again, strict=True)
+    ]
+    return Suggestion("loop", PlanarPatch(tuple(corners), tuple((side,) for side in sides)))
+
+
+def _beside_one(run: Run, triangle: bool) -> Suggestion | None:
+    angles = run.angles()
+    sharp = [0.0 < angle < SHARP for angle in angles]
+    pointed = [0.0 < angle < VERY_SHARP for angle in angles]
+    match len(angles):
+        case 0:
+            return None if triangle else _extruded("a", run.first, run.last, AHEAD_OF_BASE)
+        case 1:
+            return _one_corner(run, sharp[0], pointed[0] or triangle, triangle)
+        case 2:
+            return _two_corners(run, sharp, [p or triangle for p in pointed], triangle)
+        case 3:
+            return _three_corners(run, run.corners, sharp, pointed[1] or triangle)
+        case 4:
+            return _four_corners(run, sharp, pointed, triangle)
+    return None
+
+
+#: The height of a patch on a straight boundary, as a part of its base: as high as wide.
+AHEAD_OF_BASE = 1.0
+
+
+def _one_corner(run: Run, sharp: bool, pointed: bool, triangle: bool) -> Suggestion | None:
+    first, corner, last = run.first, run.corners[0], run.last
+    before, after = _distance(corner, first), _distance(corner, last)
+    if not sharp:
+        # Differs from the released program, which has nothing here.
+        if triangle:
+            return None
+        base = (first, corner) if before > after else (corner, last)
+        return _extruded("a0", *base, AHEAD_OF_BASE)
+    if pointed:
+        reach = min(before, after)
+        one = run.reached(0, reach, forward=False)
+        other = run.reached(0, reach, forward=True)
+        return _closed_by_arc("b2", one, corner, other)
+    opposite = Corner(first.point + last.point - corner.point)
+    return _closed_by_lines("b1", first, corner, last, opposite)
+
+
+def _two_corners(
+    run: Run, sharp: list[bool], pointed: list[bool], triangle: bool
+) -> Suggestion | None:
+    first, last = run.first, run.last
+    c0, c1 = run.corners
+    reach = _distance(c0, c1)
+    if all(sharp):
+        return None if triangle else _closed_by_lines("e", first, c0, c1, last)
+    if not any(sharp):
+        return None if triangle else _extruded("c", c0, c1, 1.0)
+    if sharp[1]:
+        far = run.reached(1, reach, forward=True)
+        if pointed[1]:
+            return _closed_by_arc("d2", c0, c1, far)
+        new = Corner(c0.point + reach * _unit(last.point - c1.point))
+        return _closed_by_lines("d1", c0, c1, far, new)
+    far = run.reached(0, reach, forward=False)
+    if pointed[0]:
+        return _closed_by_arc("d2", far, c0, c1)
+    new = Corner(c1.point + reach * _unit(first.point - c0.point))
+    return _closed_by_lines("d1", far, c0, c1, new)
+
+
+def _three_corners(
+    run: Run, corners: list[Corner], sharp: list[bool], pointed: bool, at: int = 0
+) -> Suggestion | None:
+    """corners: three in a row, the first is number ``at`` of the sequence's."""
+    c0, c1, c2 = corners
+    if not sharp[1] or (sharp[0] and sharp[2]):
+        return None
+    if sharp[0]:
+        far = run.reached(at, _distance(c1, c2), forward=False)
+        return _closed_by_lines("g", far, c0, c1, c2)
+    if sharp[2]:
+        far = run.reached(at + 2, _distance(c0, c1), forward=True)
+        return _closed_by_lines("g", c0, c1, c2, far)
+    if pointed:
+        return _closed_by_arc("f2", c0, c1, c2)
+    new = Corner(c0.point + c2.point - c1.point)
+    return _closed_by_lines("f1", c0, c1, c2, new)
+
+
+def _four_corners(
+    run: Run, sharp: list[bool], pointed: list[bool], triangle: bool
+) -> Suggestion | None:
+    corners = run.corners
+    if sharp[1] and sharp[2]:
+        return None if triangle else _closed_by_arc("h", *corners)
+    for middle in (1, 2):
+        if sharp[middle]:
+            three = corners[middle - 1 : middle + 2]
+            beside = [False, True, False]
+            return _three_corners(run, three, beside, pointed[middle] or triangle, middle - 1)
+    return None
+
+
+def _between(near: Run, far: Run) -> Suggestion | None:
+    """What closes between two sequences."""
+    if len(near.sequence.corners) < len(far.sequence.corners):
+        near, far = far, near
+    if any(0.0 < angle < SHARP for run in (near, far) for angle in run.angles()):
+        return None
+    match len(near.sequence.corners), len(far.sequence.corners):
+        case 0, 0:
+            return _bridged("i", near.first, near.last, far.first, far.last)
+        case 2, 0:
+            c0, c1 = near.corners
+            ahead = _left(c1.point - c0.point)
+            apart = _ahead(c0.point / 2 + c1.point / 2, ahead, far.sequence)
+            # Differs from the released program, which takes the ends of the window: a fan.
+            over1 = far.placed(_nearest(far.sequence, c1.point + apart * ahead))
+            over0 = far.placed(_nearest(far.sequence, c0.point + apart * ahead))
+            if not over1.place < over0.place:
+                return None
+            return _bridged("j", c0, c1, over1, over0)
+        case 2, 2:
+            return _bridged("k", *near.corners, *far.corners)
+    return None
+
+
+def _extruded(case: str, start: Corner, end: Corner, height: float) -> Suggestion:
+    """A rectangle on a stretch of a boundary, on its left, ``height`` times as high as wide."""
+    up = height * _distance(start, end) * _left(end.point - start.point)
+    return _closed_by_lines(case, start, end, Corner(end.point + up), Corner(start.point + up))
+
+
+def _closed_by_lines(case: str, *corners: Corner) -> Suggestion:
+    return _closed(case, corners, [None] * len(corners))
+
+
+def _closed_by_arc(case: str, *corners: Corner) -> Suggestion:
+    """A patch whose last side is an arc, upright on the sides that it joins."""
+    curve = _arc(corners[-2], corners[-1], corners[0], corners[1])
+    return _closed(case, corners, [*[None] * (len(corners) - 1), curve])
+
+
+def _bridged(case: str, a: Corner, b: Corner, c: Corner, d: Corner) -> Suggestion:
+    """A patch between two boundaries, from a to b and from c to d, with arcs between."""
+    return _closed(case, (a, b, c, d), [None, _arc(a, b, c, d), None, _arc(c, d, a, b)])
+
+
+def _arc(a: Corner, b: Corner, c: Corner, d: Corner) -> NewSide:
+    """An arc from b to c, upright on the sides from a to b and from c to d."""
+    return arc(b.point, _left(b.point - a.point), c.point, -_left(d.point - c.point))
+
+
+def _closed(case: str, corners: Many[Corner], curves: Many[NewSide | None]) -> Suggestion:
+    sides: list[Side] = []
+    for k, (start, curve) in enumerate(zip(corners, curves, strict=True)):
+        end = corners[(k + 1) % len(corners)]
+        if curve is not None:
+            sides.append(curve)
+        elif (
+            start.boundary is not None
+            and start.boundary == end.boundary
+            and start.place < end.place
+        ):
+            sides.append(OldSide(start.boundary, start.place, end.place))
+        else:
+            sides.append(straight(start.point, end.point))
+    return Suggestion(case, PlanarPatch(tuple(corners), tuple((side,) for side in sides)))
+
+
+def _nearest(run: Sequence, point: Points2) -> float:
+    """The place of a sequence nearest to a point."""
+    tail, step = run.points[:-1], np.diff(run.points, axis=0)
+    length = np.einsum("ij,ij->i", step, step)
+    along = np.einsum("ij,ij->i", point - tail, step)
+    part = np.clip(along / np.where(length > 0.0, length, 1.0), 0.0, 1.0)
+    k = int(np.argmin(np.linalg.norm(tail + part[:, None] * step - point, axis=1)))
+    return float(run.places[k] + part[k] * (run.places[k + 1] - run.places[k]))
+
+
+def _ahead(start: Points2, direction: Points2, run: Sequence) -> float:
+    """How far a sequence is in a direction; where that misses it, how far its nearest point is."""
+    offset = run.points - start
+    ahead, aside = offset @ direction, _cross(direction, offset)
+    crossing = np.flatnonzero((aside[:-1] <= 0.0) != (aside[1:] <= 0.0))
+    hits = [
+        ahead[k] + aside[k] / (aside[k] - aside[k + 1]) * (ahead[k + 1] - ahead[k])
+        for k in crossing
+    ]
+    hits = [hit for hit in hits if hit > 0.0]
+    return float(min(hits) if hits else np.linalg.norm(offset, axis=1).min())
+
+
+def _distance(a: Corner, b: Corner) -> float:
+    return float(np.linalg.norm(a.point - b.point))
+
+
+def _unit(v: Points2) -> Points2:
+    length = np.linalg.norm(v)
+    return v / length if length > 0.0 else v
+
+
+def _left(v: Points2) -> Points2:
+    """The unit vector to the left."""
+    return np.array([-v[1], v[0]]) / max(float(np.linalg.norm(v)), 1e-300)
+
+
+def _cross(a: Points2, b: Points2) -> Points2:
+    return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

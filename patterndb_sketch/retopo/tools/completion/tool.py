@@ -1,0 +1,128 @@
+"""The autocompletion tool: what would close against the boundaries around a place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground, LocalMap, Window, local_map
+from patterndb_sketch.retopo.network import Edit, Network
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.around import Edge, edges_around, mapped_around, sampled_line
+from patterndb_sketch.retopo.tools.closing import closed_patch, onto_ground
+from patterndb_sketch.retopo.tools.completion.cases import Suggestion
+from patterndb_sketch.retopo.tools.completion.suggest import suggestions
+from patterndb_sketch.retopo.tools.plane import Points2, fault
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Completion:
+    """A suggested patch on the ground, for the network that it was made for."""
+
+    suggestion: Suggestion
+    edges: tuple[Edge, ...]
+    onto: LocalMap
+
+    def curves(self, sizes: Sizes) -> list[Points]:
+        """Its new curves on the ground, each (m, 3)."""
+        return [
+            onto_ground(self.onto, sampled_line(line, sizes.sampling))[0]
+            for line in self.suggestion.patch.curves
+        ]
+
+    def corners(self) -> Points:
+        """(k, 3) its corners on the ground."""
+        return onto_ground(self.onto, self.suggestion.patch.points)[0]
+
+
+def completions(
+    network: Network, ground: Ground, point: ArrayLike, normal: ArrayLike, sizes: Sizes
+) -> list[Completion]:
+    """What can be closed around a point of the ground: the largest quad first, then smaller
+    ones, then triangles; nothing where no boundary is within the snap radius.
+
+    point, normal: (3,). Source: sketch-based quad meshes paper, section 5 and Fig. 11.
+    """
+    at, up = np.asarray(point, np.float64), np.asarray(normal, np.float64)
+    if at.shape != (3,) or up.shape != (3,) or not np.isfinite([at, up]).all():
+        raise InvalidRetopoError("give a point and a normal, three finite numbers each")
+    radius, snap = sizes.autocompletion, sizes.snap_within(sizes.autocompletion)
+    edges = edges_around(network)
+    start = _nearest(edges, at, up, snap)
+    if start is None:
+        return []
+    edge, k = start
+    foot = ground.nearest_facing(edge.points[k : k + 1], edge.normals[k : k + 1]).feet
+    # v is to the left of the boundary, where nothing is.
+    ahead = np.cross(foot.normals, _along(edge, k)[None])
+    if not np.linalg.norm(ahead) > 0.0:
+        return []
+    onto = local_map(ground, foot, ahead, Window.completion(radius))
+    boundaries, strokes = mapped_around(network, edges, onto)
+
+    def covered(line: Points2) -> bool:
+        return bool(onto.at(sampled_line(line, sizes.sampling))[1].all())
+
+    found = suggestions(boundaries, radius, snap, covered=covered)
+    return [
+        Completion(one, tuple(edges), onto)
+        for one in found
+        if fault(one.patch, [*boundaries, *strokes]) is None
+    ]
+
+
+def complete(network: Network, completion: Completion, sizes: Sizes) -> Edit:
+    """The network with a suggested patch; it must be the one that the suggestion was made for."""
+    return closed_patch(
+        network, completion.suggestion.patch, completion.edges, completion.onto, sizes
+    )
+
+
+def autocomplete(
+    network: Network,
+    ground: Ground,
+    point: ArrayLike,
+    normal: ArrayLike,
+    sizes: Sizes,
+    choice: int = 0,
+) -> Edit:
+    """The network with a patch suggested around a point, the first or another by its number.
+
+    Raises RefusedError if there are not so many.
+    """
+    found = completions(network, ground, point, normal, sizes)
+    if not found:
+        raise RefusedError(
+            "nothing can be completed here; point nearer to the border of a patch, or take "
+            "another radius"
+        )
+    if not 0 <= choice < len(found):
+        raise RefusedError(
+            f"there is no suggestion {choice} here; there are {len(found)}, from 0 on"
+        )
+    return complete(network, found[choice], sizes)
+
+
+def _nearest(
+    edges: list[Edge], point: Points, normal: Points, snap: float
+) -> tuple[Edge, int] | None:
+    """The vertex of a boundary nearest to a point of the ground, on its side of it."""
+    best, found = snap, None
+    for edge in edges:
+        away = np.linalg.norm(edge.points - point, axis=1)
+        away[edge.normals @ normal <= 0.0] = np.inf
+        k = int(np.argmin(away))
+        if away[k] < best or (found is None and away[k] <= best):
+            best, found = float(away[k]), (edge, k)
+    return found
+
+
+def _along(edge: Edge, k: int) -> Points:
+    """(3,) the direction in which a boundary arrives at a vertex, or leaves its first."""
+    if k or edge.closed:
+        return edge.points[k] - edge.points[k - 1]
+    return edge.points[1] - edge.points[0]

@@ -1,0 +1,94 @@
+"""Corners: set and taken away on curves, and switched to T-junctions and back."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.geometry.quadshape import units
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.order import wedge_for
+from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
+from patterndb_sketch.retopo.network.samples import nearest_node, nearest_place, samples
+from patterndb_sketch.retopo.network.structure import HalfChain, Network
+from patterndb_sketch.retopo.sizes import Sizes
+
+#: Directions at a node are taken over this many samples.
+SAMPLES_AHEAD = 2.0
+
+
+def toggle(network: Network, sizes: Sizes, point: ArrayLike, normal: ArrayLike) -> Edit:
+    """Switch both wedges of what is pressed: the nearest corner between two chains within the
+    snap radius, else the nearest place on a chain.
+
+    point, normal: (3,) on the surface. A place on a chain becomes a corner on both sides; a corner
+    on both sides goes, and its chains become one, their counts added. Raises RefusedError if
+    nothing is near, and if a patch would be left with fewer than 2 corners.
+    """
+    corner = nearest_node(network, point, normal, sizes.snap, range(2, 3))
+    draft = Draft(network)
+    if corner is None:
+        place = nearest_place(samples(network), point, normal, sizes.snap)
+        if place is None:
+            raise RefusedError("no curve is near: press closer to one")
+        node = draft.cut_chain(place.chain, place.place)
+        if node in network.nodes:
+            raise RefusedError(
+                "several curves meet here, or one ends: a wedge of them is switched by drawing "
+                "from within it to the corner"
+            )
+        for half in draft.nodes[node].ends:
+            draft.flag(half, True)
+        return Edit.of(network, draft.finished())
+    patches = network.patch_of()
+    for half, flagged in zip(corner.ends, corner.flagged, strict=True):
+        if flagged:
+            _refuse_below(network, patches, half)
+    marks = [network.mark(half) for half in corner.ends]
+    marks_behind = [network.mark(half ^ 1) for half in corner.ends]
+    if all(corner.flagged) and marks != marks_behind[::-1]:
+        raise RefusedError("a border ends at this corner: it cannot go")
+    for half, flagged in zip(corner.ends, corner.flagged, strict=True):
+        draft.flag(half, not flagged)
+    return Edit.of(network, draft.finished())
+
+
+def flip_wedge(
+    network: Network, sizes: Sizes, pressed: ArrayLike, point: ArrayLike, normal: ArrayLike
+) -> Edit:
+    """Switch one wedge of a node between corner and straight passage (T-junction).
+
+    pressed: (3,) where the stroke began: beside the node, in the wedge that is meant.
+    point, normal: (3,) where it ended: on the node, within the snap radius.
+    Raises RefusedError if no node with several chains is there, if the wedge is the node's last
+    corner, or if its patch would be left with fewer than 2 corners.
+    """
+    node = nearest_node(network, point, normal, sizes.snap, range(2, 1 << 30))
+    if node is None:
+        raise RefusedError("the stroke ends at no corner: draw from within the wedge to it")
+    lines = [network.chains[half >> 1] for half in node.ends]
+    ends = [(line.points, bool(half & 1)) for line, half in zip(lines, node.ends, strict=True)]
+    towards = np.asarray(pressed, np.float64) - node.point
+    flat = towards - (towards @ node.normal) * node.normal
+    if not np.linalg.norm(flat) > 0.0:
+        raise RefusedError("the stroke begins on the corner itself: begin within the wedge")
+    ray = np.stack([node.point, node.point + np.linalg.norm(towards) * units(flat[None])[0]])
+    reach = SAMPLES_AHEAD * max(line.length / line.segments for line in lines)
+    wedge = wedge_for(node.normal, ends, (ray, False), reach, range(node.valence))
+    flags = list(node.flagged)
+    if flags[wedge]:
+        if sum(flags) == 1:
+            raise RefusedError("this is the last corner of the node: one must stay")
+        _refuse_below(network, network.patch_of(), node.ends[wedge])
+    draft = Draft(network)
+    draft.flag(node.ends[wedge], not flags[wedge])
+    return Edit.of(network, draft.finished())
+
+
+def _refuse_below(network: Network, patches: dict[HalfChain, int], half: HalfChain) -> None:
+    """Refuse to take a corner from the patch on the left of a half-chain if it has just enough."""
+    patch = patches.get(half)
+    if patch is not None and len(network.patches[patch].corners) <= FEWEST_CORNERS:
+        raise RefusedError(f"a patch keeps at least {FEWEST_CORNERS} corners; set another first")

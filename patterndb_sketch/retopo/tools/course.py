@@ -1,0 +1,117 @@
+"""The course of a chain after it moved: its samples even again, and what it crosses now."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+import numpy as np
+
+from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.crossings import crossings, self_crossings
+from patterndb_sketch.retopo.network.order import departure, turn
+from patterndb_sketch.retopo.network.samples import samples_of
+from patterndb_sketch.retopo.network.stops import between
+from patterndb_sketch.retopo.network.structure import Chain, Network
+from patterndb_sketch.retopo.sizes import Sizes
+
+#: Samples that are more than this many samplings apart, or in the mean less than one part in as
+#: many, are set anew: until then a chain keeps the samples it has.
+UNEVEN = 2.0
+
+#: Directions at a node are taken over this many samples.
+SAMPLES_AHEAD = 2.0
+
+
+def on_ground(
+    points: Points, normals: Points, ground: Ground, sizes: Sizes
+) -> tuple[Points, Points]:
+    """(n, 3) points taken to the ground along normals (n, 3), with the ground's normals there."""
+    done = ground.project_near(points, normals, sizes)
+    return done.points, done.normals
+
+
+def evened(
+    points: Points, normals: Points, ground: Ground, sizes: Sizes, closed: bool
+) -> tuple[Points, Points]:
+    """A course (n, 3) with samples at equal arc length if they have come too far apart, or too
+    near; else as it is. The ends of an open one stay exactly; a closed one repeats no point."""
+    line = np.concatenate([points, points[:1]]) if closed else points
+    along = arc_length(line)
+    steps = np.diff(along)
+    if steps.max() <= UNEVEN * sizes.sampling and steps.mean() >= sizes.sampling / UNEVEN:
+        return points, normals
+    edges = max(3 if closed else 2, round(along[-1] / sizes.sampling))
+    wanted = np.linspace(0.0, along[-1], edges + 1)[: edges if closed else edges + 1]
+    places = np.interp(wanted, along, np.arange(len(along)))
+    up = between(points, normals, places)[1]
+    even, up = on_ground(at_lengths(line, wanted), up, ground, sizes)
+    if not closed:
+        even[[0, -1]], up[[0, -1]] = points[[0, -1]], normals[[0, -1]]
+    return even, up
+
+
+def crossed(network: Network, chains: Iterable[int], near: float) -> set[int]:
+    """The chains that some chains cross, these among them where they cross themselves or each
+    other. Where two meet in a node, what is within ``near`` of it is no crossing."""
+    found: set[int] = set()
+    for chain in sorted(set(chains)):
+        line = network.chains[chain]
+        others = {k: other for k, other in network.chains.items() if k != chain}
+        met = crossings(line.points, line.normals, line.loose, samples_of(others))
+        where = between(line.points, line.normals, met.along)[0]
+        for k, other in enumerate(met.chain):
+            if not _at_node(network, line, network.chains[int(other)], where[k], near):
+                found.add(int(other))
+        own = self_crossings(line.points, line.normals, line.loose)
+        where = between(line.points, line.normals, own.along)[0]
+        if any(not _at_node(network, line, line, at, near) for at in where):
+            found.add(chain)
+    return found
+
+
+def crossing_notes(
+    before: Network, network: Network, chains: Iterable[int], sizes: Sizes
+) -> list[str]:
+    """What to say if chains that moved cross others now, and did not before."""
+    moved = [chain for chain in set(chains) if chain in network.chains]
+    kept = [chain for chain in moved if chain in before.chains]
+    notes: list[str] = []
+    now = crossed(network, moved, sizes.sampling)
+    new = now - crossed(before, kept, sizes.sampling) if now else now
+    if new:
+        notes.append(
+            f"the curve crosses {len(new)} others, or itself, now: move it back, or erase what it "
+            "crosses"
+        )
+    turned = disordered(network, moved)
+    if turned and turned - disordered(before, kept):
+        notes.append(
+            "the curve crosses another right at the corner where both end: move it back, or "
+            "erase one"
+        )
+    return notes
+
+
+def disordered(network: Network, chains: Iterable[int]) -> set[int]:
+    """Nodes at which some chains end, around which curves leave in another order than they are
+    kept in: one was moved past another there."""
+    found: set[int] = set()
+    nodes = {node for k in chains for node in (network.chains[k].start, network.chains[k].end)}
+    for node in nodes & network.nodes.keys():
+        at = network.nodes[node]
+        lines = [(network.chains[half >> 1], bool(half & 1)) for half in at.ends]
+        reach = SAMPLES_AHEAD * max(line.length / line.segments for line, _ in lines)
+        ways = [departure(line.points, backwards, reach) for line, backwards in lines]
+        turns = [turn(at.normal, ways[k - 1], way) for k, way in enumerate(ways)]
+        if len(ways) > 2 and sum(turns) > 3.0 * math.pi:
+            found.add(node)
+    return found
+
+
+def _at_node(network: Network, one: Chain, two: Chain, point: Points, near: float) -> bool:
+    shared = {one.start, one.end} & {two.start, two.end}
+    nodes = [network.nodes[node] for node in shared if node in network.nodes]
+    return any(np.linalg.norm(node.point - point) <= near for node in nodes)

@@ -1,0 +1,129 @@
+"""Erasing chains: those that a scribble crosses, some by name, or all that hang loose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Stroke
+from patterndb_sketch.retopo.network.crossings import crossings
+from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.order import departure, turn
+from patterndb_sketch.retopo.network.samples import samples
+from patterndb_sketch.retopo.network.structure import Network, Node
+
+#: Two chains run straight through a node if they bend by less than this, in radians there.
+STRAIGHT = math.radians(30.0)
+
+#: Directions at a node are taken over this many samples.
+SAMPLES_AHEAD = 2.0
+
+
+def erase_crossed(network: Network, scribble: Stroke) -> Edit:
+    """Erase every chain that a scribble crosses, but marked ones; see :func:`erase`.
+
+    Raises RefusedError if it crosses none that can be erased.
+    """
+    found = crossings(scribble.points, scribble.normals, scribble.closed, samples(network))
+    chains = {int(chain) for chain in found.chain}
+    if not chains:
+        raise RefusedError("the scribble crosses no curve: draw it across what is to go")
+    return erase(network, chains)
+
+
+def erase(network: Network, chains: Iterable[int]) -> Edit:
+    """Erase chains by their ids; marked ones, the borders and the seam of symmetry, stay.
+
+    What an erased curve had cut is one chain again: where it had ended on another, which passes
+    the T-junction however it bends; where it had crossed one, both sides of it gone; and where
+    it had met several, if the two that are left run straight (STRAIGHT). Corners that were
+    drawn as such stay. Chains that no patch uses any more, but one did, lose their counts, unless
+    the user chose them.
+
+    Raises RefusedError if nothing can be erased, InvalidRetopoError for ids that are not there.
+    Source: the program of Takayama et al. 2013. Differs from it: it leaves a corner wherever
+    a curve ended; it forgets counts that the user chose, too.
+    """
+    lines = [network.chain(chain) for chain in sorted(set(chains))]
+    gone = [line for line in lines if not line.marked]
+    if not gone:
+        raise RefusedError("nothing to erase here: borders and the seam of symmetry stay")
+    kept = len(lines) - len(gone)
+    notes = [f"{kept} chains of borders or the seam stay"] if kept else []
+    draft = Draft(network)
+    left: list[int] = []
+    for line in gone:
+        left += draft.remove_chain(line.id)
+    # All are looked at before any goes: then ends have other names.
+    joints = [
+        node
+        for node in dict.fromkeys(left)
+        if node in draft.nodes
+        and (
+            _one_curve(draft, network.nodes[node])
+            or (draft.nodes[node].cut and passed_straight(draft, node))
+        )
+    ]
+    for node in joints:
+        draft.merge(node)
+    return Edit.of(network, draft.finished(forget=True), notes)
+
+
+def _one_curve(draft: Draft, before: Node) -> bool:
+    """Are the two ends that are left at a node one curve that passed it?
+
+    That is so if its other side passed it straight, and if it crossed the one that is gone.
+    """
+    left = set(draft.nodes[before.id].ends)
+    n = before.valence
+    if len(left) != 2:
+        return False
+    one, two = sorted(before.ends.index(half) for half in left)
+    if before.cut and n == 4 and two - one == 2:
+        return True
+    return (two - one == 1 and not before.flagged[one]) or (
+        two - one == n - 1 and not before.flagged[two]
+    )
+
+
+def erase_open(network: Network) -> Edit:
+    """Erase all chains with an open end, and those that get one by that, until none is open.
+
+    Raises RefusedError if none is.
+    """
+    gone: set[int] = set()
+    ends = {node.id: set(node.ends) for node in network.nodes.values()}
+    loose = [node for node, halves in ends.items() if len(halves) == 1]
+    while loose:
+        node = loose.pop()
+        if len(ends[node]) != 1:
+            continue
+        (half,) = ends[node]
+        if network.chains[half >> 1].marked:
+            continue
+        gone.add(half >> 1)
+        ends[node].discard(half)
+        other = network.target(half)
+        ends[other].discard(half ^ 1)
+        if len(ends[other]) == 1:
+            loose.append(other)
+    if not gone:
+        raise RefusedError("no curve has an open end that could be erased")
+    return erase(network, gone)
+
+
+def passed_straight(draft: Draft, node: int) -> bool:
+    """Do just two chains end at a node, and does one continue the other?"""
+    at: Node = draft.nodes[node]
+    if at.valence != 2:
+        return False
+    lines = [draft.chains[half >> 1] for half in at.ends]
+    steps = [line.length / line.segments for line in lines]
+    reach = SAMPLES_AHEAD * max(steps)
+    one, two = (
+        departure(line.points, bool(half & 1), reach)
+        for line, half in zip(lines, at.ends, strict=True)
+    )
+    return abs(turn(at.normal, one, two) - math.pi) < STRAIGHT

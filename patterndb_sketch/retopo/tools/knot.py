@@ -1,0 +1,93 @@
+"""Cleaning a knot: all that meets within a small circle meets in one corner."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.ends import AtNode
+from patterndb_sketch.retopo.network.structure import Chain, Network
+from patterndb_sketch.retopo.sizes import Sizes
+
+
+def clean_knot(
+    network: Network, ground: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+) -> Edit:
+    """Replace everything within the snap radius by one corner at a point.
+
+    point, normal: (3,) on the surface. Every chain that leaves the circle is led straight from
+    there to the new node, all of whose wedges are corners; it keeps the count of its part
+    outside. Chains on the other side of a sheet, whose normals disagree, are not touched.
+
+    Raises RefusedError if nothing is within, if a border or the seam of symmetry is, or if no
+    chain leaves the circle. Source: the program of Takayama et al. 2013.
+    """
+    at, up = np.array(point, np.float64), np.array(normal, np.float64)
+    inside = {
+        line.id: _within(line.points, line.normals, at, up, sizes.snap)
+        for line in network.chains.values()
+    }
+    met = sorted(chain for chain, within in inside.items() if within.any())
+    if not met:
+        raise RefusedError("nothing is within the circle: press closer to the knot")
+    if any(network.chains[chain].marked for chain in met):
+        raise RefusedError("a border or the seam of symmetry is within the circle: it stays")
+    draft = Draft(network)
+    rim: list[int] = []
+    for chain in met:
+        line = network.chains[chain]
+        rim += [draft.cut_chain(chain, k) for k in _places(line, inside[chain], at, sizes.snap)]
+    for chain in sorted(draft.pieces(met)):
+        line = draft.chains[chain]
+        middle = 0.5 * (line.points[(line.segments - 1) // 2] + line.round[line.segments // 2 + 1])
+        if _within(middle[None], line.normals[line.segments // 2][None], at, up, sizes.snap)[0]:
+            rim += draft.remove_chain(chain)
+    rim = [node for node in dict.fromkeys(rim) if node in draft.nodes]
+    if not rim:
+        raise RefusedError("no curve leaves the circle: erase what is within instead")
+    centre = draft.add_node(at, up)
+    # None is joined to its lead before all leads are there: these alone tell the order.
+    for node, chain in [(node, _lead(draft, ground, sizes, node, centre)) for node in rim]:
+        (outer, *others) = [h >> 1 for h in draft.nodes[node].ends if h >> 1 != chain]
+        if draft.nodes[node].cut and not others:
+            kept = draft.chains[outer]
+            merged = draft.merge(node)
+            if merged is not None:
+                draft.set_count(merged, kept.count, kept.pinned)
+    return Edit.of(network, draft.finished())
+
+
+def _within(
+    points: Points, normals: Points, at: Points, up: Points, radius: float
+) -> NDArray[np.bool_]:
+    """(n,) which points are within a radius, on the same side of a sheet."""
+    return (np.linalg.norm(points - at, axis=1) < radius) & (normals @ up > 0.0)
+
+
+def _places(line: Chain, within: NDArray[np.bool_], at: Points, radius: float) -> list[float]:
+    """Where a chain passes the circle, in samples."""
+    inner = np.concatenate([within, within[:1]]) if line.loose else within
+    away = np.linalg.norm(line.round - at, axis=1) - radius
+    found: list[float] = []
+    for k in np.flatnonzero(inner[1:] != inner[:-1]):
+        one, two = away[k], away[k + 1]
+        # Without a change of sign it is the side of the sheet that changes.
+        share = one / (one - two) if (one < 0.0) != (two < 0.0) else 0.5
+        found.append(float(k + share))
+    return found
+
+
+def _lead(draft: Draft, ground: Ground, sizes: Sizes, node: int, centre: int) -> int:
+    """A straight chain from a node on the circle to its centre."""
+    rim, hub = draft.nodes[node], draft.nodes[centre]
+    steps = max(2, round(float(np.linalg.norm(hub.point - rim.point)) / sizes.sampling))
+    share = np.linspace(0.0, 1.0, steps + 1)[:, None]
+    line = (1.0 - share) * rim.point + share * hub.point
+    up = (1.0 - share) * rim.normal + share * hub.normal
+    done = ground.project_near(line, up, sizes)
+    return draft.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))

@@ -1,0 +1,55 @@
+"""The loop tool: a plane cuts the surface, and the cut is a curve."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Feet, Ground, Stroke, planar_cut
+from patterndb_sketch.retopo.network import Edit, Network
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.stroke import insert
+
+#: A cut is given up when it is this many times as long as the line that the user drew across the
+#: part. Source: the released program of Takayama et al. 2013.
+TIMES_THE_LINE = 10.0
+
+
+def loop(
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    start: Feet,
+    normal: ArrayLike,
+    limit: float | None = None,
+) -> Edit:
+    """The network with the curve in which a plane cuts the surface, followed from one of its
+    points: closed, or from border to border.
+
+    start: one foot, which the plane passes. normal: (3,) the plane's. limit: length at which the
+    cut is given up, None for never. Where it crosses chains both are cut.
+    Raises RefusedError if the plane only touches the surface, or the cut is too long.
+    """
+    return insert(network, ground, sizes, loop_preview(ground, sizes, start, normal, limit))
+
+
+def loop_preview(
+    ground: Ground, sizes: Sizes, start: Feet, normal: ArrayLike, limit: float | None = None
+) -> Stroke:
+    """The curve that :func:`loop` would add; raises as that does."""
+    return planar_cut(ground, start, normal, limit).sampled(ground, sizes.sampling)
+
+
+def plane_of_line(begin: ArrayLike, end: ArrayLike, towards: ArrayLike) -> tuple[Points, float]:
+    """The plane of a line drawn on the screen, as a normal (3,), and the limit for its cut.
+
+    begin, end: (3,) the line's ends in space; towards: (3,) the direction in which the eye sees
+    its middle. Raises RefusedError for a line of no length, or one seen end on.
+    """
+    line = np.asarray(end, np.float64) - np.asarray(begin, np.float64)
+    normal = np.cross(line, np.asarray(towards, np.float64))
+    if not np.linalg.norm(normal) > 0.0:
+        raise RefusedError("the line across the part has no length; draw it longer")
+    return normal, TIMES_THE_LINE * float(np.linalg.norm(line))

@@ -1,0 +1,99 @@
+"""The patch tool: the loop around a place becomes a patch, or is none any more."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from patterndb.core.halfedge import Int32Array
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Feet, Ground
+from patterndb_sketch.retopo.network import Draft, Edit, HalfChain, Network, face, without_patch
+from patterndb_sketch.retopo.network.flooding import CLEAR, Wall, flooded, wall_of
+
+#: A loop that fewer than this part of the triangles speak for, of those that speak for the first,
+#: is none.
+STRAY = 0.1
+
+
+def make_patch(network: Network, ground: Ground, place: Feet) -> Edit:
+    """Make a patch of the loop around a place, whatever it encloses.
+
+    place: one foot. Raises RefusedError if no loop is around it, or several are; if the loop has
+    an open end, a marked side or fewer than two corners; and if it is a patch already.
+    """
+    half = loop_around(network, ground, place)
+    if half in network.patch_of():
+        raise RefusedError("this is a patch already")
+    draft = Draft(network, ground)
+    try:
+        return Edit.of(network, draft.finished(also=(half,)))
+    except InvalidRetopoError as error:
+        raise RefusedError(
+            "the loop around this place can be no patch: it has an open end, a marked side or "
+            "fewer than two corners; join its ends, or add corners"
+        ) from error
+
+
+def drop_patch(network: Network, ground: Ground, place: Feet) -> Edit:
+    """Let the loop around a place be no patch; its curves stay.
+
+    It stays so until one of its curves is cut, joined or given another corner: then the loop is
+    looked at anew, as any. Raises RefusedError if there is no patch.
+    """
+    patch = network.patch_of().get(loop_around(network, ground, place))
+    if patch is None:
+        raise RefusedError("there is no patch here; point into one")
+    return Edit.of(network, without_patch(network, patch))
+
+
+def loop_around(network: Network, ground: Ground, place: Feet) -> HalfChain:
+    """A half-chain of the loop around a place, one foot: the ground is flooded from there up to
+    the curves. Raises RefusedError if none is met, or more than one loop."""
+    chains = sorted(network.chains)
+    if not chains:
+        raise RefusedError("there is no curve yet")
+    lines = [network.chains[chain] for chain in chains]
+    wall = wall_of(ground, [(line.points, line.loose) for line in lines])
+    if wall is None:
+        raise RefusedError("a curve leaves the surface; redraw it")
+    at = place.triangles[:1]
+    if wall.crossed[at[0]]:
+        return _beside(network, wall, chains, place)
+    found = flooded(ground, wall.crossed, at, np.inf)
+    assert found is not None
+    inside = np.zeros(len(ground.triangles), np.bool_)
+    inside[found[0]] = True
+    loops = _loops(network, ground, wall, chains, wall.beside[inside[wall.beside]])
+    if not loops:
+        raise RefusedError("no curve is around this place")
+    if len(loops) > 1:
+        raise RefusedError(
+            "several loops are around this place: join them by a curve, or by a cylinder"
+        )
+    return loops[0]
+
+
+def _loops(
+    network: Network, ground: Ground, wall: Wall, chains: list[int], rim: Int32Array
+) -> list[HalfChain]:
+    """The lowest half-chain of each loop that triangles beside the curves are on the left of."""
+    sample, side = wall.side_of(ground, rim)
+    votes: dict[HalfChain, int] = {}
+    for k in np.flatnonzero(np.abs(side) > CLEAR):
+        half = 2 * chains[int(wall.curve[sample[k]])] + int(side[k] < 0.0)
+        votes[half] = votes.get(half, 0) + 1
+    loops: dict[HalfChain, int] = {}
+    for half, count in votes.items():
+        first = min(face(network.nodes, network.chains, half)[0])
+        loops[first] = loops.get(first, 0) + count
+    # Next to a node a triangle may seem to be beside another face's curve.
+    most = max(loops.values(), default=0)
+    return sorted(first for first, count in loops.items() if count >= STRAY * most)
+
+
+def _beside(network: Network, wall: Wall, chains: list[int], place: Feet) -> HalfChain:
+    """By the nearest curve: on a triangle that one crosses flooding tells nothing."""
+    away = place.points[0] - wall.points
+    k = int(np.argmin(np.linalg.norm(away, axis=1)))
+    left = float(away[k] @ wall.lefts[k]) >= 0.0
+    return 2 * chains[int(wall.curve[k])] + (0 if left else 1)

@@ -1,0 +1,204 @@
+"""Pulling: a corner, an open end or a place on a chain follows the hand, and its curves with it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.quadshape import units
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.ends import AtChain, AtNode
+from patterndb_sketch.retopo.network.samples import nearest_node, nearest_place, samples
+from patterndb_sketch.retopo.network.structure import Chain, Network
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.course import crossing_notes, evened, on_ground
+from patterndb_sketch.retopo.tools.joining import Joint, find_joint, joined
+
+#: More chains than this end at no node.
+MOST_ENDS = 1 << 30
+
+
+def held(network: Network, sizes: Sizes, point: ArrayLike, normal: ArrayLike) -> AtNode | AtChain:
+    """What a press takes hold of: the nearest corner or open end within the snap radius, else the
+    nearest place on a chain.
+
+    point, normal: (3,) on the surface. Raises RefusedError if nothing is near.
+    """
+    node = nearest_node(network, point, normal, sizes.snap, range(1, MOST_ENDS))
+    if node is not None:
+        return AtNode(node.id)
+    place = nearest_place(samples(network), point, normal, sizes.snap)
+    if place is None:
+        raise RefusedError("no curve is near: press closer to one")
+    return AtChain(place.chain, place.place)
+
+
+def pull(
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    at: AtNode | AtChain,
+    point: ArrayLike,
+    normal: ArrayLike,
+) -> Edit:
+    """Move what is held to a point; while the hand moves, always from the network as it was when
+    it was pressed.
+
+    point, normal: (3,) on the surface, where the hand is now. The chains of a corner or an open
+    end follow by shares that fall evenly to 0 at their other ends; a chain that is held at a
+    place (its nearest sample) by shares (1 - t)^4 (4 t + 1), where t grows from 0 there to 1 at
+    both of its ends, or, closed without a corner, half-way round. Patches stay patches, with
+    their ids and choices.
+
+    Raises RefusedError for a border or the seam of symmetry, and if a curve would have no length;
+    InvalidRetopoError for what is not there. Source: the program of Takayama et al. 2013. Differs
+    from it: t is by arc length; points are projected along normals that turn with the hand's.
+    """
+    to, up = _on_surface(ground, sizes, point, normal)
+    draft = Draft(network)
+    if isinstance(at, AtNode):
+        moved = _chains_of(network, at.node)
+        with_node_at(draft, ground, sizes, at.node, to, up)
+    else:
+        moved = {at.chain}
+        _with_place_at(draft, ground, sizes, network.chain(at.chain), at.place, to, up)
+    for chain in moved:
+        if not draft.chains[chain].length > 0.0:
+            raise RefusedError("a curve would have no length: pull less far")
+    after = draft.finished()
+    return Edit.of(network, after, crossing_notes(network, after, moved, sizes))
+
+
+def release(
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    at: AtNode | AtChain,
+    point: ArrayLike,
+    normal: ArrayLike,
+    smooth: bool = False,
+) -> Edit:
+    """Let go what was pulled: as :func:`pull`, and a corner or an open end snaps to what is within
+    the snap radius of the point.
+
+    It looks for the nearest open end, else the nearest corner at the far end of one of its own
+    chains, which collapses, else another corner, else a side, which is cut there. The two corners
+    become one, that which stayed. Curves that lie on each other then (within the snap radius)
+    become one, too. Where the two cannot be one, it stays where it was dropped, and a note says
+    why; see :func:`~patterndb_sketch.retopo.tools.joining.joined`.
+
+    smooth: of two open ends, the curves become one; else there is a corner between.
+    Raises as :func:`pull` does. Source: the program of Takayama et al. 2013.
+    """
+    if isinstance(at, AtChain):
+        return pull(network, ground, sizes, at, point, normal)
+    to, up = _on_surface(ground, sizes, point, normal)
+    moved = _chains_of(network, at.node)
+    target = find_joint(network, sizes, at.node, to, up)
+    if target is None:
+        return pull(network, ground, sizes, at, point, normal)
+    draft = Draft(network)
+    node = draft.end_node(target, to, up)
+    with_node_at(draft, ground, sizes, at.node, draft.nodes[node].point, draft.nodes[node].normal)
+    done = joined(draft, sizes, Joint(at.node, node), smooth)
+    if isinstance(done, str):
+        dropped = pull(network, ground, sizes, at, point, normal)
+        return Edit.of(network, dropped.network, [f"not joined: {done}", *dropped.notes])
+    after = done.finished()
+    return Edit.of(network, after, crossing_notes(network, after, moved, sizes))
+
+
+def with_node_at(
+    draft: Draft, ground: Ground, sizes: Sizes, node: int, point: Points, normal: Points
+) -> None:
+    """Move a node to a point (3,) with its normal; its chains follow by even shares.
+
+    Raises RefusedError if one of them is marked.
+    """
+    at = draft.nodes[node]
+    move, turn = point - at.point, normal - at.normal
+    chains = {half >> 1: draft.chains[half >> 1] for half in at.ends}
+    _refuse_marked(chains.values())
+    draft.move_node(node, point, normal)
+    for old in chains.values():
+        away = np.linspace(0.0, 1.0, len(old.points))
+        share = (old.start == node) * (1.0 - away) + (old.end == node) * away
+        _reshape(draft, ground, sizes, old, share, move, turn)
+
+
+def _with_place_at(
+    draft: Draft,
+    ground: Ground,
+    sizes: Sizes,
+    line: Chain,
+    place: float,
+    point: Points,
+    normal: Points,
+) -> None:
+    """Move the sample of a chain that is nearest to a place to a point; the others follow."""
+    _refuse_marked([line])
+    n = len(line.points)
+    if n < 3:
+        raise RefusedError("the curve is too short to be bent: pull one of its ends")
+    along = arc_length(line.round)
+    if line.loose:
+        k = round(place) % n
+        off = np.abs(along[:-1] - along[k])
+        t = np.minimum(off, along[-1] - off) / (0.5 * along[-1])
+    else:
+        k = min(max(round(place), 1), n - 2)
+        t = np.where(
+            along <= along[k],
+            (along[k] - along) / along[k],
+            (along - along[k]) / (along[-1] - along[k]),
+        )
+    share = (1.0 - t) ** 4 * (4.0 * t + 1.0)
+    _reshape(draft, ground, sizes, line, share, point - line.points[k], normal - line.normals[k])
+
+
+def _reshape(
+    draft: Draft,
+    ground: Ground,
+    sizes: Sizes,
+    old: Chain,
+    share: NDArray[np.float64],
+    move: Points,
+    turn: Points,
+) -> None:
+    """Move the samples of a chain by shares (n,) of a move (3,), turning their normals."""
+    part = share[:, None]
+    points, normals = on_ground(
+        old.points + part * move, units(old.normals + part * turn), ground, sizes
+    )
+    still = share == 0.0
+    points[still], normals[still] = old.points[still], old.normals[still]
+    if not old.loose:
+        for k, node in ((0, old.start), (-1, old.end)):
+            points[k], normals[k] = draft.nodes[node].point, draft.nodes[node].normal
+    draft.reshape_chain(old.id, *evened(points, normals, ground, sizes, old.loose))
+
+
+def _chains_of(network: Network, node: int) -> set[int]:
+    return {half >> 1 for half in network.node(node).ends}
+
+
+def _refuse_marked(lines: Iterable[Chain]) -> None:
+    for line in lines:
+        if line.marked:
+            raise RefusedError("this is on a border or the seam of symmetry: it stays")
+
+
+def _on_surface(
+    ground: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+) -> tuple[Points, Points]:
+    points, normals = on_ground(
+        np.asarray(point, np.float64)[None], np.asarray(normal, np.float64)[None], ground, sizes
+    )
+    return points[0], normals[0]

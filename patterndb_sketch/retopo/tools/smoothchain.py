@@ -1,0 +1,56 @@
+"""Smoothing a chain: the jitter of a hand goes, its ends stay."""
+
+from __future__ import annotations
+
+from numpy.typing import ArrayLike
+
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground, smoothed
+from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.samples import nearest_place, samples
+from patterndb_sketch.retopo.network.structure import Network
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.course import crossing_notes, on_ground
+
+#: Rounds of smoothing at one call. Source: the released program of Takayama et al. 2013.
+ROUNDS = 25
+
+#: Fewest points of an open chain and of a closed one.
+FEWEST_OPEN, FEWEST_CLOSED = 5, 3
+
+
+def smooth(
+    network: Network, ground: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+) -> Edit:
+    """Smooth the chain nearest to a point within the snap radius; see :func:`smooth_chain`.
+
+    point, normal: (3,) on the surface. Raises RefusedError if none is near, and as that does.
+    """
+    place = nearest_place(samples(network), point, normal, sizes.snap)
+    if place is None:
+        raise RefusedError("no curve is near: press closer to one")
+    return smooth_chain(network, ground, sizes, place.chain)
+
+
+def smooth_chain(network: Network, ground: Ground, sizes: Sizes, chain: int) -> Edit:
+    """ROUNDS of smoothing as strokes get it, each projected; the ends of an open chain stay, and
+    patches stay patches.
+
+    Raises RefusedError for a border or the seam of symmetry and for an open chain of fewer than
+    5 points, InvalidRetopoError for a chain that is not there.
+    Source: the program of Takayama et al. 2013.
+    """
+    line = network.chain(chain)
+    if line.marked:
+        raise RefusedError("a border or the seam of symmetry stays as it is")
+    least = FEWEST_CLOSED if line.loose else FEWEST_OPEN
+    if len(line.points) < least:
+        raise RefusedError(f"the curve has fewer than {least} points: it is as smooth as can be")
+    points, normals = line.points, line.normals
+    for _ in range(ROUNDS):
+        points, normals = on_ground(smoothed(points, 1, line.loose), normals, ground, sizes)
+    draft = Draft(network)
+    draft.reshape_chain(chain, points, normals)
+    after = draft.finished()
+    return Edit.of(network, after, crossing_notes(network, after, [chain], sizes))

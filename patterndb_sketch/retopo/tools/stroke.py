@@ -1,0 +1,144 @@
+"""A stroke becomes part of the network: ends snap, and crossings become corners."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.surface import Points
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground, Stroke
+from patterndb_sketch.retopo.network.doubled import undoubled
+from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.ends import AtChain, AtNode, End, Free
+from patterndb_sketch.retopo.network.samples import Samples, nearest_node, nearest_place, samples
+from patterndb_sketch.retopo.network.stops import Nearness, Project
+from patterndb_sketch.retopo.network.structure import Network
+from patterndb_sketch.retopo.network.weaving import weave, weave_closed
+from patterndb_sketch.retopo.sizes import Sizes
+
+#: A crossing this near to a node, in samplings along the chain, is at the node.
+NODE_NEAR = 0.5
+
+#: More chains than this end at no node.
+MOST_ENDS = 1 << 30
+
+#: A stroke that runs between the ends of a curve lies on it, and is the same, within this part of
+#: the snap radius: less, so that thin patches of two sides can be drawn between ends that snap.
+DOUBLED = 0.5
+
+
+def insert(
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    stroke: Stroke,
+    start: End | None = None,
+    end: End | None = None,
+    smooth: tuple[bool, bool] = (False, False),
+) -> Edit:
+    """Add a stroke, cleaned before.
+
+    start, end: what its ends are joined to where that is known; None to look for the nearest
+    open end, else corner, else side within the snap radius; ``Free()`` for neither. A joined
+    end takes the stroke along: all of it moves by a share that falls to 0 at the other end,
+    and is projected again.
+    smooth: at an end that meets an open end, the two curves become one; else their joint is a
+    corner.
+
+    Where it crosses chains or itself, both are cut, and all four wedges become corners. A
+    closed stroke crosses only. What runs beyond a marked side is left out.
+
+    Raises RefusedError if nothing is left of it, InvalidRetopoError for ends that are not there.
+    Source: Takayama et al. 2013, section 5.1, and their program. Differs from them: all
+    crossings count, those of the stroke with itself too, and only on the same side of a sheet;
+    crossings next to a node are at the node.
+    """
+    if stroke.closed and not (start is None and end is None):
+        raise InvalidRetopoError("a closed stroke has no ends to join; leave start and end out")
+    draft = Draft(network, ground)
+    same = min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap)
+    near = Nearness(same, (sizes.snap, sizes.snap), sizes.snap)
+    line, up = stroke.points, stroke.normals
+
+    def project(points: Points, normals: Points) -> tuple[Points, Points]:
+        done = ground.project_near(points, normals, sizes)
+        return done.points, done.normals
+
+    joints: list[int] = []
+    if stroke.closed:
+        made = weave_closed(draft, line, up, near, project)
+    else:
+        of = samples(network)
+        ends: list[End] = []
+        for k, known in enumerate((start, end)):
+            joint = find_end(network, of, line[-k], up[-k], sizes.snap) if known is None else known
+            if isinstance(joint, AtNode):
+                wanted = smooth[k] or joint.smooth
+                if wanted and network.node(joint.node).open:
+                    joints.append(joint.node)
+            if not isinstance(joint, Free):
+                joint = AtNode(draft.end_node(joint, line[-k], up[-k]))
+            ends.append(joint)
+        line, up = dragged(line, up, draft, ends, project)
+        made = weave(draft, line, up, ends[0], ends[1], near, project)
+    drawn, made = made, undoubled(draft, made, DOUBLED * sizes.snap)
+    if not made:
+        raise RefusedError(
+            "nothing of the stroke is left: it lies on a curve that is there, within half the "
+            "snap radius; draw it further off, or with a smaller snap radius"
+            if drawn
+            else "nothing of the stroke is left: it begins and ends at one corner, or lies beyond "
+            "the border of the surface; draw it longer"
+        )
+    for node in map(draft.node_now, joints):
+        if node in draft.nodes:
+            draft.merge(node)
+    notes: list[str] = []
+    if stroke.missed:
+        notes.append(f"{stroke.missed} points of the stroke had no surface along their normals")
+    return Edit.of(network, draft.finished(), notes)
+
+
+def find_end(
+    network: Network, of: Samples, point: ArrayLike, normal: ArrayLike, snap: float
+) -> End:
+    """What an end of a stroke snaps to: the nearest open end within the snap radius, else the
+    nearest corner, else the nearest side, else nothing. Normals must agree.
+
+    of: the network's samples. Differs from the program of Takayama et al. 2013: a side is met at
+    its nearest point, not at its nearest vertex.
+    """
+    for valences in (range(1, 2), range(2, MOST_ENDS)):
+        node = nearest_node(network, point, normal, snap, valences)
+        if node is not None:
+            return AtNode(node.id)
+    place = nearest_place(of, point, normal, snap)
+    return Free() if place is None else AtChain(place.chain, place.place)
+
+
+def dragged(
+    line: Points, up: Points, draft: Draft, ends: list[End], project: Project
+) -> tuple[Points, Points]:
+    """(n, 3) points and normals of a stroke taken along to the nodes that its ends are joined to.
+
+    Points move by what their end moves, times a share that falls from 1 there to 0 at the other
+    end by arc length, and are projected again.
+    """
+    along = arc_length(line)
+    share = (along / along[-1])[:, None]
+    moved = np.zeros_like(line)
+    targets: list[tuple[int, Points, Points]] = []
+    for k, joint in enumerate(ends):
+        if isinstance(joint, AtNode):
+            node = draft.nodes[joint.node]
+            moved += (share if k else 1.0 - share) * (node.point - line[-k])
+            targets.append((-k, node.point, node.normal))
+    if not moved.any():
+        return line, up
+    line, up = project(line + moved, up)
+    for k, point, normal in targets:
+        line[k], up[k] = point, normal
+    return line, up

@@ -1,0 +1,55 @@
+"""Surface patches for curve networks: network -> cycles -> chords -> pieces -> mesh.
+
+After Abbasinejad, Joshi, Amenta, Simons and Grimm, "Surface patches for 3D sketching" (2013).
+"""
+
+from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
+from patterndb_sketch.surfacing.drawing import Drawing
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.growing import GrowingSketch, Stage
+from patterndb_sketch.surfacing.joining.junctions import network_of_polylines
+from patterndb_sketch.surfacing.memory import Memory
+from patterndb_sketch.surfacing.naming import named_cycle
+from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.networkfile import (
+    read_drawing,
+    read_network,
+    read_recorded_patches,
+    write_network,
+)
+from patterndb_sketch.surfacing.patch import LoopSurface, Patch, Surfacing
+from patterndb_sketch.surfacing.sampling import Loop, Sampling, default_spacing, loop_of, sample
+from patterndb_sketch.surfacing.surface import surface
+from patterndb_sketch.surfacing.surfaceloop import Settings, surface_loop
+from patterndb_sketch.surfacing.tessellation import Canvas
+
+__all__ = [
+    "Canvas",
+    "Curve",
+    "Cycle",
+    "Drawing",
+    "FoundCycles",
+    "GrowingSketch",
+    "InvalidNetworkError",
+    "Loop",
+    "LoopSurface",
+    "Memory",
+    "Network",
+    "Patch",
+    "Sampling",
+    "Settings",
+    "Stage",
+    "Surfacing",
+    "default_spacing",
+    "find_cycles",
+    "loop_of",
+    "named_cycle",
+    "network_of_polylines",
+    "read_drawing",
+    "read_network",
+    "read_recorded_patches",
+    "sample",
+    "surface",
+    "surface_loop",
+    "write_network",
+]

@@ -1,0 +1,222 @@
+"""Candidate chords: from every end to the nearest corner and to the closest point across."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.system.kernels import kernel
+from patterndb_sketch.surfacing.chords.order import SAME, canonical_order
+from patterndb_sketch.surfacing.sampling import Loop
+
+#: Sines of the most that a chord may lean out of the curve's normal plane where it starts: 40
+#: degrees towards a corner, 30 towards the closest point (Abbasinejad et al. 2013, section 3.1).
+TO_CORNER = math.sin(math.radians(40))
+TO_CLOSEST = math.sin(math.radians(30))
+
+#: A chord hugs the loop where the shorter way along the loop is no longer than this many times
+#: the chord: it would cut off a sliver. Spec: 1.15; an arc of a circle reaches it at 104 degrees.
+HUGGING = 1.15
+
+#: Points are near each other within two edges of the loop, or this share of the chord's length.
+NEAR_EDGES = 2.0
+NEAR_SHARE = 0.25
+
+
+@dataclass(frozen=True, slots=True)
+class Candidates:
+    """The chords that a search may choose from.
+
+    chords:      (c, 2) int64 positions i < j in the loop, ascending, no two alike.
+    ends:        (e,) int64 positions of the ends that were given, ascending.
+    n_made:      how many of the chords' ends are none of those: closest points of their own.
+    n_unmatched: how many of the given ends no chord has.
+    """
+
+    chords: NDArray[np.int64] = field(repr=False)
+    ends: NDArray[np.int64] = field(repr=False)
+    n_made: int
+    n_unmatched: int
+
+
+def candidate_chords(loop: Loop, ends: NDArray[np.int64]) -> Candidates:
+    """Chords from the ends (e,), positions in the loop, nearly perpendicular to it there.
+
+    Each end has up to two: one to the nearest corner within 40 degrees of the normal plane, one
+    to the closest point within 30. The latter ends at another end near the closest point, if one
+    qualifies. If the corner is near the closest point, only the chord to the corner is kept.
+    At a corner, the curve's tangent is the incoming or the outgoing edge's or half between. No
+    chord joins neighbours or hugs the loop (HUGGING). The answer does not depend on where the
+    loop starts and which way it runs.
+
+    Source: Abbasinejad et al. 2013, section 3.1. Differs from the paper: it asks in one sentence
+    to drop the chord of an end without a corner, and promises in another at least one chord for
+    every end; here the chord to the closest point stays, an end may have none, and
+    ``n_unmatched`` counts those. The paper's "close together" is NEAR_EDGES and NEAR_SHARE here.
+    """
+    given = np.unique(np.asarray(ends, np.int64))
+    pairs = np.sort(_candidates(loop.points, loop.corners, given), axis=1)
+    n = len(loop.points)
+    chords = np.stack(np.divmod(np.unique(pairs[:, 0] * n + pairs[:, 1]), n), axis=1)
+    used = np.unique(chords)
+    matched = int(np.isin(given, used, assume_unique=True).sum())
+    return Candidates(chords, given, len(used) - matched, len(given) - matched)
+
+
+@kernel
+def _distance(points: NDArray[np.float64], a: int, b: int) -> float:
+    x = points[a, 0] - points[b, 0]
+    y = points[a, 1] - points[b, 1]
+    z = points[a, 2] - points[b, 2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@kernel
+def _tangents(
+    points: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Unit tangents (3, n, 3): of the edge before, the edge after, and half between; and (n,)
+    the lengths of the edges after the vertices."""
+    n = len(points)
+    tangents = np.zeros((3, n, 3))
+    lengths = np.empty(n)
+    for i in range(n):
+        following = (i + 1) % n
+        lengths[i] = _distance(points, i, following)
+        if lengths[i] > 0.0:
+            for d in range(3):
+                tangents[1, i, d] = (points[following, d] - points[i, d]) / lengths[i]
+                tangents[0, following, d] = tangents[1, i, d]
+    for i in range(n):
+        size = 0.0
+        for d in range(3):
+            tangents[2, i, d] = tangents[0, i, d] + tangents[1, i, d]
+            size += tangents[2, i, d] ** 2
+        size = math.sqrt(size)
+        for d in range(3):
+            # Where the loop turns back on itself, nothing is half between.
+            tangents[2, i, d] = tangents[2, i, d] / size if size > SAME else 0.0
+    return tangents, lengths
+
+
+@kernel
+def _leaning(
+    points: NDArray[np.float64], tangents: NDArray[np.float64], corner: bool, e: int, p: int
+) -> float:
+    """The sine of the angle between the chord from e to p and the normal plane at e."""
+    length = _distance(points, e, p)
+    least = 1.0
+    for kind in range(3) if corner else range(2, 3):
+        along = 0.0
+        size = 0.0
+        for d in range(3):
+            along += (points[p, d] - points[e, d]) * tangents[kind, e, d]
+            size += abs(tangents[kind, e, d])
+        if size > 0.0:
+            least = min(least, abs(along) / length)
+    return least
+
+
+@kernel
+def _cuts(points: NDArray[np.float64], along: NDArray[np.float64], e: int, p: int) -> bool:
+    """Does the chord from e to p cut off more than a sliver, and join no neighbours?"""
+    n = len(points)
+    apart = abs(e - p)
+    if apart < 2 or apart > n - 2:
+        return False
+    way = abs(along[p] - along[e])
+    way = min(way, along[n] - way)
+    length = _distance(points, e, p)
+    return length > SAME * along[n] and way > HUGGING * length * (1.0 + SAME)
+
+
+@kernel
+def _near(points: NDArray[np.float64], a: int, b: int, length: float, edge: float) -> bool:
+    """Is a near b, which is at the end of a chord of this length?"""
+    return _distance(points, a, b) <= max(NEAR_EDGES * edge, NEAR_SHARE * length) * (1.0 + SAME)
+
+
+@kernel
+def _candidates(
+    given_points: NDArray[np.float64], given_corners: NDArray[np.bool_], ends: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    n = len(given_points)
+    order = canonical_order(given_points)
+    points = given_points[order]
+    corners = given_corners[order]
+    tangents, lengths = _tangents(points)
+    along = np.zeros(n + 1)
+    for i in range(n):
+        along[i + 1] = along[i] + lengths[i]
+    tolerance = SAME * along[n]
+    edge = along[n] / n
+    is_end = np.zeros(n, np.bool_)
+    for e in ends:
+        is_end[e] = True
+    is_end = is_end[order]
+    from_ends = np.flatnonzero(is_end)
+    joined = np.zeros((len(from_ends), 2), np.int64)
+    chords = np.empty((2 * len(from_ends), 2), np.int64)
+    n_chords = 0
+    # The chords to corners, and where the closest points are.
+    reach = np.empty(len(from_ends))
+    for row in range(len(from_ends)):
+        e = from_ends[row]
+        corner, closest = -1, -1
+        to_corner, to_closest = np.inf, np.inf
+        for p in range(n):
+            length = _distance(points, e, p)
+            farther_corner = not corners[p] or length >= to_corner - tolerance
+            if (farther_corner and length >= to_closest - tolerance) or not _cuts(
+                points, along, e, p
+            ):
+                continue
+            leaning = _leaning(points, tangents, bool(corners[e]), e, p)
+            if not farther_corner and leaning <= TO_CORNER + SAME:
+                corner, to_corner = p, length
+            if length < to_closest - tolerance and leaning <= TO_CLOSEST + SAME:
+                closest, to_closest = p, length
+        if corner >= 0:
+            chords[n_chords, 0], chords[n_chords, 1] = order[e], order[corner]
+            n_chords += 1
+            if closest >= 0 and _near(points, corner, closest, to_closest, edge):
+                closest = -1
+        joined[row, 0], joined[row, 1] = e, closest
+        reach[row] = to_closest if closest >= 0 else np.inf
+    # The chords to closest points, shortest first: an end that one makes serves the others.
+    for row in _ascending(reach, tolerance):
+        e, closest = joined[row, 0], joined[row, 1]
+        if closest < 0:
+            continue
+        chosen, to_chosen = closest, np.inf
+        if not is_end[closest]:
+            for q in range(n):
+                if not is_end[q] or not _near(points, q, closest, float(reach[row]), edge):
+                    continue
+                length = _distance(points, e, q)
+                if (
+                    length < to_chosen - tolerance
+                    and _cuts(points, along, e, q)
+                    and _leaning(points, tangents, bool(corners[e]), e, q) <= TO_CLOSEST + SAME
+                ):
+                    chosen, to_chosen = q, length
+            is_end[chosen] = True
+        chords[n_chords, 0], chords[n_chords, 1] = order[e], order[chosen]
+        n_chords += 1
+    return chords[:n_chords]
+
+
+@kernel
+def _ascending(values: NDArray[np.float64], tolerance: float) -> NDArray[np.int64]:
+    """The order of the values, where those equal within the tolerance keep theirs."""
+    rows = np.arange(len(values))
+    for i in range(1, len(rows)):
+        row, at = rows[i], i
+        while at > 0 and values[rows[at - 1]] > values[row] + tolerance:
+            rows[at] = rows[at - 1]
+            at -= 1
+        rows[at] = row
+    return rows

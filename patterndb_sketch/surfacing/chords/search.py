@@ -1,0 +1,118 @@
+"""The exhaustive search for the chords that cut a cycle into the flattest pieces."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from patterndb.geometry.polyline import Points
+from patterndb.system.kernels import kernel
+from patterndb_sketch.surfacing.chords.evaluate import Floats, Solutions, evaluate, measured
+from patterndb_sketch.surfacing.chords.flatness import Flatness, standardised
+from patterndb_sketch.surfacing.chords.subcycles import MOST_COUNTED, Ints, subcycles
+from patterndb_sketch.surfacing.chords.trace import traced
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+
+
+@dataclass(frozen=True, slots=True)
+class Cuts:
+    """The best cuts of a cycle.
+
+    chosen:  (k,) int64, which of the chords were chosen, ascending.
+    pieces:  k + 1 closed loops of positions int64, in the loop's own sense. A step between
+             positions that are no neighbours in the loop is a chosen chord.
+    cost:    Sub(whole cycle).
+    n_subproblems: how many sub-problems were solved, each once.
+    seconds: how long that took.
+    """
+
+    chosen: Ints = field(repr=False)
+    pieces: tuple[Ints, ...] = field(repr=False)
+    cost: float
+    n_subproblems: int
+    seconds: float
+
+
+def search(points: Points, chords: Ints, alpha: float = 0.1, form: Flatness = "relative") -> Cuts:
+    """Choose chords so that the cost of the pieces and of the cuts is least.
+
+        Sub(K) = min(S(K), min over chords c in K: Sub(left) + Sub(right) + alpha len(c) / len(K))
+
+    where S is :func:`flatness` and K runs over all sub-cycles that cuts by the chords lead to. Of
+    equal costs (TIE) the one with fewer chords wins, then the one cut by the chord that comes
+    first. A planar cycle is never cut.
+
+    points: (n, 3) a closed loop. chords: (m, 2) positions i < j, not neighbours, no two alike.
+    All sub-problems are solved, whatever alpha; each takes 16 bytes and less than 1 us.
+    :func:`n_subproblems` tells how many they are.
+
+    Raises InvalidNetworkError for an alpha below 0 or not finite, chords that are not as above,
+    and sub-problems too many to number.
+    Source: Abbasinejad et al. 2013, section 3.2, Equations 1 to 3 and Algorithm 1.
+    Differs from the paper: sub-problems are numbered and solved from the smallest up, see
+    :mod:`patterndb_sketch.surfacing.chords.subcycles`, where the paper recurses with a hash table.
+    """
+    points = np.ascontiguousarray(points, np.float64)
+    chords = _checked(len(points), chords)
+    if not (math.isfinite(alpha) and alpha >= 0):
+        raise InvalidNetworkError(f"alpha is {alpha}; give a number >= 0")
+    started = time.perf_counter()
+    own, determinant = standardised(points)
+    whole = np.arange(len(points))
+    if determinant == 0.0 or not len(chords):
+        # A planar cycle is a problem of its own, solved at a glance.
+        scale = determinant if form == "printed" else float(determinant > 0.0)
+        return Cuts(np.zeros(0, np.int64), (whole,), scale, 1, time.perf_counter() - started)
+    scale = determinant if form == "printed" else 1.0
+    count, cost, chosen, bounds, positions = _solved(
+        points, own, chords, alpha / scale, form == "printed"
+    )
+    if count >= MOST_COUNTED:
+        raise InvalidNetworkError(
+            f"{len(chords)} chords make {MOST_COUNTED} sub-problems or more; give fewer chords"
+        )
+    seconds = time.perf_counter() - started
+    pieces = tuple(np.split(positions, bounds))
+    return Cuts(np.sort(chosen), pieces, cost * scale, count, seconds)
+
+
+def _checked(n: int, chords: Ints) -> Ints:
+    pairs = np.ascontiguousarray(chords, np.int64).reshape(-1, 2)
+    first, last = pairs[:, 0], pairs[:, 1]
+    wrong = (first < 0) | (last >= n) | (last - first < 2) | (last - first > n - 2)
+    if wrong.any():
+        i = int(np.flatnonzero(wrong)[0])
+        raise InvalidNetworkError(
+            f"chord {i} joins the positions {first[i]} and {last[i]}; give i < j in a loop of {n} "
+            "vertices that are not neighbours"
+        )
+    if len(np.unique(first * n + last)) < len(pairs):
+        raise InvalidNetworkError("two chords join the same positions; give each once")
+    return pairs
+
+
+@kernel
+def _solved(
+    points: Floats, own: Floats, chords: Ints, alpha: float, printed: bool
+) -> tuple[int, float, Ints, Ints, Ints]:
+    """Number of sub-problems, cost relative to S(whole), chosen chords, and the pieces' positions
+    one after the other with the bounds between them."""
+    nothing = np.zeros(0, np.int64)
+    numbering = subcycles(len(points), chords)
+    if numbering.n_all >= MOST_COUNTED:
+        return numbering.n_all, 0.0, nothing, nothing, nothing
+    m = len(chords)
+    k = len(numbering.ends)
+    measures = measured(points, own, chords, numbering.ends, printed)
+    size = numbering.base[m] + numbering.paths[k, 0]
+    solutions = Solutions(np.empty(size), np.empty(size, np.int32), np.empty(size, np.int32))
+    # Wraps inside another end before it, or with it and begin later.
+    for wrap in numbering.ending:
+        evaluate(wrap, numbering, measures, alpha, solutions)
+    evaluate(m, numbering, measures, alpha, solutions)
+    n_chosen = int(solutions.fewest[size - 1])
+    chosen, bounds, positions = traced(len(points), numbering, solutions.choice, n_chosen)
+    return numbering.n_all, float(solutions.value[size - 1]), chosen, bounds, positions

@@ -1,0 +1,305 @@
+"""What a candidate cycle looks like: its flatness, and the surface that it seems to span.
+
+The surface is the triangulation of least area of a coarse sampling. It says where the surface
+lies beside each of the cycle's curves, and whether another curve of the network runs into it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.geometry.polyline import Points, sampled
+from patterndb.system.kernels import kernel
+from patterndb_sketch.surfacing.cycles.closing import HalfCurves, Numbers
+from patterndb_sketch.surfacing.network import Cycle, Network, turning_angles
+
+Floats = NDArray[np.float64]
+
+#: A curve is sampled once per this much turning, in radians, from 1 to MOST_EDGES edges: enough
+#: to tell surfaces apart, not to build them. A closed curve has at least CLOSED_EDGES.
+TURNING_OF_EDGE = math.radians(25)
+MOST_EDGES = 6
+CLOSED_EDGES = 12
+
+#: Samples of a cycle beyond which only every second, third, ... sample of its curves counts:
+#: the triangulation's time grows with the cube.
+MOST_SAMPLES = 96
+
+#: A cycle that turns at a node by more than this has a corner there, in radians. Above the 20
+#: degrees of a drawn corner: strokes drawn freehand seldom meet smoothly.
+TURN = math.radians(30)
+
+#: A curve that leaves a node less than this from a side of the cycle, in radians, runs beside
+#: that side rather than into the surface, the less so the nearer.
+BESIDE = math.radians(30)
+
+
+@dataclass(frozen=True, slots=True)
+class Measures:
+    """Measures of k candidate cycles with s steps in all.
+
+    length:   (k,) arc length.
+    flatness: (k,) sqrt(lambda3 / lambda1), lambda the eigenvalues of the points' covariance.
+    area:     (k,) of the triangulation.
+    bending:  (k,) radians, angles between neighbouring triangles, by the length of their edge
+              over the cycle's length.
+    corners:  (k,) nodes at which the cycle turns by more than TURN.
+    cuts:     (k,) how many nodes have a curve that runs into the surface: 1 for each with one
+              within the surface, falling to 0 at 45 degrees off it and at a side of the cycle.
+    inward:   (s, 3) unit vectors: at each step, where the surface lies, across the curve.
+    """
+
+    length: Floats = field(repr=False)
+    flatness: Floats = field(repr=False)
+    area: Floats = field(repr=False)
+    bending: Floats = field(repr=False)
+    corners: Floats = field(repr=False)
+    cuts: Floats = field(repr=False)
+    inward: Points = field(repr=False)
+
+
+def measured(network: Network, halves: HalfCurves, cycles: Sequence[Cycle]) -> Measures:
+    """The measures of cycles of the network."""
+    parts = [sampled(curve.points, _edges(curve.points, curve.closed)) for curve in network.curves]
+    offsets = np.r_[0, np.cumsum([len(part) for part in parts])]
+    samples = np.concatenate(parts) if parts else np.zeros((0, 3))
+    leaving = np.concatenate([[part[1] - part[0], part[-2] - part[-1]] for part in parts])
+    leaving /= np.linalg.norm(leaving, axis=1)[:, None]
+    steps = np.array([2 * c + back for cycle in cycles for c, back in cycle.steps], np.int64)
+    first = np.r_[0, np.cumsum([len(cycle.steps) for cycle in cycles])]
+    values = np.zeros((len(cycles), 6))
+    inward = np.zeros((len(steps), 3))
+    for i, (a, b) in enumerate(pairwise(first.tolist())):
+        _measure(
+            steps[a:b],
+            samples,
+            offsets,
+            halves.start,
+            halves.first,
+            halves.leaving,
+            leaving,
+            values[i],
+            inward[a:b],
+        )
+    length, flatness, area, bending, corners, cuts = np.ascontiguousarray(values.T)
+    return Measures(length, flatness, area, bending, corners, cuts, inward)
+
+
+def _edges(points: Points, closed: bool) -> int:
+    turning = float(turning_angles(points).sum())
+    if closed:
+        return max(CLOSED_EDGES, min(4 * MOST_EDGES, 1 + int(turning / TURNING_OF_EDGE)))
+    return min(MOST_EDGES, 1 + int(turning / TURNING_OF_EDGE))
+
+
+@kernel
+def _measure(
+    steps: Numbers,
+    samples: Points,
+    offsets: Numbers,
+    start: Numbers,
+    first: Numbers,
+    leaving: Numbers,
+    tangents: Points,
+    values: Floats,
+    inward: Points,
+) -> None:
+    """Write the measures of one cycle to values (6,) and inward (len(steps), 3)."""
+    at, corner = gathered(steps, samples, offsets)
+    n = len(at)
+    middle, length = _middle(at)
+    at -= middle
+    values[0] = length
+    values[1] = _flatness(at, length)
+    if n < 3:
+        return
+    triangles = np.empty((n - 2, 3), np.int64)
+    values[2] = least_area(at, triangles)
+    values[3] = _bending(at, triangles) / length
+    _inward(at, triangles, corner, inward)
+    m = len(steps)
+    for s in range(m):
+        out, back = steps[s], steps[s - 1] ^ 1
+        if tangents[out] @ tangents[back] > -math.cos(TURN):
+            values[4] += 1.0
+        worst = 0.0
+        node = start[out]
+        for k in range(first[node], first[node + 1]):
+            other = leaving[k]
+            if other >> 1 != out >> 1 and other >> 1 != back >> 1:
+                along = max(tangents[other] @ tangents[out], tangents[other] @ tangents[back])
+                beside = min(1.0, (1.0 - along) / (1.0 - math.cos(BESIDE)))
+                cut = _cut(at, triangles, corner[s], tangents[other])
+                worst = max(worst, beside * cut)
+        values[5] += worst
+
+
+@kernel
+def gathered(steps: Numbers, samples: Points, offsets: Numbers) -> tuple[Points, Numbers]:
+    """The samples around a cycle (n, 3), and the place of every step's first in them, then n."""
+    total = 0
+    for half in steps:
+        total += offsets[(half >> 1) + 1] - offsets[half >> 1] - 1
+    stride = 1 + (total - 1) // MOST_SAMPLES
+    at = np.empty((total, 3))
+    corner = np.empty(len(steps) + 1, np.int64)
+    n = 0
+    for s in range(len(steps)):
+        half = steps[s]
+        a, b = offsets[half >> 1], offsets[(half >> 1) + 1]
+        corner[s] = n
+        for q in range(0, b - a - 1, stride):
+            at[n] = samples[a + q] if half & 1 == 0 else samples[b - 1 - q]
+            n += 1
+    corner[len(steps)] = n
+    return at[:n], corner
+
+
+@kernel
+def _middle(at: Points) -> tuple[Floats, float]:
+    """The centre of mass of a closed polyline (n, 3), and its length."""
+    middle = np.zeros(3)
+    length = 0.0
+    for i in range(len(at)):
+        step = at[i] - at[i - 1]
+        size = math.sqrt(step @ step)
+        middle += 0.5 * size * (at[i] + at[i - 1])
+        length += size
+    return middle / length, length
+
+
+@kernel
+def _flatness(at: Points, length: float) -> float:
+    """sqrt(lambda3 / lambda1) of a closed polyline about the origin, all of its points."""
+    moments = np.zeros((3, 3))
+    for i in range(len(at)):
+        u, v = at[i - 1], at[i]
+        step = v - u
+        size = math.sqrt(step @ step) / (6.0 * length)
+        for x in range(3):
+            for y in range(3):
+                both = u[x] * v[y] + v[x] * u[y]
+                moments[x, y] += size * (2.0 * u[x] * u[y] + 2.0 * v[x] * v[y] + both)
+    values = np.linalg.eigvalsh(moments)
+    return math.sqrt(max(values[0], 0.0) / values[2])
+
+
+@kernel
+def least_area(at: Points, triangles: Numbers) -> float:
+    """The least area of a triangulation of a closed polyline (n, 3), written to (n - 2, 3).
+
+    Barequet and Sharir 1995, section 3. Two triangulations may have one area; whichever comes
+    first will do, since only rough directions are read from it.
+    """
+    n = len(at)
+    least = np.zeros((n, n))
+    apex = np.zeros((n, n), np.int64)
+    for i in range(n - 3, -1, -1):
+        for j in range(i + 2, n):
+            x, y, z = at[j, 0] - at[i, 0], at[j, 1] - at[i, 1], at[j, 2] - at[i, 2]
+            best, chosen = np.inf, i + 1
+            for k in range(i + 1, j):
+                both = least[i, k] + least[k, j]
+                if both >= best:
+                    continue
+                u, v, w = at[k, 0] - at[i, 0], at[k, 1] - at[i, 1], at[k, 2] - at[i, 2]
+                cx, cy, cz = v * z - w * y, w * x - u * z, u * y - v * x
+                both += 0.5 * math.sqrt(cx * cx + cy * cy + cz * cz)
+                if both < best:
+                    best, chosen = both, k
+            least[i, j] = best
+            apex[i, j] = chosen
+    waiting = [(0, n - 1)]
+    made = 0
+    while len(waiting) > 0:
+        i, j = waiting.pop()
+        if j - i < 2:
+            continue
+        k = apex[i, j]
+        triangles[made, 0], triangles[made, 1], triangles[made, 2] = i, k, j
+        made += 1
+        waiting.append((i, k))
+        waiting.append((k, j))
+    return least[0, n - 1]
+
+
+@kernel
+def _normals(at: Points, triangles: Numbers) -> Points:
+    normals = np.zeros((len(triangles), 3))
+    for t in range(len(triangles)):
+        i, k, j = triangles[t]
+        normals[t] = np.cross(at[k] - at[i], at[j] - at[i])
+    return normals
+
+
+@kernel
+def _bending(at: Points, triangles: Numbers) -> float:
+    """Angles between neighbouring triangles times the length of the edge between them, summed."""
+    n = len(at)
+    normals = _normals(at, triangles)
+    owner = np.full((n, n), -1, np.int64)
+    total = 0.0
+    for t in range(len(triangles)):
+        for e in range(3):
+            a, b = triangles[t, e], triangles[t, (e + 1) % 3]
+            a, b = min(a, b), max(a, b)
+            u = owner[a, b]
+            owner[a, b] = t
+            if u >= 0:
+                across = np.cross(normals[t], normals[u])
+                angle = math.atan2(math.sqrt(across @ across), normals[t] @ normals[u])
+                edge = at[a] - at[b]
+                total += angle * math.sqrt(edge @ edge)
+    return total
+
+
+@kernel
+def _inward(at: Points, triangles: Numbers, corner: Numbers, inward: Points) -> None:
+    """Write for every step the mean direction, across its edges, to their triangles' apices."""
+    n = len(at)
+    for t in range(len(triangles)):
+        for e in range(3):
+            i, j = triangles[t, e], triangles[t, (e + 1) % 3]
+            if (j + 1) % n == i:
+                i, j = j, i
+            if (i + 1) % n != j:
+                continue
+            edge = at[j] - at[i]
+            size = math.sqrt(edge @ edge)
+            across = at[triangles[t, (e + 2) % 3]] - at[i]
+            across = across - (across @ edge) / (size * size) * edge
+            width = math.sqrt(across @ across)
+            if width > 0.0:
+                s = np.searchsorted(corner, i, side="right") - 1
+                inward[s] += across * (size / width)
+    for s in range(len(inward)):
+        size = math.sqrt(inward[s] @ inward[s])
+        if size > 0.0:
+            inward[s] /= size
+
+
+@kernel
+def _cut(at: Points, triangles: Numbers, vertex: int, tangent: Floats) -> float:
+    """How far a direction at a vertex runs into the triangles there: cos(2 elevation), or 0."""
+    cut = 0.0
+    for t in range(len(triangles)):
+        for e in range(3):
+            if triangles[t, e] != vertex:
+                continue
+            a = at[triangles[t, (e + 1) % 3]] - at[vertex]
+            b = at[triangles[t, (e + 2) % 3]] - at[vertex]
+            normal = np.cross(a, b)
+            size = math.sqrt(normal @ normal)
+            if size <= 1e-12 * math.sqrt((a @ a) * (b @ b)):
+                continue
+            if np.cross(a, tangent) @ normal < 0.0 or np.cross(tangent, b) @ normal < 0.0:
+                continue
+            sine = float(tangent @ normal) / size
+            cut = max(cut, 1.0 - 2.0 * sine * sine)
+    return cut

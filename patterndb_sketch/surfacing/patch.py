@@ -1,0 +1,129 @@
+"""What surfacing gives: patches, one per cycle, on vertices that neighbours share."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.geometry.polyline import Points
+from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.sampling import Sampling
+
+#: chords: cut along chords into pieces that are nearly flat, each relaxed (the paper's way).
+#: area: the exact triangulation of least area, without inner vertices. quads: a fill from the
+#: pattern database.
+Method = Literal["chords", "area", "quads"]
+
+Faces = NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class LoopSurface:
+    """The surface of one closed loop of n vertices.
+
+    method:        the one that answered.
+    note:          why that is not the one asked for, and what else a user should know; "" if
+                   there is nothing to say.
+    points:        (k, 3) float64, the vertices inside.
+    faces:         per piece (f, 3) triangles or (f, 4) quads, int64, in the loop's sense. An
+                   index below n is a position in the loop, n + i is row i of ``points``.
+    candidates:    how many chords the search chose from, 0 unless chords were looked for.
+    costly:        how many more were left out since they add too much area.
+    unmatched:     how many ends of chords found no partner.
+    chords:        (m, 2) int64, the chords that were chosen, as positions in the loop.
+    n_subproblems: how many sub-cycles the search has scored.
+    cost:          what the chosen cuts cost (Abbasinejad et al. 2013, Eq. 2), nan without any.
+    area:          of all faces, in squared units of the points.
+    self_intersections: pairs of faces that pass through each other.
+    seconds:       what all of this took.
+    """
+
+    method: Method
+    note: str
+    points: Points = field(repr=False)
+    faces: tuple[Faces, ...] = field(repr=False)
+    candidates: int
+    costly: int
+    unmatched: int
+    chords: NDArray[np.int64] = field(repr=False)
+    n_subproblems: int
+    cost: float
+    area: float
+    self_intersections: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """The surface of one cycle of a network.
+
+    cycle:   the cycle it fills.
+    faces:   as :class:`LoopSurface` has them, of vertices of the whole :class:`Surfacing`.
+    chords:  (m, 2) int64, the chosen chords, of the same vertices.
+    surface: what else is known of it. None if no method could answer; ``note`` tells why, and
+             there are no faces.
+    note:    as in :class:`LoopSurface`.
+    reused:  was it taken from an earlier stage of a growing sketch?
+    """
+
+    cycle: Cycle
+    faces: tuple[Faces, ...] = field(repr=False)
+    chords: NDArray[np.int64] = field(repr=False)
+    surface: LoopSurface | None
+    note: str
+    reused: bool
+
+    @property
+    def method(self) -> Method | None:
+        """The method that answered, None if none could."""
+        return None if self.surface is None else self.surface.method
+
+
+@dataclass(frozen=True, slots=True)
+class Surfacing:
+    """The surface of a network.
+
+    network:   the network.
+    sampling:  its shared vertices; they come first in ``points``.
+    points:    (v, 3) float64, all vertices.
+    patches:   one for each cycle, in the order of the cycles.
+    intersections: pairs of faces of two different patches that pass through each other. The
+               method does not exclude them, nor those within a patch.
+    notes:     what else a user should know of the whole.
+    """
+
+    network: Network = field(repr=False)
+    sampling: Sampling = field(repr=False)
+    points: Points = field(repr=False)
+    patches: tuple[Patch, ...]
+    intersections: int
+    notes: tuple[str, ...] = ()
+
+    @property
+    def cycles(self) -> tuple[Cycle, ...]:
+        """The cycles of the patches."""
+        return tuple(patch.cycle for patch in self.patches)
+
+    @property
+    def triangles(self) -> Faces:
+        """(f, 3) all faces, quads cut in two along the diagonal from their first vertex."""
+        pieces = [piece for patch in self.patches for piece in patch.faces]
+        return as_triangles(pieces)
+
+    @property
+    def area(self) -> float:
+        """The summed area of the patches."""
+        return sum(patch.surface.area for patch in self.patches if patch.surface)
+
+
+def as_triangles(pieces: list[Faces] | tuple[Faces, ...]) -> Faces:
+    """(f, 3) the faces of some pieces in order, quads cut in two from their first vertex."""
+    parts = [np.zeros((0, 3), np.int64)]
+    for piece in pieces:
+        if piece.shape[1] == 4:
+            piece = piece[:, [0, 1, 2, 0, 2, 3]].reshape(-1, 3)
+        parts.append(piece)
+    return np.concatenate(parts)

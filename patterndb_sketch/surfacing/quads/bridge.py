@@ -1,0 +1,141 @@
+"""The bridge from loops to the pattern database: quads within a loop, placed on its patch."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import islice
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.errors import InvalidMeshError
+from patterndb.geometry.polyline import Points
+from patterndb.geometry.surface import edge_keys
+from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.quads.sides import boundary_of
+from patterndb_sketch.surfacing.sampling import Loop
+from query import Fill, fills
+from query.boundary import Boundary
+from query.engine import PatternSource
+from query.placing import Placement, Region, Surface, laid, place, quality
+
+#: Fills that the squarest is chosen from, the first in the order of what artists did.
+POOL = 20
+
+#: What a further irregular vertex must gain in quality, in the radians squared of
+#: :func:`query.placing.quality`: every angle 9 degrees nearer to a right one.
+PRICE_OF_IRREGULAR = 0.1
+
+#: Of the fills chosen from, so many are placed until one has no flipped quad.
+PLACED = 4
+
+
+@dataclass(frozen=True, slots=True)
+class QuadPatch:
+    """Quads within a loop of n vertices.
+
+    points:      (k, 3) float64, the vertices inside.
+    quads:       (f, 4) int64, in the loop's sense. An index below n is a position in the loop,
+                 n + i is row i of ``points``. They make a disk with the loop as its boundary.
+    pattern:     the name of the fill's pattern.
+    origin:      where that is from, as :class:`query.Fill` has it.
+    n_irregular: vertices, inside and on the loop, whose number of quads is not what their place
+                 asks for.
+    n_flipped:   quads that lie upside down on the patch, or cross themselves.
+    note:        what a user should know of it; "" if there is nothing to say.
+    """
+
+    points: Points = field(repr=False)
+    quads: NDArray[np.int64] = field(repr=False)
+    pattern: str
+    origin: str
+    n_irregular: int
+    n_flipped: int
+    note: str
+
+
+def fill_with_quads(
+    db: PatternSource, loop: Loop, points: Points, triangles: NDArray[np.integer]
+) -> QuadPatch:
+    """The loop filled by the pattern database, its quads on the patch given.
+
+    points: (v, 3) float64, the loop's n first; triangles: (t, 3) a disk within the loop, in the
+    loop's sense. Vertices inside lie on it; those of the loop stay as they are.
+
+    Of the first POOL fills in the order of what artists did (:func:`query.fills`) the one whose
+    quads are squarest over the loop, an irregular vertex more counting as PRICE_OF_IRREGULAR;
+    the next ones if it has flipped quads once it is placed.
+
+    Raises InvalidNetworkError, saying why, where no quads can fill the loop, and for triangles
+    that do not fill it in its sense.
+    """
+    _refuse_unless_within(loop, triangles)
+    boundary, start = boundary_of(loop, points, triangles)
+    try:
+        region = _region(len(loop.points), points, triangles, start)
+    except InvalidMeshError as error:
+        raise InvalidNetworkError(f"the loop's patch cannot carry quads: {error}") from error
+    fill, placed = _best(db, boundary, region)
+    n, inner = boundary.perimeter, fill.n_vertices - boundary.perimeter
+    position = np.r_[(np.arange(n) + start) % n, n + np.arange(inner)].astype(np.int64)
+    notes: list[str] = []
+    if len(placed.flipped):
+        notes.append(f"{len(placed.flipped)} of {fill.n_quads} quads are flipped")
+    if not placed.at_rest:
+        notes.append("smoothing of the quads on their patch was broken off")
+    return QuadPatch(
+        np.ascontiguousarray(placed.vertices[n:]),
+        position[fill.quads],
+        fill.pattern.name,
+        fill.origin,
+        fill.n_irregular,
+        len(placed.flipped),
+        "; ".join(notes),
+    )
+
+
+def _best(db: PatternSource, boundary: Boundary, region: Region) -> tuple[Fill, Placement]:
+    pool = list(fills(db, boundary, limit=POOL))
+    at = boundary.points
+    assert pool and at is not None, "every boundary of even length has a fill"
+    costs = [
+        quality(fill.quads, laid(fill, at)) + PRICE_OF_IRREGULAR * fill.n_irregular for fill in pool
+    ]
+    best: tuple[Fill, Placement] | None = None
+    for i in islice(np.argsort(costs, kind="stable").tolist(), PLACED):
+        placed = place(pool[i], at, region)
+        if best is None or len(placed.flipped) < len(best[1].flipped):
+            best = pool[i], placed
+        if not len(placed.flipped):
+            break
+    assert best is not None
+    return best
+
+
+def _region(n: int, points: Points, triangles: NDArray[np.integer], start: int) -> Region:
+    """The patch as what its loop encloses, without a search for what that is."""
+    surface = Surface.from_arrays(points, triangles)
+    _, first, uses = np.unique(edge_keys(surface.triangles), return_index=True, return_counts=True)
+    rim = first[uses == 1]
+    tail = surface.triangles.ravel()[rim]
+    head = np.roll(surface.triangles, -1, axis=1).ravel()[rim]
+    outer = (tail < n) & (head < n)
+    rim, tail, head = rim[outer], tail[outer], head[outer]
+    # Where around the loop its edges lie, as angles: a triangle with two of them is between.
+    middle = tail - start + (head - tail) % n / 2.0
+    turn = np.zeros(len(surface.triangles), np.complex128)
+    np.add.at(turn, rim // 3, np.exp(2j * np.pi * middle / n))
+    around = np.where(turn != 0.0, np.angle(turn) / (2.0 * np.pi) % 1.0 * n, np.nan)
+    return Region(surface, 1.0, around, True)
+
+
+def _refuse_unless_within(loop: Loop, triangles: NDArray[np.integer]) -> None:
+    n = len(loop.points)
+    tail, head = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel()
+    along = tail[(tail < n) & (head == (tail + 1) % n)]
+    missing = np.setdiff1d(np.arange(n), along)
+    if len(missing):
+        raise InvalidNetworkError(
+            f"the triangles have no edge from vertex {missing[0]} of the loop to the next; they "
+            "must fill the loop, counter-clockwise in its sense"
+        )

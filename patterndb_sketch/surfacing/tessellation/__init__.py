@@ -1,0 +1,31 @@
+"""Tessellation: the pieces of a patch as triangles, and what can be asked of them."""
+
+from patterndb_sketch.surfacing.tessellation.interior import MAX_INNER
+from patterndb_sketch.surfacing.tessellation.intersections import self_intersections
+from patterndb_sketch.surfacing.tessellation.minimalarea import MAX_VERTICES, minimal_area
+from patterndb_sketch.surfacing.tessellation.picking import Canvas, Drawn, Pick, draw, pick
+from patterndb_sketch.surfacing.tessellation.piece import Tessellation, tessellate
+from patterndb_sketch.surfacing.tessellation.pieces import (
+    PatchMesh,
+    patch_of_least_area,
+    tessellate_patch,
+)
+from patterndb_sketch.surfacing.tessellation.triangles import area
+
+__all__ = [
+    "MAX_INNER",
+    "MAX_VERTICES",
+    "Canvas",
+    "Drawn",
+    "PatchMesh",
+    "Pick",
+    "Tessellation",
+    "area",
+    "draw",
+    "minimal_area",
+    "patch_of_least_area",
+    "pick",
+    "self_intersections",
+    "tessellate",
+    "tessellate_patch",
+]

@@ -1,7 +1,0 @@
-"""Statistical shape models: principal components of registered shapes, edited by their curves."""
-
-from sketch.features.shapemodel.edit import Edit, edit, moved
-from sketch.features.shapemodel.errors import ErrorTable, error_table
-from sketch.features.shapemodel.model import ShapeModel
-
-__all__ = ["Edit", "ErrorTable", "ShapeModel", "edit", "error_table", "moved"]
