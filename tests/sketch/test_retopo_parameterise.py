@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Feet, Ground, LocalMap, Window, local_map
-from patterndb_sketch.retopo.ground.parameterise import TORN
+from patterndb_sketch.retopo.ground.localmap import TORN
 
 B = 1.0
 STEP = B / 10.0

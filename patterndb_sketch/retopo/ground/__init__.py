@@ -7,13 +7,11 @@
 - :func:`local_map`: a :class:`LocalMap`, (u, v) around a stroke or a point, both ways.
 """
 
-from patterndb_sketch.retopo.ground.feet import Feet, Projected
+from patterndb_sketch.retopo.ground.curves import Stroke, Trace, cleaned, smoothed, targets
 from patterndb_sketch.retopo.ground.geodesic import geodesic
-from patterndb_sketch.retopo.ground.ground import Ground
-from patterndb_sketch.retopo.ground.parameterise import LocalMap, Window, local_map
+from patterndb_sketch.retopo.ground.ground import Feet, Ground, Projected
+from patterndb_sketch.retopo.ground.localmap import LocalMap, Window, local_map
 from patterndb_sketch.retopo.ground.planarcut import planar_cut
-from patterndb_sketch.retopo.ground.strokes import Stroke, cleaned, smoothed, targets
-from patterndb_sketch.retopo.ground.trace import Trace
 
 __all__ = [
     "Feet",

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
-import numpy as np
+import math
 
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.surface import Points
+from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground.feet import Feet
-from patterndb_sketch.retopo.ground.ground import Ground
-from patterndb_sketch.retopo.ground.route import route
-from patterndb_sketch.retopo.ground.shortening import crossed, shortened
-from patterndb_sketch.retopo.ground.trace import Trace
-from patterndb_sketch.retopo.ground.unfolding import laid_flat, pulled_tight
+from patterndb_sketch.retopo.ground.curves import Trace
+from patterndb_sketch.retopo.ground.ground import Feet, Ground
+from patterndb_sketch.retopo.ground.heap import grown, pop, push
+from patterndb_sketch.retopo.ground.shortening import crossed, laid_flat, pulled_tight, shortened
+from patterndb_sketch.retopo.ground.topology import Topology
 
 
 def geodesic(ground: Ground, start: Feet, end: Feet) -> Trace:
@@ -57,3 +62,154 @@ def geodesic(ground: Ground, start: Feet, end: Feet) -> Trace:
     held = np.concatenate([out // 3, into[-1:] // 3]).astype(np.int32)
     moves = (points[1:] != points[:-1]).any(axis=1)
     return Trace(points[np.r_[True, moves]], held[moves], False)
+
+
+# == A first way over the ground from triangle to triangle, to be shortened afterwards.
+
+Floats = NDArray[np.float64]
+
+
+def route(
+    vertices: Points, topology: Topology, first: Index, start: Floats, last: Index, end: Floats
+) -> tuple[Int32Array, Int32Array]:
+    """The sides by which a way leaves one triangle (n,) and enters the next (n,).
+
+    From ``start`` (3,) in triangle ``first`` to ``end`` (3,) in another, ``last``: the shortest
+    by straight steps through one triangle, or two laid flat, between the middles of edges. Edges
+    of more than two triangles lead to all of them. Empty if there is no way.
+    """
+    before, leaves, via = searched(
+        vertices,
+        topology.middles,
+        topology.ends,
+        topology.edges,
+        topology.side_start,
+        topology.sides,
+        first,
+        start,
+        last,
+        end,
+    )
+    sides: list[int] = []
+    k = len(topology.middles)
+    if before[k] < 0:
+        return np.empty(0, np.int32), np.empty(0, np.int32)
+    while k >= 0:
+        sides.append(int(leaves[k]))
+        if via[k] >= 0:
+            sides.append(int(via[k]))
+        k = int(before[k])
+    sides.reverse()
+    # The goal itself is no side that is left: what stands there is one of the last triangle.
+    out = np.array(sides[:-1], np.int32)
+    held = np.array(sides[1:], np.int32) // 3
+    of = topology.edges.reshape(-1, 3)[held] == topology.edges[out][:, None]
+    return out, (3 * held + of.argmax(axis=1)).astype(np.int32)
+
+
+@kernel
+def _apart(points: Points, i: Index, point: Floats) -> float:
+    x, y, z = points[i, 0] - point[0], points[i, 1] - point[1], points[i, 2] - point[2]
+    return math.sqrt(x * x + y * y + z * z)
+
+
+@kernel
+def _across(vertices: Points, a: Index, b: Index, one: Floats, two: Floats) -> float:
+    """How far apart two points are in triangles on both sides of the edge from a to b, laid
+    flat."""
+    length, first, second, p, q = 0.0, 0.0, 0.0, 0.0, 0.0
+    for c in range(3):
+        u = vertices[b, c] - vertices[a, c]
+        x, y = one[c] - vertices[a, c], two[c] - vertices[a, c]
+        length += u * u
+        first += u * x
+        second += u * y
+        p += x * x
+        q += y * y
+    high = math.sqrt(max(p - first * first / length, 0.0))
+    high += math.sqrt(max(q - second * second / length, 0.0))
+    return math.sqrt((second - first) ** 2 / length + high * high)
+
+
+@kernel
+def searched(
+    vertices: Points,
+    middles: Points,
+    ends: Int32Array,
+    edges: Int32Array,
+    side_start: Int32Array,
+    sides: Int32Array,
+    first: Index,
+    start: Floats,
+    last: Index,
+    end: Floats,
+) -> tuple[Int32Array, Int32Array, Int32Array]:
+    """A* of :func:`route`: for every edge, and the goal behind them, the edge before it, the
+    side that the way leaves its triangle by, and that of the triangle before or -1, if the step
+    leads through two. -1 before an edge that is first, or was not reached."""
+    goal = len(middles)
+    far = np.full(goal + 1, np.inf)
+    done = np.zeros(goal + 1, np.bool_)
+    before = np.full(goal + 1, -1, np.int32)
+    leaves = np.full(goal + 1, -1, np.int32)
+    via = np.full(goal + 1, -1, np.int32)
+    keys = np.empty(1024)
+    items = np.empty(1024, np.int32)
+    n = 0
+    for e in range(3):
+        k = edges[3 * first + e]
+        far[k] = _apart(middles, k, start)
+        leaves[k] = 3 * first + e
+        n = push(keys, items, n, far[k] + _apart(middles, k, end), k)
+    while n:
+        k = items[0]
+        n = pop(keys, items, n)
+        if done[k]:
+            continue
+        done[k] = True
+        if k == goal:
+            break
+        here = middles[k]
+        for s in range(side_start[k], side_start[k + 1]):
+            g = sides[s] // 3
+            if g == leaves[k] // 3:
+                continue
+            if g == last:
+                reached = far[k] + _apart(middles, k, end)
+                if reached < far[goal]:
+                    far[goal], before[goal], leaves[goal], via[goal] = reached, k, sides[s], -1
+                    if n == len(keys):
+                        keys, items = grown(keys, items)
+                    n = push(keys, items, n, reached, goal)
+                continue
+            for e in range(3):
+                out = 3 * g + e
+                m = edges[out]
+                if m == k:
+                    continue
+                if not done[m]:
+                    reached = far[k] + _apart(middles, m, here)
+                    if reached < far[m]:
+                        far[m], before[m], leaves[m], via[m] = reached, k, out, -1
+                        if n == len(keys):
+                            keys, items = grown(keys, items)
+                        n = push(keys, items, n, reached + _apart(middles, m, end), m)
+                for t in range(side_start[m], side_start[m + 1]):
+                    h = sides[t] // 3
+                    if h == g:
+                        continue
+                    if h == last:
+                        continue
+                    for d in range(3):
+                        o = edges[3 * h + d]
+                        if o == m or done[o]:
+                            continue
+                        reached = far[k] + _across(
+                            vertices, ends[m, 0], ends[m, 1], here, middles[o]
+                        )
+                        if reached < far[o]:
+                            far[o], before[o], leaves[o], via[o] = reached, k, 3 * h + d, out
+                            if n == len(keys):
+                                keys, items = grown(keys, items)
+                            n = push(keys, items, n, reached + _apart(middles, o, end), o)
+    return before, leaves, via

@@ -5,18 +5,134 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Index, Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.quadshape import units
 from patterndb.geometry.surface import GRAZE, Points, Surface, Triangles
-from patterndb.geometry.tree import first_along, nearest
+from patterndb.geometry.tree import DEPTH, first_along, in_triangle, nearest, to_box
+from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground.facing import nearest_facing
-from patterndb_sketch.retopo.ground.feet import Feet, Projected
 from patterndb_sketch.retopo.ground.topology import Topology
 from patterndb_sketch.retopo.sizes import EDGE, Sizes
+
+# == Points on the surface, each with its triangle and normal.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Feet:
+    """Points on the surface.
+
+    points: (n, 3) float64. normals: (n, 3) float64 unit normals, interpolated between the
+    vertices'. triangles: (n,) int32. weights: (n, 3) float64 barycentric, of the triangle's
+    corners; none below 0, sum 1.
+    """
+
+    points: Points
+    normals: Points
+    triangles: Int32Array
+    weights: Points
+
+    def __len__(self) -> int:
+        return len(self.points)
+
+    def __getitem__(self, which: slice | NDArray[np.integer] | NDArray[np.bool_]) -> Feet:
+        """Some of them, by a slice or an index array; for one take ``feet[i : i + 1]``."""
+        return Feet(
+            self.points[which], self.normals[which], self.triangles[which], self.weights[which]
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Projected:
+    """Points taken to the surface along their normals.
+
+    feet:   where they are now, all of them on the surface.
+    missed: (k,) int32 numbers of those whose line met no triangle that faces as the normal
+            does, or only too far off: they are at the nearest point that does face so.
+    lost:   (l,) int32 numbers of those, not among ``missed``, for which no triangle of the
+            whole surface faces as the normal does: they are at the nearest point of all.
+    """
+
+    feet: Feet
+    missed: Int32Array
+    lost: Int32Array
+
+    @property
+    def points(self) -> Points:
+        """(n, 3) float64."""
+        return self.feet.points
+
+    @property
+    def normals(self) -> Points:
+        """(n, 3) float64 unit normals of the surface."""
+        return self.feet.normals
+
+
+# == The point of a surface that is nearest among those that face the right way.
+
+
+@kernel
+def faces(corners: Points, f: Index, normals: Points, i: Index) -> bool:
+    """Has triangle f's normal no part against normal i?"""
+    x, y, z = corners[f, 0, 0], corners[f, 0, 1], corners[f, 0, 2]
+    ux, uy, uz = corners[f, 1, 0] - x, corners[f, 1, 1] - y, corners[f, 1, 2] - z
+    vx, vy, vz = corners[f, 2, 0] - x, corners[f, 2, 1] - y, corners[f, 2, 2] - z
+    x = (uy * vz - uz * vy) * normals[i, 0]
+    y = (uz * vx - ux * vz) * normals[i, 1]
+    z = (ux * vy - uy * vx) * normals[i, 2]
+    return x + y + z > 0.0
+
+
+@kernel
+def nearest_facing(
+    corners: Points,
+    boxes: Points,
+    nodes: Int32Array,
+    order: Int32Array,
+    points: Points,
+    normals: Points,
+) -> tuple[Int32Array, Points]:
+    """(n,) nearest triangle that faces as the point's normal does, -1 without one, and (n, 3)
+    weights on it.
+
+    corners (t, 3, 3) and boxes, nodes, order: as of patterndb.geometry.tree; points, normals (n, 3).
+    """
+    triangle = np.full(len(points), -1, np.int32)
+    weights = np.zeros((len(points), 3))
+    stack = np.empty(DEPTH, np.int32)
+    for i in range(len(points)):
+        best = np.inf
+        stack[0] = 0
+        top = 1
+        while top:
+            top -= 1
+            b = stack[top]
+            if to_box(boxes, b, points, i) >= best:
+                continue
+            if nodes[b, 1] >= 0:
+                for k in range(nodes[b, 0], nodes[b, 0] + nodes[b, 1]):
+                    f = order[k]
+                    if not faces(corners, f, normals, i):
+                        continue
+                    d, v, w = in_triangle(corners, f, points, i)
+                    if d < best:
+                        best = d
+                        triangle[i] = f
+                        weights[i, 0] = 1.0 - v - w
+                        weights[i, 1] = v
+                        weights[i, 2] = w
+                continue
+            near = nodes[b, 0]
+            far = near + 1
+            if to_box(boxes, near, points, i) > to_box(boxes, far, points, i):
+                near, far = far, near
+            stack[top] = far
+            stack[top + 1] = near
+            top += 2
+    return triangle, weights
+
 
 #: A line along the normal that meets the surface further off than this many target edges has
 #: met another part of it.

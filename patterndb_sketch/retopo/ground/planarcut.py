@@ -11,9 +11,8 @@ from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.surface import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground.feet import Feet
-from patterndb_sketch.retopo.ground.ground import Ground
-from patterndb_sketch.retopo.ground.trace import Trace
+from patterndb_sketch.retopo.ground.curves import Trace
+from patterndb_sketch.retopo.ground.ground import Feet, Ground
 
 #: Vertices this near to the plane, as a part of the diagonal, are on it: what is lost of a
 #: coordinate in a dot product.
