@@ -23,7 +23,7 @@ from types import ModuleType
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.chords import (
     ALPHA,
     MAX_SUBPROBLEMS,

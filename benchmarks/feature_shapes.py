@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Floats
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.bodies import CARS, Body, body, degrade
 from patterndb_sketch.features.files.networkjson import spline_through
@@ -25,8 +26,6 @@ from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Registration, Template, box_template, register
 from patterndb_sketch.features.shapemodel import ErrorTable, ShapeModel, edit, error_table, moved
 from patterndb_sketch.features.splines import Spline
-
-Floats = NDArray[np.float64]
 
 SEED = 1
 

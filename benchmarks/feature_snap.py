@@ -24,11 +24,11 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 from scipy.spatial import KDTree
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.features.bodies import CARS, Body, NamedCurve, body, degrade, stroke
 from patterndb_sketch.features.fishbone import Fishbone, cut, synchronised, terms
@@ -36,8 +36,6 @@ from patterndb_sketch.features.initial import initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import build_ribs
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
-
-Points = NDArray[np.float64]
 
 #: Strokes are up to this share of the diagonal off.
 ERROR = 0.01

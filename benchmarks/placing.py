@@ -18,16 +18,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 import patterndb
 from ingest.read import read_mesh
+from patterndb.geometry.points import Points
 from query import Boundary, Fill, fills
 from query.placing import Placement, Surface, flow_distance, laid, place, quality
 from query.placing.region import enclosed
 from query.stroke import Stroke
-
-Points = NDArray[np.float64]
 
 #: Points on an elastic string, and rounds in which it is drawn tight.
 STRING = 49

@@ -15,17 +15,16 @@ import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.pattern import Pattern
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sampled
 from patterndb.geometry.quadshape import quality
 from query.expand import expand
 from query.fill import Fill
 from query.placing import Surface, place
 
-Array = NDArray[np.float64]
-Height = Callable[[Array, Array], Array]
+Height = Callable[[Points, Points], Points]
 
 #: Points along a side before it is divided.
 SAMPLES = 2001
@@ -48,7 +47,7 @@ def sheet(height: Height, n: int = 300) -> Surface:
     return Surface.from_arrays(np.stack([x, y, height(x, y)], axis=-1).reshape(-1, 3), faces)
 
 
-def wavy() -> list[Array]:
+def wavy() -> list[Points]:
     """The sides of a square, each swinging out and in twice."""
     t = np.linspace(0.0, 1.0, SAMPLES)
     side = np.stack([2.0 * t - 1.0, -1.0 + 0.25 * np.sin(4.0 * np.pi * t)], axis=1)
@@ -56,16 +55,16 @@ def wavy() -> list[Array]:
     return [side @ np.linalg.matrix_power(quarter, k) for k in range(4)]
 
 
-def star() -> list[Array]:
+def star() -> list[Points]:
     """A star of seven arms in four parts."""
-    sides: list[Array] = []
+    sides: list[Points] = []
     for k in range(4):
         t = np.linspace(0.5 * np.pi * k, 0.5 * np.pi * (k + 1), SAMPLES)
         sides.append((1.0 + 0.45 * np.cos(7.0 * t)) * np.stack([np.cos(t), np.sin(t)]))
     return [side.T for side in sides]
 
 
-def spiral() -> list[Array]:
+def spiral() -> list[Points]:
     """A band that winds 1.6 times."""
     t = np.linspace(0.0, 3.2 * np.pi, SAMPLES)
     way = np.stack([np.cos(t), np.sin(t)])
@@ -76,13 +75,13 @@ def spiral() -> list[Array]:
     return [side.T for side in (outer, end, inner[:, ::-1], begin)]
 
 
-def cases(edges: int) -> Iterator[tuple[str, tuple[int, int], list[Array]]]:
+def cases(edges: int) -> Iterator[tuple[str, tuple[int, int], list[Points]]]:
     yield "wavy square", (edges, edges), wavy()
     yield "star", (edges, edges), star()
     yield "spiral", (3 * edges, edges // 2), spiral()
 
 
-def outline(sides: list[Array], counts: tuple[int, ...]) -> Array:
+def outline(sides: list[Points], counts: tuple[int, ...]) -> Points:
     """(P, 3) points around the outline, at equal arc lengths along each side."""
     parts = [
         sampled(np.c_[side, np.zeros(len(side))], n)[:-1]

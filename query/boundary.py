@@ -12,15 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.errors import InvalidBoundaryError
-from patterndb.geometry.polyline import (
-    MAX_EDGES,
-    MIN_EDGES,
-    Points,
-    as_points,
-    edge_counts,
-    joined,
-    sampled,
-)
+from patterndb.geometry.points import Points, as_points
+from patterndb.geometry.polyline import MAX_EDGES, MIN_EDGES, edge_counts, joined, sampled
 
 CornerKind = Literal["convex", "reflex"]
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb.geometry.polyline import Points, arc_length, as_points
+from patterndb.geometry.points import Points, as_points
+from patterndb.geometry.polyline import arc_length
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 

@@ -17,12 +17,11 @@ from numpy.typing import NDArray
 from PIL import Image
 from scipy.spatial import KDTree
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.bodies import CARS, Body, body, random_body
 from patterndb_sketch.features.bodies.wheels import wheel
 from viewer import style
 from viewer.opengl import prepare_opengl
-
-Points = NDArray[np.float64]
 
 ROOT = Path(__file__).parents[1]
 

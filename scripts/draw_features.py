@@ -26,7 +26,6 @@ from draw_features_scene import (
     SKETCHED,
     THIN,
     TURNED_KEY,
-    Points,
     Scene,
     key,
     save,
@@ -36,6 +35,7 @@ from draw_features_scene import (
 from PIL import Image
 
 from ingest.read import read_mesh
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.bodies import body, degrade, stroke
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.files.strokesjson import read_strokes

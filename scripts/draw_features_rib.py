@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
-from draw_features_scene import CLEAN, FOUND, MENDED, SKETCHED, Points, Size, write
+from draw_features_scene import CLEAN, FOUND, MENDED, SKETCHED, Size, write
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.ribs import STITCH, segments_of, slice_model
 from patterndb_sketch.features.snap import Snap
 from viewer import style

@@ -11,10 +11,10 @@ import pyvista as pv
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from viewer import style
 
-Points = NDArray[np.float64]
 Size = tuple[int, int]
 
 #: Pixels that are painted for one of the picture, to either side.

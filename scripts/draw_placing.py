@@ -15,12 +15,12 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from numpy.typing import NDArray
 from PIL import Image
 from scipy.interpolate import CubicSpline
 
 import patterndb
 from ingest.read import read_mesh
+from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from query import Boundary, Fill, fills
 from query.placing import Placement, Region, Surface, enclosed, laid, place
@@ -28,8 +28,6 @@ from query.placing.flow import follow
 from query.stroke import Stroke
 from viewer import style
 from viewer.opengl import prepare_opengl
-
-Points = NDArray[np.float64]
 
 ROOT = Path(__file__).parents[1]
 

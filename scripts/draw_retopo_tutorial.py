@@ -20,6 +20,7 @@ from PIL import Image, ImageDraw, ImageFont
 
 import patterndb
 from ingest.read import read_mesh
+from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, irregular_vertices, welded
@@ -30,7 +31,6 @@ from patterndb_sketch.retopo.script import Script, script_of
 ROOT = Path(__file__).parents[1]
 SCRIPT = ROOT / "examples" / "retopo" / "penguin.tutorial.jsonl"
 
-Points = NDArray[np.float64]
 
 #: Bytes that a picture may have.
 LARGEST_PICTURE = 300_000

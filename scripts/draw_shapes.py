@@ -14,7 +14,6 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 
 from patterndb_sketch.features.bodies import CARS, body
@@ -34,7 +33,6 @@ from viewer.view import View
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
-Points = NDArray[np.float64]
 
 #: Resolution of the bodies, and vertices along the edges of the template's boxes.
 FINE, R, ALONG = 2.0, 13, 25

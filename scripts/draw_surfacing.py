@@ -18,12 +18,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image
 from scipy.interpolate import CubicSpline
 
 import patterndb
 from ingest.read import read_mesh
+from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.network import Curve, Cycle, Network
@@ -38,7 +38,6 @@ from viewer.surfacing.picture import compose
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks" / "surfacing"))
 
-Points = NDArray[np.float64]
 
 #: Bytes that a picture may have.
 LARGEST_PICTURE = 200_000

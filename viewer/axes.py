@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer.scene import Scene
-
-Points = NDArray[np.float64]
 
 #: Their length, and from the lower left corner to their origin, in points.
 LENGTH, AT = 30.0, 52.0

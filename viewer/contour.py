@@ -8,13 +8,11 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sampled
 from query import Boundary
 from query.boundary import CornerKind
-
-Points = NDArray[np.float64]
 
 #: Edges around a boundary that was just drawn, about: few enough for fills to come at once.
 EDGES = 24

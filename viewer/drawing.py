@@ -8,11 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.disk import Disk
+from patterndb.geometry.points import Points
 from viewer.embedding import embed
 from viewer.style import TINTS, rgb
 from viewer.tints import bundles, tint_numbers
-
-Points = NDArray[np.float64]
 
 #: Part of an edge that a polychord's band covers.
 BAND = 0.44

@@ -18,10 +18,10 @@ from scipy.sparse import csc_array
 from scipy.sparse.linalg import spsolve
 
 from patterndb.core.disk import Disk
+from patterndb.geometry.points import Points
 from viewer.outline import Outline, convex_outline
 from viewer.relax import relax
 
-Points = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
 #: Rounds of untangling, and L-BFGS steps in each.

@@ -5,8 +5,8 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer import style
 from viewer.drawn import Drawn
 from viewer.explorer_keys import KEY_HELP, MOUSE_HELP
@@ -17,8 +17,6 @@ from viewer.panel import PANEL, help_box
 from viewer.pen import Mode
 from viewer.scene import HEIGHT, Patch, Scene
 from viewer.solid import Hiding, Solid
-
-Points = NDArray[np.float64]
 
 #: Width of a fill's lines as a part of its edges, least and most, in points; likewise the
 #: radius of an irregular vertex's marker.

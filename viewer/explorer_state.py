@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
+from patterndb.geometry.points import Points
 from query import Boundary, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
@@ -17,8 +17,6 @@ from viewer.finder import LIMIT, Finder
 from viewer.ground import Ground
 from viewer.pen import Mode, Pen
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: Radius of the picture's middle that a boundary is fitted into, in points.
 RADIUS = 260.0

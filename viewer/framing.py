@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from patterndb.geometry.points import Points
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: Part of the picture's width and height that a thing is fitted into.
 FILLED = 0.86

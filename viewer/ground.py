@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sampled
 from patterndb.geometry.tree import build, first_along
 from query.placing import Surface
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: Points of a path between two clicks, and rounds in which it is pulled taut: each moves every
 #: point to the middle of its neighbours, and so many of them are settled by some P**2 / 8.

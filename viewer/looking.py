@@ -5,13 +5,12 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from patterndb.geometry.points import Points
 from viewer.camera import Camera
 from viewer.framing import framed
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: From where a model is looked at: over its left front, if x points to its back and z up.
 TOWARD = (-0.72, -1.0, 0.52)

@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.neighbours import Neighbours
-from patterndb.geometry.quadshape import own_normals, units
+from patterndb.geometry.points import Points, units
+from patterndb.geometry.quadshape import own_normals
 from query import Fill, Stroke
 from query.placing import Placement, Region, Surface
 from query.placing.flow import follow
-
-Points = NDArray[np.float64]
 
 #: Pieces of an edge: enough that a quad hugs a head with some twenty along it.
 PIECES = 6

@@ -6,12 +6,10 @@ from collections.abc import Iterable
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer import style
 from viewer.drawing import Drawing
-
-Points = NDArray[np.float64]
 
 #: Radius of an irregular vertex's marker: part of an edge, and least and most in points.
 #: In a dense mesh it covers the quads around it; it is what one looks for.

@@ -6,12 +6,10 @@ import textwrap
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer import style
 from viewer.scene import HEIGHT, HIGHLIGHT_LINE, RULE, Scene
-
-Points = NDArray[np.float64]
 
 #: Width of the panel, and of its margins, in points.
 PANEL = 336.0

@@ -9,16 +9,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from patterndb.errors import PatternDBError
+from patterndb.geometry.points import Points
 from viewer import style
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Points = NDArray[np.float64]
 
 #: Pixels of a PNG per inch.
 DPI = 160

@@ -6,15 +6,13 @@ from enum import Enum
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from query import Boundary, Stroke
 from viewer.contour import Contour
 from viewer.ground import Ground
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: A click this near to another, in points, is on the same place; a drag of less is a click.
 NEAR = 7.0

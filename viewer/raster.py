@@ -7,9 +7,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 
-Points = NDArray[np.float64]
 Grid = NDArray[np.float32]
 
 

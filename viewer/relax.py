@@ -14,11 +14,11 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
 
-Float = NDArray[np.float64]
 Complex = NDArray[np.complex128]
-Int32 = NDArray[np.int32]
 
 #: Part of a triangle's energy that is about size, the rest is about shape.
 SIZE_WEIGHT = 0.2
@@ -32,10 +32,10 @@ def energy(
     y: Complex,
     handles: int,
     moving: bool,
-    ends: Int32,
-    weights: Float,
-    quads: Int32,
-    angle: Float,
+    ends: Int32Array,
+    weights: Floats,
+    quads: Int32Array,
+    angle: Floats,
     size: float,
     epsilon: float,
     points: Complex,
@@ -116,10 +116,10 @@ def relax(
     y: Complex,
     handles: int,
     moving: bool,
-    ends: Int32,
-    weights: Float,
-    quads: Int32,
-    angle: Float,
+    ends: Int32Array,
+    weights: Floats,
+    quads: Int32Array,
+    angle: Floats,
     size: float,
     rounds: int,
     steps: int,

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
+from viewer.raster import Grid
 from viewer.style import circle, rgb
 
-Points = NDArray[np.float64]
-Grid = NDArray[np.float32]
 Triangles = tuple[Points, Grid]
 
 #: Mitres longer than so many half widths are cut: there the curve turns back.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.disk import Disk
 from patterndb.core.pattern import Pattern
+from patterndb.geometry.points import Points
 from viewer import style
 from viewer.browser_state import COLUMNS, ROWS, BrowserState
 from viewer.card import facts_of, valence_text
@@ -20,7 +21,6 @@ from viewer.keys import KEY_HELP
 from viewer.painting import paint_disk, paint_legend, scale_of
 from viewer.tints import boundary_bundles, bundles
 
-Points = NDArray[np.float64]
 Meshes = Callable[[Pattern], Sequence[str]]
 
 #: The picture is laid out this high, in points, whatever the window's size.

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from viewer import style
+from viewer.raster import Grid
 from viewer.ribbons import NOTHING, Triangles
 from viewer.skin import Skin
 from viewer.view import View
-
-Points = NDArray[np.float64]
-Grid = NDArray[np.float32]
 
 MATTE = "#eceef0"
 

@@ -8,10 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
-
-Points = NDArray[np.float64]
-Floats = NDArray[np.float64]
 
 #: Cosines of the angles between two faces up to which they are shaded as one smooth surface, and
 #: from which on there is a crease between them: 28 and 46 degrees. Between, a bit of both.

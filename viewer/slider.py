@@ -8,12 +8,11 @@ from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer import style
 from viewer.scene import Scene
 
-Points = NDArray[np.float64]
 Name = TypeVar("Name")
 
 #: How near to a slider's line the pointer must be, in points.

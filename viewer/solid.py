@@ -7,14 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from query.placing import Surface
 from viewer import style
 from viewer.net import Net
-from viewer.raster import farthest_nearby, paint
+from viewer.raster import Grid, farthest_nearby, paint
 from viewer.view import View
-
-Points = NDArray[np.float64]
-Grid = NDArray[np.float32]
 
 SURFACE = "#c3ccd6"
 SURFACE_BACK = "#97a2ae"

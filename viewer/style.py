@@ -11,7 +11,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-Points = NDArray[np.float64]
+from patterndb.geometry.points import Points
 
 PAPER = "#ffffff"
 QUAD = "#fdfcf9"

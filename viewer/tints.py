@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.disk import Disk
-from patterndb.core.halfedge import next_edge
+from patterndb.core.halfedge import Int32Array, next_edge
 from patterndb.core.polychord import polychords
 from patterndb.core.quadmesh import QuadMesh
 from viewer.style import TINTS
-
-Int32Array = NDArray[np.int32]
 
 
 def bundles(disk: Disk) -> Int32Array:

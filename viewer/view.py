@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
-Points = NDArray[np.float64]
+from patterndb.geometry.points import Points
 
 #: Radians that a drag of one point turns the view.
 TURN = 0.008

@@ -16,11 +16,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sampled
 from patterndb_sketch.surfacing.network import Curve, Cycle, Network, without_repeats
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
-
-Points = NDArray[np.float64]
 
 #: Vertices around a cycle, about, unless told otherwise.
 VERTICES = 120

@@ -16,10 +16,8 @@ from CGAL import CGAL_Polygon_mesh_processing as cgal
 from CGAL.CGAL_Kernel import Point_3
 from filling import Filling
 from meshlib import mrmeshnumpy, mrmeshpy
-from numpy.typing import NDArray
 
-Points = NDArray[np.float64]
-
+from patterndb.geometry.points import Points
 
 #: What MeshLib may hold small, by name; None is its own choice (circumscribed circles).
 METRICS: dict[str, Callable[[mrmeshpy.Mesh, mrmeshpy.EdgeId], mrmeshpy.FillHoleMetric] | None] = {

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from query.placing import Surface
-
-Points = NDArray[np.float64]
 
 #: Points on each of the two surfaces.
 SAMPLES = 20_000

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from patterndb.system.kernels import kernel
 
 Int32Array = NDArray[np.int32]
+Int64Array = NDArray[np.int64]
 
 #: What kernels take where they count or index: inside them an array's element is as good.
 Index = Any

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Points
 from patterndb.geometry.tree import DEPTH
 from patterndb.system.kernels import kernel
-
-Points = NDArray[np.float64]
 
 #: Boxes are this much wider for lines, as a share of the farthest coordinate from where the
 #: line begins: a hit at the rim of a triangle is not lost to rounding.

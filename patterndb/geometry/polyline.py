@@ -8,9 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.errors import InvalidBoundaryError, PatternDBError
-
-Points = NDArray[np.float64]
+from patterndb.errors import InvalidBoundaryError
+from patterndb.geometry.points import Points, as_points
 
 #: Ends of neighbouring polylines this close, as a share of the boundary's diagonal, are one
 #: corner: files keep some six digits.
@@ -23,26 +22,6 @@ MIN_EDGES = 4
 #: times the crossings of the polychords: beyond this a list of fills no longer fits in memory,
 #: and is surely a slip.
 MAX_EDGES = 2_000
-
-
-def as_points(
-    points: ArrayLike, name: str, error: type[PatternDBError] = InvalidBoundaryError
-) -> Points:
-    """A (k, 3) float64 copy of (k, 3) or (k, 2) points; raises ``error`` if they are none."""
-    try:
-        array = np.array(points, np.float64)
-    except (TypeError, ValueError) as reason:
-        raise error(f"{name} are no list of points [x, y, z]: {reason}") from None
-    if array.ndim != 2 or array.shape[1] not in (2, 3):
-        raise error(
-            f"{name} have the shape {array.shape}; give [x, y, z] or [x, y] for every point"
-        )
-    bad = np.flatnonzero(~np.isfinite(array).all(axis=1))
-    if len(bad):
-        raise error(f"point {bad[0]} of {name} is not finite")
-    if array.shape[1] == 2:
-        array = np.c_[array, np.zeros(len(array))]
-    return np.ascontiguousarray(array)
 
 
 def arc_length(points: Points) -> NDArray[np.float64]:

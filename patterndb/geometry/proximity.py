@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Points
 from patterndb.geometry.tree import DEPTH
 from patterndb.system.kernels import kernel
-
-Points = NDArray[np.float64]
 
 
 @kernel

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours, mean_of_neighbours
+from patterndb.geometry.points import Points, units
 from patterndb.system.kernels import kernel
-
-Points = NDArray[np.float64]
 
 #: A boundary this near to its plane, as a part of its diagonal, is planar: below it, files of
 #: single precision and rotations leave nothing to tell.
@@ -94,22 +93,6 @@ def own_normals(quads: Int32Array, vertices: Points, beside: Neighbours) -> Poin
     for _ in range(AVERAGED):
         normals = 0.5 * normals + 0.5 * mean_of_neighbours(beside.start, beside.neighbour, normals)
     return units(normals)
-
-
-def units(vectors: Points) -> Points:
-    """The (n, 3) vectors at length 1; one of no length becomes (0, 0, 1)."""
-    length = np.linalg.norm(vectors, axis=1)
-    result = np.where(length[:, None] > 0.0, vectors, (0.0, 0.0, 1.0))
-    return result / np.where(length > 0.0, length, 1.0)[:, None]
-
-
-def tangents(normals: Points) -> Points:
-    """(n, 2, 3) orthonormal tangents; with the normal (n, 3) they turn counter-clockwise."""
-    least = np.abs(normals).argmin(axis=1)
-    helper = np.zeros_like(normals)
-    helper[np.arange(len(normals)), least] = 1.0
-    first = units(np.cross(helper, normals))
-    return np.stack([first, np.cross(normals, first)], axis=1)
 
 
 def flipped(quads: Int32Array, vertices: Points, normals: Points) -> NDArray[np.bool_]:

@@ -11,10 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
-from patterndb.geometry.quadshape import units
+from patterndb.geometry.points import Points, units
 from patterndb.geometry.tree import build, first_along, nearest
-
-Points = NDArray[np.float64]
 
 #: A hit along the normal this many times as far as the nearest point is a graze: the line runs
 #: along the surface, and the nearest point is what is meant.

@@ -13,10 +13,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
-
-Points = NDArray[np.float64]
 
 #: Points this close, as a share of the diagonal, are one: coordinates in files have some seven
 #: digits, computed ones fifteen.

@@ -12,14 +12,11 @@ from scipy.sparse.csgraph import connected_components
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.casting import all_hits, first_hits
-from patterndb.geometry.polyline import as_points
+from patterndb.geometry.points import Floats, Points, as_points
 from patterndb.geometry.proximity import within_box
 from patterndb.geometry.tree import build, nearest
 from patterndb.geometry.triangulation import WELD, sorted_triangles, triangulated, weld
 from patterndb_sketch.features.errors import InvalidFeatureError
-
-Points = NDArray[np.float64]
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -28,7 +28,7 @@ import numpy as np
 
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import PatternDBError
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb.system.documents import JsonValue, parse_json, read_limited
 from patterndb.system.files import replace_file
 from patterndb_sketch.features.errors import InvalidFeatureError

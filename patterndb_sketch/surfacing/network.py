@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.geometry.polyline import Points, arc_length, as_points
+from patterndb.geometry.points import Points, as_points
+from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 
 #: A curve's name in the file it came from.

@@ -8,7 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.network import Cycle, Network
 from patterndb_sketch.surfacing.sampling import Sampling
 
@@ -16,8 +17,6 @@ from patterndb_sketch.surfacing.sampling import Sampling
 #: area: the exact triangulation of least area, without inner vertices. quads: a fill from the
 #: pattern database.
 Method = Literal["chords", "area", "quads"]
-
-Faces = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +43,7 @@ class LoopSurface:
     method: Method
     note: str
     points: Points = field(repr=False)
-    faces: tuple[Faces, ...] = field(repr=False)
+    faces: tuple[Int64Array, ...] = field(repr=False)
     candidates: int
     costly: int
     unmatched: int
@@ -70,7 +69,7 @@ class Patch:
     """
 
     cycle: Cycle
-    faces: tuple[Faces, ...] = field(repr=False)
+    faces: tuple[Int64Array, ...] = field(repr=False)
     chords: NDArray[np.int64] = field(repr=False)
     surface: LoopSurface | None
     note: str
@@ -108,7 +107,7 @@ class Surfacing:
         return tuple(patch.cycle for patch in self.patches)
 
     @property
-    def triangles(self) -> Faces:
+    def triangles(self) -> Int64Array:
         """(f, 3) all faces, quads cut in two along the diagonal from their first vertex."""
         pieces = [piece for patch in self.patches for piece in patch.faces]
         return as_triangles(pieces)
@@ -119,7 +118,7 @@ class Surfacing:
         return sum(patch.surface.area for patch in self.patches if patch.surface)
 
 
-def as_triangles(pieces: list[Faces] | tuple[Faces, ...]) -> Faces:
+def as_triangles(pieces: list[Int64Array] | tuple[Int64Array, ...]) -> Int64Array:
     """(f, 3) the faces of some pieces in order, quads cut in two from their first vertex."""
     parts = [np.zeros((0, 3), np.int64)]
     for piece in pieces:

@@ -10,7 +10,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points, arc_length, sampled
+from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import arc_length, sampled
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.network import Curve, Cycle, Network, angles_between, turning_angles
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.memory import Memory
 from patterndb_sketch.surfacing.network import Cycle, Network

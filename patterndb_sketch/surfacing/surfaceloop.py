@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.chords import (
     ALPHA,
     AREA_PRICE,
@@ -19,7 +20,7 @@ from patterndb_sketch.surfacing.chords import (
     decompose,
 )
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.patch import Faces, LoopSurface, Method, as_triangles
+from patterndb_sketch.surfacing.patch import LoopSurface, Method, as_triangles
 from patterndb_sketch.surfacing.quads import fill_with_quads
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation import (
@@ -85,7 +86,7 @@ class _Found:
     method: Method
     note: str
     points: Points
-    faces: tuple[Faces, ...]
+    faces: tuple[Int64Array, ...]
     cut: Decomposition | None = None
 
 

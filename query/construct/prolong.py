@@ -12,10 +12,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
 from patterndb.system.kernels import kernel
 from query.boundary import MAX_PERIMETER, Boundary, CornerKind
-
-Int64Array = NDArray[np.int64]
 
 #: Sides between a reflex corner and the far end of its chord, counted the shorter way round.
 REACH = 8

@@ -17,7 +17,7 @@ from scipy.sparse import csc_array, vstack
 from scipy.sparse.linalg import splu
 
 from patterndb.geometry.neighbours import Neighbours
-from patterndb.geometry.quadshape import Points
+from patterndb.geometry.points import Points
 from query.placing.flow import Following
 
 #: What a midpoint's distance from its target weighs against a vertex's distance from the mean

@@ -7,16 +7,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from query.fill import Fill
 from query.placing.strand import edges_of, far_ends, loop_chains, span, walk
 from query.stroke import TOLERANCE, Stroke
-
-Points = NDArray[np.float64]
 
 #: Places along a stroke where its distance to a midline is measured, at the middles of as
 #: many equal parts.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.quadshape import Points
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 
 #: Rounds of sharpening, and L-BFGS steps in each.

@@ -8,14 +8,12 @@ several right sides go side by side.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from query.fill import Fill
-
-Points = NDArray[np.float64]
 
 #: The residual is brought below this part of the right side: rounding, nearly.
 PRECISION = 1e-13

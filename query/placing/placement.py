@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.neighbours import Neighbours
-from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.quadshape import flipped, own_normals, plane_normal
 from patterndb.geometry.surface import Surface, Triangles
 from query.errors import InvalidQueryError

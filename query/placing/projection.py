@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from patterndb.geometry.neighbours import Neighbours, mean_of_neighbours
-from patterndb.geometry.quadshape import Points, tangents, units
+from patterndb.geometry.points import Points, tangents, units
 from patterndb.geometry.surface import Surface
 from query.placing.laplace import edge_energy, harmonic, relax_within
 from query.placing.region import Region, is_curved, mapped

@@ -16,7 +16,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import NO_AREA
 from patterndb.geometry.surface import Feet, Surface, edge_keys
 from patterndb.system.kernels import kernel

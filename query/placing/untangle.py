@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
-from patterndb.geometry.quadshape import Points, flipped, tangents, units
+from patterndb.geometry.points import Points, tangents, units
+from patterndb.geometry.quadshape import flipped
 from patterndb.system.kernels import kernel
 from query.placing.foldover import LEFT, minimise
 

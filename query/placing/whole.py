@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
-from patterndb.geometry.quadshape import Points, flipped
+from patterndb.geometry.points import Points
+from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface
 from query.placing.laplace import edge_energy
 from query.placing.projection import AT_REST, Rest, normals_at, settled

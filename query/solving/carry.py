@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
 from query.solving.evenness import most_even
 from query.solving.flow import candidates, cut_system, link, unlink
 from query.solving.rounding import soluble
-
-Int64Array = NDArray[np.int64]
 
 
 @kernel

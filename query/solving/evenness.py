@@ -23,15 +23,12 @@ holds; whole keys are computed where a solution is complete.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
 from query.solving.matching import DONE, PATIENCE, balanced, choose, two_colour
 from query.solving.spread import INFINITE, even_cost, spread
 from query.solving.transport import tighten
-
-Int64Array = NDArray[np.int64]
 
 #: Units of price per unit of the key; finer prices no longer tighten the bound.
 SCALE = 64

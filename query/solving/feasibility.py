@@ -13,23 +13,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.core.patternclass import PatternClass
 from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.orientation import corners_seen, sides_seen
 from query.solving.halves import COPY_BY, QUEUE
 from query.solving.rounding import matchable
-from query.solving.screen import (
-    BITS,
-    LANES,
-    Int64Array,
-    is_refused,
-    lane_of,
-    refuse_cut,
-    screen,
-    words,
-)
+from query.solving.screen import BITS, LANES, is_refused, lane_of, refuse_cut, screen, words
 from query.solving.systems import Signed, Systems, systems_of
 from query.solving.threads import share_out
 

@@ -15,11 +15,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
 from query.solving.systems import Int16Array
-
-Int64Array = NDArray[np.int64]
 
 #: Orientations in a word, and bits of each.
 LANES = 4

@@ -9,7 +9,6 @@ from itertools import combinations
 import numpy as np
 import pytest
 from meshes import examples, mesh_of_file
-from numpy.typing import NDArray
 from reference import code as reference
 from reference.halfedge import as_complex, border_vertices, fans
 from shared import GOLDEN, MESHES
@@ -17,18 +16,17 @@ from shared import GOLDEN, MESHES
 from ingest import learn
 from patterndb.core.code import canonical_code, decode
 from patterndb.core.disk import Disk
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import unpack
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from patterndb.store import LearningOptions
 
-Twin = NDArray[np.int32]
-
 
 @cache
-def quadrangulations() -> list[Twin]:
+def quadrangulations() -> list[Int32Array]:
     """The half-edges of every row of the list."""
-    rows: list[Twin] = []
+    rows: list[Int32Array] = []
     for line in (GOLDEN / "disk_quadrangulations.dqs").read_text().splitlines():
         if not line.startswith("//"):
             n_border, n_inner, n_quads, *flat = map(int, line.split())
@@ -49,7 +47,7 @@ def profile(twin: list[int]) -> tuple[object, ...]:
     return tuple(sorted((v in border, k) for v, k in count.items()))
 
 
-def assert_codes_tell_apart(twins: list[Twin]) -> int:
+def assert_codes_tell_apart(twins: list[Int32Array]) -> int:
     """Codes are equal exactly where a plain traversal finds an isomorphism; returns in how
     many pairs that is not plain from counts."""
     groups: dict[tuple[object, ...], list[tuple[list[int], tuple[int, ...]]]] = {}

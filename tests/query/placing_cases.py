@@ -6,16 +6,14 @@ import random
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from query_cases import small_patterns
 
 from patterndb.core.pattern import Pattern
+from patterndb.geometry.points import Points
 from query import Boundary, Fill
 from query.expand import expand
 from query.identity import is_mesh
 from query.placing import Surface
-
-Points = NDArray[np.float64]
 
 #: Patterns without a reflex corner: those that convex outlines ask for.
 CONVEX = [p for p in small_patterns() if all(count == 1 for count in p.corners)]

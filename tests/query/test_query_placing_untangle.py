@@ -9,9 +9,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
-from placing_cases import Points, grid
+from placing_cases import grid
 
 from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from query import Fill
 from query.placing import Surface, enclosed, place

@@ -7,10 +7,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.bodies import CARS, Body, body, random_body
-
-Points = NDArray[np.float64]
 
 #: Resolution of the bodies that all tests share.
 COARSE = 0.5

@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from scipy.spatial import Delaunay
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground
 
 #: Half of the sheet's side, and where the feet are, left and right of the middle.

@@ -6,13 +6,11 @@ import math
 from collections.abc import Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.network import Curve, Cycle, Network
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
-
-Points = NDArray[np.float64]
-Chords = NDArray[np.int64]
 
 #: Costs of the slow ways are within this of each other; they are sums of some ten terms.
 CLOSE = 1e-9
@@ -109,7 +107,7 @@ def random_loop(rng: np.random.Generator, n: int) -> Points:
     )
 
 
-def random_chords(rng: np.random.Generator, n: int, m: int) -> Chords:
+def random_chords(rng: np.random.Generator, n: int, m: int) -> Int64Array:
     """Up to m chords of a loop of n vertices, no two alike, in random order."""
     pairs = [(i, j) for i in range(n) for j in range(i + 2, n) if j - i < n - 1]
     return np.array([pairs[i] for i in rng.permutation(len(pairs))[:m]], np.int64).reshape(-1, 2)
@@ -167,7 +165,7 @@ class Recursion:
     its edges along the loop, its cost, the number of its cuts and its first cut.
     """
 
-    def __init__(self, points: Points, chords: Chords, alpha: float) -> None:
+    def __init__(self, points: Points, chords: Int64Array, alpha: float) -> None:
         self.points = points
         self.chords = [(int(i), int(j)) for i, j in chords]
         self.alpha = alpha

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
-
-Points = NDArray[np.float64]
 
 
 def sphere(rings: int = 12, around: int = 24, radius: float = 1.0) -> tuple[Points, NDArray]:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.networkfile import parse_drawing, read_drawing
 

@@ -5,11 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb_sketch.surfacing.network import Curve, Cycle, Network
-
-Points = NDArray[np.float64]
 
 
 def faces_network(points: object, faces: list[list[int]]) -> Network:

@@ -7,13 +7,13 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.surface import Points
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling import suits, welded
 from patterndb_sketch.retopo.network import BORDER, check
 from patterndb_sketch.retopo.quadimport import Imported, quads_of, separatrices
 
-Quads = NDArray[np.int32]
-Mesh = tuple[Points, Quads]
+Mesh = tuple[Points, Int32Array]
 
 
 def cube(k: int) -> Mesh:
@@ -149,7 +149,7 @@ def holds(found: Imported, mesh: Mesh) -> None:
     is_again(found, mesh)
 
 
-def edges_of(quads: Quads) -> Quads:
+def edges_of(quads: Int32Array) -> Int32Array:
     """(4q, 2) the ends of every half-edge."""
     return np.stack([quads.ravel(), np.roll(quads, -1, axis=1).ravel()], axis=1)
 
@@ -174,7 +174,7 @@ def thirds(points: Points, triangles: NDArray[np.integer]) -> Mesh:
     return np.array(all_points), np.array(quads, np.int32)
 
 
-def refined(points: Points, quads: Quads, times: int) -> Mesh:
+def refined(points: Points, quads: Int32Array, times: int) -> Mesh:
     """Every quad as four, so many times."""
     for _ in range(times):
         ends = np.sort(edges_of(quads), axis=1)

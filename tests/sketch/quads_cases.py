@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from networks import Points
-from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.surfacing.network import Network
 from patterndb_sketch.surfacing.quads import QuadPatch, even_edges, fill_with_quads
 from patterndb_sketch.surfacing.sampling import Loop, Sampling, loop_of, sample
 from patterndb_sketch.surfacing.tessellation import minimal_area, tessellate_patch
-
-Faces = NDArray[np.int64]
 
 
 def loops(network: Network, spacing: float) -> tuple[Sampling, list[Loop]]:
@@ -22,7 +20,7 @@ def loops(network: Network, spacing: float) -> tuple[Sampling, list[Loop]]:
     return sampling, [loop_of(network, sampling, cycle) for cycle in network.cycles]
 
 
-def filled(db: Database, loop: Loop, smooth: bool, spacing: float) -> tuple[Faces, QuadPatch]:
+def filled(db: Database, loop: Loop, smooth: bool, spacing: float) -> tuple[Int64Array, QuadPatch]:
     """The triangles of a loop's patch, of least area or smooth, and the quads on them."""
     if smooth:
         patch = tessellate_patch(loop, [], [range(len(loop.points))], spacing)
@@ -33,7 +31,9 @@ def filled(db: Database, loop: Loop, smooth: bool, spacing: float) -> tuple[Face
     return triangles, fill_with_quads(db, loop, points, triangles)
 
 
-def together(sampling: Sampling, of: list[Loop], patches: list[QuadPatch]) -> tuple[Points, Faces]:
+def together(
+    sampling: Sampling, of: list[Loop], patches: list[QuadPatch]
+) -> tuple[Points, Int64Array]:
     """One mesh of all patches: vertices on the network are shared."""
     points, quads = [sampling.points], []
     count = len(sampling.points)
@@ -45,19 +45,19 @@ def together(sampling: Sampling, of: list[Loop], patches: list[QuadPatch]) -> tu
     return np.concatenate(points), np.concatenate(quads)
 
 
-def half_edges(faces: Faces) -> list[tuple[int, int]]:
+def half_edges(faces: Int64Array) -> list[tuple[int, int]]:
     """(tail, head) of every half-edge."""
     ahead = np.roll(faces, -1, axis=1)
     return list(zip(faces.ravel().tolist(), ahead.ravel().tolist(), strict=True))
 
 
-def euler(faces: Faces) -> int:
+def euler(faces: Int64Array) -> int:
     """Vertices - edges + faces, of the vertices that are used."""
     edges = {(min(edge), max(edge)) for edge in half_edges(faces)}
     return len(np.unique(faces)) - len(edges) + len(faces)
 
 
-def assert_disk_within(n: int, faces: Faces) -> None:
+def assert_disk_within(n: int, faces: Int64Array) -> None:
     """The faces are one disk, and its boundary is 0, 1, ..., n - 1 in this sense."""
     directed = half_edges(faces)
     assert len(set(directed)) == len(directed)
@@ -66,7 +66,7 @@ def assert_disk_within(n: int, faces: Faces) -> None:
     assert euler(faces) == 1
 
 
-def assert_closed(faces: Faces, characteristic: int) -> None:
+def assert_closed(faces: Int64Array, characteristic: int) -> None:
     """Every edge has two faces, which agree about its sense; V - E + F is what it is to be."""
     directed = half_edges(faces)
     assert len(set(directed)) == len(directed)

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.bodies import Body, body
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.model import Model
@@ -20,8 +21,6 @@ from patterndb_sketch.features.registration import (
     register,
 )
 from patterndb_sketch.features.splines import Spline
-
-Points = NDArray[np.float64]
 
 #: Resolution of the bodies and vertices per edge of the boxes in tests.
 COARSE, R = 0.6, 6

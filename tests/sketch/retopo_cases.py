@@ -8,7 +8,7 @@ import numpy as np
 import trimesh
 from numpy.typing import ArrayLike
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground, Stroke
 from patterndb_sketch.retopo.network import Network, check, face
 from patterndb_sketch.retopo.sizes import Sizes

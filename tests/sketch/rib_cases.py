@@ -7,11 +7,10 @@ import pytest
 from model_cases import sphere, together
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import Rib
 from patterndb_sketch.features.ribs.bridges import SHARPEST
-
-Points = NDArray[np.float64]
 
 #: The direction that ribs of sheets are across.
 ACROSS = [0.0, 1.0, 0.0]

@@ -7,12 +7,11 @@ from collections import Counter
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.sampling import Loop
 
-Array = NDArray[np.float64]
 
-
-def turned(points: Array, seed: int) -> Array:
+def turned(points: Points, seed: int) -> Points:
     """The points after a random rigid motion."""
     chance = np.random.default_rng(seed)
     turn, _ = np.linalg.qr(chance.normal(size=(3, 3)))
@@ -20,7 +19,7 @@ def turned(points: Array, seed: int) -> Array:
     return points @ turn.T + chance.normal(size=3)
 
 
-def wobbly(n: int, seed: int, noise: float) -> Array:
+def wobbly(n: int, seed: int, noise: float) -> Points:
     """A closed polyline (n, 3) around a bent lobed disk, with noise."""
     chance = np.random.default_rng(seed)
     angles = np.sort(chance.uniform(0.0, 2.0 * np.pi, n))
@@ -30,7 +29,7 @@ def wobbly(n: int, seed: int, noise: float) -> Array:
     return turned(points + noise * chance.normal(size=(n, 3)), seed)
 
 
-def as_loop(points: Array) -> Loop:
+def as_loop(points: Points) -> Loop:
     return Loop(points, np.zeros(len(points), bool), np.arange(len(points)))
 
 

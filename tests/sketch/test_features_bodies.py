@@ -7,9 +7,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from body_cases import COARSE, NAMES, Points, directed, made, near, sagitta, winding
+from body_cases import COARSE, NAMES, directed, made, near, sagitta, winding
 from scipy.spatial import KDTree
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.bodies import (
     CARS,

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from body_cases import NAMES, Points, made, near, sagitta, winding
+from body_cases import NAMES, made, near, sagitta, winding
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.bodies import EXTERIOR, INTERIOR, SURFACE, degrade
 from patterndb_sketch.features.bodies.clutter import exterior_parts, interior_parts

@@ -11,12 +11,11 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from ortools.graph.python.max_flow import SimpleMaxFlow
 
+from patterndb.geometry.points import Floats
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import cut
 from patterndb_sketch.features.fishbone.constraints import with_held
 from patterndb_sketch.features.fishbone.cut import _cheapest
-
-Floats = NDArray[np.float64]
 
 #: Stands for an infinite capacity.
 BIG = 1 << 40

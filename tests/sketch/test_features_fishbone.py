@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import (
     Fishbone,
@@ -23,8 +24,6 @@ from patterndb_sketch.features.fishbone import (
     terms,
 )
 from patterndb_sketch.features.fishbone.terms import SCALES
-
-Points = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from rib_cases import ACROSS, FARTHEST, Points, flat, sheets, sound, to_polyline
+from rib_cases import ACROSS, FARTHEST, flat, sheets, sound, to_polyline
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.features.bodies import body, degrade
 from patterndb_sketch.features.model import Model

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import ndimage
 
+from patterndb.geometry.points import Bools
 from patterndb_sketch.features.ribs.contour import outer_contour
 from patterndb_sketch.features.ribs.outline import rounds_for
 from patterndb_sketch.features.ribs.raster import (
@@ -20,7 +21,6 @@ from patterndb_sketch.features.ribs.raster import (
     ring,
 )
 
-Bools = NDArray[np.bool_]
 SQUARE = np.ones((3, 3), bool)
 
 

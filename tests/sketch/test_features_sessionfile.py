@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from registration_cases import Points, grid_quads, rim, sheet
+from registration_cases import grid_quads, rim, sheet
 
 from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.networkjson import FIT, spline_through
 from patterndb_sketch.features.files.shapearrays import shape_bytes, shape_of

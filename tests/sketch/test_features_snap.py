@@ -7,17 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.features.bodies import body, degrade, stroke
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
-
-Points = NDArray[np.float64]
 
 
 def swept(profile: Points, along: Points, bend: Callable[[Points], Points] | None = None) -> Model:

@@ -10,9 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.counts.blossom import Int64Array
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Bools
 from patterndb_sketch.retopo.counts.matching import min_weight_perfect_matching
-from patterndb_sketch.retopo.counts.tjoin import BoolArray, components, min_weight_join
+from patterndb_sketch.retopo.counts.tjoin import components, min_weight_join
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 
 
@@ -93,7 +94,7 @@ def test_no_join_costs_less(seed: int, n_nodes: int, n_edges: int, most: int) ->
     assert np.all(np.bincount(component[wanted], minlength=1) % 2 == 0)
     assert len(set(component[found.left])) == len(found.left)
 
-    def parity(edges: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> BoolArray:
+    def parity(edges: np.ndarray[tuple[int], np.dtype[np.bool_]]) -> Bools:
         return np.bincount(ends[edges].ravel(), minlength=n_nodes) % 2 == 1
 
     assert np.array_equal(parity(found.edges), wanted)

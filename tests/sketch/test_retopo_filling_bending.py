@@ -9,8 +9,8 @@ from filling_cases import assert_even
 from hypothesis import given
 from hypothesis import strategies as st
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sampled
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.filling import changed, chosen_anew
 from patterndb_sketch.retopo.filling.bending import SAGITTA, STRETCH, fewest_edges
 from patterndb_sketch.retopo.network import Chain

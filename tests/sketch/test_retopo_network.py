@@ -23,8 +23,8 @@ from retopo_cases import (
     up,
 )
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import at_lengths
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (

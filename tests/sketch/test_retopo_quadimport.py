@@ -12,7 +12,7 @@ from retopo_cases import genus
 from shared import MESHES
 
 from ingest.read import read_mesh
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.quadimport import imported, quads_of, separatrices
 

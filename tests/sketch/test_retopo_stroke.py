@@ -23,7 +23,7 @@ from retopo_cases import (
     up,
 )
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
 from patterndb_sketch.retopo.network import (

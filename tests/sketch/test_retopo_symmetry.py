@@ -14,7 +14,7 @@ from retopo_cases import genus
 from symmetry_cases import PLANES, X, ball, dome, empty, half, seam
 
 import patterndb
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import FilledNetwork, completed, open_edges, welded
 from patterndb_sketch.retopo.ground import Ground, cleaned

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import plane
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, completed, filling_of, welded
 from patterndb_sketch.retopo.ground import Ground

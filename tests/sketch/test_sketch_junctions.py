@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 from scipy.spatial import KDTree
 
-from patterndb.geometry.polyline import Points, sampled
+from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import sampled
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.joining.junctions import Joined, joined, network_of_polylines
 from patterndb_sketch.surfacing.joining.nearest import farthest, nearest_of_edges

@@ -14,6 +14,7 @@ from scipy.sparse.linalg import spsolve
 from scipy.spatial import cKDTree
 from tessellation_cases import check_disk, turned, wobbly
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation import (
     Tessellation,
@@ -27,13 +28,11 @@ from patterndb_sketch.surfacing.tessellation.polygon import GRID, is_simple
 from patterndb_sketch.surfacing.tessellation.projection import area_vector, projected
 from patterndb_sketch.surfacing.tessellation.relaxation import harmonic_heights
 
-Array = NDArray[np.float64]
 
-
-def outline(corners: list[list[float]], spacing: float) -> Array:
+def outline(corners: list[list[float]], spacing: float) -> Points:
     """A closed polygon (m, 3) in the plane with samples along its sides."""
     at = np.array(corners, float)
-    parts: list[Array] = []
+    parts: list[Points] = []
     for a, b in zip(at, np.roll(at, -1, axis=0), strict=True):
         edges = max(1, round(float(np.linalg.norm(b - a)) / spacing))
         parts.append(a + np.outer(np.arange(edges) / edges, b - a))
@@ -41,12 +40,12 @@ def outline(corners: list[list[float]], spacing: float) -> Array:
     return np.c_[flat, np.zeros(len(flat))]
 
 
-def circle(n: int) -> Array:
+def circle(n: int) -> Points:
     turn = 2.0 * np.pi * np.arange(n) / n
     return np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
 
 
-def comb(gap: float) -> Array:
+def comb(gap: float) -> Points:
     """A comb whose teeth are ``gap`` apart."""
     teeth = [[0.0, -0.5], [4.0, -0.5]]
     for k in range(4, 0, -1):
@@ -54,7 +53,7 @@ def comb(gap: float) -> Array:
     return outline([*teeth[:-2], [gap, 0.0]], 0.5)
 
 
-def spiral(n: int) -> Array:
+def spiral(n: int) -> Points:
     """A strip wound up nearly twice."""
     turn = np.linspace(0.0, 3.5 * np.pi, n)
     sides = [
@@ -83,11 +82,11 @@ SHAPES = {
 }
 
 
-def whole(points: Array, made: Tessellation) -> Array:
+def whole(points: Points, made: Tessellation) -> Points:
     return np.concatenate([points, made.inner])
 
 
-def angles(points: Array, triangles: NDArray[np.int64]) -> Array:
+def angles(points: Points, triangles: NDArray[np.int64]) -> Points:
     """(f, 3) in degrees."""
     corner = points[triangles]
     before, after = np.roll(corner, 1, axis=1) - corner, np.roll(corner, -1, axis=1) - corner

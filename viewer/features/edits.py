@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import FeatureCurve, Snap, SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline
-
-Points = NDArray[np.float64]
 
 #: Points that a curve is drawn through, for each of its samples.
 DENSITY = 3

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.initial import SAME_CLICK, initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import Session
@@ -14,8 +14,6 @@ from patterndb_sketch.features.snap import SnapSettings
 from viewer.features.choices import Choices
 from viewer.features.edits import Curve
 from viewer.features.work import Files
-
-Points = NDArray[np.float64]
 
 
 class Picking(Choices):

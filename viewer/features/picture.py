@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer import style
 from viewer.axes import draw_axes
 from viewer.drawn import Drawn
@@ -19,9 +19,6 @@ from viewer.frame import Frame
 from viewer.panel import help_box
 from viewer.ribbons import Triangles, dashed, discs, ribbons
 from viewer.shading import Shading
-
-Points = NDArray[np.float64]
-Grid = NDArray[np.float32]
 
 #: Widths of lines in points: of curves, of the selected one and what is around it, of ribs.
 CURVE, SELECTED, RIM, RIB, SKETCHED = 3.4, 4.6, 8.2, 1.1, 2.0

@@ -8,12 +8,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.drag import View as Camera
 from patterndb_sketch.features.model import Model
 from viewer.features.edits import Curve
 from viewer.view import View
 
-Points = NDArray[np.float64]
 Place = tuple[float, float]
 
 #: How near the pointer must be to a curve and to a pin, in points.

@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-
+from patterndb.geometry.points import Points
 from patterndb.system.files import replace_file
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
@@ -22,8 +20,6 @@ from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.saver import free_name
 from viewer.window import WINDOW, open_window
-
-Points = NDArray[np.float64]
 
 #: Keys that write, in a name, what others do elsewhere; by their X names too.
 WRITTEN = {"space": " ", "underscore": "_", "minus": "-", "period": ".", "parenleft": "(",

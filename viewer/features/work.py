@@ -8,10 +8,8 @@ from functools import partial
 from typing import Protocol
 from weakref import WeakKeyDictionary, WeakSet
 
-import numpy as np
-from numpy.typing import NDArray
-
 from patterndb.errors import PatternDBError
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import Session
@@ -19,8 +17,6 @@ from patterndb_sketch.features.snap import Snap, SnapSettings
 from viewer.features.edits import Curve, Edits, Look, remade
 from viewer.features.maker import Maker
 from viewer.features.sessions import opened, saved
-
-Points = NDArray[np.float64]
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.
 AT_ONCE = 0.05

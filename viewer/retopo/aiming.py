@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import strip
 from patterndb_sketch.retopo.ground import Feet
@@ -21,8 +21,6 @@ from viewer.retopo.previews import (
 )
 from viewer.retopo.sight import Sight, stands_along
 from viewer.skin import Skin
-
-Points = NDArray[np.float64]
 
 #: A button that never goes farther than this while it is down, in points, clicks.
 CLICK = 4.0

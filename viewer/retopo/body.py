@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
@@ -17,8 +18,6 @@ from patterndb_sketch.retopo.filling import (
 )
 from patterndb_sketch.retopo.ground import Ground
 from viewer.skin import Skin
-
-Points = NDArray[np.float64]
 
 #: A point this near to a quad, in median edges, is on it.
 ON = 0.75

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb_sketch.retopo.editor import Call
 from patterndb_sketch.retopo.editor.tool import Work
@@ -21,8 +20,6 @@ from viewer.retopo.previews import (
     remade,
     spine,
 )
-
-Points = NDArray[np.float64]
 
 #: Seconds that a move of the pointer waits for its preview.
 LIVE = 0.03

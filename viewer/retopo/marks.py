@@ -7,14 +7,13 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.network import Chain, Network, Node, outline
 from viewer import style
 from viewer.retopo.palette import CORNER, WRONG
 from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
 from viewer.style import rgb
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: Samples of a curve that are seen this near to each other, in points, are left out.
 FINE = 2.5

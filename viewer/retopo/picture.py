@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling.choosing import filling_of
 from viewer import style
 from viewer.axes import draw_axes, stroke
@@ -30,8 +30,6 @@ from viewer.retopo.state import RetopoState
 from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
 from viewer.scene import HEIGHT, Scene
 from viewer.shading import Shading
-
-Points = NDArray[np.float64]
 
 #: The surface below quads is drawn deeper by this part of an edge.
 SINK = 1.0

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.tree import first_along
 from patterndb_sketch.retopo.ground import Feet, Ground
 from patterndb_sketch.retopo.network import (
@@ -20,8 +21,6 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.tools.stroke import MOST_ENDS, find_end
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: How near the pointer must be to a curve or a corner, in points of the picture.
 REACH = 14.0

@@ -8,11 +8,11 @@ from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import PatternDBError
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.editor import TOOLS, Call
 from patterndb_sketch.retopo.editor.arguments import read_arguments
 from patterndb_sketch.retopo.editor.tool import Work
@@ -28,8 +28,6 @@ from patterndb_sketch.retopo.tools.loop import loop_preview
 from patterndb_sketch.retopo.tools.pull import held, pull
 from patterndb_sketch.retopo.tools.spine.tool import spine_preview
 from viewer.retopo.strips import nearest_edge, strip_line
-
-Points = NDArray[np.float64]
 
 #: A vertex is where it was if it moves by less than this part of the ground's diagonal: placing
 #: a patch again gives the same within rounding, and less is not seen.

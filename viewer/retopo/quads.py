@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer import style
 from viewer.retopo.body import Body
 from viewer.retopo.marks import AWAY, shapes
@@ -21,8 +21,6 @@ from viewer.ribbons import Triangles, ribbons
 from viewer.shading import MATTE, shaded
 from viewer.skin import Skin
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: How much nearer than it is the network is drawn: as a part of the surface's diagonal, as the
 #: released program of Takayama et al. 2013 has it, and in points. Drawing only.

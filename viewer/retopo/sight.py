@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground
 from viewer.looking import UPRIGHT, Looking
-
-Points = NDArray[np.float64]
 
 #: From where a surface is looked at, by the axis that is upright: over its left front.
 HOME = {"y": (0.62, 0.36, 1.0), "z": (-0.62, -1.0, 0.36), "x": (0.36, 1.0, 0.62)}

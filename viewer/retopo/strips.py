@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling import RetopoMesh
-
-Points = NDArray[np.float64]
 
 
 def twins(quads: Int32Array) -> Int32Array:

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Feet
 from viewer.retopo.foreseeing import Foreseeing
 from viewer.retopo.modes import Mode, Option
-
-Points = NDArray[np.float64]
 
 #: By how much a key changes a brush, and how far brushes go, as parts of the usual size.
 WIDER, BRUSHES = 1.15, (0.1, 6.0)

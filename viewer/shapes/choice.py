@@ -5,13 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.shapemodel.edit import STIFFNESS
 from viewer.shapes.skin import Line
-
-Points = NDArray[np.float64]
-Floats = NDArray[np.float64]
 
 #: How far sliders go, in standard deviations: 997 of 1000 normally distributed shapes are within.
 SIGMAS = 3.0

@@ -5,8 +5,8 @@ from __future__ import annotations
 import textwrap
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer import style
 from viewer.drawn import Drawn
 from viewer.frame import Frame
@@ -18,9 +18,6 @@ from viewer.shapes.panel import panel
 from viewer.shapes.sight import Sight
 from viewer.shapes.skin import Line
 from viewer.shapes.state import ShapesState
-
-Points = NDArray[np.float64]
-Grid = NDArray[np.float32]
 
 #: Faces seen from outside and from inside.
 CLAY, INSIDE = "#dedad3", "#b4afa8"

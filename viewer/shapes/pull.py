@@ -5,11 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: An axis that is seen shorter than this part of itself points at the viewer: nobody can tell how
 #: far along it a pull goes.

@@ -10,13 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import PatternDBError
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import Edit, ShapeModel, edit, moved
 from viewer.shapes.choice import HOLD, SIGMAS, STIFF, Choice, Pulled
 from viewer.shapes.skin import Line, Skin
-
-Points = NDArray[np.float64]
-Floats = NDArray[np.float64]
 
 #: Pulls that miss by less than this share of the shape's size are fulfilled.
 FULFILLED = 1e-4

@@ -8,13 +8,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from viewer.raster import farthest_nearby
 from viewer.shapes.skin import Skin, nearest_on
 from viewer.solid import Solid
 from viewer.view import View
-
-Points = NDArray[np.float64]
-Floats = NDArray[np.float64]
 
 #: What is so much deeper than the surface in front of it, in points, is still in sight: a curve
 #: lies on the surface, which is looked up at pixels.

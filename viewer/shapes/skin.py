@@ -6,17 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.registration.symmetry import MIRROR, Mirroring
 from patterndb_sketch.features.shapemodel import ShapeModel
-
-Points = NDArray[np.float64]
-Ints = NDArray[np.int64]
-Bools = NDArray[np.bool_]
 
 #: Cosines of the angles between two faces from which on they are shaded as one smooth surface,
 #: and up to which there is a crease between them: 30 and 45 degrees. Between, a bit of both.
@@ -32,7 +29,7 @@ class Line:
     """
 
     name: str
-    vertices: Ints
+    vertices: Int64Array
     part: int
     mirrored: bool
 
@@ -58,12 +55,12 @@ class Skin:
     """
 
     n_vertices: int
-    quads: Ints
-    corners: Ints
-    edges: Ints
-    beside: Ints
+    quads: Int64Array
+    corners: Int64Array
+    edges: Int64Array
+    beside: Int64Array
     lines: tuple[Line, ...]
-    _alike: tuple[Ints, Ints]
+    _alike: tuple[Int64Array, Int64Array]
 
     @classmethod
     def of(cls, shapes: ShapeModel, template: Template) -> Skin:
@@ -86,7 +83,7 @@ class Skin:
         return cls(len(shapes.mean), quads, corners, edges, beside, lines, alike)
 
     @property
-    def vertices(self) -> Ints:
+    def vertices(self) -> Int64Array:
         """(2 q, 3) the vertices of every triangle."""
         return self.quads.ravel()[self.corners]
 
@@ -138,7 +135,7 @@ class Skin:
         return np.concatenate([sharp, np.stack(ends, axis=1)])
 
 
-def _edges(quads: Ints) -> tuple[Ints, Ints]:
+def _edges(quads: Int64Array) -> tuple[Int64Array, Int64Array]:
     first = np.arange(quads.size)
     corners = np.stack([first, np.where(first % 4 == 3, first - 3, first + 1)], axis=1)
     pairs = quads.ravel()[corners]
@@ -153,7 +150,7 @@ def _edges(quads: Ints) -> tuple[Ints, Ints]:
     return edges, beside
 
 
-def _corners(n_quads: int, n_half: int) -> Ints:
+def _corners(n_quads: int, n_half: int) -> Int64Array:
     """Quads of the half are cut from their first corner to the third, images the other way."""
     half = np.array([[0, 1, 2], [0, 2, 3]])
     image = np.array([[3, 0, 1], [3, 1, 2]])
@@ -162,7 +159,7 @@ def _corners(n_quads: int, n_half: int) -> Ints:
     return (first + np.where(own, half, image)).reshape(-1, 3)
 
 
-def _alike(quads: Ints, n_vertices: int) -> tuple[Ints, Ints]:
+def _alike(quads: Int64Array, n_vertices: int) -> tuple[Int64Array, Int64Array]:
     """All ordered pairs of corners at one vertex, each with itself, too."""
     n = quads.size
     at = csr_array((np.ones(n, np.int8), (quads.ravel(), np.arange(n))), (n_vertices, n))
@@ -188,7 +185,7 @@ def _lines(shapes: ShapeModel, template: Template, mirroring: Mirroring) -> tupl
     return (*own, *mirrored)
 
 
-def nearest_on(lines: Sequence[Points], place: Points) -> tuple[Points, Ints, Points]:
+def nearest_on(lines: Sequence[Points], place: Points) -> tuple[Points, Int64Array, Points]:
     """Of every polyline (k, 2 or more) as it is seen the point nearest to a place (2,).
 
     Returns the distances (n,), the number (n,) of the piece, and how far along it (n,), 0 to 1.

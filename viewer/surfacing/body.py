@@ -7,15 +7,13 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.network import Cycle
 from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
 from patterndb_sketch.surfacing.tessellation import Canvas
 from viewer.surfacing.palette import piece_tints
-
-Points = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: A cycle's key: what two cycles that differ in start and sense only have in common.
 Key = tuple[tuple[int, bool], ...]
@@ -34,8 +32,8 @@ class Body:
 
     corners: Points
     normals: Points
-    tints: Ints
-    owners: Ints
+    tints: Int64Array
+    owners: Int64Array
     edges: Points
     chords: Points
     canvas: Canvas
@@ -84,14 +82,14 @@ def renumbered(cycle: Cycle, number: Mapping[int, int]) -> Cycle | None:
     return Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps))
 
 
-def _edges(pieces: list[Ints]) -> Ints:
+def _edges(pieces: list[Int64Array]) -> Int64Array:
     parts = [np.zeros((0, 2), np.int64)]
     for faces in pieces:
         parts.append(np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2))
     return np.unique(np.sort(np.concatenate(parts), axis=1), axis=0)
 
 
-def _normals(points: Points, triangles: Ints, piece: Ints) -> Points:
+def _normals(points: Points, triangles: Int64Array, piece: Int64Array) -> Points:
     """(t, 3, 3) normals at the corners: the mean of the piece's triangles there, by area."""
     at = points[triangles]
     own = np.cross(at[:, 1] - at[:, 0], at[:, 2] - at[:, 0])

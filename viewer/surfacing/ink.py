@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
@@ -18,9 +19,6 @@ from patterndb_sketch.surfacing.network import Curve, Network, without_repeats
 from patterndb_sketch.surfacing.patch import Surfacing
 from viewer.surfacing.body import Body
 from viewer.view import View
-
-Points = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
 #: A stroke is looked up on the surface every so many points of the picture, however fast the
 #: pointer moves.
@@ -39,7 +37,7 @@ class Ink:
 
     surfacing: Surfacing = field(repr=False)
     parts: tuple[Points, ...] = field(repr=False)
-    owners: tuple[Ints, ...] = field(repr=False)
+    owners: tuple[Int64Array, ...] = field(repr=False)
     missed: int
     rays: int
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
 from viewer.style import TINTS
-
-Ints = NDArray[np.int64]
 
 #: What a tint costs a piece beside one that has it, and two steps from one that has it; each
 #: piece that has it anywhere costs 1.
@@ -17,8 +15,8 @@ BESIDE, NEARBY = 1_000_000, 50
 
 
 def piece_tints(
-    pieces: Sequence[Ints], owners: Sequence[int], kept: Mapping[int, int] | None = None
-) -> Ints:
+    pieces: Sequence[Int64Array], owners: Sequence[int], kept: Mapping[int, int] | None = None
+) -> Int64Array:
     """(p,) the tint of every piece, an index of style.TINTS.
 
     pieces: the faces (f, 3) or (f, 4) of each, of common vertices. owners: the patch of each;
@@ -48,10 +46,10 @@ def piece_tints(
     return tint
 
 
-def neighbours(pieces: Sequence[Ints]) -> list[set[int]]:
+def neighbours(pieces: Sequence[Int64Array]) -> list[set[int]]:
     """For every piece those that share an edge with it, chords and curves alike."""
-    keys: list[Ints] = [np.zeros((0, 2), np.int64)]
-    names: list[Ints] = [np.zeros(0, np.int64)]
+    keys: list[Int64Array] = [np.zeros((0, 2), np.int64)]
+    names: list[Int64Array] = [np.zeros(0, np.int64)]
     for name, faces in enumerate(pieces):
         ends = np.stack([faces, np.roll(faces, -1, axis=1)], axis=2).reshape(-1, 2)
         around = np.unique(np.sort(ends, axis=1), axis=0)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from viewer import style
 from viewer.drawn import Drawn
@@ -15,9 +14,6 @@ from viewer.surfacing.body import Body
 from viewer.surfacing.keys import KEY_HELP, MOUSE_HELP
 from viewer.surfacing.panel import panel
 from viewer.surfacing.state import SurfacingState
-
-Points = NDArray[np.float64]
-Grid = NDArray[np.float32]
 
 #: Width of curves: part of the median curve's length, least and most, in points; and of chords
 #: as a part of that.

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
 from patterndb.store import Database
@@ -23,8 +23,6 @@ from viewer.surfacing.finding import Find, found
 from viewer.surfacing.ink import Ink, Quill, ray
 from viewer.surfacing.layout import alpha_at, on_slider
 from viewer.view import View
-
-Points = NDArray[np.float64]
 
 #: A press and a release this near to each other, in points, are a click.
 CLICK = 4.0

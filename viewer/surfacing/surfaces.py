@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.network import Cycle, Network
@@ -26,8 +26,6 @@ from viewer.surfacing.body import Body
 from viewer.surfacing.edits import Edits
 from viewer.surfacing.finding import Find
 from viewer.surfacing.maker import Made, Maker, Wish
-
-Points = NDArray[np.float64]
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.
 AT_ONCE = 0.05

@@ -8,10 +8,12 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.bodies.car import CARS, Car, random_car
-from patterndb_sketch.features.bodies.coons import MIRROR, Coons, Floats, Points
+from patterndb_sketch.features.bodies.coons import MIRROR, Coons
 from patterndb_sketch.features.bodies.curves import Component, Kind, Line, lines
-from patterndb_sketch.features.bodies.grids import Faces, blended, cut, grid_faces, weld
+from patterndb_sketch.features.bodies.grids import blended, cut, grid_faces, weld
 from patterndb_sketch.features.bodies.network import CORNERS, Corner
 from patterndb_sketch.features.bodies.outline import Outline, outline
 from patterndb_sketch.features.bodies.rounding import Ridge, rounded
@@ -65,7 +67,7 @@ class Body:
     name: str
     car: Car
     points: Points = field(repr=False)
-    faces: Faces = field(repr=False)
+    faces: Int64Array = field(repr=False)
     patches: NDArray[np.int64] = field(repr=False)
     patch_names: tuple[str, ...] = field(repr=False)
     components: NDArray[np.int64] = field(repr=False)
@@ -75,7 +77,7 @@ class Body:
     whole: bool
 
     @property
-    def triangles(self) -> Faces:
+    def triangles(self) -> Int64Array:
         """(2 f, 3) int64: every quad cut along its shorter diagonal, its halves in turn."""
         return cut(self.points, self.faces)
 
@@ -131,7 +133,7 @@ def build(car: Car, name: str = "", resolution: float = 1.0, whole: bool = False
     made = shape(car)
     plan = layout(made.outline, resolution)
     points: list[Points] = []
-    faces: list[Faces] = []
+    faces: list[Int64Array] = []
     offset = 0
     for piece in plan.pieces:
         sides = [plan.along(edge) for edge in (piece.bottom, piece.right, piece.top, piece.left)]

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import KDTree
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.bodies.body import Body
-from patterndb_sketch.features.bodies.coons import Points
-from patterndb_sketch.features.bodies.grids import Faces
 from patterndb_sketch.features.bodies.wheels import wheel
 
-Part = tuple[Points, Faces]
+Part = tuple[Points, Int64Array]
 
 #: The corners of a box by its faces, counter-clockwise from outside; corner 4 x + 2 y + z.
 BOX = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])

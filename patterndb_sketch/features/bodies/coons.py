@@ -6,11 +6,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
 
-Floats = NDArray[np.float64]
-Points = NDArray[np.float64]
+from patterndb.geometry.points import Floats, Points
 
 #: (n,) parameters in [0, 1] to (n, 3) points, or to (n, 2) parameters of a surface.
 Curve = Callable[[Floats], Points]

@@ -7,7 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from patterndb_sketch.features.bodies.coons import Coons, Curve, Floats, Points, segment
+from patterndb.geometry.points import Floats, Points
+from patterndb_sketch.features.bodies.coons import Coons, Curve, segment
 from patterndb_sketch.features.bodies.outline import Outline, Path
 from patterndb_sketch.features.bodies.rounding import Ridge, Side, ridge, rounded
 from patterndb_sketch.features.bodies.wheelhouse import Wheelhouse, inner_line

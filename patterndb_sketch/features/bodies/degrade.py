@@ -8,10 +8,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.bodies.body import WELD, Body, Shape, shape
 from patterndb_sketch.features.bodies.clutter import exterior_parts, interior_parts
-from patterndb_sketch.features.bodies.coons import MIRROR, Points
-from patterndb_sketch.features.bodies.grids import Faces, blended, cut, extended, grid_faces, shrunk
+from patterndb_sketch.features.bodies.coons import MIRROR
+from patterndb_sketch.features.bodies.grids import blended, cut, extended, grid_faces, shrunk
 from patterndb_sketch.features.bodies.pieces import Piece
 from patterndb_sketch.features.bodies.samples import Layout, crowded, layout
 from patterndb_sketch.features.errors import InvalidFeatureError
@@ -40,7 +42,7 @@ class Mess:
     """
 
     points: Points = field(repr=False)
-    triangles: Faces = field(repr=False)
+    triangles: Int64Array = field(repr=False)
     parts: NDArray[np.int64] = field(repr=False)
     kinds: NDArray[np.int64] = field(repr=False)
     reach: float
@@ -167,14 +169,14 @@ def _flat(grid: Points) -> Points:
 
 
 def _joined(
-    plain: list[tuple[Points, Faces]],
+    plain: list[tuple[Points, Int64Array]],
     kinds: list[int],
     flipped: NDArray[np.bool_],
     reach: float,
     rng: np.random.Generator | None,
 ) -> Mess:
     points: list[Points] = []
-    triangles: list[Faces] = []
+    triangles: list[Int64Array] = []
     offset = 0
     for (at, faces), turn in zip(plain, flipped, strict=True):
         three = faces if faces.shape[1] == 3 else cut(at, faces)

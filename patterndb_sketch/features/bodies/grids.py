@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from patterndb_sketch.features.bodies.coons import Floats, Points
-
-Faces = NDArray[np.int64]
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points
 
 
 def blended(bottom: Points, right: Points, top: Points, left: Points) -> Points:
@@ -33,7 +32,7 @@ def _shares(points: Points) -> Floats:
     return along / along[-1]
 
 
-def grid_faces(n: int, m: int) -> Faces:
+def grid_faces(n: int, m: int) -> Int64Array:
     """Quads of an (n, m) grid of points in C order, counter-clockwise for the first axis p."""
     at = np.arange(n * m).reshape(n, m)
     corners = at[:-1, :-1], at[1:, :-1], at[1:, 1:], at[:-1, 1:]
@@ -51,7 +50,7 @@ def weld(points: Points, tolerance: float) -> tuple[Points, NDArray[np.int64]]:
     return points[kept], ids
 
 
-def cut(points: Points, faces: Faces) -> Faces:
+def cut(points: Points, faces: Int64Array) -> Int64Array:
     """(2 f, 3) triangles of (f, 4) quads, cut along their shorter diagonals, halves in turn."""
     a, b, c, d = faces.T
     straight = np.linalg.norm(points[a] - points[c], axis=1)

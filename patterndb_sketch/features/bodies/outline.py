@@ -6,17 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.bodies.car import CHIN, Car
-from patterndb_sketch.features.bodies.coons import (
-    Coons,
-    Curve,
-    Floats,
-    Points,
-    bent,
-    bezier,
-    segment,
-    symmetric,
-)
+from patterndb_sketch.features.bodies.coons import Coons, Curve, bent, bezier, segment, symmetric
 from patterndb_sketch.features.bodies.wheelhouse import Wheelhouse, wheelhouse
 
 #: Length in metres over which the shoulder and the sill bend.

@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from patterndb_sketch.features.bodies.coons import Floats, Points, segment
+from patterndb.geometry.points import Floats, Points
+from patterndb_sketch.features.bodies.coons import segment
 from patterndb_sketch.features.bodies.curves import Component
 from patterndb_sketch.features.bodies.outline import Outline, Path
 from patterndb_sketch.features.bodies.wheelhouse import Wheelhouse, inner_line

@@ -23,7 +23,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.spatial import KDTree
 
-from patterndb_sketch.features.bodies.coons import Coons, Curve, Floats, Points, unit
+from patterndb.geometry.points import Floats, Points
+from patterndb_sketch.features.bodies.coons import Coons, Curve, unit
 
 #: Samples of a curve to find feet on it: a curve of 4 m bends by less than 1e-6 m between two.
 SAMPLES = 1601

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from patterndb_sketch.features.bodies.coons import Floats
+from patterndb.geometry.points import Floats
 from patterndb_sketch.features.bodies.outline import Outline
 from patterndb_sketch.features.bodies.pieces import Edge, Piece, pieces
 from patterndb_sketch.features.bodies.wheelhouse import inner_line

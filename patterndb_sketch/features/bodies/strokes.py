@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.bodies.body import Body
-from patterndb_sketch.features.bodies.coons import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 
 #: A stroke has from FEWEST to MOST points, and begins and ends within this share of the length.

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.optimize import brentq
 
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.bodies.car import Car
-from patterndb_sketch.features.bodies.coons import Coons, Curve, Floats, Points, segment
+from patterndb_sketch.features.bodies.coons import Coons, Curve, segment
 
 #: The arch and the tub bend from upright to level at these shares of the arch's angle.
 BENDS = (0.3, 0.7)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.bodies.car import Car
-from patterndb_sketch.features.bodies.coons import Points
-from patterndb_sketch.features.bodies.grids import Faces, grid_faces
+from patterndb_sketch.features.bodies.grids import grid_faces
 
 #: Width of a tyre over its radius, and how far it stands inside of the body's side, in metres.
 WIDTH = 0.62
@@ -23,7 +24,7 @@ SECTION = np.array(
 AROUND = 36
 
 
-def wheel(car: Car, centre: float) -> tuple[Points, Faces]:
+def wheel(car: Car, centre: float) -> tuple[Points, Int64Array]:
     """The left wheel around the axle at x = centre: (v, 3) points, (f, 4) quads."""
     turn = np.linspace(0.0, 2.0 * np.pi, AROUND + 1)
     radius = car.tyre_radius * SECTION[:, 0]

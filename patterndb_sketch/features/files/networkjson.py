@@ -20,7 +20,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points, arc_length, as_points
+from patterndb.geometry.points import Points, as_points
+from patterndb.geometry.polyline import arc_length
 from patterndb.system.documents import JsonValue
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import interpolating

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import as_points
+from patterndb.geometry.points import as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
 from patterndb_sketch.features.splines import Constraint

@@ -5,20 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Cut:
     """rows: (m,) int64, the sample of every rib that is cut. cost: the capacity of the cut."""
 
-    rows: Rows
+    rows: Int64Array
     cost: float
 
 
@@ -64,7 +63,7 @@ def cut(costs: ArrayLike, cross: ArrayLike) -> Cut:
 
 
 @kernel
-def _cheapest(costs: Floats, cross: Floats) -> tuple[Rows, float]:
+def _cheapest(costs: Floats, cross: Floats) -> tuple[Int64Array, float]:
     """((m,) rows, cost)."""
     m, k = costs.shape
     origin = np.empty((m, k), np.int32)

@@ -9,10 +9,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.errors import InvalidFeatureError
-
-Floats = NDArray[np.float64]
 
 
 class RibLike(Protocol):

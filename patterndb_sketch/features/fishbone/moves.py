@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 #: A rib tells where the feature is if its cheapest sample is at least this share as much better
 #: than the worst as the middle of all ribs has it: below, neighbours have the more say.
 SURE = 0.5
 
 
-def moves(fishbone: Fishbone, rows: Rows, costs: Floats) -> tuple[Points, Rows]:
+def moves(fishbone: Fishbone, rows: Int64Array, costs: Floats) -> tuple[Points, Int64Array]:
     """(m, 3) how far a cut at rows (m,) moves the curve at each rib, and the places (k,) in the
     fishbone of those ribs that tell that themselves.
 

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
-
-Floats = NDArray[np.float64]
-Rows = NDArray[np.int64]
 
 #: A rib is of another sheet if its nearest sample is so many times as far from the backbone
 #: sample before it as its origin is from the origin there.
@@ -66,13 +63,13 @@ def synchronised(fishbone: Fishbone, start: int | None = None) -> Fishbone:
 @kernel
 def _carried(
     points: Points,
-    first: Rows,
-    stop: Rows,
-    backbone: Rows,
+    first: Int64Array,
+    stop: Int64Array,
+    backbone: Int64Array,
     origins: Points,
     start: int,
     strayed: float,
-) -> Rows:
+) -> Int64Array:
     """(m,) rows of the backbone, each the nearest sample to the one before; -1 if it strays."""
     m = len(points)
     rows = np.full(m, -1)

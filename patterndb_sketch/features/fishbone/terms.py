@@ -8,12 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
-
-Floats = NDArray[np.float64]
 
 #: The percentile of a term over all samples that counts as 1: a few outliers, at spikes of the
 #: model, do not make a feature look flat.

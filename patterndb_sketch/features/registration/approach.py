@@ -10,10 +10,8 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 from scipy.spatial.distance import cdist
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.splines import Spline
-
-Floats = NDArray[np.float64]
 
 #: Samples to a knot span, and the least and most samples of a curve: closest approaches that
 #: are farther apart than two samples are told apart.

@@ -7,15 +7,14 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from patterndb.geometry.polyline import Points, arc_length, as_points
+from patterndb.geometry.points import Floats, Points, as_points
+from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration.approach import extended
 from patterndb_sketch.features.registration.meeting import Joint, meeting
 from patterndb_sketch.features.splines import Constraint, Spline, fit_spline
-
-Floats = NDArray[np.float64]
 
 #: How far curves may pass and still meet, as a share of the diagonal of all curves: ends of
 #: drawn curves are off by some hundredths of a car's length.

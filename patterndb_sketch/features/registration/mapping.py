@@ -6,16 +6,12 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, vstack
 from scipy.sparse.linalg import splu
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Bools, Floats, Points
 from patterndb_sketch.features.model import Feet, Model
 from patterndb_sketch.features.registration.membrane import Membrane
-
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

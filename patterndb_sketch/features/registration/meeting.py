@@ -8,7 +8,7 @@ from itertools import combinations
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration.approach import Approach, approaches, foot, least_gap
 from patterndb_sketch.features.splines import Spline

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.casting import first_hits
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Bools, Points
 from patterndb.geometry.tree import build
 from patterndb_sketch.features.registration.template import Template
-
-Bools = NDArray[np.bool_]
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Bools, Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration.curvenetwork import CurveNetwork, DrawnNetwork, resolved
@@ -20,8 +20,6 @@ from patterndb_sketch.features.registration.occlusion import occluded
 from patterndb_sketch.features.registration.symmetry import Mirroring
 from patterndb_sketch.features.registration.template import Template, sampled
 from patterndb_sketch.features.splines import Spline
-
-Bools = NDArray[np.bool_]
 
 #: How many of its shortest edges a vertex may go from the membrane; the paper found 1 to 3 best.
 DELTA = 2.0

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.registration.template import Template
 
 MIRROR = np.array([1.0, -1.0, 1.0])

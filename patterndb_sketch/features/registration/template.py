@@ -12,12 +12,10 @@ from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Bools, Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration.curvenetwork import CurveNetwork
 from patterndb_sketch.features.registration.meeting import Joint
-
-Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True)

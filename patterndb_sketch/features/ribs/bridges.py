@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Bools, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.crossings import foot
 from patterndb_sketch.features.ribs.segments import strung
-
-Points = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 #: The direction of an end is taken over this share of the gap.
 SPAN = 0.25

@@ -6,9 +6,9 @@ import math
 from itertools import starmap
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from patterndb.geometry.polyline import as_points
+from patterndb.geometry.points import Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs.outline import off_backbone, repaired, sliced
@@ -19,8 +19,6 @@ from patterndb_sketch.features.ribs.rib import Rib
 from patterndb_sketch.features.ribs.segments import STITCH
 from patterndb_sketch.features.ribs.slicing import RADIUS, frame
 from patterndb_sketch.features.ribs.walking import RIM_MET
-
-Points = NDArray[np.float64]
 
 #: Samples of a rib. Odd, so that one may lie in the middle.
 SAMPLES = 201

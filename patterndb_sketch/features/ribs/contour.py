@@ -5,13 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.raster import Picture, pixel, set_pixel
-
-Points = NDArray[np.float64]
 
 #: Steps to the eight neighbours, counter-clockwise from the right.
 STEPS = np.array([[1, 0], [1, 1], [0, 1], [-1, 1], [-1, 0], [-1, -1], [0, -1], [1, -1]], np.int32)

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-
-Points = NDArray[np.float64]
 
 
 @kernel

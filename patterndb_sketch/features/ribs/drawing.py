@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Bools, Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.crossings import crossed, edges_of, foot
 from patterndb_sketch.features.ribs.raster import (
@@ -19,10 +19,6 @@ from patterndb_sketch.features.ribs.raster import (
     pixel,
     rendered,
 )
-
-Points = NDArray[np.float64]
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 #: What the kernels here hand on: points (p, 2) in pixels, lengths along (p,), offsets (s + 1,),
 #: closed (s,), rims (s, 2); the edges' first points (e,) and owners (e,); per cell the head of

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Bools, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.bridges import bridged
 from patterndb_sketch.features.ribs.contour import outer_contour, passing
@@ -20,9 +20,6 @@ from patterndb_sketch.features.ribs.related import related
 from patterndb_sketch.features.ribs.segments import joined
 from patterndb_sketch.features.ribs.slicing import cut_edges
 from patterndb_sketch.features.ribs.walking import AROUND, walk
-
-Points = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 #: Ends this close to others, as a share of the radius, leave a gap that is to be closed: as much
 #: as dilation may close within the picture's margin. At the usual radius 0.28 % of the diagonal,

@@ -7,9 +7,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
-
-Points = NDArray[np.float64]
 
 #: Directions that are looked along from a point, and points looked from for all ribs at once.
 DIRECTIONS, PROBES = 32, 24

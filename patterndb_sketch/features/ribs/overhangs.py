@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Bools, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.crossings import touched
 from patterndb_sketch.features.ribs.segments import stitched
-
-Points = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 #: How many times as long the longer of two overhangs may be at a crossing. Surfaces that were
 #: drawn out to meet go on beyond by much the same; one that ends against a lip does not.

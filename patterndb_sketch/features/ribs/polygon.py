@@ -8,16 +8,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.crossings import crossed, foot
 from patterndb_sketch.features.ribs.drawing import Drawn
 from patterndb_sketch.features.ribs.walking import Runs
-
-Points = NDArray[np.float64]
-Floats = NDArray[np.float64]
 
 #: The share of its last edge that a polygon loses where its two ends would meet.
 SHORTER = 0.02

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 
-Points = NDArray[np.float64]
 Picture = NDArray[np.uint64]
 
 #: Pixels of the whole picture, and of a cell's side; from the paper, section 4.3.2.

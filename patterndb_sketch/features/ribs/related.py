@@ -5,16 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Bools, Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.crossings import edges_of, folded, foot, touch
 from patterndb_sketch.features.ribs.overhangs import note_alone, note_overhang, to_ends
-
-Points = NDArray[np.float64]
-Floats = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 
 @kernel

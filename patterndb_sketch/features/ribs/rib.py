@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Points = NDArray[np.float64]
+from patterndb.geometry.points import Points
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -8,11 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Bools, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.slicing import RIM, Slice
-
-Points = NDArray[np.float64]
-Bools = NDArray[np.bool_]
 
 #: Ends this close, as a share of the model's diagonal, are stitched, and points of a segment this
 #: close are one. Coordinates in files have some seven digits.

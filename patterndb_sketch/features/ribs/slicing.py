@@ -6,16 +6,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from patterndb.core.halfedge import Index, Int32Array
+from patterndb.core.halfedge import Index, Int32Array, Int64Array
+from patterndb.geometry.points import Points
 from patterndb.geometry.tree import DEPTH
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
-
-Points = NDArray[np.float64]
-Int64Array = NDArray[np.int64]
 
 #: Cut edges farther from the backbone than this share of the model's diagonal are dropped. The
 #: paper has "a predefined radius"; curves move by a few percent when they snap.

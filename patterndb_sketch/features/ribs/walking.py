@@ -6,14 +6,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.ribs.drawing import AHEAD, Drawn, begun, change, place_of, stays
 from patterndb_sketch.features.ribs.raster import Picture, pixel
-
-Floats = NDArray[np.float64]
 
 #: Pixels that the contour must go back along a segment before it counts as turned round.
 BACK = 3.5

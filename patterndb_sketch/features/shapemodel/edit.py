@@ -9,11 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import lsq_linear
 
-from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.points import Floats, Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.shapemodel.model import ShapeModel
-
-Floats = NDArray[np.float64]
 
 #: What it costs to leave the present shape by one standard deviation, in how far the first
 #: mode's moves a vertex: it counts only where nothing else does.

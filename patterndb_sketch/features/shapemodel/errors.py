@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Floats
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.shapemodel.model import ShapeModel
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

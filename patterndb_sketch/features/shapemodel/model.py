@@ -6,15 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.stats import truncnorm
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.points import Floats, Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Feature, Registration
-
-Floats = NDArray[np.float64]
 
 #: Singular values below this share of the largest are rounding: shapes that say nothing new.
 RANK = 1e-12

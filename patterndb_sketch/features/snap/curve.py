@@ -4,14 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.snap.settings import SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

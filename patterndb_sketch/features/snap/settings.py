@@ -5,13 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Floats
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import Fishbone
 from patterndb_sketch.features.ribs import RADIUS, SAMPLES
-
-Floats = NDArray[np.float64]
 
 #: The length over which bends are measured, as a share of the diagonal.
 WINDOW = 0.003

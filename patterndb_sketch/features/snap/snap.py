@@ -6,9 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.points import Floats, Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import (
     Fishbone,
@@ -27,8 +27,6 @@ from patterndb_sketch.features.ribs import STITCH, Rib, build_ribs
 from patterndb_sketch.features.snap.curve import FeatureCurve
 from patterndb_sketch.features.snap.settings import SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline, fit_spline
-
-Floats = NDArray[np.float64]
 
 #: Ribs kept when the curve is dragged have moved by at most this share of their radius, and
 #: turned by at most this, in radians.
@@ -75,9 +73,7 @@ class Snap:
         sketch = initial_curve(model, clicked)
         far = int((sketch.lengths > chosen.radius * model.diagonal).sum())
         notes = (
-            (
-                f"{far} of {len(sketch.samples)} samples of the stroke were far off the model",
-            )
+            (f"{far} of {len(sketch.samples)} samples of the stroke were far off the model",)
             if far
             else ()
         )

@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.splines.spline import Spline
-
-Floats = NDArray[np.float64]
 
 #: Of the gap to its neighbour a parameter may move this share: neighbours that move towards
 #: each other do not pass.

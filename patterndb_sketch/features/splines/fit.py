@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.points import Floats, Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.splines.correction import corrected
 from patterndb_sketch.features.splines.knots import averaged_knots, n_determined
@@ -19,8 +19,6 @@ from patterndb_sketch.features.splines.leastsquares import (
 )
 from patterndb_sketch.features.splines.parameters import as_parameters, chordal, distinct
 from patterndb_sketch.features.splines.spline import MAX_DEGREE, Spline
-
-Floats = NDArray[np.float64]
 
 #: A sample's number, and the point where the curve must be at its parameter.
 Constraint = tuple[int, ArrayLike]

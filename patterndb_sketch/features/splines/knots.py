@@ -6,12 +6,10 @@ import math
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.splines.parameters import distinct
-
-Floats = NDArray[np.float64]
 
 
 def averaged_knots(

@@ -14,10 +14,8 @@ from scipy.interpolate import BSpline
 from scipy.linalg import lapack, pinvh
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 #: The libraries' routines are known at run time only.
 _lapack: Any = lapack

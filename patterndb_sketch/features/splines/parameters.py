@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.geometry.polyline import Points, arc_length
+from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.errors import InvalidFeatureError
 
 #: Parameters this close are one: samples projected to one edge differ by rounding alone.

@@ -6,13 +6,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
 
-from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.points import Floats, Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
-
-Floats = NDArray[np.float64]
 
 #: The highest degree: beyond it a curve wiggles, and its basis loses digits.
 MAX_DEGREE = 9

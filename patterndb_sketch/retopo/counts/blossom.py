@@ -9,12 +9,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
-
-Int64Array = NDArray[np.int64]
 
 OUT, EVEN, ODD = 0, 1, 2
 

@@ -13,14 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
-from patterndb_sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem, Float64Array
-from patterndb_sketch.retopo.counts.tjoin import (
-    UNREACHED,
-    BoolArray,
-    Int64Array,
-    components,
-    min_weight_join,
-)
+from patterndb.geometry.points import Bools, Floats
+from patterndb_sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem
+from patterndb_sketch.retopo.counts.tjoin import UNREACHED, Int64Array, components, min_weight_join
 
 #: Joins take whole numbers: so many for a cost of 1, as many as leave room for a million chains.
 COST_UNITS = 10**9
@@ -132,7 +127,7 @@ def _nearest(
     at = np.clip(np.searchsorted(summed, half), before, np.maximum(ends - 1, before))
     median = problem.targets[order[np.minimum(at, n - 1)]] if n else np.zeros(0)
 
-    def cost(counts: Int32Array) -> Float64Array:
+    def cost(counts: Int32Array) -> Floats:
         errors = problem.weights * np.abs(counts[group] - problem.targets)
         return np.bincount(group, errors, n).astype(np.float64)
 
@@ -193,7 +188,7 @@ def _odd_about(problem: CountsProblem, patch: int) -> Stuck:
     """The patches that free chains join to an odd one, and the pinned chains around them."""
     free = problem.pinned == 0
     component = components(problem.n_patches + 1, problem.ends[free])
-    inside: BoolArray = component == component[patch]
+    inside: Bools = component == component[patch]
     rim = inside[problem.ends].sum(axis=1) == 1
     return Stuck(
         tuple(np.flatnonzero(inside).tolist()), True, tuple(np.flatnonzero(rim & ~free).tolist())

@@ -15,14 +15,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.counts.blossom import (
     EVEN,
     ODD,
     OUT,
     Forest,
-    Int64Array,
     make_even,
     offer,
     open_up,

@@ -10,12 +10,11 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Floats
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-
-Float64Array = NDArray[np.float64]
 
 #: The fewest edges around a patch.
 MIN_PERIMETER = 4
@@ -56,7 +55,7 @@ class CountsProblem:
     ends:        (c, 2) int32, the patches on the two sides of a chain, p for none.
     """
 
-    targets: Float64Array
+    targets: Floats
     pinned: Int32Array
     first_side: Int32Array
     first_chain: Int32Array
@@ -64,7 +63,7 @@ class CountsProblem:
     regularity: float
     cheap: CheapRule | None
     least: Int32Array
-    weights: Float64Array
+    weights: Floats
     ends: Int32Array
 
     @classmethod
@@ -153,7 +152,7 @@ class CountsProblem:
         lengths = self.side_lengths(counts)
         return np.add.reduceat(lengths, self.first_side[:-1]).astype(np.int32)
 
-    def errors(self, counts: Int32Array) -> Float64Array:
+    def errors(self, counts: Int32Array) -> Floats:
         """(c,) float64: what the counts of chains cost."""
         return self.weights * np.abs(counts - self.targets)
 

@@ -10,14 +10,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, Int64Array
+from patterndb.geometry.points import Bools
 from patterndb.system.kernels import kernel
-from patterndb_sketch.retopo.counts.blossom import Int64Array
 from patterndb_sketch.retopo.counts.matching import min_weight_perfect_matching
-
-BoolArray = NDArray[np.bool_]
 
 #: No path; small enough that matching takes it as a weight.
 UNREACHED = 1 << 56
@@ -32,11 +29,11 @@ class Join:
            no join can serve all of them. The join is the best one for the others.
     """
 
-    edges: BoolArray
+    edges: Bools
     left: Int32Array
 
 
-def min_weight_join(n_nodes: int, ends: Int32Array, costs: Int64Array, odd: BoolArray) -> Join:
+def min_weight_join(n_nodes: int, ends: Int32Array, costs: Int64Array, odd: Bools) -> Join:
     """The cheapest edges that change the parity of exactly the odd nodes.
 
     ends: (e, 2) int32 nodes of every edge, parallel edges and loops (which do nothing) allowed;

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
-from patterndb_sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem, Float64Array
+from patterndb_sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem
 from patterndb_sketch.retopo.counts.rules import is_cheap
 
 Int8Array = NDArray[np.int8]
@@ -55,7 +56,7 @@ class Maze(NamedTuple):
     first_after: NDArray[np.int64]
     after: Int8Array
     state: Int8Array
-    step: Float64Array
+    step: Floats
 
 
 def maze_of(problem: CountsProblem) -> Maze:

@@ -13,7 +13,7 @@ from typing import Any, Protocol, cast
 
 import numpy as np
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 
 #: Points of a stroke, at most: more is a mistake, and would be sampled down anyway.

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.editor.arguments import MOST_POINTS, Argument
 from patterndb_sketch.retopo.editor.state import State
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError

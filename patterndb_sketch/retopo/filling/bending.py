@@ -11,7 +11,7 @@ import math
 
 import numpy as np
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.network import Chain
 

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import SYMMETRY, Chain, HalfChain, Network, Patch
 

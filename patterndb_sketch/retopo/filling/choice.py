@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from query.fill import Fill
 
 #: Who took a fill: the program, the first of its list; or the user.

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Feet, Ground
 from patterndb_sketch.retopo.network import Network, outline

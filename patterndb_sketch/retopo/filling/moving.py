@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.border import border
 from patterndb_sketch.retopo.filling.choosing import filled, filling_of

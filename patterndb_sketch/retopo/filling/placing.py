@@ -12,8 +12,8 @@ import numpy as np
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
+from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.filling.border import laid_border
 from patterndb_sketch.retopo.filling.choice import Choice, Filling
 from patterndb_sketch.retopo.ground import Ground

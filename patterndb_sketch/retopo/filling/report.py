@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patterndb.geometry.surface import Points, Surface
+from patterndb.geometry.points import Points
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.filling.meshing import (
     FilledNetwork,
     RetopoMesh,

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.polyline import arc_length, as_points, at_lengths
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points, as_points, units
+from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground.ground import Feet, Ground
 from patterndb_sketch.retopo.sizes import Sizes

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground.curves import Trace
@@ -65,8 +64,6 @@ def geodesic(ground: Ground, start: Feet, end: Feet) -> Trace:
 
 
 # == A first way over the ground from triangle to triangle, to be shortened afterwards.
-
-Floats = NDArray[np.float64]
 
 
 def route(

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import GRAZE, Points, Surface, Triangles
+from patterndb.geometry.points import Points, units
+from patterndb.geometry.surface import GRAZE, Surface, Triangles
 from patterndb.geometry.tree import DEPTH, first_along, in_triangle, nearest, to_box
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError

@@ -5,16 +5,14 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
-
-Keys = NDArray[np.float64]
 
 
 @kernel
-def push(keys: Keys, items: Int32Array, n: Index, key: Any, item: Index) -> int:
+def push(keys: Floats, items: Int32Array, n: Index, key: Any, item: Index) -> int:
     """Put an item in; the arrays have room for it. Returns how many there are now."""
     at = n
     while at > 0:
@@ -30,7 +28,7 @@ def push(keys: Keys, items: Int32Array, n: Index, key: Any, item: Index) -> int:
 
 
 @kernel
-def pop(keys: Keys, items: Int32Array, n: Index) -> int:
+def pop(keys: Floats, items: Int32Array, n: Index) -> int:
     """Take the least of n >= 1 out, which was first in the arrays; how many are left."""
     n -= 1
     key, item = keys[n], items[n]
@@ -52,7 +50,7 @@ def pop(keys: Keys, items: Int32Array, n: Index) -> int:
 
 
 @kernel
-def grown(keys: Keys, items: Int32Array) -> tuple[Keys, Int32Array]:
+def grown(keys: Floats, items: Int32Array) -> tuple[Floats, Int32Array]:
     """The arrays with twice the room."""
     n = len(keys)
     more_keys = np.empty(2 * n + 16)

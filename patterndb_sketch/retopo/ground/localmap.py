@@ -13,9 +13,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground.ground import Feet, Ground

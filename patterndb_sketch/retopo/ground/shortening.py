@@ -5,15 +5,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 
 # == A strip of triangles laid flat, and the shortest path within it.
-
-Floats = NDArray[np.float64]
 
 
 @kernel

@@ -12,10 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.surface import Points, edge_keys
+from patterndb.geometry.points import Points
+from patterndb.geometry.surface import edge_keys
 from patterndb.system.kernels import kernel
-
-Int64Array = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)

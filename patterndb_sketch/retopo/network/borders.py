@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.quadshape import units
+from patterndb.geometry.points import units
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.structure import BORDER, Network

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.flooding import CLEAR, flooded, wall_of
 from patterndb_sketch.retopo.network.structure import HalfChain, Network

@@ -15,13 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.network.order import ASIDE, TOWARDS
 from patterndb_sketch.retopo.network.samples import Samples
-
-Floats = NDArray[np.float64]
-
 
 #: Segments whose places nearest to each other, seen along the normals, are further apart than this
 #: part of their lengths do not cross: on a curved surface, where the two normals differ, nearly

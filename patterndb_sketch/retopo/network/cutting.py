@@ -8,9 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb.geometry.polyline import as_points
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points, as_points, units
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain
 

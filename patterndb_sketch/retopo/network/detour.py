@@ -14,7 +14,7 @@ from collections.abc import Mapping
 import numpy as np
 from scipy.spatial import KDTree
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
 from patterndb_sketch.retopo.network.walks import walked
 

@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial import KDTree
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.structure import HalfChain
 from patterndb_sketch.retopo.network.walks import successor

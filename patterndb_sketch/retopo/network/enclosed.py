@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 
 #: A loop encloses if its area is this part of a circle's of its length. Source: Takayama et

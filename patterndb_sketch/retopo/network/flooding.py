@@ -14,8 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points, units
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.ground import Ground
 

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 
 #: Curves that leave within this angle of each other, in radians, are compared further out.

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.network.caps import is_cap
 from patterndb_sketch.retopo.network.enclosed import ROUND, Enclosed, enclosed

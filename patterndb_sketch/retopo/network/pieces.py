@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.network.attaching import Gaps, SeparatedError
 from patterndb_sketch.retopo.network.contracting import drawn_together
 from patterndb_sketch.retopo.network.cutting import AT_SAMPLE

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.network.structure import NONE, Chain, Network, Node
 

@@ -11,9 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
 
 #: Points along a side of what spans the loop.
 POINTS = 17

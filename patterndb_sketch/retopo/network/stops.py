@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.network.contracting import AROUND
 from patterndb_sketch.retopo.network.crossings import Crossings, crossings
 from patterndb_sketch.retopo.network.draft import Draft

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
 

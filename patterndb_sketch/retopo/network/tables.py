@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.network.cutting import Cut
 from patterndb_sketch.retopo.network.gaps import Gap

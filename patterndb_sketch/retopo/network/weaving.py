@@ -9,8 +9,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.network.crossings import crossings, self_crossings
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.ends import AtNode, End, Free

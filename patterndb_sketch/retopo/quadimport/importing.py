@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int32Array, next_edge
-from patterndb.geometry.quadshape import flipped, units
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points, units
+from patterndb.geometry.quadshape import flipped
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Choice, FilledNetwork, Filling, Placed
 from patterndb_sketch.retopo.ground import Ground

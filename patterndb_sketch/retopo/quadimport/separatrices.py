@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Index, Int32Array, next_edge, prev_edge
+from patterndb.geometry.points import Bools
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.quadimport.connectivity import Quads
-
-Bools = NDArray[np.bool_]
 
 
 def separatrices(mesh: Quads) -> tuple[Bools, Bools]:

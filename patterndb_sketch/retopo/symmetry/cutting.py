@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.network import BORDER, Chain, Draft
 from patterndb_sketch.retopo.network.stops import between
 from patterndb_sketch.retopo.symmetry.half import Half

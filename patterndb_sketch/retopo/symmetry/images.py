@@ -7,7 +7,7 @@ from itertools import count
 
 import numpy as np
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import Choice, Filling, Flow
 from patterndb_sketch.retopo.ground import Ground

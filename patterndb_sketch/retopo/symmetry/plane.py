@@ -8,8 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 
 Vector = tuple[float, float, float]

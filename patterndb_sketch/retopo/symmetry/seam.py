@@ -7,8 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import (
     NONE,

@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Stroke
 from patterndb_sketch.retopo.network import SYMMETRY, AtChain, AtNode, Edit, End, Network

@@ -9,11 +9,11 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import LocalMap
 from patterndb_sketch.retopo.network import AtChain, AtNode, HalfChain, Network, successor
 from patterndb_sketch.retopo.network.structure import NONE
-from patterndb_sketch.retopo.tools.plane import Boundary, Points2
+from patterndb_sketch.retopo.tools.plane import Boundary
 
 #: A place nearer to a node than this part of a sample is at the node.
 AT_NODE = 0.25
@@ -177,7 +177,7 @@ def edge_of(network: Network, row: Sequence[HalfChain], *, closed: bool) -> Edge
     )
 
 
-def sampled_line(line: Points2, spacing: float) -> Points2:
+def sampled_line(line: Points, spacing: float) -> Points:
     """(m, 2) a polyline with points about ``spacing`` apart, its own among them."""
     parts = [line[:1]]
     for a, b in pairwise(line):

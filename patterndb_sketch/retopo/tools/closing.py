@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import LocalMap
 from patterndb_sketch.retopo.network import AtNode, Draft, Edit, HalfChain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.around import Edge, sampled_line
-from patterndb_sketch.retopo.tools.plane import Corner, NewSide, OldSide, PlanarPatch, Points2
+from patterndb_sketch.retopo.tools.plane import Corner, NewSide, OldSide, PlanarPatch
 
 #: How far behind its first place a stretch of a boundary is looked at, in samples, to see which
 #: chain it runs along: beyond where a cut may have been moved to a sample.
@@ -59,7 +60,7 @@ def closed_patch(
     return Edit.of(network, after, draft.notes)
 
 
-def onto_ground(onto: LocalMap, line: Points2) -> tuple[Points2, Points2]:
+def onto_ground(onto: LocalMap, line: Points) -> tuple[Points, Points]:
     """(m, 3) points and normals of a line in the plane; RefusedError where there is no ground."""
     feet, found = onto.at(line)
     if not found.all():

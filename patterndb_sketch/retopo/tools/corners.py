@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb.geometry.quadshape import units
+from patterndb.geometry.points import units
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit

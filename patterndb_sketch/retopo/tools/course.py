@@ -7,8 +7,8 @@ from collections.abc import Iterable
 
 import numpy as np
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.crossings import crossings, self_crossings
 from patterndb_sketch.retopo.network.order import departure, turn

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.spatial import KDTree
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.ends import AtChain, AtNode
 from patterndb_sketch.retopo.network.order import wedge_for

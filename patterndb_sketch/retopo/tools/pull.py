@@ -7,9 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.draft import Draft

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke
 from patterndb_sketch.retopo.network.draft import Draft

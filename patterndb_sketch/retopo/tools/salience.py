@@ -9,14 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.core.halfedge import Index
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
+from patterndb.core.halfedge import Index, Int64Array
+from patterndb.geometry.points import Points, units
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
-
-Int64Array = NDArray[np.int64]
 
 Mode = Literal["ridge", "valley", "both"]
 

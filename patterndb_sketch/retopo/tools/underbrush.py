@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.border import border
 from patterndb_sketch.retopo.filling.choosing import filled, filling_of

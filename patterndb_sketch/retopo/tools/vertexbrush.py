@@ -6,9 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
+from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.quadshape import units
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.filling.border import divided
 from patterndb_sketch.retopo.filling.meshing import RetopoMesh
 from patterndb_sketch.retopo.ground import Ground

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.chords.flatness import determinant_of, moments_of
 from patterndb_sketch.surfacing.chords.order import canonical_order

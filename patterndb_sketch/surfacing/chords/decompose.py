@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.chords.addedarea import AREA_PRICE, affordable
 from patterndb_sketch.surfacing.chords.candidates import candidate_chords
 from patterndb_sketch.surfacing.chords.endpoints import TURNING_BOUND, endpoints

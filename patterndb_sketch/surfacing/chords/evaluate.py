@@ -8,6 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.chords.flatness import (
     N_MOMENTS,
@@ -15,9 +17,7 @@ from patterndb_sketch.surfacing.chords.flatness import (
     determinant_of,
     moments_of,
 )
-from patterndb_sketch.surfacing.chords.subcycles import Ints, Subcycles
-
-Floats = NDArray[np.float64]
+from patterndb_sketch.surfacing.chords.subcycles import Subcycles
 
 #: Costs that differ by no more than this share of S(whole cycle) + alpha are equal. They are sums
 #: of some tens of terms, each with an error in the 16th digit.
@@ -52,7 +52,9 @@ class Solutions(NamedTuple):
 
 
 @kernel
-def measured(points: Floats, own: Floats, chords: Ints, ends: Ints, printed: bool) -> Measures:
+def measured(
+    points: Floats, own: Floats, chords: Int64Array, ends: Int64Array, printed: bool
+) -> Measures:
     """The measures of a loop of points (n, 3), which are ``own`` in standardised axes."""
     n, k = len(points), len(ends)
     corner = np.zeros((k, N_MOMENTS))
@@ -222,7 +224,7 @@ def evaluate(
 @kernel
 def _inside(
     wrap: int, start: int, stop: int, numbering: Subcycles
-) -> tuple[Ints, Ints, Ints, Ints]:
+) -> tuple[Int64Array, Int64Array, Int64Array, Int64Array]:
     """The chords between two ends but for the wrap, by their first end and by their last, and
     where in these orders those of every end begin."""
     starting, start_at = numbering.starting, numbering.start_at

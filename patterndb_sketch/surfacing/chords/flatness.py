@@ -8,7 +8,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 
 #: How flatness is measured: "relative" to the whole cycle, or as "printed" in the paper.

@@ -8,11 +8,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.chords.evaluate import Floats, Solutions, evaluate, measured
+from patterndb_sketch.surfacing.chords.evaluate import Solutions, evaluate, measured
 from patterndb_sketch.surfacing.chords.flatness import Flatness, standardised
-from patterndb_sketch.surfacing.chords.subcycles import MOST_COUNTED, Ints, subcycles
+from patterndb_sketch.surfacing.chords.subcycles import MOST_COUNTED, subcycles
 from patterndb_sketch.surfacing.chords.trace import traced
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 
@@ -29,14 +30,16 @@ class Cuts:
     seconds: how long that took.
     """
 
-    chosen: Ints = field(repr=False)
-    pieces: tuple[Ints, ...] = field(repr=False)
+    chosen: Int64Array = field(repr=False)
+    pieces: tuple[Int64Array, ...] = field(repr=False)
     cost: float
     n_subproblems: int
     seconds: float
 
 
-def search(points: Points, chords: Ints, alpha: float = 0.1, form: Flatness = "relative") -> Cuts:
+def search(
+    points: Points, chords: Int64Array, alpha: float = 0.1, form: Flatness = "relative"
+) -> Cuts:
     """Choose chords so that the cost of the pieces and of the cuts is least.
 
         Sub(K) = min(S(K), min over chords c in K: Sub(left) + Sub(right) + alpha len(c) / len(K))
@@ -79,7 +82,7 @@ def search(points: Points, chords: Ints, alpha: float = 0.1, form: Flatness = "r
     return Cuts(np.sort(chosen), pieces, cost * scale, count, seconds)
 
 
-def _checked(n: int, chords: Ints) -> Ints:
+def _checked(n: int, chords: Int64Array) -> Int64Array:
     pairs = np.ascontiguousarray(chords, np.int64).reshape(-1, 2)
     first, last = pairs[:, 0], pairs[:, 1]
     wrong = (first < 0) | (last >= n) | (last - first < 2) | (last - first > n - 2)
@@ -96,8 +99,8 @@ def _checked(n: int, chords: Ints) -> Ints:
 
 @kernel
 def _solved(
-    points: Floats, own: Floats, chords: Ints, alpha: float, printed: bool
-) -> tuple[int, float, Ints, Ints, Ints]:
+    points: Floats, own: Floats, chords: Int64Array, alpha: float, printed: bool
+) -> tuple[int, float, Int64Array, Int64Array, Int64Array]:
     """Number of sub-problems, cost relative to S(whole), chosen chords, and the pieces' positions
     one after the other with the bounds between them."""
     nothing = np.zeros(0, np.int64)

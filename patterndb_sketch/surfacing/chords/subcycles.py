@@ -26,14 +26,12 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
 from patterndb.system.kernels import kernel
 
 #: Counts stop here: exact below, "this many or more" at it. Twice this is still an int64.
 MOST_COUNTED = 2**61
-
-Ints = NDArray[np.int64]
 
 
 class Subcycles(NamedTuple):
@@ -51,21 +49,21 @@ class Subcycles(NamedTuple):
     n_all:    how many sub-cycles there are, the cycle itself among them.
     """
 
-    ends: Ints
-    first: Ints
-    last: Ints
-    starting: Ints
-    start_at: Ints
-    ending: Ints
-    end_at: Ints
-    paths: Ints
-    offsets: Ints
-    base: Ints
+    ends: Int64Array
+    first: Int64Array
+    last: Int64Array
+    starting: Int64Array
+    start_at: Int64Array
+    ending: Int64Array
+    end_at: Int64Array
+    paths: Int64Array
+    offsets: Int64Array
+    base: Int64Array
     n_all: int
 
 
 @kernel
-def subcycles(n: int, chords: Ints) -> Subcycles:
+def subcycles(n: int, chords: Int64Array) -> Subcycles:
     """The numbering for a loop of n vertices and its chords (m, 2), positions i < j, no two alike.
 
     If there are MOST_COUNTED sub-cycles or more, only the count is of use.
@@ -114,7 +112,7 @@ def subcycles(n: int, chords: Ints) -> Subcycles:
 
 
 @kernel
-def _grouped(by: Ints, then: Ints, k: int) -> tuple[Ints, Ints]:
+def _grouped(by: Int64Array, then: Int64Array, k: int) -> tuple[Int64Array, Int64Array]:
     """The chords (m,) by one end, those of the same by the other descending, and where in that
     order (k + 2,) those of every end begin."""
     m = len(by)
@@ -135,19 +133,21 @@ def _grouped(by: Ints, then: Ints, k: int) -> tuple[Ints, Ints]:
     return order, at
 
 
-def n_subproblems(n: int, chords: Ints) -> int:
+def n_subproblems(n: int, chords: Int64Array) -> int:
     """How many sub-problems a loop of n vertices has with these chords (m, 2), at most
     MOST_COUNTED: its sub-cycles. Found in polynomial time, without a search."""
     return int(_counted(n, np.ascontiguousarray(chords, np.int64)))
 
 
 @kernel
-def _counted(n: int, chords: Ints) -> int:
+def _counted(n: int, chords: Int64Array) -> int:
     return subcycles(n, chords).n_all
 
 
 @kernel
-def path_of(numbering: Subcycles, wrap: int, number: int, path: Ints, steps: Ints) -> int:
+def path_of(
+    numbering: Subcycles, wrap: int, number: int, path: Int64Array, steps: Int64Array
+) -> int:
     """Write the ends and steps of a path; returns how many steps it has.
 
     wrap: the sub-cycle's wrap, or m for none. steps: a jump's chord, or -1 for an arc.
@@ -176,7 +176,9 @@ def path_of(numbering: Subcycles, wrap: int, number: int, path: Ints, steps: Int
 
 
 @kernel
-def part_number(numbering: Subcycles, path: Ints, steps: Ints, start: int, stop: int) -> int:
+def part_number(
+    numbering: Subcycles, path: Int64Array, steps: Int64Array, start: int, stop: int
+) -> int:
     """The number of a part of a path, from its step ``start`` to before its step ``stop``, among
     the paths between the same ends."""
     to = path[stop]

@@ -5,20 +5,15 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.chords.subcycles import (
-    Ints,
-    Subcycles,
-    part_number,
-    path_of,
-    step_offset,
-)
+from patterndb_sketch.surfacing.chords.subcycles import Subcycles, part_number, path_of, step_offset
 
 
 @kernel
 def traced(
     n: int, numbering: Subcycles, choice: NDArray[np.int32], n_chosen: int
-) -> tuple[Ints, Ints, Ints]:
+) -> tuple[Int64Array, Int64Array, Int64Array]:
     """The chosen chords, and the pieces' positions with the bounds between the pieces."""
     m, k = len(numbering.first), len(numbering.ends)
     chosen = np.empty(n_chosen, np.int64)
@@ -65,10 +60,10 @@ def _written(
     n: int,
     numbering: Subcycles,
     wrap: int,
-    path: Ints,
-    steps: Ints,
+    path: Int64Array,
+    steps: Int64Array,
     n_steps: int,
-    positions: Ints,
+    positions: Int64Array,
     at: int,
 ) -> int:
     """Write a piece's positions from ``at`` on; returns where they stop."""

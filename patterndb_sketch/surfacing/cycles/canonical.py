@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.network import Curve, Cycle, Network, curves_at
 
 

@@ -10,11 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
+from patterndb.core.halfedge import Int64Array
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.cycles.pruning import curve_ends
 from patterndb_sketch.surfacing.network import Cycle, Network
-
-Numbers = NDArray[np.int64]
 
 #: Paths that are begun, at most, to close one pair of curves. In all 28 CASSIE sketches with
 #: patches together, 132 pairs would need more for 8 closings; that is reported.
@@ -31,11 +30,11 @@ class HalfCurves:
     distance:   (n, n), length of the shortest path between two nodes.
     """
 
-    start: Numbers = field(repr=False)
-    end: Numbers = field(repr=False)
+    start: Int64Array = field(repr=False)
+    end: Int64Array = field(repr=False)
     length: NDArray[np.float64] = field(repr=False)
-    first: Numbers = field(repr=False)
-    leaving: Numbers = field(repr=False)
+    first: Int64Array = field(repr=False)
+    leaving: Int64Array = field(repr=False)
     distance: NDArray[np.float64] = field(repr=False)
 
 
@@ -61,16 +60,16 @@ def half_curves(network: Network, alive: NDArray[np.bool_]) -> HalfCurves:
 
 @kernel
 def closing_paths(
-    start: Numbers,
-    end: Numbers,
+    start: Int64Array,
+    end: Int64Array,
     length: NDArray[np.float64],
-    first: Numbers,
-    leaving: Numbers,
+    first: Int64Array,
+    leaving: Int64Array,
     distance: NDArray[np.float64],
     out: int,
     back: int,
-    paths: Numbers,
-    sizes: Numbers,
+    paths: Int64Array,
+    sizes: Int64Array,
     most: int,
 ) -> tuple[int, bool]:
     """The shortest simple cycles that leave a node by ``out`` and come back along ``back``.

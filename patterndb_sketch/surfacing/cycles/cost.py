@@ -11,10 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb_sketch.surfacing.cycles.measures import Floats, Measures
+from patterndb.geometry.points import Floats
+from patterndb_sketch.surfacing.cycles.measures import Measures
 from patterndb_sketch.surfacing.network import Cycle
-
-Numbers = NDArray[np.int64]
 
 #: What a cycle earns per length. A cycle worse than this is left out even where nothing else
 #: would bound its curves.

@@ -12,14 +12,13 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points, sampled
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points
+from patterndb.geometry.polyline import sampled
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.cycles.closing import HalfCurves, Numbers
+from patterndb_sketch.surfacing.cycles.closing import HalfCurves
 from patterndb_sketch.surfacing.network import Cycle, Network, turning_angles
-
-Floats = NDArray[np.float64]
 
 #: A curve is sampled once per this much turning, in radians, from 1 to MOST_EDGES edges: enough
 #: to tell surfaces apart, not to build them. A closed curve has at least CLOSED_EDGES.
@@ -100,12 +99,12 @@ def _edges(points: Points, closed: bool) -> int:
 
 @kernel
 def _measure(
-    steps: Numbers,
+    steps: Int64Array,
     samples: Points,
-    offsets: Numbers,
-    start: Numbers,
-    first: Numbers,
-    leaving: Numbers,
+    offsets: Int64Array,
+    start: Int64Array,
+    first: Int64Array,
+    leaving: Int64Array,
     tangents: Points,
     values: Floats,
     inward: Points,
@@ -141,7 +140,7 @@ def _measure(
 
 
 @kernel
-def gathered(steps: Numbers, samples: Points, offsets: Numbers) -> tuple[Points, Numbers]:
+def gathered(steps: Int64Array, samples: Points, offsets: Int64Array) -> tuple[Points, Int64Array]:
     """The samples around a cycle (n, 3), and the place of every step's first in them, then n."""
     total = 0
     for half in steps:
@@ -191,7 +190,7 @@ def _flatness(at: Points, length: float) -> float:
 
 
 @kernel
-def least_area(at: Points, triangles: Numbers) -> float:
+def least_area(at: Points, triangles: Int64Array) -> float:
     """The least area of a triangulation of a closed polyline (n, 3), written to (n - 2, 3).
 
     Barequet and Sharir 1995, section 3. Two triangulations may have one area; whichever comes
@@ -230,7 +229,7 @@ def least_area(at: Points, triangles: Numbers) -> float:
 
 
 @kernel
-def _normals(at: Points, triangles: Numbers) -> Points:
+def _normals(at: Points, triangles: Int64Array) -> Points:
     normals = np.zeros((len(triangles), 3))
     for t in range(len(triangles)):
         i, k, j = triangles[t]
@@ -239,7 +238,7 @@ def _normals(at: Points, triangles: Numbers) -> Points:
 
 
 @kernel
-def _bending(at: Points, triangles: Numbers) -> float:
+def _bending(at: Points, triangles: Int64Array) -> float:
     """Angles between neighbouring triangles times the length of the edge between them, summed."""
     n = len(at)
     normals = _normals(at, triangles)
@@ -260,7 +259,7 @@ def _bending(at: Points, triangles: Numbers) -> float:
 
 
 @kernel
-def _inward(at: Points, triangles: Numbers, corner: Numbers, inward: Points) -> None:
+def _inward(at: Points, triangles: Int64Array, corner: Int64Array, inward: Points) -> None:
     """Write for every step the mean direction, across its edges, to their triangles' apices."""
     n = len(at)
     for t in range(len(triangles)):
@@ -285,7 +284,7 @@ def _inward(at: Points, triangles: Numbers, corner: Numbers, inward: Points) -> 
 
 
 @kernel
-def _cut(at: Points, triangles: Numbers, vertex: int, tangent: Floats) -> float:
+def _cut(at: Points, triangles: Int64Array, vertex: int, tangent: Floats) -> float:
     """How far a direction at a vertex runs into the triangles there: cos(2 elevation), or 0."""
     cut = 0.0
     for t in range(len(triangles)):

@@ -18,19 +18,17 @@ from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from patterndb.geometry.polyline import Points
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points
 from patterndb.system.documents import JsonValue
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.files.splines import polylines_of
 from patterndb_sketch.surfacing.joining.polylines import SAME_PLACE, as_places, bent, diagonal_of
 from patterndb_sketch.surfacing.network import Curve, Network, without_repeats
-
-Ints = NDArray[np.int64]
 
 KEYS = ("strokes", "segments", "nodes", "patches_created")
 STROKE_KEYS = ("id", "segments")
@@ -196,7 +194,7 @@ def _extent(segment: _Segment) -> float:
     return float(np.linalg.norm(np.ptp(segment.points, axis=0)))
 
 
-def _merged(n_nodes: int, pairs: list[tuple[int, int]]) -> tuple[Ints, Ints]:
+def _merged(n_nodes: int, pairs: list[tuple[int, int]]) -> tuple[Int64Array, Int64Array]:
     """Nodes made one: for every node its new number, and for every new one the first old one."""
     ends = np.array(pairs, np.int64).reshape(-1, 2).T
     links = coo_array((np.ones(len(pairs), bool), (ends[0], ends[1])), shape=(n_nodes, n_nodes))

@@ -25,7 +25,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb.system.documents import JsonValue
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.errors import InvalidNetworkError

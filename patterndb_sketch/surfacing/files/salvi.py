@@ -15,7 +15,7 @@ from itertools import pairwise
 import numpy as np
 from scipy.interpolate import BSpline
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.files.splines import beziers_of, polylines_of
 from patterndb_sketch.surfacing.files.words import Words

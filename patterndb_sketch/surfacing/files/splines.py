@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import BSpline
 
-from patterndb.geometry.polyline import Points
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.surfacing.network import angles_between
 
 #: A polyline turns by no more than this at any point where the spline is smooth, in radians:
@@ -28,11 +28,8 @@ ROUNDING = 1e-12
 #: Steps within a piece from which its turning is judged; Beziers of degree 3 have two bends.
 STEPS_JUDGED = 8
 
-Floats = NDArray[np.float64]
-Ints = NDArray[np.int64]
 
-
-def polylines_of(control: Floats, chain: Ints) -> list[Points]:
+def polylines_of(control: Floats, chain: Int64Array) -> list[Points]:
     """Chains of Beziers as polylines, one for every chain.
 
     control: (m, degree + 1, 3) control points of Beziers, each from the end of the one before
@@ -52,7 +49,7 @@ def polylines_of(control: Floats, chain: Ints) -> list[Points]:
     shortest = np.maximum(rounding, SHORTEST_STEP * length)
     starts, sizes, of = np.arange(len(control), dtype=float), np.ones(len(control)), chain
     lasts = control[np.r_[np.flatnonzero(np.diff(chain)), len(control) - 1], -1]
-    done: list[tuple[Floats, Points, Ints]] = []
+    done: list[tuple[Floats, Points, Int64Array]] = []
     while len(control):
         points = judged @ control
         steps = np.diff(points, axis=1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.files.words import Words
 from patterndb_sketch.surfacing.joining.junctions import joined

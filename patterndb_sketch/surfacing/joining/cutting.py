@@ -9,9 +9,9 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from patterndb.geometry.polyline import Points, arc_length
+from patterndb.geometry.points import Floats, Points
+from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.joining.meetings import find_joins
-from patterndb_sketch.surfacing.joining.nearest import Floats
 from patterndb_sketch.surfacing.network import without_repeats
 
 

@@ -8,12 +8,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.joining.nearest import Floats
-
-Ints = NDArray[np.int64]
 
 #: A meeting longer than this many tolerances may be a common stretch: edges that cross at 30
 #: degrees are within the tolerance of each other for 4 of them.
@@ -42,12 +40,12 @@ def chosen_places(
     a: Floats,
     b: Floats,
     gap: Floats,
-    vertex: Ints,
+    vertex: Int64Array,
     n_points: int,
     last_a: float,
     last_b: float,
     tolerance: float,
-) -> Ints:
+) -> Int64Array:
     """Which pairs of places of a meeting are joined."""
     # The closest pair of each two ends; the pairs of ends are 0 to 3.
     ends = np.full(4, -1)
@@ -101,7 +99,7 @@ def _extreme(
 
 
 @kernel
-def _runs_alongside(gap: Floats, vertex: Ints, n_points: int, tolerance: float) -> bool:
+def _runs_alongside(gap: Floats, vertex: Int64Array, n_points: int, tolerance: float) -> bool:
     """Does the distance stay flat or waver, rather than fall to one place and rise again?"""
     profile = _profile(gap[vertex >= n_points], vertex[vertex >= n_points])
     on_a = (vertex >= 0) & (vertex < n_points)
@@ -117,7 +115,7 @@ def _runs_alongside(gap: Floats, vertex: Ints, n_points: int, tolerance: float) 
 
 
 @kernel
-def _profile(gap: Floats, vertex: Ints) -> Floats:
+def _profile(gap: Floats, vertex: Int64Array) -> Floats:
     """The least distance at every vertex, in the order along the curve."""
     order = np.argsort(vertex)
     profile = np.empty(len(order), np.float64)

@@ -28,7 +28,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.geometry.polyline import Points, arc_length
+from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.joining.cutting import find_cuts, find_nodes, in_order, part_of
 from patterndb_sketch.surfacing.joining.pieces import Piece, close, copied, numbered

@@ -11,11 +11,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.joining.joints import BETTER, MOST_JOINS, Ints, chosen_places
-from patterndb_sketch.surfacing.joining.nearest import Floats, nearest_of_edges, nearest_on_edge
+from patterndb_sketch.surfacing.joining.joints import BETTER, MOST_JOINS, chosen_places
+from patterndb_sketch.surfacing.joining.nearest import nearest_of_edges, nearest_on_edge
 
 #: Pairs of edges within the tolerance that are looked at: 40 bytes each.
 MAX_CONTACTS = 5_000_000
@@ -28,11 +29,11 @@ class Joins:
     curves: (m, 2) int64. lengths: (m, 2) float64, the arc lengths of the places along them.
     """
 
-    curves: Ints = field(repr=False)
+    curves: Int64Array = field(repr=False)
     lengths: Floats = field(repr=False)
 
 
-def find_joins(points: Points, starts: Ints, along: Floats, tolerance: float) -> Joins:
+def find_joins(points: Points, starts: Int64Array, along: Floats, tolerance: float) -> Joins:
     """Where curves meet each other and themselves.
 
     points: (n, 3), the points of all curves. starts: (c + 1,), where each begins in them.
@@ -82,8 +83,8 @@ def find_joins(points: Points, starts: Ints, along: Floats, tolerance: float) ->
 
 @kernel
 def _contacts(
-    points: Points, edges: Ints, low: Floats, high: Floats, tolerance: float, limit: int
-) -> tuple[Ints, Floats, Floats]:
+    points: Points, edges: Int64Array, low: Floats, high: Floats, tolerance: float, limit: int
+) -> tuple[Int64Array, Floats, Floats]:
     """All pairs of edges (first <= second) within the tolerance, an edge with itself among them.
 
     edges: sorted by the first coordinate of their boxes' lower corners ``low``.
@@ -120,7 +121,9 @@ def _contacts(
 
 
 @kernel
-def _components(points: Points, curve_of: Ints, key: Ints, pairs: Ints, tolerance: float) -> Ints:
+def _components(
+    points: Points, curve_of: Int64Array, key: Int64Array, pairs: Int64Array, tolerance: float
+) -> Int64Array:
     """For every contact, sorted by key, the root of its connected part.
 
     The pairs of places of two edges are a convex set; it continues in the next edge if the
@@ -148,7 +151,7 @@ def _components(points: Points, curve_of: Ints, key: Ints, pairs: Ints, toleranc
 
 
 @kernel
-def _root(parent: Ints, item: int) -> int:
+def _root(parent: Int64Array, item: int) -> int:
     while parent[item] != item:
         parent[item] = parent[parent[item]]
         item = parent[item]
@@ -158,15 +161,15 @@ def _root(parent: Ints, item: int) -> int:
 @kernel
 def _joins(
     points: Points,
-    curve_of: Ints,
+    curve_of: Int64Array,
     along: Floats,
     lasts: Floats,
-    pairs: Ints,
+    pairs: Int64Array,
     places: Floats,
     distances: Floats,
-    bounds: Ints,
+    bounds: Int64Array,
     tolerance: float,
-) -> tuple[Ints, Floats]:
+) -> tuple[Int64Array, Floats]:
     """The joins of all meetings; meeting m has the contacts bounds[m] to bounds[m + 1]."""
     curves = np.empty((MOST_JOINS * (len(bounds) - 1), 2), np.int64)
     lengths = np.empty((MOST_JOINS * (len(bounds) - 1), 2), np.float64)
@@ -191,8 +194,13 @@ def _joins(
 
 @kernel
 def _places(
-    points: Points, along: Floats, pairs: Ints, places: Floats, distances: Floats, tolerance: float
-) -> tuple[Floats, Floats, Floats, Ints]:
+    points: Points,
+    along: Floats,
+    pairs: Int64Array,
+    places: Floats,
+    distances: Floats,
+    tolerance: float,
+) -> tuple[Floats, Floats, Floats, Int64Array]:
     """Pairs of places of a meeting that tell what it is like: the closest, and all vertices.
 
     Returns arc lengths on A and on B, the distance, and the vertex that it is taken at: its

@@ -8,12 +8,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-
-Floats = NDArray[np.float64]
 
 
 @kernel

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patterndb.geometry.polyline import Points, sampled
+from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import sampled
 from patterndb_sketch.surfacing.joining.cutting import Node
 from patterndb_sketch.surfacing.joining.nearest import farthest
 from patterndb_sketch.surfacing.naming import Step

@@ -8,7 +8,8 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
-from patterndb.geometry.polyline import Points, arc_length, as_points
+from patterndb.geometry.points import Points, as_points
+from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.network import without_repeats
 

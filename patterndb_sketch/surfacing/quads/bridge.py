@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import InvalidMeshError
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb.geometry.surface import edge_keys
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.quads.sides import boundary_of

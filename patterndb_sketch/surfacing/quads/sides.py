@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import InvalidBoundaryError
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.network import angles_between
 from patterndb_sketch.surfacing.sampling import Loop

@@ -8,13 +8,10 @@ interpolation".
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Index
+from patterndb.core.halfedge import Index, Int64Array
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.tessellation.polygon import GridPoints, turn
-
-HalfEdges = NDArray[np.int64]
+from patterndb_sketch.surfacing.tessellation.polygon import turn
 
 #: Relative error of the sum in :func:`is_within_circle`, beneath which its sign says nothing
 #: (Shewchuk 1997, "Adaptive precision floating-point arithmetic", its first filter).
@@ -34,7 +31,7 @@ def preceding(h: Index) -> int:
 
 
 @kernel
-def is_within_circle(at: GridPoints, a: Index, b: Index, c: Index, d: Index) -> bool:
+def is_within_circle(at: Int64Array, a: Index, b: Index, c: Index, d: Index) -> bool:
     """Is d surely within the circle through a, b, c (counter-clockwise)?"""
     ax, ay = float(at[a, 0] - at[d, 0]), float(at[a, 1] - at[d, 1])
     bx, by = float(at[b, 0] - at[d, 0]), float(at[b, 1] - at[d, 1])
@@ -49,7 +46,7 @@ def is_within_circle(at: GridPoints, a: Index, b: Index, c: Index, d: Index) -> 
 
 
 @kernel
-def flip(tail: HalfEdges, twin: HalfEdges, h: Index) -> None:
+def flip(tail: Int64Array, twin: Int64Array, h: Index) -> None:
     """Turn the inner edge of half-edge h within the quad of its two triangles."""
     g = twin[h]
     hp, gp = preceding(h), preceding(g)
@@ -68,7 +65,7 @@ def flip(tail: HalfEdges, twin: HalfEdges, h: Index) -> None:
 
 
 @kernel
-def make_delaunay(at: GridPoints, tail: HalfEdges, twin: HalfEdges, triangles: int) -> None:
+def make_delaunay(at: Int64Array, tail: Int64Array, twin: Int64Array, triangles: int) -> None:
     """Flip inner edges of the first triangles until each is locally Delaunay.
 
     An edge is flipped only where the test is certain. Then its quad is convex, and the flip
@@ -100,7 +97,7 @@ def make_delaunay(at: GridPoints, tail: HalfEdges, twin: HalfEdges, triangles: i
 
 @kernel
 def triangle_at(
-    at: GridPoints, tail: HalfEdges, twin: HalfEdges, triangles: int, p: Index, first: int
+    at: Int64Array, tail: Int64Array, twin: Int64Array, triangles: int, p: Index, first: int
 ) -> int:
     """The triangle that holds point p, walking there from the first; -1 if none does."""
     t = first
@@ -130,13 +127,13 @@ def triangle_at(
 
 @kernel
 def insert(
-    at: GridPoints,
-    tail: HalfEdges,
-    twin: HalfEdges,
+    at: Int64Array,
+    tail: Int64Array,
+    twin: Int64Array,
     triangles: int,
     p: Index,
     t: int,
-    stack: HalfEdges,
+    stack: Int64Array,
 ) -> None:
     """Join point p, in triangle t and on no boundary edge, to a Delaunay triangulation.
 

@@ -6,22 +6,17 @@ import math
 
 import numpy as np
 
+from patterndb.core.halfedge import Int64Array
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation.delaunay import (
-    HalfEdges,
     following,
     insert,
     make_delaunay,
     preceding,
     triangle_at,
 )
-from patterndb_sketch.surfacing.tessellation.polygon import (
-    GridPoints,
-    clip_ears,
-    doubled_area,
-    turn,
-)
+from patterndb_sketch.surfacing.tessellation.polygon import clip_ears, doubled_area, turn
 
 #: The most points inside one polygon: some seconds, and a mesh that is surely a slip.
 MAX_INNER = 1_000_000
@@ -34,7 +29,7 @@ CLEARANCE = 0.6
 ROUNDS = 4
 
 
-def triangulated(grid: GridPoints) -> tuple[HalfEdges, HalfEdges]:
+def triangulated(grid: Int64Array) -> tuple[Int64Array, Int64Array]:
     """(tail, twin) of the constrained Delaunay triangulation of a simple polygon (m, 2)."""
     n = 3 * (len(grid) - 2)
     tail, twin = np.empty(n, np.int64), np.empty(n, np.int64)
@@ -44,8 +39,8 @@ def triangulated(grid: GridPoints) -> tuple[HalfEdges, HalfEdges]:
 
 
 def filled(
-    grid: GridPoints, tail: HalfEdges, twin: HalfEdges, spacing: float
-) -> tuple[GridPoints, HalfEdges, HalfEdges]:
+    grid: Int64Array, tail: Int64Array, twin: Int64Array, spacing: float
+) -> tuple[Int64Array, Int64Array, Int64Array]:
     """A triangulated polygon with points inside, about ``spacing`` steps of the grid apart.
 
     grid: (m, 2) int64, simple, counter-clockwise. tail, twin: its triangulation, see
@@ -73,7 +68,7 @@ def filled(
 
 
 @kernel
-def lattice(grid: GridPoints, spacing: float) -> GridPoints:
+def lattice(grid: Int64Array, spacing: float) -> Int64Array:
     """(k, 2) points of a hexagonal lattice inside a simple polygon, clear of its boundary.
 
     Rows are along the first axis, one of them through the middle of the polygon's box.
@@ -122,7 +117,7 @@ def lattice(grid: GridPoints, spacing: float) -> GridPoints:
 
 
 @kernel
-def _is_clear(grid: GridPoints, edges: HalfEdges, x: float, y: float, clear: float) -> bool:
+def _is_clear(grid: Int64Array, edges: Int64Array, x: float, y: float, clear: float) -> bool:
     """Is a point at least this far from these edges of a polygon, edge i beginning at vertex i?"""
     for k in range(len(edges)):
         i = edges[k]
@@ -138,7 +133,7 @@ def _is_clear(grid: GridPoints, edges: HalfEdges, x: float, y: float, clear: flo
 
 
 @kernel
-def _join(at: GridPoints, m: int, tail: HalfEdges, twin: HalfEdges) -> int:
+def _join(at: Int64Array, m: int, tail: Int64Array, twin: Int64Array) -> int:
     """Insert the points from m on, one by one; how many points are joined in the end."""
     triangles = m - 2
     stack = np.empty(len(at) + 3, np.int64)
@@ -153,7 +148,7 @@ def _join(at: GridPoints, m: int, tail: HalfEdges, twin: HalfEdges) -> int:
 
 
 @kernel
-def _smooth(at: GridPoints, m: int, tail: HalfEdges, twin: HalfEdges) -> None:
+def _smooth(at: Int64Array, m: int, tail: Int64Array, twin: Int64Array) -> None:
     """Move the points from m on towards even triangles, in place, and flip to Delaunay again.
 
     Each goes to the mean of its triangles' middles by their areas (Chen 2004, "Mesh smoothing

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
-from patterndb.geometry.polyline import Points
+from patterndb.geometry.points import Points
 from patterndb.geometry.tree import DEPTH, build
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.tessellation.triangles import cut

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.points import Points, as_points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
 from patterndb.errors import InvalidMeshError
-from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.tree import DEPTH, SLACK, build
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.tessellation.triangles import cut

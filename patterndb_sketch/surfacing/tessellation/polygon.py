@@ -9,10 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Index
+from patterndb.core.halfedge import Index, Int64Array
 from patterndb.system.kernels import kernel
-
-GridPoints = NDArray[np.int64]
 
 #: Coordinates run from 0 to this. A turn is a difference of two products of two differences:
 #: below 2**61, so it fits in 64 bits. One step is 1e-9 of the polygon's extent.
@@ -20,7 +18,7 @@ GRID = 1 << 30
 
 
 @kernel(inline="always")
-def turn(at: GridPoints, a: Index, b: Index, c: Index) -> int:
+def turn(at: Int64Array, a: Index, b: Index, c: Index) -> int:
     """Twice the signed area of the triangle of three points: above 0 counter-clockwise."""
     return (at[b, 0] - at[a, 0]) * (at[c, 1] - at[a, 1]) - (at[b, 1] - at[a, 1]) * (
         at[c, 0] - at[a, 0]
@@ -28,7 +26,7 @@ def turn(at: GridPoints, a: Index, b: Index, c: Index) -> int:
 
 
 @kernel
-def doubled_area(at: GridPoints) -> float:
+def doubled_area(at: Int64Array) -> float:
     """Twice the signed area of a closed polygon (m, 2)."""
     total = 0.0
     for i in range(1, len(at) - 1):
@@ -37,7 +35,7 @@ def doubled_area(at: GridPoints) -> float:
 
 
 @kernel
-def _between(at: GridPoints, a: Index, b: Index, c: Index) -> bool:
+def _between(at: Int64Array, a: Index, b: Index, c: Index) -> bool:
     """Of three points on one line: does c lie on the segment from a to b, ends included?"""
     for d in range(2):
         if at[c, d] < min(at[a, d], at[b, d]) or at[c, d] > max(at[a, d], at[b, d]):
@@ -46,7 +44,7 @@ def _between(at: GridPoints, a: Index, b: Index, c: Index) -> bool:
 
 
 @kernel
-def _meet(at: GridPoints, a: Index, b: Index, c: Index, d: Index) -> bool:
+def _meet(at: Int64Array, a: Index, b: Index, c: Index, d: Index) -> bool:
     """Do the segments a-b and c-d have a point in common?"""
     for axis in range(2):
         if max(at[a, axis], at[b, axis]) < min(at[c, axis], at[d, axis]):
@@ -69,7 +67,7 @@ def _meet(at: GridPoints, a: Index, b: Index, c: Index, d: Index) -> bool:
 
 
 @kernel
-def is_simple(at: GridPoints) -> bool:
+def is_simple(at: Int64Array) -> bool:
     """Does the closed polygon (m, 2) run counter-clockwise without touching itself?
 
     Vertices in a row on one line are fine; two at one place and edges that fold back are not.
@@ -93,7 +91,7 @@ def is_simple(at: GridPoints) -> bool:
 
 
 @kernel
-def _is_ear(at: GridPoints, after: NDArray[np.int64], p: Index, v: Index, q: Index) -> bool:
+def _is_ear(at: Int64Array, after: NDArray[np.int64], p: Index, v: Index, q: Index) -> bool:
     """Is the triangle of a vertex and its neighbours inside, with no other vertex on it?"""
     if turn(at, p, v, q) <= 0:
         return False
@@ -117,7 +115,7 @@ def _is_ear(at: GridPoints, after: NDArray[np.int64], p: Index, v: Index, q: Ind
 
 
 @kernel
-def clip_ears(at: GridPoints, m: int, tail: GridPoints, twin: GridPoints) -> None:
+def clip_ears(at: Int64Array, m: int, tail: Int64Array, twin: Int64Array) -> None:
     """Triangulate the simple counter-clockwise polygon of the first m points, in place.
 
     tail, twin: (3 (m - 2),) int64 or longer, filled here. Half-edge 3 t + e leaves vertex

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.geometry.polyline import Points
-from patterndb.geometry.quadshape import tangents
-from patterndb_sketch.surfacing.tessellation.polygon import GRID, GridPoints, is_simple
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points, tangents
+from patterndb_sketch.surfacing.tessellation.polygon import GRID, is_simple
 
 #: An area vector below this part of the squared extent has no direction: rounding.
 NO_AREA = 1e-12
@@ -26,14 +26,14 @@ class Projection:
     step:    the length of one step of the grid, in the units of the points.
     """
 
-    grid: GridPoints = field(repr=False)
+    grid: Int64Array = field(repr=False)
     heights: NDArray[np.float64] = field(repr=False)
     origin: Points
     axes: Points
     normal: Points
     step: float
 
-    def lifted(self, grid: GridPoints, heights: NDArray[np.float64]) -> Points:
+    def lifted(self, grid: Int64Array, heights: NDArray[np.float64]) -> Points:
         """(k, 3) points over grid points (k, 2) at these heights (k,)."""
         return self.origin + self.step * grid @ self.axes + heights[:, None] * self.normal
 

@@ -7,9 +7,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.halfedge import Int64Array
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.tessellation.delaunay import HalfEdges, following, preceding
-from patterndb_sketch.surfacing.tessellation.polygon import GridPoints, turn
+from patterndb_sketch.surfacing.tessellation.delaunay import following, preceding
+from patterndb_sketch.surfacing.tessellation.polygon import turn
 
 #: The residual is brought below this part of its scale: rounding, nearly.
 PRECISION = 1e-13
@@ -20,7 +21,7 @@ STEPS_EACH = 4
 
 @kernel
 def harmonic_heights(
-    at: GridPoints, tail: HalfEdges, twin: HalfEdges, boundary: NDArray[np.float64]
+    at: Int64Array, tail: Int64Array, twin: Int64Array, boundary: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """(v,) heights above the plane that solve Laplace's equation on a planar mesh.
 
@@ -84,8 +85,8 @@ def harmonic_heights(
 
 @kernel
 def _inner_edges(
-    at: GridPoints, tail: HalfEdges, twin: HalfEdges
-) -> tuple[HalfEdges, HalfEdges, NDArray[np.float64]]:
+    at: Int64Array, tail: Int64Array, twin: Int64Array
+) -> tuple[Int64Array, Int64Array, NDArray[np.float64]]:
     """The ends of every inner edge, and the sum of the cotangents opposite to it."""
     first = np.empty(len(tail) // 2, np.int64)
     second = np.empty(len(tail) // 2, np.int64)
@@ -102,7 +103,7 @@ def _inner_edges(
 
 
 @kernel
-def _cotangent(at: GridPoints, tail: HalfEdges, h: int) -> float:
+def _cotangent(at: Int64Array, tail: Int64Array, h: int) -> float:
     """Of the angle opposite half-edge h in its triangle."""
     a, b, c = tail[h], tail[following(h)], tail[preceding(h)]
     along = 0.0
@@ -113,8 +114,8 @@ def _cotangent(at: GridPoints, tail: HalfEdges, h: int) -> float:
 
 @kernel
 def _apply(
-    first: HalfEdges,
-    second: HalfEdges,
+    first: Int64Array,
+    second: Int64Array,
     weights: NDArray[np.float64],
     m: int,
     values: NDArray[np.float64],
@@ -130,7 +131,7 @@ def _apply(
 
 
 @kernel
-def stretch(at: GridPoints, tail: HalfEdges, heights: NDArray[np.float64], step: float) -> float:
+def stretch(at: Int64Array, tail: Int64Array, heights: NDArray[np.float64], step: float) -> float:
     """How many times as large as in the plane a mesh is at these heights: the root of areas."""
     flat, real = 0.0, 0.0
     for h in range(0, len(tail), 3):

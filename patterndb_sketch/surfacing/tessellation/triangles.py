@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import InvalidMeshError
-from patterndb.geometry.polyline import Points, as_points
+from patterndb.geometry.points import Points, as_points
 
 
 def area(points: ArrayLike, faces: ArrayLike) -> float:

@@ -7,6 +7,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap
 from viewer.features import FeatureState
@@ -14,9 +15,6 @@ from viewer.features.edits import Curve
 from viewer.features.keys import KEYS
 from viewer.features.picture import Painter
 from viewer.keymap import Effect
-
-Points = NDArray[np.float64]
-
 
 #: The ridge's ends, and places beside it that a user may click.
 ENDS = np.array([[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]])

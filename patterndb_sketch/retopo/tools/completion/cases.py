@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.tools.completion.sequence import Sequence
 from patterndb_sketch.retopo.tools.plane import (
     Boundary,
@@ -17,7 +18,6 @@ from patterndb_sketch.retopo.tools.plane import (
     NewSide,
     OldSide,
     PlanarPatch,
-    Points2,
     Side,
     arc,
     straight,
@@ -288,7 +288,7 @@ def _closed(case: str, corners: Many[Corner], curves: Many[NewSide | None]) -> S
     return Suggestion(case, PlanarPatch(tuple(corners), tuple((side,) for side in sides)))
 
 
-def _nearest(run: Sequence, point: Points2) -> float:
+def _nearest(run: Sequence, point: Points) -> float:
     """The place of a sequence nearest to a point."""
     tail, step = run.points[:-1], np.diff(run.points, axis=0)
     length = np.einsum("ij,ij->i", step, step)
@@ -298,7 +298,7 @@ def _nearest(run: Sequence, point: Points2) -> float:
     return float(run.places[k] + part[k] * (run.places[k + 1] - run.places[k]))
 
 
-def _ahead(start: Points2, direction: Points2, run: Sequence) -> float:
+def _ahead(start: Points, direction: Points, run: Sequence) -> float:
     """How far a sequence is in a direction; where that misses it, how far its nearest point is."""
     offset = run.points - start
     ahead, aside = offset @ direction, _cross(direction, offset)
@@ -315,15 +315,15 @@ def _distance(a: Corner, b: Corner) -> float:
     return float(np.linalg.norm(a.point - b.point))
 
 
-def _unit(v: Points2) -> Points2:
+def _unit(v: Points) -> Points:
     length = np.linalg.norm(v)
     return v / length if length > 0.0 else v
 
 
-def _left(v: Points2) -> Points2:
+def _left(v: Points) -> Points:
     """The unit vector to the left."""
     return np.array([-v[1], v[0]]) / max(float(np.linalg.norm(v)), 1e-300)
 
 
-def _cross(a: Points2, b: Points2) -> Points2:
+def _cross(a: Points, b: Points) -> Points:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb_sketch.retopo.tools.plane import Boundary, Points2
+from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.tools.plane import Boundary
 
 #: How far a window reaches behind the boundary that it stands on, and ahead of it, as multiples
 #: of its half-width.
@@ -29,11 +30,11 @@ class Window:
     def high(self) -> tuple[float, float]:
         return self.size, AHEAD * self.size
 
-    def has(self, points: Points2) -> NDArray[np.bool_]:
+    def has(self, points: Points) -> NDArray[np.bool_]:
         """(n,) are the points in it? NaN is not."""
         return np.all((points >= self.low) & (points <= self.high), axis=1)
 
-    def leaves(self, inside: Points2, outside: Points2) -> float:
+    def leaves(self, inside: Points, outside: Points) -> float:
         """Which part of the way from a point inside to one outside is inside."""
         step = outside - inside
         parts = [1.0]
@@ -61,10 +62,10 @@ class Sequence:
 
     boundary: int
     places: NDArray[np.float64]
-    points: Points2
+    points: Points
     corners: tuple[int, ...]
-    before: Points2
-    after: Points2
+    before: Points
+    after: Points
     whole: bool = False
 
     @property

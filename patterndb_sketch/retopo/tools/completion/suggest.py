@@ -7,19 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.tools.completion.cases import Suggestion, suggestion
 from patterndb_sketch.retopo.tools.completion.sequence import Window, sequences
-from patterndb_sketch.retopo.tools.plane import Boundary, Points2, fault
+from patterndb_sketch.retopo.tools.plane import Boundary, fault
 
 #: Windows that are looked at, from a tenth of the radius to all of it.
 SIZES = 10
 
 #: Tells of a line (n, 2) whether all of it is on the part of the surface that has a
 #: parameterisation.
-Covered = Callable[[Points2], bool]
+Covered = Callable[[Points], bool]
 
 
-def everywhere(line: Points2) -> bool:
+def everywhere(line: Points) -> bool:
     """The whole plane has a surface."""
     return bool(np.isfinite(line).all())
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, LocalMap, Window, local_map
 from patterndb_sketch.retopo.network import Edit, Network
@@ -16,7 +16,7 @@ from patterndb_sketch.retopo.tools.around import Edge, edges_around, mapped_arou
 from patterndb_sketch.retopo.tools.closing import closed_patch, onto_ground
 from patterndb_sketch.retopo.tools.completion.cases import Suggestion
 from patterndb_sketch.retopo.tools.completion.suggest import suggestions
-from patterndb_sketch.retopo.tools.plane import Points2, fault
+from patterndb_sketch.retopo.tools.plane import fault
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -64,7 +64,7 @@ def completions(
     onto = local_map(ground, foot, ahead, Window.completion(radius))
     boundaries, strokes = mapped_around(network, edges, onto)
 
-    def covered(line: Points2) -> bool:
+    def covered(line: Points) -> bool:
         return bool(onto.at(sampled_line(line, sizes.sampling))[1].all())
 
     found = suggestions(boundaries, radius, snap, covered=covered)

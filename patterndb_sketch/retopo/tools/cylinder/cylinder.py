@@ -5,7 +5,7 @@ Source: sketch-based quad meshes paper, section 4 and Fig. 6.
 
 from __future__ import annotations
 
-from patterndb.geometry.surface import Points
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke, geodesic
 from patterndb_sketch.retopo.network import AtNode, Draft, Edit, Network

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.network import HalfChain, Network, dead_end, face
 from patterndb_sketch.retopo.tools.around import Edge, edge_of
 

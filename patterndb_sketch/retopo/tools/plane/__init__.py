@@ -1,6 +1,6 @@
 """The plane of a local parameterisation: boundaries around a new patch, and the patch itself."""
 
-from patterndb_sketch.retopo.tools.plane.boundary import Boundary, Points2
+from patterndb_sketch.retopo.tools.plane.boundary import Boundary
 from patterndb_sketch.retopo.tools.plane.patch import PlanarPatch
 from patterndb_sketch.retopo.tools.plane.side import (
     Corner,
@@ -19,7 +19,6 @@ __all__ = [
     "NewSide",
     "OldSide",
     "PlanarPatch",
-    "Points2",
     "Side",
     "arc",
     "crossings",

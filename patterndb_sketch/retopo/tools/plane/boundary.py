@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-Points2 = NDArray[np.float64]
+from patterndb.geometry.points import Points
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,12 +20,12 @@ class Boundary:
     closed: does the last vertex join the first?
     """
 
-    points: Points2
+    points: Points
     corner: NDArray[np.bool_]
     closed: bool = False
 
     @cached_property
-    def edges(self) -> tuple[Points2, Points2]:
+    def edges(self) -> tuple[Points, Points]:
         """Starts and ends (m, 2) of the edges that lie in the plane."""
         tail, head = self.points, np.roll(self.points, -1, axis=0)
         if not self.closed:
@@ -33,7 +33,7 @@ class Boundary:
         known = np.isfinite(tail).all(axis=1) & np.isfinite(head).all(axis=1)
         return tail[known], head[known]
 
-    def at(self, place: float) -> Points2:
+    def at(self, place: float) -> Points:
         """(2,) the point at a place: the number of a vertex, and the part of the edge after it.
 
         Places of a closed boundary go on beyond its last vertex.

@@ -8,7 +8,8 @@ from itertools import chain
 
 import numpy as np
 
-from patterndb_sketch.retopo.tools.plane.boundary import Boundary, Points2
+from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.tools.plane.boundary import Boundary
 from patterndb_sketch.retopo.tools.plane.side import Corner, NewSide, Side, stretch
 
 
@@ -24,7 +25,7 @@ class PlanarPatch:
     sides: tuple[tuple[Side, ...], ...]
 
     @property
-    def points(self) -> Points2:
+    def points(self) -> Points:
         """(k, 2) the corners."""
         return np.array([corner.point for corner in self.corners])
 
@@ -34,11 +35,11 @@ class PlanarPatch:
         return tuple(chain.from_iterable(self.sides))
 
     @property
-    def curves(self) -> list[Points2]:
+    def curves(self) -> list[Points]:
         """The new curves, each (m, 2)."""
         return [side.points for side in self.parts if isinstance(side, NewSide)]
 
-    def outline(self, boundaries: Sequence[Boundary]) -> Points2:
+    def outline(self, boundaries: Sequence[Boundary]) -> Points:
         """(m, 2) the patch's border, counter-clockwise, its first point not repeated."""
         return np.concatenate(
             [

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patterndb_sketch.retopo.tools.plane.boundary import Boundary, Points2
+from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.tools.plane.boundary import Boundary
 
 #: Points of an arc, ends included. A cubic over a tenth to two brush radii is smooth with these.
 ARC_POINTS = 17
@@ -20,7 +21,7 @@ class Corner:
     place: on it; see :meth:`Boundary.at`.
     """
 
-    point: Points2
+    point: Points
     boundary: int | None = None
     place: float = 0.0
 
@@ -38,24 +39,24 @@ class OldSide:
 class NewSide:
     """A new curve from a corner of the patch to the next: (m, 2) float64 points."""
 
-    points: Points2
+    points: Points
 
 
 Side = OldSide | NewSide
 
 
-def stretch(boundary: Boundary, side: OldSide) -> Points2:
+def stretch(boundary: Boundary, side: OldSide) -> Points:
     """(m, 2) the points of an old side, ends included."""
     inner = np.arange(np.floor(side.start) + 1.0, np.ceil(side.end))
     return np.array([boundary.at(p) for p in (side.start, *inner, side.end)])
 
 
-def straight(start: Points2, end: Points2) -> NewSide:
+def straight(start: Points, end: Points) -> NewSide:
     """A straight new curve."""
     return NewSide(np.array([start, end]))
 
 
-def arc(start: Points2, leaving: Points2, end: Points2, arriving: Points2) -> NewSide:
+def arc(start: Points, leaving: Points, end: Points, arriving: Points) -> NewSide:
     """A cubic from a point to another with given directions.
 
     leaving, arriving: (2,) unit vectors, of the curve at its start and at its end. The tangents

@@ -8,7 +8,8 @@ from itertools import combinations
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb_sketch.retopo.tools.plane.boundary import Boundary, Points2
+from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.tools.plane.boundary import Boundary
 from patterndb_sketch.retopo.tools.plane.patch import PlanarPatch
 from patterndb_sketch.retopo.tools.plane.side import OldSide
 
@@ -41,7 +42,7 @@ def fault(patch: PlanarPatch, boundaries: Sequence[Boundary]) -> str | None:
     return None
 
 
-def crossings(a: Points2, b: Points2, c: Points2, d: Points2) -> NDArray[np.bool_]:
+def crossings(a: Points, b: Points, c: Points, d: Points) -> NDArray[np.bool_]:
     """(m, n) does segment a b (m, 2) pass through segment c d (n, 2)?
 
     What lies on a line counts as left of it, so a line through a common end of two segments
@@ -52,20 +53,20 @@ def crossings(a: Points2, b: Points2, c: Points2, d: Points2) -> NDArray[np.bool
     return (_left(a, b, c) != _left(a, b, d)) & (_left(c, d, a) != _left(c, d, b))
 
 
-def _left(a: Points2, b: Points2, c: Points2) -> NDArray[np.bool_]:
+def _left(a: Points, b: Points, c: Points) -> NDArray[np.bool_]:
     """Is c left of a b, or on it?"""
     u, v = b - a, c - a
     return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0] >= 0.0
 
 
-def _trimmed(points: Points2) -> Points2:
+def _trimmed(points: Points) -> Points:
     points = points.copy()
     points[0] += TRIM * (points[1] - points[0])
     points[-1] += TRIM * (points[-2] - points[-1])
     return points
 
 
-def _crosses_itself(curve: Points2) -> bool:
+def _crosses_itself(curve: Points) -> bool:
     tail, head = curve[:-1], curve[1:]
     found = crossings(tail, head, tail, head)
     # Neighbours touch, and rounding may call that crossing.
@@ -81,7 +82,7 @@ def _corners_apart(patch: PlanarPatch) -> bool:
     return bool(((gaps > APART * extent) | np.array(old)).all()) and extent > 0.0
 
 
-def _is_patch(loop: Points2) -> bool:
+def _is_patch(loop: Points) -> bool:
     """Eq. 1 of the paper, or most of the loop's fan the right way about.
 
     Differs from the paper: its test alone refuses ribbons, whose area is small for their length.

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb_sketch.retopo.tools.plane import Boundary, Corner, OldSide, Points2, Side, straight
+from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.tools.plane import Boundary, Corner, OldSide, Side, straight
 
 #: A boundary runs along the stroke if it is less than this off its direction, in radians. The
 #: paper has no figure; that of the released program.
@@ -25,11 +26,11 @@ class Run:
     boundary: int
     start: float
     end: float
-    low: Points2
-    high: Points2
+    low: Points
+    high: Points
 
 
-def is_along(step: Points2) -> NDArray[np.bool_]:
+def is_along(step: Points) -> NDArray[np.bool_]:
     """(n,) do these steps (n, 2) go up, along the stroke?"""
     return (step[:, 1] > 0.0) & (np.abs(step[:, 0]) < np.tan(ALONG) * step[:, 1])
 
@@ -107,7 +108,7 @@ def place_at(boundary: Boundary, run: Run, v: float | np.floating) -> float:
     return float(np.interp(v, heights, places))
 
 
-def _apart(a: Points2, b: Points2, half_width: float) -> bool:
+def _apart(a: Points, b: Points, half_width: float) -> bool:
     """Are these two places? Half a turn there and back rounds."""
     return bool(np.abs(a - b).max() > SAME * half_width)
 

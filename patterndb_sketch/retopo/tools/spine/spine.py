@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.tools.plane import (
     Boundary,
@@ -17,7 +18,6 @@ from patterndb_sketch.retopo.tools.plane import (
     NewSide,
     OldSide,
     PlanarPatch,
-    Points2,
     Side,
     fault,
     straight,
@@ -101,7 +101,7 @@ def _end(stretch: tuple[Corner, Corner] | None, start: Corner, end: Corner) -> S
     return OldSide(stretch[0].boundary, first, last)
 
 
-def _half_turn(points: Points2, length: float) -> Points2:
+def _half_turn(points: Points, length: float) -> Points:
     """About the middle of the stroke: its end becomes its start, the left flank the right one."""
     return np.array([0.0, length]) - points
 

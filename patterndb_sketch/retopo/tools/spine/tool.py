@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb.geometry.surface import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, LocalMap, Stroke, Window, local_map
 from patterndb_sketch.retopo.network import Edit, Network
