@@ -31,8 +31,7 @@ import trimesh
 
 import patterndb
 from ingest.read import read_mesh
-from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
-from patterndb_sketch.retopo.editor.arguments import (
+from patterndb_sketch.retopo.arguments import (
     REQUIRED,
     Argument,
     Flag,
@@ -41,6 +40,7 @@ from patterndb_sketch.retopo.editor.arguments import (
     Vector,
     Word,
 )
+from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import check, genus_of, handles_of

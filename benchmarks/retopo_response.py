@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.filling import changed, chosen_anew, ranked
 from patterndb_sketch.retopo.ground import Ground, cleaned
 from patterndb_sketch.retopo.network import check
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.completion import completions
+from patterndb_sketch.retopo.tools.autocomplete import completions
 from patterndb_sketch.retopo.tools.spine import spine_preview
 
 #: Columns and rows of patches, and the sheet's side.

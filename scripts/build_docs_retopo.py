@@ -10,8 +10,8 @@ from build_docs_markdown import between
 
 def retopo_page(text: str) -> str:
     """The guide with the tools and keys that there are, between its comments."""
+    from patterndb_sketch.retopo.arguments import REQUIRED
     from patterndb_sketch.retopo.editor import TOOLS
-    from patterndb_sketch.retopo.editor.arguments import REQUIRED
     from viewer.retopo.keys import KEY_HELP, MOUSE_HELP
     from viewer.retopo.modes import modes
 

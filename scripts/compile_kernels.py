@@ -138,12 +138,12 @@ shaded(skin, Seen(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
 RETOPO = """
 import numpy as np
 from patterndb_sketch.retopo.counts import CountsProblem, changed, choose
-from patterndb_sketch.retopo.filling.bending import fewest_edges
+from patterndb_sketch.retopo.filling.edgecounts import fewest_edges
 from patterndb_sketch.retopo.ground import Ground, cleaned, geodesic, planar_cut
 from patterndb_sketch.retopo.network import Network, with_borders
 from patterndb_sketch.retopo.network.flooding import flooded
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.completion import completions
+from patterndb_sketch.retopo.tools.autocomplete import completions
 from patterndb_sketch.retopo.tools.corners import toggle
 from patterndb_sketch.retopo.tools.erase import erase_crossed
 from patterndb_sketch.retopo.tools.salience import Salience

@@ -22,9 +22,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from patterndb.system.files import replace_file
-from patterndb_sketch.retopo.editor.state import State
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.sessionfile import Session, session_bytes, surface_bytes
+from patterndb_sketch.retopo.state import State
 
 #: Seconds between two writes, as in the released program of Takayama et al. 2013.
 EVERY = 30.0

@@ -30,13 +30,13 @@ from numpy.typing import NDArray
 from patterndb.errors import PatternDBError
 from patterndb.system.documents import JsonValue, parse_json, read_limited
 from patterndb.system.files import replace_file
-from patterndb_sketch.retopo.editor.state import State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.sessionfills import ARRAYS as NETWORK_ARRAYS
 from patterndb_sketch.retopo.sessionfills import entries_of
 from patterndb_sketch.retopo.sessionnetwork import network_document, network_of
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Plane, half_of
 
 #: How the name of a session's file ends.

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from boundary_cases import STEP, boundary
 
-from patterndb_sketch.retopo.tools.completion import Suggestion, suggested
 from patterndb_sketch.retopo.tools.plane import Boundary
+from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggested
 
 #: Of the cases: radius of what is looked at, snap radius.
 RADIUS, SNAP = 1.0, 0.25

@@ -9,7 +9,7 @@ from plane_cases import SIZES, corners_of, plane_ground, polygons
 
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Network, check
-from patterndb_sketch.retopo.tools.completion import autocomplete, complete, completions
+from patterndb_sketch.retopo.tools.autocomplete import autocomplete, complete, completions
 
 UP = (0.0, 0.0, 1.0)
 

@@ -18,7 +18,7 @@ from patterndb_sketch.retopo.network import Network, check, face, outline, with_
 from patterndb_sketch.retopo.network.caps import ROUNDNESS
 from patterndb_sketch.retopo.network.flooding import flooded, wall_of
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.completion import autocomplete
+from patterndb_sketch.retopo.tools.autocomplete import autocomplete
 from patterndb_sketch.retopo.tools.corners import toggle
 from patterndb_sketch.retopo.tools.cylinder import cylinder
 from patterndb_sketch.retopo.tools.patch import drop_patch, loop_around, make_patch

@@ -9,9 +9,8 @@ from completion_cases import CASES, LINE, NEAR, RADIUS, SNAP, C, asked, framed
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.tools.completion import suggested, suggestions
-from patterndb_sketch.retopo.tools.completion.suggest import SIZES
 from patterndb_sketch.retopo.tools.plane import Boundary, NewSide, PlanarPatch, crossings, fault
+from patterndb_sketch.retopo.tools.suggestions import SIZES, suggested, suggestions
 
 
 @pytest.mark.parametrize(

@@ -16,8 +16,7 @@ from hypothesis import strategies as st
 from retopo_cases import plane
 from shared import CHECKOUT
 
-from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor
-from patterndb_sketch.retopo.editor.arguments import (
+from patterndb_sketch.retopo.arguments import (
     MOST_POINTS,
     REQUIRED,
     Argument,
@@ -29,11 +28,11 @@ from patterndb_sketch.retopo.editor.arguments import (
     Word,
     read_arguments,
 )
-from patterndb_sketch.retopo.editor.history import History
-from patterndb_sketch.retopo.editor.state import State
+from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import completed
 from patterndb_sketch.retopo.network import Network, equal
+from patterndb_sketch.retopo.state import History, State
 from query.engine import PatternSource
 
 NAN, INF = math.nan, math.inf

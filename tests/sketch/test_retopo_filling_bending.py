@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sampled
 from patterndb_sketch.retopo.filling import changed, chosen_anew
-from patterndb_sketch.retopo.filling.bending import SAGITTA, STRETCH, fewest_edges
+from patterndb_sketch.retopo.filling.edgecounts import SAGITTA, STRETCH, fewest_edges
 from patterndb_sketch.retopo.network import Chain
 from query.engine import PatternSource
 

@@ -33,7 +33,7 @@ from patterndb_sketch.retopo.filling import (
     with_flow,
     without_flows,
 )
-from patterndb_sketch.retopo.filling.finding import patch_at
+from patterndb_sketch.retopo.filling.location import patch_at
 from patterndb_sketch.retopo.network import Network, equal, with_choice, with_count
 from query.engine import PatternSource
 

@@ -20,7 +20,7 @@ from retopo_cases import plane, sphere
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import Cache, completed, divided, filling_of
-from patterndb_sketch.retopo.filling.finding import patch_at
+from patterndb_sketch.retopo.filling.location import patch_at
 from patterndb_sketch.retopo.network import Network, with_choice
 from query.engine import PatternSource
 

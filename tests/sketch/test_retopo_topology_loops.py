@@ -22,10 +22,10 @@ from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import Choice, irregular_vertices, lengths, ranked, welded
-from patterndb_sketch.retopo.filling.looping import edge_at, insert_loop, nearest_edge
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, equal, with_count
 from patterndb_sketch.retopo.quadimport import imported
+from patterndb_sketch.retopo.tools.insertloop import edge_at, insert_loop, nearest_edge
 from query.engine import PatternSource
 
 

@@ -18,8 +18,8 @@ from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import completed, irregular_vertices, welded
-from patterndb_sketch.retopo.filling.moving import least_changes, move_pair
 from patterndb_sketch.retopo.network import Network, equal
+from patterndb_sketch.retopo.tools.movepair import least_changes, move_pair
 from query.engine import PatternSource, fills
 from query.solving.chords import Chords
 

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from patterndb_sketch.retopo.editor import Call
-from patterndb_sketch.retopo.editor.tool import Work
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.tool import Work
 from viewer.retopo.aiming import Aiming
 from viewer.retopo.previews import (
     Preview,

@@ -12,9 +12,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+from patterndb_sketch.retopo.arguments import REQUIRED, Flag, Line, Number, Vector, Word
 from patterndb_sketch.retopo.editor import TOOLS
-from patterndb_sketch.retopo.editor.arguments import REQUIRED, Flag, Line, Number, Vector, Word
-from patterndb_sketch.retopo.editor.tool import Tool
+from patterndb_sketch.retopo.tool import Tool
 
 #: What the mouse gives a tool.
 #: stroke: a line drawn on the surface. click: a point. drag: two points, pressed and released.

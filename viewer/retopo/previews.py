@@ -13,20 +13,20 @@ from scipy.spatial import KDTree
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.editor import TOOLS, Call
-from patterndb_sketch.retopo.editor.arguments import read_arguments
-from patterndb_sketch.retopo.editor.tool import Work
 from patterndb_sketch.retopo.filling import RetopoMesh
-from patterndb_sketch.retopo.filling.border import divided
 from patterndb_sketch.retopo.filling.choosing import filled
-from patterndb_sketch.retopo.filling.finding import patch_at
-from patterndb_sketch.retopo.filling.looping import edge_at
+from patterndb_sketch.retopo.filling.location import patch_at
+from patterndb_sketch.retopo.filling.placing import divided
 from patterndb_sketch.retopo.ground import Feet
 from patterndb_sketch.retopo.network import Network, nearest_place, samples
-from patterndb_sketch.retopo.tools.completion import completions
+from patterndb_sketch.retopo.tool import Work
+from patterndb_sketch.retopo.tools.autocomplete import completions
+from patterndb_sketch.retopo.tools.insertloop import edge_at
 from patterndb_sketch.retopo.tools.loop import loop_preview
 from patterndb_sketch.retopo.tools.pull import held, pull
-from patterndb_sketch.retopo.tools.spine.tool import spine_preview
+from patterndb_sketch.retopo.tools.spine import spine_preview
 from viewer.retopo.strips import nearest_edge, strip_line
 
 #: A vertex is where it was if it moves by less than this part of the ground's diagonal: placing

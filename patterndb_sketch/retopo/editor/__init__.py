@@ -5,8 +5,7 @@
 """
 
 from patterndb_sketch.retopo.editor.editor import Call, Editor, Outcome
-from patterndb_sketch.retopo.editor.history import DEPTH
-from patterndb_sketch.retopo.editor.state import State
 from patterndb_sketch.retopo.editor.table import TOOLS
+from patterndb_sketch.retopo.state import DEPTH, State
 
 __all__ = ["DEPTH", "TOOLS", "Call", "Editor", "Outcome", "State"]

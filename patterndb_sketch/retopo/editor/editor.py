@@ -5,11 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
-from patterndb_sketch.retopo.editor.arguments import read_arguments
-from patterndb_sketch.retopo.editor.history import History
-from patterndb_sketch.retopo.editor.state import State
+from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.editor.table import TOOLS
-from patterndb_sketch.retopo.editor.tool import Work
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import (
     Cache,
@@ -23,7 +20,9 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, with_borders
 from patterndb_sketch.retopo.quadimport import Imported
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.state import History, State
 from patterndb_sketch.retopo.symmetry import Half, Plane, half_of, mirrored
+from patterndb_sketch.retopo.tool import Work
 from patterndb_sketch.retopo.tools.salience import Salience
 from query.engine import PatternSource
 

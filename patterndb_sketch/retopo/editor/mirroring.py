@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from patterndb_sketch.retopo.editor.arguments import Argument, Flag, Vector
-from patterndb_sketch.retopo.editor.tool import Result, Tool, Work
+from patterndb_sketch.retopo.arguments import Argument, Flag, Vector
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.symmetry import (
@@ -16,6 +15,7 @@ from patterndb_sketch.retopo.symmetry import (
     with_symmetry,
     without_symmetry,
 )
+from patterndb_sketch.retopo.tool import Result, Tool, Work
 
 
 def _symmetry(work: Work, a: dict[str, Any]) -> Result:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from patterndb_sketch.retopo.editor.arguments import Argument, Flag, Line, Vector, Word
-from patterndb_sketch.retopo.editor.tool import Result, Tool, Work
+from patterndb_sketch.retopo.arguments import Argument, Flag, Line, Vector, Word
+from patterndb_sketch.retopo.tool import Result, Tool, Work
 from patterndb_sketch.retopo.tools.pull import held, release
 from patterndb_sketch.retopo.tools.redraw import redraw
 from patterndb_sketch.retopo.tools.salience import MODES

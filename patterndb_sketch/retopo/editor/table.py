@@ -11,11 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from patterndb_sketch.retopo.editor.arguments import Argument, Flag, Line, Number, Vector, Word
+from patterndb_sketch.retopo.arguments import Argument, Flag, Line, Number, Vector, Word
 from patterndb_sketch.retopo.editor.mirroring import MIRRORING
 from patterndb_sketch.retopo.editor.shaping import SHAPING
-from patterndb_sketch.retopo.editor.snapping import snapping
-from patterndb_sketch.retopo.editor.tool import LEAST_LENGTH, Result, Tool, Work
 from patterndb_sketch.retopo.editor.topology import TOPOLOGY
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import (
@@ -29,9 +27,9 @@ from patterndb_sketch.retopo.filling import (
     with_flow,
     without_flows,
 )
-from patterndb_sketch.retopo.filling.finding import patch_at
-from patterndb_sketch.retopo.symmetry import insert_on_half
-from patterndb_sketch.retopo.tools.completion import autocomplete
+from patterndb_sketch.retopo.filling.location import patch_at
+from patterndb_sketch.retopo.tool import LEAST_LENGTH, Result, Tool, Work, snapping
+from patterndb_sketch.retopo.tools.autocomplete import autocomplete
 from patterndb_sketch.retopo.tools.corners import flip_wedge, toggle
 from patterndb_sketch.retopo.tools.cylinder import CAPS, DIVISION, cylinder
 from patterndb_sketch.retopo.tools.erase import erase, erase_crossed, erase_open
@@ -39,7 +37,7 @@ from patterndb_sketch.retopo.tools.knot import clean_knot
 from patterndb_sketch.retopo.tools.loop import loop
 from patterndb_sketch.retopo.tools.patch import drop_patch, make_patch
 from patterndb_sketch.retopo.tools.spine import spine
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.stroke import insert, insert_on_half
 
 #: Edges along a chain, at most, that a call may ask for.
 MOST_EDGES = 500

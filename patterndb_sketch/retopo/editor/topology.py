@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from patterndb_sketch.retopo.editor.arguments import Argument, Number, Vector
-from patterndb_sketch.retopo.editor.tool import Result, Tool, Work
-from patterndb_sketch.retopo.filling.finding import patch_at
-from patterndb_sketch.retopo.filling.looping import insert_loop
-from patterndb_sketch.retopo.filling.moving import move_pair
+from patterndb_sketch.retopo.arguments import Argument, Number, Vector
+from patterndb_sketch.retopo.filling.location import patch_at
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Result, Tool, Work
+from patterndb_sketch.retopo.tools.insertloop import insert_loop
+from patterndb_sketch.retopo.tools.movepair import move_pair
 from patterndb_sketch.retopo.tools.vertexbrush import ROUNDS, brush, relax
 
 #: Rounds of smoothing, at most, that a call may ask for.

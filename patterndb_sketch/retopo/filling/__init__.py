@@ -5,7 +5,6 @@ from the pattern database, :mod:`.placing` lays it on the ground, and :mod:`.mes
 patches to one mesh. :mod:`.choice` is what the network keeps of it.
 """
 
-from patterndb_sketch.retopo.filling.border import border, divided
 from patterndb_sketch.retopo.filling.choice import Choice, Filling, Flow
 from patterndb_sketch.retopo.filling.choosing import (
     filling_of,
@@ -17,7 +16,7 @@ from patterndb_sketch.retopo.filling.choosing import (
     with_flow,
     without_flows,
 )
-from patterndb_sketch.retopo.filling.counting import (
+from patterndb_sketch.retopo.filling.edgecounts import (
     changed,
     chosen_anew,
     counted,
@@ -34,7 +33,7 @@ from patterndb_sketch.retopo.filling.meshing import (
     open_edges,
     welded,
 )
-from patterndb_sketch.retopo.filling.placing import Placed, placed
+from patterndb_sketch.retopo.filling.placing import Placed, border, divided, placed
 
 __all__ = [
     "Cache",

@@ -10,10 +10,9 @@ import numpy as np
 
 from patterndb.errors import PatternDBError
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.border import border
 from patterndb_sketch.retopo.filling.choice import By, Choice, Filling, Flow, pattern_code
-from patterndb_sketch.retopo.filling.counting import lengths
-from patterndb_sketch.retopo.filling.placing import Placed, placed
+from patterndb_sketch.retopo.filling.edgecounts import lengths
+from patterndb_sketch.retopo.filling.placing import Placed, border, placed
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, Patch, with_choice
 from query.boundary import Boundary

@@ -11,8 +11,8 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choosing import filled
-from patterndb_sketch.retopo.filling.counting import counted
-from patterndb_sketch.retopo.filling.islands import around_islands
+from patterndb_sketch.retopo.filling.edgecounts import counted
+from patterndb_sketch.retopo.filling.location import around_islands
 from patterndb_sketch.retopo.filling.placing import Placed
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, Patch

@@ -2,17 +2,101 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground
+from patterndb.geometry.points import Points, units
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground, Stroke
 from patterndb_sketch.retopo.network.borders import border_loops
-from patterndb_sketch.retopo.symmetry.plane import Plane
+from patterndb_sketch.retopo.network.stops import between
+from patterndb_sketch.retopo.sizes import Sizes
+
+# == The plane of symmetry.
+
+Vector = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Plane:
+    """A plane that mirrors; what is drawn lies on the side that its normal points to.
+
+    point: on it. normal: of unit length. By default x = 0, and drawn is where x > 0.
+    Raises InvalidRetopoError for what is not finite, and for a normal of another length.
+    """
+
+    point: Vector = (0.0, 0.0, 0.0)
+    normal: Vector = (1.0, 0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        if not (_three(self.point) and _three(self.normal)):
+            raise InvalidRetopoError(
+                f"the plane has the point {self.point} and the normal {self.normal}; "
+                "give three finite numbers for each"
+            )
+        if abs(math.hypot(*self.normal) - 1.0) > 1e-9:
+            raise InvalidRetopoError(
+                f"the plane's normal {self.normal} is not of length 1; Plane.of takes any"
+            )
+
+    @classmethod
+    def of(cls, point: ArrayLike, normal: ArrayLike) -> Plane:
+        """Through a point (3,), at right angles to a direction (3,) of any length but 0."""
+        at, up = np.asarray(point, np.float64), np.asarray(normal, np.float64)
+        size = float(np.linalg.norm(up)) if up.shape == (3,) else 0.0
+        if at.shape != (3,) or not (math.isfinite(size) and size > 0.0):
+            raise InvalidRetopoError(
+                f"the plane has the point {point!r} and the normal {normal!r}; "
+                "give [x, y, z] for each, the normal not 0"
+            )
+        # Adding 0 makes 0 of -0.
+        x, y, z = (at + 0.0).tolist()
+        u, v, w = (up / size + 0.0).tolist()
+        return cls((x, y, z), (u, v, w))
+
+    @property
+    def reversed(self) -> Plane:
+        """The same plane, drawn on its other side."""
+        u, v, w = self.normal
+        return replace(self, normal=(0.0 - u, 0.0 - v, 0.0 - w))
+
+    def heights(self, points: Points) -> NDArray[np.float64]:
+        """(n,) how far (n, 3) points are from it, positive on the side that is drawn on."""
+        return (points - np.array(self.point)) @ np.array(self.normal)
+
+    def mirrored(self, points: Points) -> Points:
+        """(n, 3) the images of points."""
+        return points - (2.0 * self.heights(points))[:, None] * np.array(self.normal)
+
+    def mirrored_directions(self, directions: Points) -> Points:
+        """(n, 3) the images of directions."""
+        up = np.array(self.normal)
+        return directions - (2.0 * (directions @ up))[:, None] * up
+
+    def flattened(self, points: Points) -> Points:
+        """(n, 3) the points of the plane nearest to points."""
+        return points - self.heights(points)[:, None] * np.array(self.normal)
+
+    def flattened_normals(self, normals: Points) -> Points:
+        """(n, 3) unit normals turned into the plane; those at right angles to it stay.
+
+        Half of a surface and its image have together these normals at the seam.
+        """
+        up = np.array(self.normal)
+        flat = normals - (normals @ up)[:, None] * up
+        level = np.linalg.norm(flat, axis=1) > 1e-6
+        return np.where(level[:, None], units(flat), normals)
+
+
+def _three(vector: Vector) -> bool:
+    return len(vector) == 3 and all(math.isfinite(x) for x in vector)
+
 
 #: What is this near to the plane, as a part of the surface's diagonal, is on it. Source: the
 #: released program of Takayama et al. 2013, which welds what is so near.
@@ -145,3 +229,120 @@ def _turned(
     """Triangles and what belongs to their sides, begun at the one corner that ``first`` marks."""
     k = (np.argmax(first, axis=1)[:, None] + np.arange(3)) % 3
     return np.take_along_axis(triangles.astype(np.int64), k, 1), np.take_along_axis(middle, k, 1)
+
+
+def heights_of(half: Half, points: Points) -> NDArray[np.float64]:
+    """(n,) heights of (n, 3) points above the plane, 0 for those on it."""
+    height = half.plane.heights(points)
+    height[np.abs(height) <= half.near] = 0.0
+    return height
+
+
+def crossing_places(height: NDArray[np.float64], closed: bool) -> list[float]:
+    """Where a polyline with these heights (n,) crosses the plane or comes to run in it, or leaves
+    it: places in samples, ascending. One that only touches it with a sample goes on."""
+    off = np.flatnonzero(height)
+    n = len(height)
+    if not len(off):
+        return []
+    found: list[float] = []
+    if not closed and off[0] > 1:
+        found.append(float(off[0] - 1))
+    follower = np.r_[off[1:], off[0] + n] if closed else off[1:]
+    for i, j in zip(off[: len(follower)].tolist(), follower.tolist(), strict=True):
+        one, two = float(height[i]), float(height[j % n])
+        if j == i + 1:
+            if (one > 0.0) != (two > 0.0):
+                found.append(i + one / (one - two))
+        elif j > i + 2:
+            found += [float((i + 1) % n), float((j - 1) % n)]
+        elif (one > 0.0) != (two > 0.0):
+            found.append(float((i + 1) % n))
+    if not closed and off[-1] < n - 2:
+        found.append(float(off[-1] + 1))
+    return sorted(set(found))
+
+
+# == Strokes on a half: split at the plane, and joined to the seam there.
+
+#: A part of a stroke that begins and ends on the plane is drawn along it, not across the half, if
+#: it never is further from it than this part of the snap radius.
+ALONG = 0.5
+
+
+#: A part shorter than this many samplings is what is left of an end on the plane.
+SHORTEST = 2.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A part of a stroke on the half. on: is its start, and its end, on the plane?"""
+
+    stroke: Stroke
+    on: tuple[bool, bool]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parted:
+    """What of a stroke is on the half.
+
+    parts: in order; a closed stroke that crosses the plane becomes open ones. beyond: how many
+    parts on the other side are left out. along: how many along the plane are.
+    """
+
+    parts: tuple[Part, ...]
+    beyond: int
+    along: int
+
+
+def parted(stroke: Stroke, half: Half, sizes: Sizes) -> Parted:
+    """Split a stroke, cleaned on the whole ground, at the plane.
+
+    What is beyond the plane is dropped. Where it was cut it is exactly on the plane, as near as
+    floating point gets, and points nearer to it than ``half.near`` are moved there.
+    """
+    line, up = stroke.points.copy(), stroke.normals
+    height = heights_of(half, line)
+    line[height == 0.0] = half.plane.flattened(line[height == 0.0])
+    places = crossing_places(height, stroke.closed)
+    n = len(line)
+    if stroke.closed and places:
+        bounds = [*places, places[0] + n]
+    elif stroke.closed:
+        whole = Part(replace(stroke, points=line), (False, False))
+        return Parted((whole,) if (height > 0.0).any() else (), int((height < 0.0).any()), 0)
+    else:
+        bounds = sorted({0.0, *places, float(n - 1)})
+    parts: list[Part] = []
+    beyond, along = 0, 0
+    for begin, finish in pairwise(bounds):
+        inner = np.arange(int(np.floor(begin)) + 1, int(np.ceil(finish)))
+        points, normals = between(line, up, np.concatenate([[begin], inner, [finish]]))
+        for k, place in ((0, begin), (-1, finish)):
+            if stroke.closed or place in places:
+                points[k] = half.plane.flattened(points[k][None])[0]
+        there = heights_of(half, points)
+        on = bool(there[0] == 0.0), bool(there[-1] == 0.0)
+        if there.min() < 0.0:
+            beyond += 1
+        elif _along(points, there.max(), on, sizes):
+            along += 1
+        else:
+            parts.append(Part(Stroke(points, normals, False, stroke.missed), on))
+    return Parted(tuple(parts), beyond, along)
+
+
+def _along(points: Points, highest: float, on: tuple[bool, bool], sizes: Sizes) -> bool:
+    """Is a part along the plane, or what is left of an end that touched it?"""
+    if all(on) and highest <= ALONG * sizes.snap:
+        return True
+    return any(on) and float(arc_length(points)[-1]) < SHORTEST * sizes.sampling
+
+
+def refuse_beyond(stroke: Stroke, half: Half, what: str) -> None:
+    """Raise RefusedError if a stroke is partly beyond the plane; ``what`` is drawn, in words."""
+    if (heights_of(half, stroke.points) < 0.0).any():
+        raise RefusedError(
+            f"{what} crosses the plane of symmetry, or is beyond it; draw it on the side that is "
+            "worked on"
+        )

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.symmetry.plane import Plane
+from patterndb_sketch.retopo.symmetry.half import Plane
 
 #: Points of the surface whose images are looked at, about; a third as many, first.
 POINTS = 1500

@@ -10,6 +10,7 @@ import numpy as np
 from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import (
+    BORDER,
     NONE,
     SYMMETRY,
     AtNode,
@@ -23,8 +24,7 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.network.order import departure, turn
 from patterndb_sketch.retopo.network.samples import Samples, nearest_place, samples_of
 from patterndb_sketch.retopo.network.stops import between
-from patterndb_sketch.retopo.symmetry.cutting import on_plane, part, runs_alike
-from patterndb_sketch.retopo.symmetry.half import Half, Run
+from patterndb_sketch.retopo.symmetry.half import Half, Run, crossing_places, heights_of
 
 #: Directions at a node are taken over this many samples.
 SAMPLES_AHEAD = 2.0
@@ -240,3 +240,70 @@ def _from_outside(draft: Draft, half: Half, node: int) -> tuple[HalfChain, ...]:
         turns.append(turn(at.normal, outward, departure(chain.points, bool(end & 1), reach)))
     first = int(np.argmin(turns))
     return at.ends[first:] + at.ends[:first]
+
+
+# == A network cut by the plane of symmetry: what lies beyond it goes.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Parting:
+    """What became of a network's chains.
+
+    level: chains that lie in the plane, as they are now. beyond: how many curves lay beyond the
+    plane as a whole, and are gone; borders of the surface do not count. cut: how many were cut.
+    """
+
+    level: tuple[int, ...]
+    beyond: int
+    cut: int
+
+
+def part(draft: Draft, half: Half) -> Parting:
+    """Cut the chains of a draft where they cross the plane, and drop what lies beyond it.
+
+    Chains in the plane stay, for the caller to use or drop.
+    """
+    level: list[int] = []
+    beyond, cut = 0, 0
+    for chain in sorted(draft.chains):
+        old = draft.chains[chain]
+        height = heights_of(half, old.points)
+        if not height.any():
+            level.append(chain)
+            continue
+        if not (height > 0.0).any():
+            draft.remove_chain(chain)
+            beyond += BORDER not in old.marks
+            continue
+        places = crossing_places(height, old.loose)
+        for place in places:
+            points, normals = between(old.points, old.normals, np.array([place]))
+            draft.cut_chain(chain, place, (half.plane.flattened(points)[0], normals[0]))
+        cut += bool(places) and BORDER not in old.marks
+        for piece in sorted(draft.pieces([chain])):
+            there = heights_of(half, draft.chains[piece].points)
+            if not there.any():
+                level.append(piece)
+            elif there.sum() < 0.0:
+                draft.remove_chain(piece)
+    return Parting(tuple(level), beyond, cut)
+
+
+def on_plane(draft: Draft, half: Half) -> list[int]:
+    """The nodes of a draft that are on the plane."""
+    ids = sorted(node for node, at in draft.nodes.items() if at.ends)
+    if not ids:
+        return []
+    points: Points = np.array([draft.nodes[node].point for node in ids])
+    return [
+        node for node, h in zip(ids, heights_of(half, points).tolist(), strict=True) if h == 0.0
+    ]
+
+
+def runs_alike(one: Chain, line: Points) -> bool:
+    """Does a chain run as a polyline (n, 3) between the same places does, seen at its middle?"""
+    middle, there = one.points[len(one.points) // 2], line[len(line) // 2]
+    step = float(np.linalg.norm(np.diff(line, axis=0), axis=1).max()) if len(line) > 1 else 0.0
+    gaps = np.linalg.norm(line - middle, axis=1)
+    back = np.linalg.norm(one.points - there, axis=1)
+    return bool(gaps.min() <= step and back.min() <= step)

@@ -2,15 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import LocalMap
-from patterndb_sketch.retopo.network import AtNode, Draft, Edit, HalfChain, Network
+from patterndb_sketch.retopo.network import (
+    AtChain,
+    AtNode,
+    Draft,
+    Edit,
+    HalfChain,
+    Network,
+    successor,
+)
+from patterndb_sketch.retopo.network.structure import NONE
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.around import Edge, sampled_line
-from patterndb_sketch.retopo.tools.plane import Corner, NewSide, OldSide, PlanarPatch
+from patterndb_sketch.retopo.tools.plane import (
+    Boundary,
+    Corner,
+    NewSide,
+    OldSide,
+    PlanarPatch,
+)
 
 #: How far behind its first place a stretch of a boundary is looked at, in samples, to see which
 #: chain it runs along: beyond where a cut may have been moved to a sample.
@@ -109,3 +128,176 @@ def _leaving(draft: Draft, network: Network, edge: Edge, part: OldSide) -> HalfC
     half, local = edge.located(network, part.start + min(BEYOND, (part.end - part.start) / 2.0))
     chain, _ = draft.located(half >> 1, local)
     return 2 * chain + (half & 1)
+
+
+# == The boundaries around a place: what tools that close patches snap to.
+
+#: A place nearer to a node than this part of a sample is at the node.
+AT_NODE = 0.25
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Edge:
+    """A boundary of patches on the ground: half-chains in a row without a patch on their left.
+
+    halves:  in order. starts: (h + 1,) the numbers of the vertices at which each begins, the last
+             that of the last vertex.
+    closed:  does the last half-chain lead to the first?
+    points, normals: (n, 3) float64 its vertices; of a closed one the first is not repeated.
+    corner:  (n,) bool, which of them are nodes.
+    """
+
+    halves: tuple[HalfChain, ...]
+    starts: tuple[int, ...]
+    closed: bool
+    points: Points
+    normals: Points
+    corner: NDArray[np.bool_]
+
+    def located(self, network: Network, place: float) -> tuple[HalfChain, float]:
+        """The half-chain at a place of the boundary, and the place on its chain, in samples."""
+        if self.closed:
+            place %= len(self.points)
+        k = int(np.searchsorted(self.starts, place, side="right")) - 1
+        half = self.halves[min(k, len(self.halves) - 1)]
+        chain = network.chains[half >> 1]
+        local = place - self.starts[min(k, len(self.halves) - 1)]
+        if half & 1:
+            n = len(chain.points)
+            local = (n - 1.0 - local) % n if chain.loose else n - 1.0 - local
+        return half, local
+
+    def end(self, network: Network, place: float) -> AtNode | AtChain:
+        """What a curve is joined to that ends at a place of the boundary."""
+        half, local = self.located(network, place)
+        chain = network.chains[half >> 1]
+        if not chain.loose:
+            for node, edge in ((chain.start, 0.0), (chain.end, float(chain.segments))):
+                if abs(local - edge) < AT_NODE:
+                    return AtNode(node)
+        return AtChain(chain.id, local)
+
+    def nodes_within(self, network: Network, start: float, end: float) -> list[HalfChain]:
+        """The half-chains that leave nodes strictly between two places."""
+        n = len(self.points)
+        found: list[HalfChain] = []
+        for k, half in enumerate(self.halves):
+            if network.origin(half) == NONE or not (k or self.closed):
+                continue
+            first = float(self.starts[k])
+            turns = range(-1, 3) if self.closed else (0,)
+            if any(start + AT_NODE < first + t * n < end - AT_NODE for t in turns):
+                found.append(half)
+        return found
+
+
+def edges_around(network: Network) -> list[Edge]:
+    """All boundaries of what is there.
+
+    A half-chain belongs to one if it has no patch on its left and may have one, and there is a
+    patch on its right, or the border of the surface, or the plane of symmetry. A patch that has a
+    chain on both its sides is none here: one curve between two rings closes the whole strip
+    between them, and more are to come.
+
+    Differs from the paper and its released program, to which only patches count: beside the
+    surface's border they leave a gap that no quad can fill.
+    """
+    slit = {
+        patch.id
+        for patch in network.patches.values()
+        if any(h ^ 1 in patch.loop for h in patch.loop)
+    }
+    taken = {half for half, patch in network.patch_of().items() if patch not in slit}
+    empty = {
+        half
+        for chain in network.chains
+        for half in (2 * chain, 2 * chain + 1)
+        if half not in taken
+        and not network.mark(half)
+        and (half ^ 1 in taken or network.mark(half ^ 1))
+    }
+    following = {half: successor(network.nodes, network.chains, half)[0] for half in empty}
+    before = {after: half for half, after in following.items() if after in empty}
+    found: list[Edge] = []
+    done: set[HalfChain] = set()
+    # Open ones from where they begin, then the closed ones, in the order of their numbers.
+    for half in (*sorted(empty - before.keys()), *sorted(empty)):
+        if half not in done:
+            row = list(_row(half, following, empty))
+            done.update(row)
+            found.append(edge_of(network, row, closed=following[row[-1]] == half))
+    return found
+
+
+def mapped_around(
+    network: Network, edges: Sequence[Edge], onto: LocalMap
+) -> tuple[list[Boundary], list[Boundary]]:
+    """In the plane of a map, the boundaries, and the chains that are on none of them: strokes in
+    the way of new curves. Strokes that the map does not reach are left out."""
+    taken = {half >> 1 for edge in edges for half in edge.halves}
+    others = [chain for chain in network.chains.values() if chain.id not in taken]
+    lines = [*edges, *others]
+    if not lines:
+        return [], []
+    starts = np.cumsum([0, *(len(line.points) for line in lines)])
+    points = np.concatenate([line.points for line in lines])
+    uv = onto.of_points(points, np.concatenate([line.normals for line in lines]))
+    planes = [uv[a:b] for a, b in pairwise(starts.tolist())]
+    boundaries = [
+        Boundary(plane, edge.corner, edge.closed)
+        for plane, edge in zip(planes, edges, strict=False)
+    ]
+    strokes = [
+        Boundary(plane, np.zeros(len(plane), np.bool_), chain.loose)
+        for plane, chain in zip(planes[len(edges) :], others, strict=True)
+        if np.isfinite(plane).any()
+    ]
+    return boundaries, strokes
+
+
+def _row(
+    half: HalfChain, following: dict[HalfChain, HalfChain], empty: set[HalfChain]
+) -> Iterator[HalfChain]:
+    first = half
+    while True:
+        yield half
+        half = following[half]
+        if half == first or half not in empty:
+            return
+
+
+def edge_of(network: Network, row: Sequence[HalfChain], *, closed: bool) -> Edge:
+    """Half-chains in a row as one boundary."""
+    points, normals, corner = [], [], []
+    starts = [0]
+    for half in row:
+        chain = network.chains[half >> 1]
+        line, up = chain.directed(half)
+        # Shared vertices once: each half-chain without its last.
+        last = len(line) if chain.loose else len(line) - 1
+        points.append(line[:last])
+        normals.append(up[:last])
+        corner.append(np.arange(last) == (-1 if chain.loose else 0))
+        starts.append(starts[-1] + last)
+    if not closed:
+        line, up = network.chains[row[-1] >> 1].directed(row[-1])
+        points.append(line[-1:])
+        normals.append(up[-1:])
+        corner.append(np.ones(1, bool))
+    return Edge(
+        tuple(row),
+        tuple(starts),
+        closed,
+        np.concatenate(points),
+        np.concatenate(normals),
+        np.concatenate(corner),
+    )
+
+
+def sampled_line(line: Points, spacing: float) -> Points:
+    """(m, 2) a polyline with points about ``spacing`` apart, its own among them."""
+    parts = [line[:1]]
+    for a, b in pairwise(line):
+        n = max(1, round(float(np.linalg.norm(b - a)) / spacing))
+        parts.append(a + (b - a) * (np.arange(1, n + 1) / n)[:, None])
+    return np.concatenate(parts)

@@ -9,15 +9,24 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke
+from patterndb_sketch.retopo.network import SYMMETRY
 from patterndb_sketch.retopo.network.doubled import undoubled
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.ends import AtChain, AtNode, End, Free
-from patterndb_sketch.retopo.network.samples import Samples, nearest_node, nearest_place, samples
+from patterndb_sketch.retopo.network.samples import (
+    Samples,
+    nearest_node,
+    nearest_place,
+    samples,
+    samples_of,
+)
 from patterndb_sketch.retopo.network.stops import Nearness, Project
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.network.weaving import weave, weave_closed
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.symmetry.half import Half, Part, heights_of, parted
+from patterndb_sketch.retopo.tools.erase import erase
 
 #: A crossing this near to a node, in samplings along the chain, is at the node.
 NODE_NEAR = 0.5
@@ -142,3 +151,71 @@ def dragged(
     for k, point, normal in targets:
         line[k], up[k] = point, normal
     return line, up
+
+
+#: A curve from the seam to the seam that is never further from the plane than this many samplings
+#: is none.
+LEVEL = 0.5
+
+
+def insert_on_half(
+    network: Network,
+    half: Half,
+    sizes: Sizes,
+    stroke: Stroke,
+    smooth: tuple[bool, bool] = (False, False),
+) -> Edit:
+    """Add a stroke, cleaned on the whole ground, to a network on half of it.
+
+    It is split at the plane, and what is beyond is dropped and told; parts end on the seam, at a
+    node there within the snap radius, else where they cross. See
+    :func:`~patterndb_sketch.retopo.tools.stroke.insert` for the rest. Raises RefusedError if nothing of
+    it is on the half.
+    """
+    split = parted(stroke, half, sizes)
+    if not split.parts:
+        raise RefusedError(
+            "the stroke lies on the other side of the plane of symmetry, or along it; draw it "
+            "on the side that is worked on"
+        )
+    notes: list[str] = []
+    if split.beyond:
+        notes.append(f"{split.beyond} parts of the stroke beyond the plane are left out")
+    after = network
+    for part in split.parts:
+        ends: list[End | None] = [
+            _on_seam(after, part, k, sizes) if part.on[k] else None for k in (0, 1)
+        ]
+        edit = insert(after, half.ground, sizes, part.stroke, ends[0], ends[1], smooth)
+        after = _without_level(edit.network, edit.chains, half, sizes)
+        notes += [note for note in edit.notes if note not in notes]
+    return Edit.of(network, after, notes)
+
+
+def _without_level(network: Network, chains: tuple[int, ...], half: Half, sizes: Sizes) -> Network:
+    """Without new chains along the seam: where a stroke's end is taken to a node, what is next to
+    the plane may be taken onto it."""
+    level: list[int] = []
+    for chain in chains:
+        line = network.chains[chain]
+        height = heights_of(half, line.points)
+        on = not line.loose and height[0] == 0.0 == height[-1]
+        if on and not line.marked and height.max() <= LEVEL * sizes.sampling:
+            level.append(chain)
+    return erase(network, level).network if level else network
+
+
+def _on_seam(network: Network, part: Part, k: int, sizes: Sizes) -> End | None:
+    """Where a part's start (0) or end (1) joins the seam."""
+    point, normal = part.stroke.points[-k], part.stroke.normals[-k]
+    seam = {c: chain for c, chain in network.chains.items() if SYMMETRY in chain.marks}
+    nodes = sorted({node for chain in seam.values() for node in (chain.start, chain.end)} - {-1})
+    near = [
+        (float(np.linalg.norm(network.nodes[node].point - point)), node)
+        for node in nodes
+        if float(network.nodes[node].normal @ normal) > 0.0
+    ]
+    if near and min(near)[0] <= sizes.snap:
+        return AtNode(min(near)[1])
+    place = nearest_place(samples_of(seam), point, normal, sizes.snap)
+    return None if place is None else AtChain(place.chain, place.place)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 from sheets import at, curves, keys, opened, press, square, texts, tube
 
+from patterndb_sketch.retopo.arguments import Argument, Flag, Number, Vector, Word
 from patterndb_sketch.retopo.editor import TOOLS
-from patterndb_sketch.retopo.editor.arguments import Argument, Flag, Number, Vector, Word
-from patterndb_sketch.retopo.editor.tool import Result, Tool
 from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.tool import Result, Tool
 from query.engine import PatternSource
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import ACTIONS, KEY_HELP, MODE_KEYS

@@ -7,9 +7,9 @@ import pytest
 from sheets import SQUARE, at, click, curves, drag, hover, keys, press, quads_of, sheet, square
 
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.editor.snapping import SNAPPING
 from patterndb_sketch.retopo.filling import welded
 from patterndb_sketch.retopo.network import equal
+from patterndb_sketch.retopo.tool import SNAPPING
 from query.engine import PatternSource
 from viewer.retopo import RetopoState
 from viewer.retopo.aiming import ZOOMS

@@ -12,11 +12,16 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, LocalMap, Window, local_map
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.around import Edge, edges_around, mapped_around, sampled_line
-from patterndb_sketch.retopo.tools.closing import closed_patch, onto_ground
-from patterndb_sketch.retopo.tools.completion.cases import Suggestion
-from patterndb_sketch.retopo.tools.completion.suggest import suggestions
+from patterndb_sketch.retopo.tools.closing import (
+    Edge,
+    closed_patch,
+    edges_around,
+    mapped_around,
+    onto_ground,
+    sampled_line,
+)
 from patterndb_sketch.retopo.tools.plane import fault
+from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggestions
 
 
 @dataclass(frozen=True, slots=True, eq=False)

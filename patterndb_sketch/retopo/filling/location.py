@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling.placing import Placed
 from patterndb_sketch.retopo.ground import Feet, Ground
 from patterndb_sketch.retopo.network import Network, outline
+from patterndb_sketch.retopo.network.walks import joined_chains
 from query.placing import enclosed
 
 #: A point no further to the right of a patch's border, as a part of the ground's diagonal, is on
@@ -78,3 +82,52 @@ def left_of(points: Points, normals: Points, at: Points, up: Points) -> float:
         # At a vertex: left of both its segments together, whichever way the polygon turns there.
         left = left + lefts[(k + (1 if share[k] else -1)) % len(points)]
     return float((at - nearest[k]) @ units(left[None])[0])
+
+
+# == Islands: parts of the network that lie within a patch, joined to none of its sides.
+#
+# == A patch is the loop around it, whatever else is drawn in there. Its quads would lie over those of
+# == patches within; so it has none until a curve joins both, and makes other loops of them.
+
+
+def around_islands(
+    network: Network, ground: Ground, placed: Mapping[int, Placed]
+) -> dict[int, int]:
+    """Placed patches within which others lie, of other parts of the network: for each one of
+    those. Curves without a patch are no islands: they may be about to be joined."""
+    part: dict[int, int] = {}
+    for chain in sorted(network.chains):
+        if chain not in part:
+            part.update(dict.fromkeys(joined_chains(network.nodes, network.chains, chain), chain))
+    of = {patch: part[network.patches[patch].loop[0] >> 1] for patch in sorted(placed)}
+    first = {name: patch for patch, name in reversed(of.items())}
+    if len(first) < 2:
+        return {}
+    # A part lies within a patch if any place of it does, for no curves cross.
+    places = {name: _start(network, p) for name, p in first.items()}
+    found: dict[int, int] = {}
+    for patch, name in of.items():
+        there = [other for other in first if other != name and _near(placed[patch], places[other])]
+        if not there:
+            continue
+        border = outline(network, network.patches[patch].loop)
+        for other in there:
+            foot = ground.nearest(places[other][None])
+            if is_within(ground, border, foot):
+                found[patch] = first[other]
+                break
+    return found
+
+
+def _start(network: Network, patch: int) -> NDArray[np.float64]:
+    half = network.patches[patch].loop[0]
+    return network.chains[half >> 1].directed(half)[0][0]
+
+
+def _near(placed: Placed, point: NDArray[np.float64]) -> bool:
+    """Is a point (3,) as near to a vertex of the quads as those on them are?"""
+    corner = placed.vertices[placed.quads]
+    across = max(
+        float(np.linalg.norm(corner[:, k] - corner[:, k + 2], axis=1).max()) for k in (0, 1)
+    )
+    return float(np.linalg.norm(placed.vertices - point, axis=1).min()) <= across

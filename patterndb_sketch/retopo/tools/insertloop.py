@@ -13,9 +13,9 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choosing import filled, filling_of, suits
-from patterndb_sketch.retopo.filling.counting import counted, lengths
+from patterndb_sketch.retopo.filling.edgecounts import counted, lengths
 from patterndb_sketch.retopo.filling.expansion import Expansion
-from patterndb_sketch.retopo.filling.finding import patch_at
+from patterndb_sketch.retopo.filling.location import patch_at
 from patterndb_sketch.retopo.filling.placing import Placed
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (

@@ -11,10 +11,10 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.border import border
 from patterndb_sketch.retopo.filling.choosing import filled, filling_of
-from patterndb_sketch.retopo.filling.counting import counted
+from patterndb_sketch.retopo.filling.edgecounts import counted
 from patterndb_sketch.retopo.filling.expansion import Expansion
+from patterndb_sketch.retopo.filling.placing import border
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Edit, Network, with_choice
 from patterndb_sketch.retopo.sizes import Sizes

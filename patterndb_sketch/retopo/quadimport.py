@@ -15,10 +15,16 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Choice, FilledNetwork, Filling, Placed
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import BORDER, Chain, HalfChain, Network, Node, Patch, face
-from patterndb_sketch.retopo.quadimport.connectivity import Quads, quads_of
-from patterndb_sketch.retopo.quadimport.curves import Curves, around_corners, curves
-from patterndb_sketch.retopo.quadimport.grids import grid, regular_choice
-from patterndb_sketch.retopo.quadimport.separatrices import separatrices
+from patterndb_sketch.retopo.quadgrids import (
+    Curves,
+    Quads,
+    around_corners,
+    curves,
+    grid,
+    quads_of,
+    regular_choice,
+    separatrices,
+)
 from patterndb_sketch.retopo.sizes import Sizes
 
 #: A loop longer than this many diagonals never becomes a patch by itself, as elsewhere.
@@ -58,7 +64,7 @@ def imported(vertices: ArrayLike, quads: ArrayLike, ground: Ground | None = None
     regular vertices go when a curve that made them is erased.
 
     Raises InvalidRetopoError for what is no manifold mesh of quads all turned alike; see
-    :func:`~patterndb_sketch.retopo.quadimport.connectivity.quads_of`. Source: the retopology program of
+    :func:`~patterndb_sketch.retopo.quadgrids.quads_of`. Source: the retopology program of
     Takayama et al. 2013. Differs from it: see :mod:`.separatrices`; vertices are not projected
     where the mesh is the ground.
     """

@@ -1,0 +1,360 @@
+"""The quads of a mesh, checked, and how they are joined."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.core.halfedge import Index, Int32Array, border_vertices, fans, next_edge, prev_edge
+from patterndb.core.pattern import Pattern
+from patterndb.geometry.points import Bools, Points
+from patterndb.system.kernels import kernel
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.filling.choice import Choice
+from patterndb_sketch.retopo.network import HalfChain
+from query.expand import expand
+from query.fill import Fill
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Quads:
+    """A manifold mesh of quads, all turned alike; half-edges as in :mod:`patterndb.core.halfedge`.
+
+    points: (v, 3) float64, and quads: (q, 4) int32, as they were given.
+    twin:   (4q,) int32, -1 at a border.
+    valence: (v,) int32, quads at every vertex; 0 where none is.
+    border: (v,) bool, is it on a border?
+    """
+
+    points: Points
+    quads: Int32Array
+    twin: Int32Array
+    valence: Int32Array
+    border: NDArray[np.bool_]
+
+    @property
+    def tail(self) -> Int32Array:
+        """(4q,) int32, the vertex that a half-edge leaves."""
+        return self.quads.ravel()
+
+    @property
+    def irregular(self) -> NDArray[np.bool_]:
+        """(v,) bool, vertices whose number of quads is not 4 inside, or 2 on a border.
+
+        Differs from the program of Takayama et al. 2013, which takes a border's vertices of three
+        quads for regular: curves would end on the inside of others.
+        """
+        wanted = np.where(self.border, 2, 4)
+        return (self.valence != wanted) & (self.valence > 0)
+
+
+def quads_of(vertices: ArrayLike, quads: ArrayLike) -> Quads:
+    """Check (v, 3) vertices and (q, 4) quads, counter-clockwise seen from outside.
+
+    Raises InvalidRetopoError, which names the face, edge or vertex, for arrays of another shape,
+    indices out of range, coordinates that are not finite, quads that repeat a vertex, edges of
+    more than two quads or of two that run alike, and vertices where several fans of quads meet.
+    """
+    points = np.array(vertices, np.float64)
+    array = np.asarray(quads)
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InvalidRetopoError(f"the mesh's vertices must be (v, 3), got {points.shape}")
+    if array.ndim != 2 or array.shape[1] != 4 or not np.issubdtype(array.dtype, np.integer):
+        raise InvalidRetopoError(
+            f"the mesh's faces must be quads, whole numbers (q, 4), got {array.dtype} "
+            f"{array.shape}; triangles and larger faces cannot be imported"
+        )
+    if not len(array):
+        raise InvalidRetopoError("the mesh has no quads; there is nothing to import")
+    wrong = np.flatnonzero(((array < 0) | (array >= len(points))).any(axis=1))
+    if len(wrong):
+        raise InvalidRetopoError(
+            f"quad {wrong[0]} {array[wrong[0]].tolist()} names a vertex outside "
+            f"0..{len(points) - 1}"
+        )
+    array = np.ascontiguousarray(array, np.int32)
+    bad = np.flatnonzero(~np.isfinite(points).all(axis=1))
+    if len(bad):
+        raise InvalidRetopoError(f"vertex {bad[0]} of the mesh is not finite")
+    ordered = np.sort(array, axis=1)
+    again = np.flatnonzero((ordered[:, 1:] == ordered[:, :-1]).any(axis=1))
+    if len(again):
+        raise InvalidRetopoError(
+            f"quad {again[0]} repeats a vertex: {array[again[0]].tolist()}; it is a triangle, or "
+            "less, and cannot be imported"
+        )
+    twin = _twins(array)
+    vertex, n_fans = fans(twin)
+    source = np.empty(n_fans, np.int32)
+    source[vertex] = array.ravel()
+    named, times = np.unique(source, return_counts=True)
+    if (times > 1).any():
+        shared = named[np.argmax(times > 1)]
+        raise InvalidRetopoError(
+            f"quads meet at vertex {shared} without an edge between them: it joins several fans; "
+            "split it, one vertex to each"
+        )
+    border = np.zeros(len(points), np.bool_)
+    border[source] = border_vertices(twin, vertex, n_fans)
+    valence = np.bincount(array.ravel(), minlength=len(points)).astype(np.int32)
+    return Quads(points, array, twin, valence, border)
+
+
+def _twins(quads: Int32Array) -> Int32Array:
+    """(4q,) the half-edge on the other side; raises for edges that are none of two quads."""
+    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel().astype(np.int64)
+    key = (np.minimum(tail, head) << 32) | np.maximum(tail, head)
+    order = np.argsort(key, kind="stable")
+    ranked = key[order]
+    first = np.flatnonzero(np.r_[True, ranked[1:] != ranked[:-1]])
+    uses = np.diff(np.r_[first, len(ranked)])
+    many = np.flatnonzero(uses > 2)
+    if len(many):
+        at = order[first[many[0]]]
+        raise InvalidRetopoError(
+            f"the edge between vertices {tail[at]} and {head[at]} has {uses[many[0]]} quads; at "
+            "most two can share one, so split the vertices there"
+        )
+    twin = np.full(len(key), -1, np.int32)
+    one = order[first[uses == 2]]
+    two = order[first[uses == 2] + 1]
+    alike = np.flatnonzero(tail[one] == tail[two])
+    if len(alike):
+        a, b = one[alike[0]], two[alike[0]]
+        raise InvalidRetopoError(
+            f"quads {a // 4} and {b // 4} run alike along the edge between vertices {tail[a]} and "
+            f"{head[a]}: one of them is turned over; orient all quads alike"
+        )
+    twin[one], twin[two] = two, one
+    return twin
+
+
+# == Separatrices: edges that cut a mesh of quads into regular grids.
+
+
+def separatrices(mesh: Quads) -> tuple[Bools, Bools]:
+    """(4q,) bool, half-edges on curves between patches; (v,) bool, vertices that are corners.
+
+    From every irregular vertex edges are followed straight ahead, to an irregular vertex or the
+    border; border edges count too. A part without an irregular vertex is cut along one strip
+    each way. All edges of a corner are on curves, and a curve passes every other vertex straight:
+    what is left is grids of w x h quads, never with a T-junction.
+
+    Differs from the program of Takayama et al. 2013: parts without irregular vertices are cut.
+    """
+    marked = mesh.twin < 0
+    _run_all(mesh.twin, mesh.tail, mesh.irregular, mesh.border, marked)
+    _cut_regular(mesh.twin, mesh.tail, mesh.irregular, mesh.border, marked)
+    unmarked = np.zeros(len(mesh.points), np.bool_)
+    unmarked[mesh.tail[~marked]] = True
+    unmarked[np.roll(mesh.quads, -1, axis=1).ravel()[~marked]] = True
+    return marked, ~unmarked & (mesh.valence > 0)
+
+
+@kernel
+def _run(twin: Int32Array, tail: Int32Array, stop: Bools, marked: Bools, h: Index) -> None:
+    """Mark edges straight ahead from half-edge h on, until one that is marked, or a stop."""
+    while not marked[h]:
+        marked[h] = True
+        if twin[h] >= 0:
+            marked[twin[h]] = True
+        ahead = next_edge(h)
+        if stop[tail[ahead]]:
+            return
+        # Across the edge ahead, and on: a regular vertex inside has four.
+        h = next_edge(twin[ahead])
+
+
+@kernel
+def _run_all(
+    twin: Int32Array, tail: Int32Array, irregular: Bools, border: Bools, marked: Bools
+) -> None:
+    stop = irregular | border
+    for h in range(len(twin)):
+        if irregular[tail[h]]:
+            _run(twin, tail, stop, marked, h)
+
+
+@kernel
+def _cut_regular(
+    twin: Int32Array, tail: Int32Array, irregular: Bools, border: Bools, marked: Bools
+) -> None:
+    """Cut parts without irregular vertices: across from a vertex of the border, where there is
+    one; else from the first vertex along both of its lines."""
+    stop = irregular | border
+    seen = np.zeros(len(twin) // 4, np.bool_)
+    stack = np.empty(len(twin) // 4, np.int32)
+    for root in range(len(seen)):
+        if seen[root]:
+            continue
+        seen[root] = True
+        stack[0] = root
+        top = 1
+        regular = True
+        begin = -1
+        while top:
+            top -= 1
+            f = stack[top]
+            for e in range(4):
+                h = 4 * f + e
+                if irregular[tail[h]]:
+                    regular = False
+                if twin[h] < 0:
+                    begin = h if begin < 0 else min(begin, h)
+                elif not seen[twin[h] >> 2]:
+                    seen[twin[h] >> 2] = True
+                    stack[top] = twin[h] >> 2
+                    top += 1
+        if not regular:
+            continue
+        # The edge to the left of a half-edge's start, seen along it.
+        if begin >= 0:
+            _run(twin, tail, stop, marked, twin[prev_edge(begin)])
+        else:
+            _run(twin, tail, stop, marked, 4 * root)
+            _run(twin, tail, stop, marked, twin[prev_edge(4 * root)])
+
+
+# == The curves between patches, as sequences of edges from corner to corner.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Curves:
+    """Of c curves; half-curve 2 k runs along curve k, 2 k + 1 back.
+
+    edges: (m,) int32 half-edges, those of curve k from start[k] to start[k + 1], in order.
+    start: (c + 1,) int32.
+    half:  (4q,) int32 the half-curve that a half-edge is on, -1 for none.
+    """
+
+    edges: Int32Array
+    start: Int32Array
+    half: Int32Array
+
+    def __len__(self) -> int:
+        return len(self.start) - 1
+
+    def of(self, curve: int) -> Int32Array:
+        """(k,) half-edges along a curve."""
+        return self.edges[self.start[curve] : self.start[curve + 1]]
+
+    def count(self, half: HalfChain) -> int:
+        """Edges along a half-curve."""
+        return int(self.start[(half >> 1) + 1] - self.start[half >> 1])
+
+    def first(self, mesh: Quads, half: HalfChain) -> int:
+        """The half-edge that a half-curve begins with."""
+        along = self.of(half >> 1)
+        return int(mesh.twin[along[-1]]) if half & 1 else int(along[0])
+
+
+def curves(mesh: Quads, marked: NDArray[np.bool_], corner: NDArray[np.bool_]) -> Curves:
+    """Follow marked edges from corner to corner."""
+    return Curves(*_followed(mesh.twin, mesh.tail, marked, corner))
+
+
+def around_corners(mesh: Quads, corner: NDArray[np.bool_], found: Curves) -> dict[int, list[int]]:
+    """The half-curves that leave every corner, by vertex, counter-clockwise.
+
+    At a border the first has the mesh on its left, and the last on its right.
+    """
+    twin, tail = mesh.twin, mesh.tail
+    leaving = np.full(len(mesh.points), -1, np.int64)
+    every = np.arange(len(tail))
+    leaving[tail[::-1]] = every[::-1]
+    rim = every[twin < 0]
+    leaving[tail[rim]] = rim
+    result: dict[int, list[int]] = {}
+    for vertex in np.flatnonzero(corner).tolist():
+        first = h = int(leaving[vertex])
+        ends: list[int] = []
+        while True:
+            ends.append(int(found.half[h]))
+            back = int(prev_edge(h))
+            h = int(twin[back])
+            if h < 0:
+                ends.append(int(found.half[back]) ^ 1)
+            if h < 0 or h == first:
+                break
+        result[vertex] = ends
+    return result
+
+
+@kernel
+def _followed(
+    twin: Int32Array, tail: Int32Array, marked: NDArray[np.bool_], corner: NDArray[np.bool_]
+) -> tuple[Int32Array, Int32Array, Int32Array]:
+    half = np.full(len(twin), -1, np.int32)
+    edges = np.empty(len(twin), np.int32)
+    start = np.zeros(len(twin) + 1, np.int32)
+    n, count = 0, 0
+    for first in range(len(twin)):
+        if not (marked[first] and corner[tail[first]]) or half[first] >= 0:
+            continue
+        h = first
+        while True:
+            edges[n] = h
+            n += 1
+            half[h] = 2 * count
+            if twin[h] >= 0:
+                half[twin[h]] = 2 * count + 1
+            ahead = next_edge(h)
+            if corner[tail[ahead]]:
+                break
+            h = next_edge(twin[ahead])
+        count += 1
+        start[count] = n
+    return edges[:n].copy(), start[: count + 1].copy(), half
+
+
+# == Grids: the regular regions between separatrices, and fills that are such grids.
+
+#: Grids of so many sizes are kept.
+KEPT = 4096
+
+
+@kernel
+def grid(twin: Int32Array, tail: Int32Array, h: Index, w: Index, n: Index) -> Int32Array:
+    """(n + 1, w + 1) the vertices of the grid of w x n quads whose first row begins with
+    half-edge h: row 0 from its start on, ahead of it; rows lie one left of the other."""
+    found = np.empty((n + 1, w + 1), np.int32)
+    row = h
+    for j in range(n):
+        at = row
+        for i in range(w):
+            found[j, i] = tail[at]
+            if j == n - 1:
+                found[n, i] = tail[prev_edge(at)]
+            if i == w - 1:
+                found[j, w] = tail[next_edge(at)]
+                if j == n - 1:
+                    found[n, w] = tail[prev_edge(prev_edge(at))]
+            else:
+                at = next_edge(twin[next_edge(at)])
+        if j < n - 1:
+            row = twin[prev_edge(prev_edge(row))]
+    return found
+
+
+@lru_cache(maxsize=KEPT)
+def regular_choice(w: int, n: int) -> tuple[Choice, Int32Array]:
+    """The fill of a patch of w x n edges by a regular grid, as the query engine gives it, taken by
+    the user; and (n + 1, w + 1) the numbers of its vertices, row 0 along side 0."""
+    fill = regular_fill(w, n)
+    tail = fill.quads.ravel()
+    head = np.roll(fill.quads, -1, axis=1).ravel()
+    number = {(int(a), int(b)): h for h, (a, b) in enumerate(zip(tail, head, strict=True))}
+    twin = np.array(
+        [number.get((int(b), int(a)), -1) for a, b in zip(tail, head, strict=True)], np.int32
+    )
+    vertices = grid(twin, tail, number[0, 1], w, n)
+    vertices.flags.writeable = False
+    return Choice.of(fill, "user"), vertices
+
+
+def regular_fill(w: int, n: int) -> Fill:
+    """The pattern of one quad, expanded to w x n."""
+    return expand(Pattern.from_code(np.zeros(4, np.uint16)), (w, n))

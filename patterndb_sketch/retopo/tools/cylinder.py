@@ -1,0 +1,313 @@
+"""The cylinder tool.
+
+Source: sketch-based quad meshes paper, section 4 and Fig. 6.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground, Stroke, geodesic
+from patterndb_sketch.retopo.network import (
+    AtNode,
+    Draft,
+    Edit,
+    HalfChain,
+    Network,
+    dead_end,
+    face,
+    is_end,
+)
+from patterndb_sketch.retopo.network.stops import Nearness
+from patterndb_sketch.retopo.network.weaving import weave
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.closing import Edge, edge_of
+from patterndb_sketch.retopo.tools.stroke import NODE_NEAR, dragged
+
+#: Patches between two loops without corners, unless told. Source: the released program of
+#: Takayama et al. 2013.
+DIVISION = 4
+
+#: The most: a patch for every few samples of a loop.
+MOST = 64
+
+CROSS = (
+    "two of the curves between the loops would cross, or one would cross a curve that is there; "
+    "draw the stroke elsewhere, or erase what is in the way"
+)
+
+
+def cylinder(
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    stroke: Stroke,
+    division: int = DIVISION,
+    caps: Caps = "auto",
+) -> Edit:
+    """The network with a row of patches between two closed loops that a stroke joins.
+
+    Its ends snap to the loops, of loops with corners to one. Corner goes to corner; from a loop
+    with corners to one without, to the points at the same parts of the way round; between
+    loops without, ``division`` (2 to 64) pairs of points divide both evenly. The stroke is one
+    of the curves between, the others are shortest paths.
+    caps: "auto" for patches beyond the loops too, where these enclose an end of the surface;
+    "always", or "never". Where the other side already has curves there is none.
+
+    Raises RefusedError, and nothing changes, for an end at no loop, both at one, numbers of
+    corners that do not agree, and curves that would cross.
+    """
+    if not 2 <= division <= MOST:
+        raise InvalidRetopoError(f"a division into {division}; give 2 to {MOST}")
+    if caps not in CAPS:
+        raise InvalidRetopoError(f"caps is {caps!r}; there are {', '.join(CAPS)}")
+    draft = Draft(network, ground)
+    one, other = _ends(network, stroke, sizes.snap)
+    pairs = paired(one, other, division)
+    capped = [ring for ring, _ in (one, other) if wants_cap(draft.before, ring, caps)]
+    nodes = [
+        [_node(draft, network, ring, pair[k]) for pair in pairs]
+        for k, (ring, _) in enumerate((one, other))
+    ]
+    if any(len(set(found)) < len(found) for found in nodes):
+        raise RefusedError("two of the curves would begin in one place; divide into fewer")
+    joins = [
+        _join(draft, ground, sizes, a, b, stroke if k == 0 else None)
+        for k, (a, b) in enumerate(zip(*nodes, strict=True))
+    ]
+    also = [2 * chain for chain in joins]
+    for k, (ring, _) in enumerate((one, other)):
+        if ring in capped:
+            beyond = [
+                flag_beyond(draft, node, 2 * chain + k)
+                for node, chain in zip(nodes[k], joins, strict=True)
+            ]
+            also += beyond[:1]
+    try:
+        after = draft.finished(also=also)
+    except InvalidRetopoError as error:
+        raise RefusedError(f"the loops would not close to patches: {error}") from error
+    return Edit.of(network, after, draft.notes)
+
+
+def _ends(
+    network: Network, stroke: Stroke, snap: float
+) -> tuple[tuple[Ring, int], tuple[Ring, int]]:
+    """The rings that the stroke joins, with the vertices it snaps to."""
+    if stroke.closed:
+        raise RefusedError("this stroke is closed; draw one from loop to loop")
+    found = rings(network)
+    line, up = stroke.points, stroke.normals
+    # The direction over a few samples: the first ones may run along the loop.
+    ahead = min(len(line) - 1, 4)
+    one, other = (
+        _snapped(found, line[end], up[end], line[end + step] - line[end], snap, name)
+        for end, step, name in ((0, ahead, "start"), (-1, -ahead, "end"))
+    )
+    if one[0] is other[0] or set(one[0].edge.halves) == set(other[0].edge.halves):
+        raise RefusedError("the stroke begins and ends at one loop; draw it to another")
+    return one, other
+
+
+def _snapped(
+    found: list[Ring], point: Points, normal: Points, direction: Points, snap: float, name: str
+) -> tuple[Ring, int]:
+    at = ring_at(found, point, normal, direction, snap)
+    if at is None:
+        raise RefusedError(
+            f"there is no closed loop, empty towards the stroke, at its {name}; on a loop "
+            "with corners it must begin and end at one of them"
+        )
+    return at
+
+
+def _node(draft: Draft, network: Network, ring: Ring, place: float) -> int:
+    end = ring.edge.end(network, place)
+    return end.node if isinstance(end, AtNode) else draft.cut_chain(end.chain, end.place)
+
+
+def _join(
+    draft: Draft, ground: Ground, sizes: Sizes, one: int, other: int, stroke: Stroke | None
+) -> int:
+    """The chain from node to node: the stroke, or the shortest path; it must cross nothing."""
+    ends = AtNode(one), AtNode(other)
+
+    def project(points: Points, normals: Points) -> tuple[Points, Points]:
+        done = ground.project_near(points, normals, sizes)
+        return done.points, done.normals
+
+    if stroke is None:
+        a, b = draft.nodes[one], draft.nodes[other]
+        feet = [ground.nearest_facing(n.point[None], n.normal[None]).feet for n in (a, b)]
+        stroke = geodesic(ground, feet[0], feet[1]).sampled(ground, sizes.sampling)
+    line, up = dragged(stroke.points, stroke.normals, draft, list(ends), project)
+    near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (0.0, 0.0))
+    made = weave(draft, line, up, *ends, near, project)
+    if len(made) != 1:
+        raise RefusedError(CROSS)
+    return made[0]
+
+
+# == Which points of one ring belong to which of the other.
+
+
+def paired(
+    first: tuple[Ring, int], second: tuple[Ring, int], division: int
+) -> list[tuple[float, float]]:
+    """Places on two rings that belong together, beginning with the vertices given.
+
+    The part between the rings lies on the left of both, so that one is walked forwards and the
+    other backwards. Where both have nodes, one belongs to the next; where one has, each belongs
+    to the point at the same part of the way round; where neither has, ``division`` pairs
+    divide both evenly.
+    Raises RefusedError if both have nodes, and not the same number.
+
+    Source: sketch-based quad meshes paper, section 4, and its released program.
+    """
+    (one, start), (other, end) = first, second
+    k, m = len(one.corners), len(other.corners)
+    if k and m:
+        if k != m:
+            raise RefusedError(
+                f"one loop has {k} corners and the other {m}; add or delete corners until they "
+                "have as many, or none"
+            )
+        ahead = _around(one, start, backwards=False)
+        back = _around(other, end, backwards=True)
+        return [(float(a), float(b)) for a, b in zip(ahead, back, strict=True)]
+    if k:
+        ahead = _around(one, start, backwards=False)
+        way = one.fractions(start, backwards=False)
+        return [(float(a), other.place(end, float(way[a]), backwards=True)) for a in ahead]
+    if m:
+        back = _around(other, end, backwards=True)
+        way = other.fractions(end, backwards=True)
+        return [(one.place(start, float(way[b]), backwards=False), float(b)) for b in back]
+    return [
+        (
+            one.place(start, j / division, backwards=False),
+            other.place(end, j / division, backwards=True),
+        )
+        for j in range(division)
+    ]
+
+
+def _around(ring: Ring, start: int, *, backwards: bool) -> list[int]:
+    """The nodes of a ring as they are met from one of them on."""
+    n = len(ring.edge.points)
+    way = (start - ring.corners) % n if backwards else (ring.corners - start) % n
+    return [int(ring.corners[k]) for k in np.argsort(way)]
+
+
+# == Caps: patches beyond the rings that a cylinder joins.
+
+Caps = Literal["auto", "always", "never"]
+CAPS = get_args(Caps)
+
+
+def wants_cap(network: Network, ring: Ring, caps: Caps) -> bool:
+    """Is there to be a patch on the other side of a ring?
+
+    Never where that side has a patch, a mark or other curves; else always, or, by itself, where
+    the loop encloses a part of the surface there as a patch does, or the end of a limb.
+    """
+    if caps == "never":
+        return False
+    beyond = tuple(half ^ 1 for half in reversed(ring.edge.halves))
+    if any(half in network.patch_of() or network.mark(half) for half in beyond):
+        return False
+    loop, _ = face(network.nodes, network.chains, beyond[0])
+    if set(loop) != set(beyond):
+        return False
+    return caps == "always" or is_end(network, loop)
+
+
+def flag_beyond(draft: Draft, node: int, join: HalfChain) -> HalfChain:
+    """Make the wedge at a node across from a join a corner; the half-chain on its right."""
+    ends = draft.nodes[node].ends
+    after = ends[(ends.index(join) + 1) % len(ends)]
+    draft.flag(after, True)
+    return after
+
+
+# == Rings: closed loops with nothing on their left yet.
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Ring:
+    """A closed loop of half-chains without a patch on its left.
+
+    edge:    its half-chains, vertices and where its nodes are.
+    lengths: (n + 1,) float64 arc length at every vertex, and all around.
+    """
+
+    edge: Edge
+    lengths: NDArray[np.float64]
+
+    @property
+    def corners(self) -> NDArray[np.intp]:
+        """(c,) the numbers of the vertices that are nodes."""
+        return np.flatnonzero(self.edge.corner)
+
+    def fractions(self, start: int, *, backwards: bool) -> NDArray[np.float64]:
+        """(n,) of every vertex the part of the way round to it from ``start`` on."""
+        whole = self.lengths[-1]
+        way = (self.lengths[:-1] - self.lengths[start]) / whole
+        return (-way if backwards else way) % 1.0
+
+    def place(self, start: int, fraction: float, *, backwards: bool) -> float:
+        """The place, in vertices, this part of the way round from a vertex on."""
+        n, whole = len(self.edge.points), self.lengths[-1]
+        length = self.lengths[start] + (-fraction if backwards else fraction) * whole
+        return float(np.interp(length % whole, self.lengths, np.arange(n + 1.0)))
+
+
+def rings(network: Network) -> list[Ring]:
+    """All rings of a network, those of lower half-chains first."""
+    taken = network.patch_of()
+    done: set[HalfChain] = set()
+    found: list[Ring] = []
+    for chain in sorted(network.chains):
+        for half in (2 * chain, 2 * chain + 1):
+            if half in done or half in taken:
+                continue
+            loop, _ = face(network.nodes, network.chains, half)
+            done.update(loop)
+            if dead_end(network.nodes, network.chains, loop):
+                continue
+            if any(network.mark(one) for one in loop):
+                continue
+            edge = edge_of(network, list(loop), closed=True)
+            around = np.concatenate([edge.points, edge.points[:1]])
+            found.append(Ring(edge, arc_length(around)))
+    return found
+
+
+def ring_at(
+    found: list[Ring], point: Points, normal: Points, direction: Points, snap: float
+) -> tuple[Ring, int] | None:
+    """The ring nearest to an end of a stroke, and the vertex it snaps to, or None.
+
+    point, normal: (3,) of the end; direction: (3,) into the stroke. The stroke must lie on the
+    ring's left. Of a ring with nodes only those count. The radius is ``snap``.
+    """
+    best, at = snap, None
+    for ring in found:
+        points = ring.edge.points
+        along = np.roll(points, -1, axis=0) - np.roll(points, 1, axis=0)
+        inward = np.einsum("nc,nc->n", np.cross(along, direction), ring.edge.normals)
+        away = np.linalg.norm(points - point, axis=1)
+        away[(inward <= 0.0) | (ring.edge.normals @ normal <= 0.0)] = np.inf
+        if ring.edge.corner.any():
+            away[~ring.edge.corner] = np.inf
+        k = int(np.argmin(away))
+        if away[k] < best or (at is None and away[k] <= best):
+            best, at = float(away[k]), (ring, k)
+    return at

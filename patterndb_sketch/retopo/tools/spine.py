@@ -1,0 +1,408 @@
+"""The spine tool: a patch about a stroke on the ground."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground, LocalMap, Stroke, Window, local_map
+from patterndb_sketch.retopo.network import Edit, Network
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.closing import (
+    Edge,
+    closed_patch,
+    edges_around,
+    mapped_around,
+    onto_ground,
+    sampled_line,
+)
+from patterndb_sketch.retopo.tools.plane import (
+    Boundary,
+    Corner,
+    NewSide,
+    OldSide,
+    PlanarPatch,
+    Side,
+    fault,
+    straight,
+)
+
+#: Points that a spine's stroke must have: fewer have no direction in the middle.
+FEWEST_POINTS = 3
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpinePatch:
+    """A patch about a stroke before it is in the network: what a preview shows."""
+
+    patch: PlanarPatch
+    edges: tuple[Edge, ...]
+    onto: LocalMap
+
+    def curves(self, sizes: Sizes) -> list[Points]:
+        """Its new curves on the ground, each (m, 3)."""
+        return [
+            onto_ground(self.onto, sampled_line(line, sizes.sampling))[0]
+            for line in self.patch.curves
+        ]
+
+
+def spine(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -> Edit:
+    """The network with a four-sided patch whose midline is the stroke.
+
+    The patch is ``sizes.spine`` wide to either side, less where a boundary is nearer. Raises
+    RefusedError, and nothing changes, for a stroke that is closed, too short or partly off the
+    surface, and for a patch that would cross curves or leave the surface.
+
+    Source: sketch-based quad meshes paper, section 4, and section 5 on its parameterisation.
+    """
+    found = spine_preview(network, ground, stroke, sizes)
+    return closed_patch(network, found.patch, found.edges, found.onto, sizes)
+
+
+def spine_preview(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -> SpinePatch:
+    """The patch that :func:`spine` would make; raises as that does."""
+    if stroke.closed:
+        raise RefusedError("a spine has two ends; this stroke is closed")
+    if len(stroke.points) < FEWEST_POINTS:
+        raise RefusedError(f"a spine needs {FEWEST_POINTS} points or more; draw it longer")
+    if stroke.missed:
+        raise RefusedError(
+            f"{stroke.missed} points of the stroke are off the surface; draw it on the surface"
+        )
+    width, snap = sizes.spine, sizes.snap_within(sizes.spine)
+    length = float(arc_length(stroke.points)[-1])
+    seeds = ground.nearest_facing(stroke.points, stroke.normals).feet
+    window = Window.spine(width, length)
+    onto = local_map(ground, seeds, np.gradient(stroke.points, axis=0), window)
+    edges = edges_around(network)
+    boundaries, strokes = mapped_around(network, edges, onto)
+    patch = spine_patch(boundaries, length, width, snap)
+    wrong = fault(patch, [*boundaries, *strokes])
+    if wrong is not None:
+        raise RefusedError(f"the spine's patch would {wrong}; erase that, or draw elsewhere")
+    return SpinePatch(patch, tuple(edges), onto)
+
+
+# == The patch about a stroke.
+#
+# == Source: sketch-based quad meshes paper, section 4 and Fig. 4.
+
+
+def spine_patch(
+    boundaries: Sequence[Boundary], length: float, half_width: float, snap: float
+) -> PlanarPatch:
+    """The four-sided patch about a stroke from (0, 0) to (0, length).
+
+    boundaries: of patches that are there, empty on their left. half_width: of the brush, and of
+    the patch where nothing is near. snap: radius within which the stroke's ends and the patch's
+    corners are taken to a boundary.
+
+    Its corners are, from the stroke's start, left and right, then right and left at its end.
+    Raises RefusedError for a patch that would cross a boundary or itself.
+    """
+    turned = [_turned(boundary, length) for boundary in boundaries]
+    start = snapped_end(boundaries, half_width, snap)
+    end = snapped_end(turned, half_width, snap)
+    if end is not None:
+        end = (_back(end[0], length), _back(end[1], length))
+    low_right = _corner(boundaries, start and start[1], half_width, 0.0, snap)
+    high_right = _corner(boundaries, end and end[0], half_width, length, snap)
+    high_left = _turned_corner(turned, end and end[1], half_width, 0.0, snap, length)
+    low_left = _turned_corner(turned, start and start[0], half_width, length, snap, length)
+    right = flank(boundaries, low_right, high_right, half_width)
+    left = flank(turned, _back(high_left, length), _back(low_left, length), half_width)
+    patch = PlanarPatch(
+        (low_left, low_right, high_right, high_left),
+        (
+            (_end(start, low_left, low_right),),
+            right,
+            (_end(end, high_right, high_left),),
+            tuple(_turned_side(side, length) for side in left),
+        ),
+    )
+    wrong = fault(patch, boundaries)
+    if wrong is not None:
+        raise RefusedError(
+            f"the spine's patch would {wrong}; draw the stroke elsewhere, or take a narrower brush"
+        )
+    return patch
+
+
+def _corner(
+    boundaries: Sequence[Boundary],
+    at_end: Corner | None,
+    half_width: float,
+    v: float,
+    snap: float,
+) -> Corner:
+    """The corner of the right flank at height v: where the end is, else where it snaps to."""
+    if at_end is not None:
+        return at_end
+    found = snapped_corner(boundaries, v, half_width, snap)
+    return Corner(np.array([half_width, v])) if found is None else found
+
+
+def _turned_corner(
+    turned: Sequence[Boundary],
+    at_end: Corner | None,
+    half_width: float,
+    v: float,
+    snap: float,
+    length: float,
+) -> Corner:
+    """The corner of the left flank that is at height v after half a turn."""
+    if at_end is not None:
+        return at_end
+    return _back(_corner(turned, None, half_width, v, snap), length)
+
+
+def _end(stretch: tuple[Corner, Corner] | None, start: Corner, end: Corner) -> Side:
+    if stretch is None or stretch[0].boundary is None:
+        return straight(start.point, end.point)
+    first, last = stretch[0].place, stretch[1].place
+    return OldSide(stretch[0].boundary, first, last)
+
+
+def _half_turn(points: Points, length: float) -> Points:
+    """About the middle of the stroke: its end becomes its start, the left flank the right one."""
+    return np.array([0.0, length]) - points
+
+
+def _turned(boundary: Boundary, length: float) -> Boundary:
+    return replace(boundary, points=_half_turn(boundary.points, length))
+
+
+def _back(corner: Corner, length: float) -> Corner:
+    return replace(corner, point=_half_turn(corner.point, length))
+
+
+def _turned_side(side: Side, length: float) -> Side:
+    return NewSide(_half_turn(side.points, length)) if isinstance(side, NewSide) else side
+
+
+# == The ends of a spine's patch: orthogonal snapping.
+
+
+def snapped_end(
+    boundaries: Sequence[Boundary], half_width: float, snap: float
+) -> tuple[Corner, Corner] | None:
+    """The stretch of a boundary that is the end of a patch at the origin, or None.
+
+    The patch goes on in v and is up to half_width wide to either side. The nearest vertex that
+    is no corner counts, if it is within the snap radius. From it the end reaches to the next
+    corners, or as far as the patch is wide. Returned in the boundary's direction: left, right.
+    """
+    best, at = snap, None
+    for number, boundary in enumerate(boundaries):
+        gaps = np.linalg.norm(boundary.points, axis=1)
+        gaps[boundary.corner | np.isnan(gaps)] = np.inf
+        k = int(np.argmin(gaps))
+        if gaps[k] < best or (at is None and gaps[k] <= best):
+            best, at = float(gaps[k]), (number, k)
+    if at is None:
+        return None
+    number, start = at
+    left = _walk(number, boundaries[number], start, -1, half_width)
+    right = _walk(number, boundaries[number], start, 1, half_width)
+    # A boundary that runs the other way has its patch where this one would be.
+    return (left, right) if left.point[0] < right.point[0] else None
+
+
+def _walk(number: int, boundary: Boundary, start: int, step: int, half_width: float) -> Corner:
+    """Where a walk along the boundary stops: at a corner, or where the patch is no wider."""
+    n, at = len(boundary.points), start
+    for _ in range(n):
+        following = at + step
+        if not boundary.closed and not 0 <= following < n:
+            break
+        here, there = boundary.points[at % n], boundary.points[following % n]
+        if np.isnan(there).any():
+            break
+        if abs(there[0]) > half_width:
+            edge = np.copysign(half_width, there[0])
+            place = at + step * float((edge - here[0]) / (there[0] - here[0]))
+            return Corner(boundary.at(place), number, place)
+        at = following
+        if boundary.corner[at % n]:
+            break
+    return Corner(boundary.at(at), number, float(at))
+
+
+# == The flanks of a spine's patch: parallel snapping.
+
+#: A boundary runs along the stroke if it is less than this off its direction, in radians. The
+#: paper has no figure; that of the released program.
+ALONG = np.deg2rad(30.0)
+
+#: Points nearer than this part of the brush are one, and so are places nearer than this.
+SAME = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """A stretch of a boundary along the flank: places, and points (2,) of its ends."""
+
+    boundary: int
+    start: float
+    end: float
+    low: Points
+    high: Points
+
+
+def is_along(step: Points) -> NDArray[np.bool_]:
+    """(n,) do these steps (n, 2) go up, along the stroke?"""
+    return (step[:, 1] > 0.0) & (np.abs(step[:, 0]) < np.tan(ALONG) * step[:, 1])
+
+
+def snapped_corner(
+    boundaries: Sequence[Boundary], v: float, half_width: float, snap: float
+) -> Corner | None:
+    """What the corner of the right flank at height v snaps to, or None.
+
+    Of corners within the snap radius of that height, and under the brush, the one nearest to
+    the spine; without any, the place at that height, or nearest to it, on a boundary along the
+    stroke.
+
+    Differs from the released program, which takes the vertex nearest to the spine and so
+    meets a slanted boundary up to a snap radius early.
+    """
+    corners: list[tuple[float, int, int]] = []
+    places: list[tuple[float, float, int, float]] = []
+    for number, boundary in enumerate(boundaries):
+        u, height = boundary.points.T
+        near = (u > 0.0) & (u <= half_width) & (np.abs(height - v) <= snap)
+        corners += [(float(u[k]), number, int(k)) for k in np.flatnonzero(near & boundary.corner)]
+        for run in _stretches(number, boundary, half_width):
+            low, high = float(run.low[1]), float(run.high[1])
+            nearest = min(max(v, low), high)
+            if abs(nearest - v) <= snap:
+                place = place_at(boundary, run, nearest)
+                places.append((abs(nearest - v), boundary.at(place)[0], number, place))
+    if corners:
+        _, number, k = min(corners)
+        return Corner(boundaries[number].points[k], number, float(k))
+    if places:
+        _, _, number, place = min(places)
+        return Corner(boundaries[number].at(place), number, place)
+    return None
+
+
+def flank(
+    boundaries: Sequence[Boundary], low: Corner, high: Corner, half_width: float
+) -> tuple[Side, ...]:
+    """The right flank of a patch from its corner below to the one above.
+
+    Boundaries along the stroke between the corners' heights, under the brush, are part of it;
+    new curves lead from one to the next. Of boundaries at one height the nearest to the spine
+    counts.
+    """
+    runs = []
+    for number, boundary in enumerate(boundaries):
+        for run in _stretches(number, boundary, half_width):
+            cut = _between(boundary, run, low, high)
+            if cut is not None:
+                runs.append(cut)
+    kept: list[Run] = []
+    for run in sorted(runs, key=lambda run: _rank(run, low, high)):
+        apart = (run.high[1] <= other.low[1] or run.low[1] >= other.high[1] for other in kept)
+        if all(apart):
+            kept.append(run)
+    sides: list[Side] = []
+    at = low.point
+    for run in sorted(kept, key=lambda run: run.low[1]):
+        if _apart(at, run.low, half_width):
+            sides.append(straight(at, run.low))
+        sides.append(OldSide(run.boundary, run.start, run.end))
+        at = run.high
+    if _apart(at, high.point, half_width):
+        sides.append(straight(at, high.point))
+    return tuple(sides)
+
+
+def place_at(boundary: Boundary, run: Run, v: float | np.floating) -> float:
+    """The place of a run at height v, which is between those of its ends."""
+    k = np.arange(np.ceil(run.start), np.floor(run.end) + 1.0)
+    places = np.unique(np.concatenate([[run.start], k, [run.end]]))
+    heights = np.array([boundary.at(place)[1] for place in places])
+    return float(np.interp(v, heights, places))
+
+
+def _apart(a: Points, b: Points, half_width: float) -> bool:
+    """Are these two places? Half a turn there and back rounds."""
+    return bool(np.abs(a - b).max() > SAME * half_width)
+
+
+def _rank(run: Run, low: Corner, high: Corner) -> tuple[bool, float]:
+    """Runs that begin or end at a corner of the patch go first, then those near the spine."""
+    at_corner = any(
+        corner.boundary == run.boundary
+        and min(np.abs(corner.point - run.low).max(), np.abs(corner.point - run.high).max())
+        < SAME * (high.point[1] - low.point[1])
+        for corner in (low, high)
+    )
+    return not at_corner, float(run.low[0] + run.high[0])
+
+
+def _stretches(number: int, boundary: Boundary, half_width: float) -> Iterator[Run]:
+    """Maximal runs of edges along the stroke that lie under the right half of the brush."""
+    points, n = boundary.points, len(boundary.points)
+    if n < 2:
+        return
+    under = (points[:, 0] > 0.0) & (points[:, 0] <= half_width)
+    following = np.roll(points, -1, axis=0)
+    good = under & np.roll(under, -1) & is_along(following - points)
+    if not boundary.closed:
+        good[-1] = False
+    # Going up all the time, a run cannot be all of a closed boundary.
+    for begin in np.flatnonzero(good & ~np.roll(good, 1)).tolist():
+        length = 1
+        while good[(begin + length) % n]:
+            length += 1
+        start, end = float(begin), float(begin + length)
+        # Where the next edge goes on along the stroke it leaves the brush: up to there.
+        end += _rest(boundary, begin + length, 1, half_width)
+        start -= _rest(boundary, begin, -1, half_width)
+        yield Run(number, start, end, boundary.at(start), boundary.at(end))
+
+
+def _rest(boundary: Boundary, at: int, step: int, half_width: float) -> float:
+    """How much of the edge before or after a vertex is along the stroke and under the brush."""
+    n = len(boundary.points)
+    if not boundary.closed and not 0 <= at + step < n:
+        return 0.0
+    here, there = boundary.points[at % n], boundary.points[(at + step) % n]
+    if not is_along(np.array([step * (there - here)]))[0]:
+        return 0.0
+    edge = half_width if there[0] > half_width else 0.0
+    # Never onto the spine itself: u = 0 is on neither side.
+    return float((edge - here[0]) / (there[0] - here[0])) if edge > 0.0 else 0.0
+
+
+def _between(boundary: Boundary, run: Run, low: Corner, high: Corner) -> Run | None:
+    """The part of a run between the heights of two corners, or None."""
+    if run.high[1] <= low.point[1] or run.low[1] >= high.point[1]:
+        return None
+    start, end = run.start, run.end
+    if run.low[1] < low.point[1]:
+        start = _exactly(boundary, low, run, place_at(boundary, run, low.point[1]))
+    if run.high[1] > high.point[1]:
+        end = _exactly(boundary, high, run, place_at(boundary, run, high.point[1]))
+    if not start + SAME < end:
+        return None
+    return Run(run.boundary, start, end, boundary.at(start), boundary.at(end))
+
+
+def _exactly(boundary: Boundary, corner: Corner, run: Run, place: float) -> float:
+    """The place of a corner if it is this one, but for rounding and turns around the boundary."""
+    if corner.boundary != run.boundary:
+        return place
+    n = len(boundary.points)
+    own = corner.place + n * round((place - corner.place) / n) if boundary.closed else corner.place
+    return own if abs(own - place) < SAME * n else place
