@@ -16,12 +16,12 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
     Plane,
     half_of,
-    insert_on_half,
     parted,
     refuse_beyond,
     with_symmetry,
     without_symmetry,
 )
+from patterndb_sketch.retopo.tools.stroke import insert_on_half
 
 
 def test_curves_drawn_before_are_cut_and_told() -> None:
