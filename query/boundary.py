@@ -15,12 +15,13 @@ from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import MAX_EDGES, MIN_EDGES, edge_counts, joined, sampled
 
-CornerKind = Literal["convex", "reflex"]
+CornerKind = Literal["convex", "reflex", "full"]
 
 #: Quads that a strict fill has at a corner of each kind. A pattern's corner with four or
 #: more quads is reflex too, but not what a reflex corner asks for: its extra quads would
-#: be an irregular vertex on the boundary.
-QUADS_AT: dict[CornerKind, int] = {"convex": 1, "reflex": 3}
+#: be an irregular vertex on the boundary. At a full corner, which loops of meshes have where nothing
+#: but their own two edges meets outside, four are asked for; only strict fills have one.
+QUADS_AT: dict[CornerKind, int] = {"convex": 1, "reflex": 3, "full": 4}
 
 #: Limits of the number of edges around a boundary; see :mod:`patterndb.geometry.polyline`.
 MIN_PERIMETER = MIN_EDGES
@@ -124,8 +125,13 @@ class Boundary:
 
     @property
     def convex(self) -> bool:
-        """Has it no reflex corner?"""
-        return "reflex" not in self.corners
+        """Has it no corner but convex ones?"""
+        return all(kind == "convex" for kind in self.corners)
+
+    @property
+    def n_reflex(self) -> int:
+        """How many corners have more than two quads."""
+        return sum(kind != "convex" for kind in self.corners)
 
     @property
     def side_starts(self) -> tuple[int, ...]:
@@ -158,7 +164,7 @@ class Boundary:
         for i, kind in enumerate(self.corners):
             if kind not in QUADS_AT:
                 raise InvalidBoundaryError(
-                    f'corner {i} is {kind!r}; a corner is "convex" or "reflex"'
+                    f'corner {i} is {kind!r}; a corner is "convex", "reflex" or "full"'
                 )
         closed = len(self.lengths) == 1 and not self.corners
         if len(self.corners) != len(self.lengths) and not closed:

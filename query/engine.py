@@ -118,6 +118,8 @@ def fills(
         raise InvalidQueryError(f'solver is {solver!r}; there are "kernel" and "cp-sat"')
     if not isinstance(boundary, Boundary):
         boundary = Boundary(boundary)
+    if "full" in boundary.corners and not strict:
+        raise InvalidQueryError("a full corner, with four quads, has strict fills only; ask strict=True")
     for stroke in strokes:
         stroke.refuse_unless_on(boundary)
     drawn = boundary.points is not None and any(s.points is not None for s in strokes)

@@ -87,7 +87,7 @@ class Filters:
 
     def rows(self, patterns: PatternClass, boundary: Boundary) -> NDArray[np.int64]:
         """(r,) int64 rows, ascending, that pass and have the boundary's corner kinds in number."""
-        same_kinds = patterns.n_reflex == boundary.corners.count("reflex")
+        same_kinds = patterns.n_reflex == boundary.n_reflex
         return np.flatnonzero(same_kinds & self.passing(patterns))
 
     def passing(self, patterns: PatternClass) -> NDArray[np.bool_]:

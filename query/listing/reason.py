@@ -71,8 +71,7 @@ def _short_side(boundary: Boundary) -> str | None:
 
 def _too_few_irregular(boundary: Boundary, filters: Filters) -> str | None:
     """Gauss-Bonnet: convex corners - reflex corners + sum over interior (4 - valence) = 4."""
-    reflex = boundary.corners.count("reflex")
-    missing = 4 - (boundary.n_sides - reflex) + reflex
+    missing = 4 - sum(2 - count for count in boundary.corner_counts)
     if missing == 0:
         return None
     least, greatest = filters.valence or (LEAST_VALENCE, boundary.perimeter)
@@ -96,6 +95,6 @@ def _too_few_irregular(boundary: Boundary, filters: Filters) -> str | None:
 def _sides(boundary: Boundary) -> str:
     if boundary.n_sides == 0:
         return "one closed side"
-    reflex = boundary.corners.count("reflex")
+    reflex = boundary.n_reflex
     sides = "1 side" if boundary.n_sides == 1 else f"{boundary.n_sides} sides"
     return f"{sides}, {reflex} of their corners reflex," if reflex else sides

@@ -262,6 +262,8 @@ class Fills(Iterator[Fill]):
             table = begun_table(q.patterns)
         yield lane(table, self._listing(table, search.ranking), search, 0)
         least = None
+        if "full" in q.boundary.corners:
+            return  # neither the family nor what is constructed has such corners
         if q.wants(FAMILY) or q.wants(LEARNED):
             table = relaxed_table(q.patterns, q.frequencies)
             least = table.least(q.boundary, q.filters.max_boundary_irregular)

@@ -153,7 +153,7 @@ class StrictTable:
 
     def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> Entries:
         patterns = self.patterns
-        reflex = boundary.corners.count("reflex")
+        reflex = boundary.n_reflex
         rows = np.flatnonzero(passing & (patterns.n_reflex == reflex))
         allowed = self.distinct[rows]
         if reflex:
