@@ -23,7 +23,7 @@ from patterndb_sketch.surfacing.cycles import find_cycles
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_network
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
-from patterndb_sketch.surfacing.tessellation import area, self_intersections
+from patterndb_sketch.surfacing.tessellation import area, find_self_intersections
 
 #: Of the methods, those in the table: MeshLib's other metrics add nothing without a known surface.
 SHOWN = ("chords", "area", "MeshLib default", "MeshLib area", "CGAL")
@@ -92,7 +92,7 @@ def surfaced(
             tally.seconds.append(found.seconds)
             if exact > 0.0:  # else the cycle runs to and fro on a line
                 tally.ratios.append(size / exact)
-            tally.crossings.append(len(self_intersections(found.vertices, found.triangles)))
+            tally.crossings.append(len(find_self_intersections(found.vertices, found.triangles)))
     return tallies
 
 

@@ -25,7 +25,7 @@ from surface_distance import Distance, distance
 
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.sampling import Loop
-from patterndb_sketch.surfacing.tessellation import self_intersections
+from patterndb_sketch.surfacing.tessellation import find_self_intersections
 from query.placing import Surface
 
 #: Mean distances below this share of the diagonal are not told apart: a pixel of a screen that
@@ -82,7 +82,7 @@ def answer(cycle: Intended, fill: Fill) -> Answer:
     return Answer(
         Distance(apart.mean / cycle.diagonal, apart.most / cycle.diagonal),
         float(found.areas.sum() / intended.areas.sum()),
-        len(self_intersections(tries[0].vertices, tries[0].triangles)),
+        len(find_self_intersections(tries[0].vertices, tries[0].triangles)),
         min(one.seconds for one in tries),
     )
 

@@ -39,8 +39,8 @@ def read_network(path: Path | str, tolerance: float | None = None) -> Network:
     """The network in a file, with the cycles that the file gives.
 
     tolerance: how far apart curves may pass and still meet, in the network's unit; by default
-    what the file says, else :data:`patterndb_sketch.surfacing.joining.polylines.SAME_PLACE` of the diagonal.
-    Only for files that leave it open where curves meet.
+    what the file says, else :data:`patterndb_sketch.surfacing.joining.polylines.SAME_PLACE` of
+    the diagonal. Only for files that leave it open where curves meet.
 
     Raises InvalidNetworkError that names the file and the place in it, says what is wrong there
     and what would mend it; OSError as reading does.

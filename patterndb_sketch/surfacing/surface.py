@@ -22,7 +22,7 @@ from patterndb_sketch.surfacing.sampling import (
     sample,
 )
 from patterndb_sketch.surfacing.surfaceloop import Settings, start_of, surface_loop, turned
-from patterndb_sketch.surfacing.tessellation import self_intersections
+from patterndb_sketch.surfacing.tessellation import find_self_intersections
 from query.engine import PatternSource
 
 NO_POINTS = np.zeros((0, 3))
@@ -47,8 +47,8 @@ def surface(
     settings: the method and its parameters.
     methods:  another method for some of the cycles.
     spacing:  about how far vertices are apart, by default
-              :func:`patterndb_sketch.surfacing.sampling.default_spacing`. Where a patch is to have quads,
-              edges are counted such that every cycle has an even number.
+              :func:`patterndb_sketch.surfacing.sampling.default_spacing`. Where a patch is to
+              have quads, edges are counted such that every cycle has an even number.
     db:       where quads come from; needed for that method.
     memory:   loops surfaced before; those met again are taken from it, new ones are added.
 
@@ -122,5 +122,5 @@ def _intersections(points: Points, patches: Sequence[Patch]) -> int:
     owner = np.repeat(np.arange(len(patches)), [len(part) for part in triangles])
     if len(owner) == 0:
         return 0
-    pairs = self_intersections(points, np.concatenate(triangles))
+    pairs = find_self_intersections(points, np.concatenate(triangles))
     return int((owner[pairs[:, 0]] != owner[pairs[:, 1]]).sum())

@@ -25,8 +25,8 @@ from patterndb_sketch.surfacing.quads import fill_with_quads
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation import (
     area,
+    find_self_intersections,
     patch_of_least_area,
-    self_intersections,
     tessellate_patch,
 )
 from query.engine import PatternSource
@@ -38,7 +38,8 @@ class Settings:
 
     method:           chords, area or quads, see :data:`patterndb_sketch.surfacing.patch.Method`.
     alpha:            the price of chords (section 3.2); more makes fewer, larger pieces.
-    area_price:       the area that chords may add, see :func:`patterndb_sketch.surfacing.chords.affordable`;
+    area_price:       the area that chords may add, see
+    :func:`patterndb_sketch.surfacing.chords.affordable`;
                       None, as in the paper: any.
     flatness:         "relative", or "printed" as in the paper: the product of eigenvalues.
     turning_bound:    radians by which a loop may turn between two chord endpoints.
@@ -143,7 +144,7 @@ def _measured(loop: Loop, found: _Found, seconds: float) -> LoopSurface:
         n_subproblems=0 if cut is None else cut.n_subproblems,
         cost=math.nan if cut is None else cut.cost,
         area=sum(area(points, piece) for piece in found.faces),
-        self_intersections=len(self_intersections(points, as_triangles(found.faces))),
+        self_intersections=len(find_self_intersections(points, as_triangles(found.faces))),
         seconds=seconds,
     )
 

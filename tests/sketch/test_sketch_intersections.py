@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 from tessellation_cases import turned, wobbly
 
 from patterndb.errors import InvalidMeshError
-from patterndb_sketch.surfacing.tessellation import area, self_intersections, tessellate
+from patterndb_sketch.surfacing.tessellation import area, find_self_intersections, tessellate
 
 Point = list[Fraction]
 
@@ -71,7 +71,7 @@ class TestExact:
     def test_soups_with_common_corners_and_edges(self, v: int, f: int, seed: int) -> None:
         points = np.random.default_rng(seed).normal(size=(v, 3))
         faces = np.unique(np.sort(random_faces(v, f, seed), axis=1), axis=0)
-        assert self_intersections(points, faces).tolist() == exactly(points, faces)
+        assert find_self_intersections(points, faces).tolist() == exactly(points, faces)
 
     @settings(max_examples=25, deadline=None)
     @given(st.integers(0, 2**32))
@@ -79,13 +79,13 @@ class TestExact:
         chance = np.random.default_rng(seed)
         points = chance.normal(size=(30, 3))
         faces = random_faces(30, 60, seed)
-        found = {tuple(pair) for pair in self_intersections(points, faces).tolist()}
+        found = {tuple(pair) for pair in find_self_intersections(points, faces).tolist()}
         assert found
         for moved in (turned(points, seed), 1e6 * points, 1e-200 * points, points + 1e3):
-            assert {tuple(pair) for pair in self_intersections(moved, faces).tolist()} == found
+            assert {tuple(pair) for pair in find_self_intersections(moved, faces).tolist()} == found
         order = chance.permutation(60)
         mixed = faces[order][:, [2, 0, 1]]
-        again = np.sort(order[self_intersections(points, mixed)], axis=1)
+        again = np.sort(order[find_self_intersections(points, mixed)], axis=1)
         assert {tuple(pair) for pair in again.tolist()} == found
 
 
@@ -100,14 +100,14 @@ class TestSpecialPositions:
             float,
         )
         points = points if seed is None else turned(points, seed)
-        assert self_intersections(points, [[0, 1, 2, 3], [4, 5, 6, 7]]).tolist() == [[0, 1]]
+        assert find_self_intersections(points, [[0, 1, 2, 3], [4, 5, 6, 7]]).tolist() == [[0, 1]]
         triangles = [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]
-        assert len(self_intersections(points, triangles)) > 0
+        assert len(find_self_intersections(points, triangles)) > 0
 
     @pytest.mark.parametrize("seed", range(3))
     def test_a_convex_polyhedron_does_not_cross_itself(self, seed: int) -> None:
         points = np.random.default_rng(seed).normal(size=(200, 3))
-        assert len(self_intersections(points, ConvexHull(points).simplices)) == 0
+        assert len(find_self_intersections(points, ConvexHull(points).simplices)) == 0
 
     @pytest.mark.parametrize("noise", [0.0, 1e-16, 1e-14, 1e-11, 1e-7, 1e-3])
     @pytest.mark.parametrize("seed", range(3))
@@ -121,7 +121,7 @@ class TestSpecialPositions:
         chance = np.random.default_rng(seed)
         points = points + noise * chance.normal(size=(len(points), 1)) * normal
         assert made.method == "laplacian"
-        assert len(self_intersections(points, made.triangles)) == 0
+        assert len(find_self_intersections(points, made.triangles)) == 0
 
     @pytest.mark.parametrize("seed", [None, 5, 6])
     def test_touching_is_no_crossing_and_overlapping_is(self, seed: int | None) -> None:
@@ -138,31 +138,31 @@ class TestSpecialPositions:
         )
         points = points if seed is None else turned(points, seed)
         faces = np.arange(18).reshape(6, 3)
-        assert self_intersections(points, faces).tolist() == [[0, 5]]
+        assert find_self_intersections(points, faces).tolist() == [[0, 5]]
 
     def test_triangles_of_one_edge_cross_only_folded_flat(self) -> None:
         points = [[0, 0, 0], [2, 0, 0], [0, 2, 0], [0.5, 1, 0.1], [0.5, 1, 0], [0.5, -1, 0]]
-        assert len(self_intersections(points, [[0, 1, 2], [1, 0, 3]])) == 0
-        assert len(self_intersections(points, [[0, 1, 2], [1, 0, 4]])) == 1
-        assert len(self_intersections(points, [[0, 1, 2], [1, 0, 5]])) == 0
+        assert len(find_self_intersections(points, [[0, 1, 2], [1, 0, 3]])) == 0
+        assert len(find_self_intersections(points, [[0, 1, 2], [1, 0, 4]])) == 1
+        assert len(find_self_intersections(points, [[0, 1, 2], [1, 0, 5]])) == 0
 
     def test_triangles_of_one_corner_cross_where_they_meet_again(self) -> None:
         points = [[0, 0, 0], [4, -1, 0], [4, 1, 0], [3, 0, -1], [3, 0, 1], [-3, 0, -1], [-3, 0, 1]]
-        assert self_intersections(points, [[0, 1, 2], [0, 3, 4]]).tolist() == [[0, 1]]
-        assert len(self_intersections(points, [[0, 1, 2], [0, 5, 6]])) == 0
+        assert find_self_intersections(points, [[0, 1, 2], [0, 3, 4]]).tolist() == [[0, 1]]
+        assert len(find_self_intersections(points, [[0, 1, 2], [0, 5, 6]])) == 0
 
     def test_none_and_one(self) -> None:
-        assert self_intersections(np.zeros((0, 3)), np.zeros((0, 3), int)).shape == (0, 2)
-        assert self_intersections(np.eye(3), [[0, 1, 2]]).shape == (0, 2)
-        assert self_intersections(np.ones((6, 3)), [[0, 1, 2], [3, 4, 5]]).shape == (0, 2)
+        assert find_self_intersections(np.zeros((0, 3)), np.zeros((0, 3), int)).shape == (0, 2)
+        assert find_self_intersections(np.eye(3), [[0, 1, 2]]).shape == (0, 2)
+        assert find_self_intersections(np.ones((6, 3)), [[0, 1, 2], [3, 4, 5]]).shape == (0, 2)
 
     def test_faces_that_are_none(self) -> None:
         with pytest.raises(InvalidMeshError, match="outside"):
-            self_intersections(np.eye(3), [[0, 1, 3]])
+            find_self_intersections(np.eye(3), [[0, 1, 3]])
         with pytest.raises(InvalidMeshError, match="shape"):
-            self_intersections(np.eye(3), [[0, 1]])
+            find_self_intersections(np.eye(3), [[0, 1]])
         with pytest.raises(InvalidMeshError, match="numbers"):
-            self_intersections(np.eye(3), [[0.5, 1, 2]])
+            find_self_intersections(np.eye(3), [[0.5, 1, 2]])
 
 
 class TestArea:

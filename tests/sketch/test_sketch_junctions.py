@@ -16,8 +16,12 @@ from scipy.spatial import KDTree
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sampled
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.joining.junctions import Joined, joined, network_of_polylines
-from patterndb_sketch.surfacing.joining.nearest import farthest, nearest_of_edges
+from patterndb_sketch.surfacing.joining.junctions import (
+    JoinedCurves,
+    join_polylines,
+    network_of_polylines,
+)
+from patterndb_sketch.surfacing.joining.meetings import find_nearest_of_edges, measure_deviation
 from patterndb_sketch.surfacing.network import Network, turning_angles
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -100,13 +104,15 @@ def check_found(
     assert found == wanted
 
 
-def check_walks(drawn: list[Points], result: Joined, reach: float) -> None:
+def check_walks(drawn: list[Points], result: JoinedCurves, reach: float) -> None:
     """Every drawn curve is its walk, and every curve of the network is in one."""
     network = result.network
     for points, walk in zip(drawn, result.walks, strict=True):
         assert all(network.ends(a)[1] == network.ends(b)[0] for a, b in pairwise(walk))
         walked = np.concatenate([network.along(step) for step in walk])
-        assert farthest(np.ascontiguousarray(walked), np.ascontiguousarray(points)) <= reach
+        assert (
+            measure_deviation(np.ascontiguousarray(walked), np.ascontiguousarray(points)) <= reach
+        )
     covered = {curve for walk in result.walks for curve, _ in walk}
     assert covered == set(range(len(network.curves)))
 
@@ -120,7 +126,7 @@ class TestKnownNetworks:
         if not drawn:
             return
         drawn = shuffled(drawn, chance)
-        result = joined(drawn)
+        result = join_polylines(drawn)
         check_found(result.network, nodes, pieces, 1e-9)
         check_walks(drawn, result, 1e-9)
         assert result.notes == ()
@@ -142,7 +148,7 @@ class TestKnownNetworks:
                 step = points[end] - points[beside]
                 points[end] += by * step / np.linalg.norm(step)
             moved.append(points)
-        result = joined(moved, tolerance=tolerance)
+        result = join_polylines(moved, tolerance=tolerance)
         check_found(result.network, nodes, pieces, tolerance)
         check_walks(moved, result, tolerance)
         assert all(left.reason == "overshoot" for left in result.left_out)
@@ -160,7 +166,7 @@ class TestKnownNetworks:
         if not drawn:
             return
         drawn = shuffled(drawn, chance)
-        network = joined(drawn).network
+        network = join_polylines(drawn).network
         assert len(network.curves) == len(drawn)
         for points, curve in zip(drawn, network.curves, strict=True):
             assert np.array_equal(points, curve.points)
@@ -172,7 +178,9 @@ class TestKnownNetworks:
         chance = np.random.default_rng(seed)
         drawn = [chance.uniform(0, 1, (chance.integers(2, 8), 3)) for _ in range(6)]
         drawn = [np.c_[points[:, :2], 0.03 * points[:, 2]] for points in drawn]
-        results = [joined(lines, tolerance=tolerance) for lines in (drawn, shuffled(drawn, chance))]
+        results = [
+            join_polylines(lines, tolerance=tolerance) for lines in (drawn, shuffled(drawn, chance))
+        ]
         one, other = (result.network for result in results)
         assert sorted(map(tuple, one.nodes)) == sorted(map(tuple, other.nodes))
 
@@ -197,7 +205,7 @@ def circle(n: int = 64, radius: float = 1.0) -> Points:
 class TestSingleCases:
     def test_an_end_that_meets_a_curve_on_its_way_leaves_that_where_it_is(self) -> None:
         rail = [[0, 0, 0], [2, 0, 0]]
-        result = joined([rail, [[1, 0.01, 0], [1, 1, 0]]], tolerance=0.02)
+        result = join_polylines([rail, [[1, 0.01, 0], [1, 1, 0]]], tolerance=0.02)
         network = result.network
         assert sorted(network.nodes.tolist()) == [[0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 0, 0]]
         assert [curve.id for curve in network.curves] == [0, 0, 1]
@@ -205,7 +213,9 @@ class TestSingleCases:
         assert result.notes == ()
 
     def test_an_overshoot_is_left_out_and_told(self) -> None:
-        result = joined([[[0, 0, 0], [2, 0, 0]], [[1, -0.01, 0], [1, 1, 0]]], tolerance=0.02)
+        result = join_polylines(
+            [[[0, 0, 0], [2, 0, 0]], [[1, -0.01, 0], [1, 1, 0]]], tolerance=0.02
+        )
         assert len(result.network.nodes) == 4 and len(result.network.curves) == 3
         (left,) = result.left_out
         assert left.reason == "overshoot" and left.curve == 1
@@ -232,7 +242,7 @@ class TestSingleCases:
         assert curve.closed and len(curve.points) == 65
 
     def test_a_closed_curve_is_cut_where_others_meet_it_alone(self) -> None:
-        result = joined([circle(), [[0, -2, 0], [0, 2, 0]]])
+        result = join_polylines([circle(), [[0, -2, 0], [0, 2, 0]]])
         network = result.network
         assert len(network.nodes) == 4
         assert [curve.id for curve in network.curves] == [0, 0, 1, 1, 1]
@@ -256,7 +266,7 @@ class TestSingleCases:
 
     def test_the_same_curve_twice_is_told_and_there_once(self) -> None:
         bow = circle()[:20]
-        result = joined([bow, bow[::-1]], ids=["a", "b"])
+        result = join_polylines([bow, bow[::-1]], ids=["a", "b"])
         assert [curve.id for curve in result.network.curves] == ["a"]
         assert result.walks == (((0, False),), ((0, True),))
         (left,) = result.left_out
@@ -266,7 +276,7 @@ class TestSingleCases:
     def test_a_common_stretch_is_one_curve_between_two_nodes(self, n: int) -> None:
         first = sampled(np.array([[0.0, 0, 0], [10, 0, 0]]), n - 1)
         second = sampled(np.array([[3.0, 0.01, 0], [15, 0.01, 0]]), n - 1)
-        result = joined([first, second], tolerance=0.02)
+        result = join_polylines([first, second], tolerance=0.02)
         lengths = sorted(curve.length for curve in result.network.curves)
         assert lengths == pytest.approx([3, 5, 7], abs=0.02)
         assert len(result.network.nodes) == 4
@@ -286,7 +296,7 @@ class TestSingleCases:
 
     def test_nodes_that_gather_much_are_told(self) -> None:
         rungs = [[[0.015 * i, 0, 0], [0.015 * i, 1, 0]] for i in range(12)]
-        result = joined([[[-1, 0, 0], [1, 0, 0]], *rungs], tolerance=0.02)
+        result = join_polylines([[[-1, 0, 0], [1, 0, 0]], *rungs], tolerance=0.02)
         assert any("gathers" in note for note in result.notes)
 
     @pytest.mark.parametrize("scale", [1e-90, 1e90, 2.0**-40])
@@ -317,13 +327,13 @@ class TestSingleCases:
 )
 def test_refusals(arguments: dict[str, object], message: str) -> None:
     with pytest.raises(InvalidNetworkError, match=message):
-        joined(**arguments)  # pyright: ignore[reportArgumentType]
+        join_polylines(**arguments)  # pyright: ignore[reportArgumentType]
 
 
 def test_curves_that_touch_too_much_are_refused() -> None:
     scribble = np.random.default_rng(1).uniform(0, 1, (3300, 3))
     with pytest.raises(InvalidNetworkError, match="5,000,000 pairs of edges touch; make it"):
-        joined([scribble], tolerance=2.0)
+        join_polylines([scribble], tolerance=2.0)
 
 
 @settings(deadline=None, max_examples=100)
@@ -331,7 +341,7 @@ def test_curves_that_touch_too_much_are_refused() -> None:
 def test_nearest_places_of_edges_are_those_of_a_solver(seed: int) -> None:
     chance = np.random.default_rng(seed)
     points = chance.integers(-3, 4, (4, 3)).astype(float)
-    s, u, gap = nearest_of_edges(points, 0, 2, 0.0)
+    s, u, gap = find_nearest_of_edges(points, 0, 2, 0.0)
     along, beside = points[1] - points[0], points[3] - points[2]
     there = np.linalg.norm(points[0] + s * along - points[2] - u * beside)
     solved = lsq_linear(

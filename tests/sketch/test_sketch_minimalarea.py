@@ -15,9 +15,9 @@ from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation import (
     MAX_VERTICES,
     area,
+    find_self_intersections,
     minimal_area,
     patch_of_least_area,
-    self_intersections,
 )
 
 Triangle = tuple[int, int, int]
@@ -127,7 +127,7 @@ class TestTies:
             triangles, least = minimal_area(shifted)
             assert least == pytest.approx(1.0)
             assert min(area(shifted, [t]) for t in triangles) > 1e-3
-            assert len(self_intersections(shifted, triangles)) == 0
+            assert len(find_self_intersections(shifted, triangles)) == 0
 
     def test_points_at_one_place_have_no_area(self) -> None:
         triangles, least = minimal_area(np.ones((7, 3)))

@@ -12,7 +12,7 @@ from scipy.interpolate import BSpline
 from shared import SHARED
 
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.joining.nearest import farthest
+from patterndb_sketch.surfacing.joining.meetings import measure_deviation
 from patterndb_sketch.surfacing.network import turning_angles
 from patterndb_sketch.surfacing.networkfile import parse_drawing, read_network
 
@@ -52,8 +52,8 @@ class TestTrebol:
         assert [c.key for c in network.cycles] == [c.key for c in exact.cycles]
         for curve, one in zip(network.curves, document(TREBOL)["curves"], strict=True):
             line = bezier(np.array(one["bezier"]))
-            assert farthest(curve.points, line) < 1e-4 * curve.length
-            assert farthest(line, curve.points) < 1e-3 * curve.length
+            assert measure_deviation(curve.points, line) < 1e-4 * curve.length
+            assert measure_deviation(line, curve.points) < 1e-3 * curve.length
             assert turning_angles(curve.points).max(initial=0) <= math.radians(5)
 
 
@@ -77,8 +77,8 @@ class TestLoops:
             at += 1 + 3 * n
             spline = BSpline(knots, control, degree)
             line = np.ascontiguousarray(spline(np.linspace(knots[degree], knots[n], 2000)))
-            assert farthest(line, curve.points) < 1.5e-3 * curve.length
-            assert farthest(curve.points, line) < 1e-4 * curve.length
+            assert measure_deviation(line, curve.points) < 1.5e-3 * curve.length
+            assert measure_deviation(curve.points, line) < 1e-4 * curve.length
             assert turning_angles(curve.points).max() <= math.radians(5)
 
     @pytest.mark.parametrize(

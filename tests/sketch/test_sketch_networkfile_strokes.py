@@ -15,7 +15,7 @@ from shared import SHARED
 
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.joining.nearest import farthest
+from patterndb_sketch.surfacing.joining.meetings import measure_deviation
 from patterndb_sketch.surfacing.network import turning_angles
 from patterndb_sketch.surfacing.networkfile import (
     parse_drawing,
@@ -49,7 +49,7 @@ class TestStrokeGraphs:
             # Ends move by up to 0.001, and chords are a little shorter than arcs.
             assert curve.length == pytest.approx(length, rel=2e-3, abs=3e-3)
             # The same curve apart from that, and nowhere a corner that it does not have.
-            assert farthest(curve.points, np.concatenate(parts)) < 2e-3 * length + 1e-3
+            assert measure_deviation(curve.points, np.concatenate(parts)) < 2e-3 * length + 1e-3
             if len(parts) == 1 and curve.length > 0.02:
                 turning = turning_angles(curve.points)
                 drawn = turning_angles(parts[0])

@@ -19,8 +19,8 @@ from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation import (
     Tessellation,
     area,
+    find_self_intersections,
     minimal_area,
-    self_intersections,
     tessellate,
 )
 from patterndb_sketch.surfacing.tessellation.interior import filled, triangulated
@@ -107,7 +107,7 @@ class TestDisk:
         assert (made.method == "area") == bool(made.note)
         if made.method == "laplacian":
             # A graph over its plane.
-            assert len(self_intersections(whole(points, made), made.triangles)) == 0
+            assert len(find_self_intersections(whole(points, made), made.triangles)) == 0
 
     @pytest.mark.parametrize("name", SHAPES)
     @pytest.mark.parametrize("seed", [0, 1])

@@ -18,8 +18,8 @@ from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.network import Curve, Cycle, Network
 from patterndb_sketch.surfacing.sampling import loop_of, sample
 from patterndb_sketch.surfacing.tessellation import (
+    find_self_intersections,
     patch_of_least_area,
-    self_intersections,
     tessellate_patch,
 )
 
@@ -143,7 +143,7 @@ def test_the_patches_of_a_closed_network_are_a_closed_surface(method: str) -> No
     assert set(sides.values()) == {2}
     assert count - len(sides) + len(triangles) == 2
     if method == "laplacian":
-        assert len(self_intersections(np.concatenate(points), triangles)) == 0
+        assert len(find_self_intersections(np.concatenate(points), triangles)) == 0
 
 
 class TestRefused:

@@ -12,8 +12,8 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.joining.junctions import joined
-from patterndb_sketch.surfacing.joining.polylines import bent
+from patterndb_sketch.surfacing.joining.junctions import join_polylines
+from patterndb_sketch.surfacing.joining.polylines import move_ends
 from patterndb_sketch.surfacing.naming import Step
 from patterndb_sketch.surfacing.network import Curve, Network, without_repeats
 from patterndb_sketch.surfacing.patch import Surfacing
@@ -118,7 +118,7 @@ def with_curves(drawing: Drawing, ink: Ink, reach: float, stage: int) -> Grown:
     names = [curve.stroke for curve in whole.curves]
     new = _new_name(names)
     strokes = [*names, *(new for _ in lines)]
-    made = joined([*(c.points for c in whole.curves), *lines], None, strokes)
+    made = join_polylines([*(c.points for c in whole.curves), *lines], None, strokes)
     n = len(whole.curves)
     lost = [left for left in made.left_out if left.curve not in range(n)]
     if lost:
@@ -163,7 +163,7 @@ def _from_curve_to_curve(ink: Ink, reach: float) -> list[Points]:
         if len(line) < 2 or arc_length(line)[-1] <= reach:
             # A run as short as this only grazes its patch.
             continue
-        lines.append(bent(line, start, end))
+        lines.append(move_ends(line, start, end))
     if not lines:
         raise InvalidNetworkError("the stroke is too short to be a curve; draw a longer one")
     return lines

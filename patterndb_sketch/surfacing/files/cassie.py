@@ -27,7 +27,12 @@ from patterndb.system.documents import JsonValue
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.files.splines import polylines_of
-from patterndb_sketch.surfacing.joining.polylines import SAME_PLACE, as_places, bent, diagonal_of
+from patterndb_sketch.surfacing.joining.polylines import (
+    SAME_PLACE,
+    as_places,
+    measure_diagonal,
+    move_ends,
+)
 from patterndb_sketch.surfacing.network import Curve, Network, without_repeats
 
 KEYS = ("strokes", "segments", "nodes", "patches_created")
@@ -89,7 +94,7 @@ def stroke_graph_drawing(document: JsonValue) -> Drawing:
     for stroke in _listed(document, entries, "strokes"):
         strokes[_new(_all(stroke, STROKE_KEYS, optional=("segments",))["id"], strokes)] = []
     segments = _segments(_listed(document, entries, "segments"), numbers, strokes)
-    diagonal = diagonal_of([segment.points for segment in segments])
+    diagonal = measure_diagonal([segment.points for segment in segments])
     for segment in segments:
         _check_ends(segment, nodes, NEAR_NODE * diagonal)
     joining = [one for one in segments if _extent(one) <= SAME_PLACE * diagonal]
@@ -99,7 +104,7 @@ def stroke_graph_drawing(document: JsonValue) -> Drawing:
         if _extent(segment) <= SAME_PLACE * diagonal:
             continue
         first, last = (int(number[node]) for node in segment.nodes)
-        points = bent(without_repeats(segment.points), nodes[kept[first]], nodes[kept[last]])
+        points = move_ends(without_repeats(segment.points), nodes[kept[first]], nodes[kept[last]])
         if len(points) < 2:
             segment.entry.fail("nothing is left of the segment between its nodes; leave it out")
         strokes[segment.stroke].append(len(curves))

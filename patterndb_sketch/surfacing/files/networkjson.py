@@ -7,11 +7,12 @@
      "stages": [["rim"], [4, 7], ...]}
 
 curves: the curves as drawn, each once; id is its place in the list and stroke its id where they
-are left out. They meet where :func:`patterndb_sketch.surfacing.joining.junctions.joined` finds it, within the
+are left out. They meet where
+:func:`patterndb_sketch.surfacing.joining.junctions.join_polylines` finds it, within the
 tolerance. cycles: the patches, each the ids of its curves in the order of a closed walk;
 "reversed" may say the sense, "part" which of the parts that nodes split the curve into, counted
-from 0; else :func:`patterndb_sketch.surfacing.naming.named_cycle` finds both. stages: the ids of the
-curves drawn in every stage.
+from 0; else :func:`patterndb_sketch.surfacing.naming.named_cycle` finds both. stages: the ids
+of the curves drawn in every stage.
 
 With "nodes", a list of points, the file says itself where curves meet: every curve then has
 "nodes": [first, second], its ends are moved there, and there is no tolerance. Parts of one
@@ -29,8 +30,13 @@ from patterndb.geometry.points import Points
 from patterndb.system.documents import JsonValue
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.joining.junctions import joined
-from patterndb_sketch.surfacing.joining.polylines import as_curve, as_places, bent, diagonal_of
+from patterndb_sketch.surfacing.joining.junctions import join_polylines
+from patterndb_sketch.surfacing.joining.polylines import (
+    as_curve,
+    as_places,
+    measure_diagonal,
+    move_ends,
+)
 from patterndb_sketch.surfacing.naming import Named, Step, Walks, named_cycle, parts_of, walks_of
 from patterndb_sketch.surfacing.network import Curve, CurveId, Cycle, Network
 
@@ -77,7 +83,7 @@ def drawing_of(document: JsonValue, tolerance: float | None = None) -> Drawing:
                 one["nodes"].fail('there are no "nodes" in the file; add them, or leave this out')
         if tolerance is None and "tolerance" in entries:
             tolerance = entries["tolerance"].number()
-        found = joined(polylines, ids=ids, strokes=strokes, tolerance=tolerance)
+        found = join_polylines(polylines, ids=ids, strokes=strokes, tolerance=tolerance)
         network = found.network
         walks = {name: [walk] if walk else [] for name, walk in zip(ids, found.walks, strict=True)}
         notes = found.notes
@@ -134,7 +140,7 @@ def _at_given_nodes(
     strokes: Sequence[CurveId],
 ) -> Network:
     places = as_places(np.array(nodes.points(), np.float64).reshape(-1, 3), "the list of nodes")
-    reach = NEAR_NODE * diagonal_of(polylines)
+    reach = NEAR_NODE * measure_diagonal(polylines)
     curves: list[Curve] = []
     for curve, entries, points, name, stroke in zip(
         drawn, known, polylines, ids, strokes, strict=True
@@ -151,7 +157,7 @@ def _at_given_nodes(
                 end.fail(
                     f"the curve ends {gap:.3g} away from node {node}; name the node where it ends"
                 )
-        points = bent(points, places[first], places[last])
+        points = move_ends(points, places[first], places[last])
         if len(points) < 2:
             curve.fail("nothing is left of the curve between its nodes; leave it out")
         curves.append(Curve(points, (first, last), name, stroke))

@@ -23,9 +23,9 @@ from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
     as_curve,
     as_places,
-    bent,
-    diagonal_of,
-    places_of,
+    gather_places,
+    measure_diagonal,
+    move_ends,
 )
 from patterndb_sketch.surfacing.network import Curve, Cycle, Network
 
@@ -52,7 +52,7 @@ def loop_network(words: Words) -> Network:
                 raise
             words.fail(f"curve {number} is no B-spline: {error}")
     words.end()
-    reach = JOIN * diagonal_of(polylines)
+    reach = JOIN * measure_diagonal(polylines)
     nodes = np.empty((n_curves, 3))
     for i, points in enumerate(polylines):
         before = polylines[i - 1][-1]
@@ -66,7 +66,7 @@ def loop_network(words: Words) -> Network:
     curves: list[Curve] = []
     for i, points in enumerate(polylines):
         last = (i + 1) % n_curves
-        moved = bent(points, nodes[i], nodes[last])
+        moved = move_ends(points, nodes[i], nodes[last])
         if len(moved) < 2:
             raise InvalidNetworkError(f"nothing is left of curve {i} between its ends")
         curves.append(Curve(moved, (i, last), i, i))
@@ -95,9 +95,9 @@ def patches_network(words: Words) -> Network:
         sides.append(n)
     words.end()
     control = as_places([*corners, *middles], "the boundary of all patches")
-    reach = SAME_PLACE * diagonal_of([control])
-    nodes, corner_nodes = places_of(np.array(corners), reach)
-    _, middle_places = places_of(np.array(middles), reach)
+    reach = SAME_PLACE * measure_diagonal([control])
+    nodes, corner_nodes = gather_places(np.array(corners), reach)
+    _, middle_places = gather_places(np.array(middles), reach)
     curves: list[Curve] = []
     numbers: dict[tuple[int, int, int], int] = {}
     cycles: list[Cycle] = []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.files.words import Words
-from patterndb_sketch.surfacing.joining.junctions import joined
+from patterndb_sketch.surfacing.joining.junctions import join_polylines
 from patterndb_sketch.surfacing.joining.polylines import as_curve
 
 
@@ -22,6 +22,6 @@ def polylines_drawing(words: Words, tolerance: float | None = None) -> Drawing:
             words.fail('a polyline begins with "v" and the number of its points')
         count = words.count("the number of points", 2, words_each=3)
         polylines.append(as_curve(words.points(count, name), name))
-    found = joined(polylines, tolerance=tolerance)
+    found = join_polylines(polylines, tolerance=tolerance)
     stages = tuple(tuple(dict.fromkeys(curve for curve, _ in walk)) for walk in found.walks)
     return Drawing(found.network, stages, found.notes)

@@ -1,5 +1,12 @@
-"""Joining drawn curves: where they meet, the nodes there, and the network that comes of it."""
+"""Join drawn curves: where they meet, the nodes there, and the network that comes of it.
 
-from patterndb_sketch.surfacing.joining.junctions import Joined, joined, network_of_polylines
+Read polylines (curves as they come), meetings (where they meet), junctions (the network).
+"""
 
-__all__ = ["Joined", "joined", "network_of_polylines"]
+from patterndb_sketch.surfacing.joining.junctions import (
+    JoinedCurves,
+    join_polylines,
+    network_of_polylines,
+)
+
+__all__ = ["JoinedCurves", "join_polylines", "network_of_polylines"]

@@ -3,10 +3,13 @@
 Take a pair of curves, A and B, and all pairs of places (a on A, b on B) that are within the
 tolerance of each other. The connected parts of this set are the meetings: one for each crossing,
 touching end or common stretch. For one curve with itself, the part around a = b is none.
+
+Points stand in one array (n, 3); edge i runs from point i to point i + 1.
 """
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,11 +18,30 @@ from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.joining.joints import BETTER, MOST_JOINS, chosen_places
-from patterndb_sketch.surfacing.joining.nearest import nearest_of_edges, nearest_on_edge
 
 #: Pairs of edges within the tolerance that are looked at: 40 bytes each.
 MAX_CONTACTS = 5_000_000
+
+#: A meeting longer than this many tolerances may be a common stretch: edges that cross at 30
+#: degrees are within the tolerance of each other for 4 of them.
+LONG = 4.0
+
+#: A long meeting is a common stretch if the median distance within it exceeds the least by less
+#: than this share of the tolerance. Crossing lines have 0.5, touching arcs 0.25.
+FLAT = 0.1
+
+#: ... or if the distance goes up and down by this share of the tolerance more than once.
+WAVERING = 0.25
+
+#: The end of a common stretch is looked for so many tolerances inwards of its last pair of places.
+INWARDS = 4.0
+
+#: A crossing within edges must be closer than their ends by this share of the tolerance:
+#: otherwise the curves are cut at a point that they have.
+BETTER = 1e-3
+
+#: Most pairs of places that one meeting joins: the four pairs of ends, and both extremes.
+MOST_JOINS = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,7 +56,7 @@ class Joins:
 
 
 def find_joins(points: Points, starts: Int64Array, along: Floats, tolerance: float) -> Joins:
-    """Where curves meet each other and themselves.
+    """Find where curves meet each other and themselves.
 
     points: (n, 3), the points of all curves. starts: (c + 1,), where each begins in them.
     along: (n,) arc length from the beginning of its curve. A crossing joins at the closest
@@ -85,7 +107,7 @@ def find_joins(points: Points, starts: Int64Array, along: Floats, tolerance: flo
 def _contacts(
     points: Points, edges: Int64Array, low: Floats, high: Floats, tolerance: float, limit: int
 ) -> tuple[Int64Array, Floats, Floats]:
-    """All pairs of edges (first <= second) within the tolerance, an edge with itself among them.
+    """Find all pairs of edges (first <= second) within the tolerance, an edge with itself too.
 
     edges: sorted by the first coordinate of their boxes' lower corners ``low``.
     """
@@ -103,7 +125,7 @@ def _contacts(
             if low[k, 2] > high[i, 2] or low[i, 2] > high[k, 2]:
                 continue
             first, second = min(edges[i], edges[k]), max(edges[i], edges[k])
-            s, u, gap = nearest_of_edges(points, first, second, BETTER * tolerance)
+            s, u, gap = find_nearest_of_edges(points, first, second, BETTER * tolerance)
             if gap > tolerance:
                 continue
             if n == capacity:
@@ -124,7 +146,7 @@ def _contacts(
 def _components(
     points: Points, curve_of: Int64Array, key: Int64Array, pairs: Int64Array, tolerance: float
 ) -> Int64Array:
-    """For every contact, sorted by key, the root of its connected part.
+    """Find for every contact, sorted by key, the root of its connected part.
 
     The pairs of places of two edges are a convex set; it continues in the next edge if the
     vertex between them is within the tolerance.
@@ -137,7 +159,7 @@ def _components(
             other = pairs[contact, 1 - side]
             if vertex + 1 >= n_points or curve_of[vertex + 1] != curve_of[vertex]:
                 continue
-            if nearest_on_edge(points, vertex, other)[1] > tolerance:
+            if find_nearest_on_edge(points, vertex, other)[1] > tolerance:
                 continue
             first, second = min(vertex, other), max(vertex, other)
             wanted = first * n_points + second
@@ -170,7 +192,7 @@ def _joins(
     bounds: Int64Array,
     tolerance: float,
 ) -> tuple[Int64Array, Floats]:
-    """The joins of all meetings; meeting m has the contacts bounds[m] to bounds[m + 1]."""
+    """Choose the joins of all meetings; meeting m has the contacts bounds[m] to bounds[m + 1]."""
     curves = np.empty((MOST_JOINS * (len(bounds) - 1), 2), np.int64)
     lengths = np.empty((MOST_JOINS * (len(bounds) - 1), 2), np.float64)
     n = 0
@@ -182,7 +204,7 @@ def _joins(
             points, along, pairs[begin:end], places[begin:end], distances[begin:end], tolerance
         )
         of_a, of_b = curve_of[pairs[begin, 0]], curve_of[pairs[begin, 1]]
-        chosen = chosen_places(
+        chosen = choose_places(
             a, b, gap, vertex, len(points), float(lasts[of_a]), float(lasts[of_b]), tolerance
         )
         for place in chosen:
@@ -201,7 +223,7 @@ def _places(
     distances: Floats,
     tolerance: float,
 ) -> tuple[Floats, Floats, Floats, Int64Array]:
-    """Pairs of places of a meeting that tell what it is like: the closest, and all vertices.
+    """List pairs of places of a meeting that tell what it is like: the closest, and all vertices.
 
     Returns arc lengths on A and on B, the distance, and the vertex that it is taken at: its
     number on A, its number and that of all points on B, -1 for none.
@@ -219,12 +241,12 @@ def _places(
         vertex[n] = -1
         n += 1
         for end in range(2):
-            share, distance = nearest_on_edge(points, first + end, second)
+            share, distance = find_nearest_on_edge(points, first + end, second)
             if distance <= tolerance:
                 a[n], b[n] = along[first + end], _length_at(along, second, share)
                 gap[n], vertex[n] = distance, first + end
                 n += 1
-            share, distance = nearest_on_edge(points, second + end, first)
+            share, distance = find_nearest_on_edge(points, second + end, first)
             if distance <= tolerance:
                 a[n], b[n] = _length_at(along, first, share), along[second + end]
                 gap[n], vertex[n] = distance, len(points) + second + end
@@ -237,3 +259,183 @@ def _length_at(along: Floats, edge: int, share: float) -> float:
     if share == 1.0:
         return along[edge + 1]
     return along[edge] + share * (along[edge + 1] - along[edge])
+
+
+@kernel
+def choose_places(
+    a: Floats,
+    b: Floats,
+    gap: Floats,
+    vertex: Int64Array,
+    n_points: int,
+    last_a: float,
+    last_b: float,
+    tolerance: float,
+) -> Int64Array:
+    """Choose which pairs of places of a meeting are joined: one for a crossing, two for a stretch.
+
+    a, b: their arc lengths on the curves A and B. gap: how far apart they are. vertex: where
+    they are taken, see :func:`_places`. last_a, last_b: the lengths of the curves.
+    """
+    # The closest pair of each two ends; the pairs of ends are 0 to 3.
+    ends = np.full(4, -1)
+    for place in range(len(a)):
+        if (a[place] == 0 or a[place] == last_a) and (b[place] == 0 or b[place] == last_b):
+            pair = 2 * int(a[place] != 0) + int(b[place] != 0)
+            if ends[pair] < 0 or gap[place] < gap[ends[pair]]:
+                ends[pair] = place
+    ends = ends[ends >= 0]
+    long = max(a.max() - a.min(), b.max() - b.min()) > LONG * tolerance
+    if len(ends) < 2 and not (long and _runs_alongside(gap, vertex, n_points, tolerance)):
+        if len(ends):
+            return ends
+        best = 0
+        for place in range(len(a)):
+            if (gap[place], a[place], b[place]) < (gap[best], a[best], b[best]):
+                best = place
+        return np.array([best])
+    # A common stretch: B runs along A in the same sense, or against it.
+    covariance = ((a - a.mean()) * (b - b.mean())).sum()
+    run = a + b if covariance >= 0 else a - b
+    first = _extreme(run, gap, a, b, last_a, last_b, tolerance)
+    second = _extreme(-run, gap, a, b, last_a, last_b, tolerance)
+    return np.concatenate((ends, np.array([first, second])))
+
+
+@kernel
+def _extreme(
+    run: Floats,
+    gap: Floats,
+    a: Floats,
+    b: Floats,
+    last_a: float,
+    last_b: float,
+    tolerance: float,
+) -> int:
+    """Find where a common stretch begins: at an end of A or B if one is there, else nearby."""
+    least = run.min()
+    best = -1
+    best_key = (2, 0.0, 0.0)
+    for place in range(len(run)):
+        if run[place] > least + INWARDS * tolerance:
+            continue
+        at_end = a[place] == 0 or a[place] == last_a or b[place] == 0 or b[place] == last_b
+        # Distances that differ by rounding count as one: then the outermost is taken.
+        step = math.floor(gap[place] / (BETTER * tolerance)) if tolerance > 0 else 0.0
+        key = (0 if at_end else 1, step, run[place])
+        if best < 0 or key < best_key:
+            best, best_key = place, key
+    return best
+
+
+@kernel
+def _runs_alongside(gap: Floats, vertex: Int64Array, n_points: int, tolerance: float) -> bool:
+    """Does the distance stay flat or waver, rather than fall to one place and rise again?"""
+    profile = _profile(gap[vertex >= n_points], vertex[vertex >= n_points])
+    on_a = (vertex >= 0) & (vertex < n_points)
+    of_a = _profile(gap[on_a], vertex[on_a])
+    if len(of_a) >= len(profile):
+        profile = of_a
+    if len(profile) == 0:
+        return False
+    least = gap.min()
+    there_and_back = profile[0] + profile[-1] - 2 * profile.min()
+    wavering = np.abs(np.diff(profile)).sum() - there_and_back
+    return np.median(profile) - least < FLAT * tolerance or wavering > WAVERING * tolerance
+
+
+@kernel
+def _profile(gap: Floats, vertex: Int64Array) -> Floats:
+    """Take the least distance at every vertex, in the order along the curve."""
+    order = np.argsort(vertex)
+    profile = np.empty(len(order), np.float64)
+    n = 0
+    for i in range(len(order)):
+        if i > 0 and vertex[order[i]] == vertex[order[i - 1]]:
+            profile[n - 1] = min(profile[n - 1], gap[order[i]])
+        else:
+            profile[n] = gap[order[i]]
+            n += 1
+    return profile[:n]
+
+
+@kernel
+def find_nearest_on_edge(points: Points, vertex: int, edge: int) -> tuple[float, float]:
+    """Find the place on an edge, 0 to 1, nearest to a vertex, and the distance."""
+    along = 0.0
+    square = 0.0
+    for d in range(3):
+        step = points[edge + 1, d] - points[edge, d]
+        along += step * (points[vertex, d] - points[edge, d])
+        square += step * step
+    share = 0.0
+    if square > 0:
+        share = min(1.0, max(0.0, along / square))
+    gap = 0.0
+    for d in range(3):
+        at = points[edge, d] + share * (points[edge + 1, d] - points[edge, d])
+        if share == 1.0:
+            at = points[edge + 1, d]
+        gap += (points[vertex, d] - at) ** 2
+    return share, math.sqrt(gap)
+
+
+@kernel
+def find_nearest_of_edges(
+    points: Points, first: int, second: int, margin: float
+) -> tuple[float, float, float]:
+    """Find the places on two edges, 0 to 1, nearest to each other, and the distance.
+
+    Ends are taken unless places within both edges are closer by more than the margin.
+    """
+    share, best = find_nearest_on_edge(points, first, second)
+    s, u = 0.0, share
+    share, gap = find_nearest_on_edge(points, first + 1, second)
+    if gap < best:
+        s, u, best = 1.0, share, gap
+    share, gap = find_nearest_on_edge(points, second, first)
+    if gap < best:
+        s, u, best = share, 0.0, gap
+    share, gap = find_nearest_on_edge(points, second + 1, first)
+    if gap < best:
+        s, u, best = share, 1.0, gap
+    a = b = c = d = e = 0.0
+    for k in range(3):
+        along_first = points[first + 1, k] - points[first, k]
+        along_second = points[second + 1, k] - points[second, k]
+        between = points[first, k] - points[second, k]
+        a += along_first * along_first
+        b += along_first * along_second
+        c += along_second * along_second
+        d += along_first * between
+        e += along_second * between
+    determinant = a * c - b * b
+    # Nearly parallel lines come nearest somewhere far off, or anywhere.
+    if determinant > 1e-14 * a * c:
+        inner_s = (b * e - c * d) / determinant
+        inner_u = (a * e - b * d) / determinant
+        if 0 < inner_s < 1 and 0 < inner_u < 1:
+            gap = 0.0
+            for k in range(3):
+                on_first = points[first, k] + inner_s * (points[first + 1, k] - points[first, k])
+                on_second = points[second, k] + inner_u * (
+                    points[second + 1, k] - points[second, k]
+                )
+                gap += (on_first - on_second) ** 2
+            gap = math.sqrt(gap)
+            if gap < best - margin:
+                s, u, best = inner_s, inner_u, gap
+    return s, u, best
+
+
+@kernel
+def measure_deviation(points: Points, other: Points) -> float:
+    """Measure how far a point of one polyline (k, 3) lies at most from another one (m, 3)."""
+    greatest = 0.0
+    both = np.concatenate((points, other))
+    for i in range(len(points)):
+        nearest = np.inf
+        for edge in range(len(points), len(both) - 1):
+            nearest = min(nearest, find_nearest_on_edge(both, i, edge)[1])
+        greatest = max(greatest, nearest)
+    return greatest

@@ -48,8 +48,8 @@ def as_curve(points: ArrayLike, name: str) -> Points:
     return array
 
 
-def diagonal_of(polylines: list[Points]) -> float:
-    """The diagonal of the box around some polylines, 0 without any."""
+def measure_diagonal(polylines: list[Points]) -> float:
+    """Measure the diagonal of the box around some polylines, 0 without any."""
     if not polylines:
         return 0.0
     low = np.min([points.min(axis=0) for points in polylines], axis=0)
@@ -57,8 +57,8 @@ def diagonal_of(polylines: list[Points]) -> float:
     return float(np.linalg.norm(high - low))
 
 
-def bent(points: Points, first: ArrayLike, last: ArrayLike) -> Points:
-    """The polyline (k, 3) with its ends moved to ``first`` and ``last``, exactly.
+def move_ends(points: Points, first: ArrayLike, last: ArrayLike) -> Points:
+    """Move the ends of a polyline (k, 3) to ``first`` and ``last``, exactly.
 
     What the ends move by is spread along the curve in proportion to arc length, so that no
     kink arises; a straight line stays straight. Points that fall on the one before are left
@@ -71,8 +71,8 @@ def bent(points: Points, first: ArrayLike, last: ArrayLike) -> Points:
     return without_repeats(moved)
 
 
-def places_of(points: Points, tolerance: float) -> tuple[Points, NDArray[np.int64]]:
-    """Points (n, 3) gathered into places: those within the tolerance of each other are one.
+def gather_places(points: Points, tolerance: float) -> tuple[Points, NDArray[np.int64]]:
+    """Gather points (n, 3) into places: those within the tolerance of each other are one.
 
     Returns the places (m, 3), each the mean of its points, in the order of their first points,
     and for every point its place (n,). The places do not depend on the order of the points.

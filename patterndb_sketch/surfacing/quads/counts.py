@@ -30,7 +30,8 @@ MOST_WORK = 2.0
 class EvenEdges:
     """Edge counts with which every cycle is even.
 
-    edges: edges of every stretch of every curve, as :func:`patterndb_sketch.surfacing.sampling.sample`
+    edges: edges of every stretch of every curve, as
+    :func:`patterndb_sketch.surfacing.sampling.sample`
            takes them.
     cost:  the sum, over stretches, of log(edges / wanted) squared.
     least: is it proven that no other counts cost less? Not so where the solver came to the

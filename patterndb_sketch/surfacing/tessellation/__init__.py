@@ -1,9 +1,9 @@
 """Tessellation: the pieces of a patch as triangles, and what can be asked of them."""
 
 from patterndb_sketch.surfacing.tessellation.interior import MAX_INNER
-from patterndb_sketch.surfacing.tessellation.intersections import self_intersections
+from patterndb_sketch.surfacing.tessellation.intersections import find_self_intersections
 from patterndb_sketch.surfacing.tessellation.minimalarea import MAX_VERTICES, minimal_area
-from patterndb_sketch.surfacing.tessellation.picking import Canvas, Drawn, Pick, draw, pick
+from patterndb_sketch.surfacing.tessellation.picking import Canvas, Pick, SurfaceStroke, draw, pick
 from patterndb_sketch.surfacing.tessellation.piece import Tessellation, tessellate
 from patterndb_sketch.surfacing.tessellation.pieces import (
     PatchMesh,
@@ -16,16 +16,16 @@ __all__ = [
     "MAX_INNER",
     "MAX_VERTICES",
     "Canvas",
-    "Drawn",
     "PatchMesh",
     "Pick",
+    "SurfaceStroke",
     "Tessellation",
     "area",
     "draw",
+    "find_self_intersections",
     "minimal_area",
     "patch_of_least_area",
     "pick",
-    "self_intersections",
     "tessellate",
     "tessellate_patch",
 ]

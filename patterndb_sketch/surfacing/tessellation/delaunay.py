@@ -1,8 +1,8 @@
 """Constrained Delaunay triangulations of polygons on the grid: flips and insertion of points.
 
-Half-edges as in :func:`patterndb_sketch.surfacing.tessellation.polygon.clip_ears`. The polygon's edges
-have no twin, so no flip touches them. Source: Lawson 1977, "Software for C1 surface
-interpolation".
+Half-edges as in :func:`patterndb_sketch.surfacing.tessellation.polygon.clip_ears`. The
+polygon's edges have no twin, so no flip touches them. Source: Lawson 1977, "Software for C1
+surface interpolation".
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.tree import DEPTH, build
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.tessellation.triangles import cut
+from patterndb_sketch.surfacing.tessellation.triangles import split_quads
 
 #: Faces that reach through each other by less than this, as a part of the mesh's diagonal,
 #: touch: far above rounding, far below anything drawn.
@@ -22,21 +22,21 @@ TOUCH = 1e-9
 THIN = 1e-7
 
 
-def self_intersections(points: ArrayLike, faces: ArrayLike) -> NDArray[np.int64]:
-    """(p, 2) pairs of faces that cross, each in rising order, sorted.
+def find_self_intersections(points: ArrayLike, faces: ArrayLike) -> NDArray[np.int64]:
+    """Find the (p, 2) pairs of faces that cross, each in rising order, sorted.
 
     points: (v, 3); faces: (f, 3) triangles or (f, 4) quads, which count as
-    :func:`patterndb_sketch.surfacing.tessellation.triangles.cut` cuts them. Two triangles cross if each
-    has corners on both sides of the other's plane and they share a stretch of a line, or if
-    they lie in one plane and overlap; both by more than TOUCH of the mesh's diagonal. Touching
-    with a corner or an edge is no crossing. So triangles with a common corner (the same point
-    number) cross only where they meet elsewhere too, and triangles with a common edge only if
-    one is folded flat onto the other. The two halves of a quad are not compared. Triangles
-    flatter than THIN of the diagonal are left out.
+    :func:`patterndb_sketch.surfacing.tessellation.triangles.split_quads` cuts them. Two
+    triangles cross if each has corners on both sides of the other's plane and they share a
+    stretch of a line, or if they lie in one plane and overlap; both by more than TOUCH of the
+    mesh's diagonal. Touching with a corner or an edge is no crossing. So triangles with a
+    common corner (the same point number) cross only where they meet elsewhere too, and
+    triangles with a common edge only if one is folded flat onto the other. The two halves of a
+    quad are not compared. Triangles flatter than THIN of the diagonal are left out.
 
     Raises InvalidMeshError for points and faces that are none.
     """
-    at, triangles, owner = cut(points, faces)
+    at, triangles, owner = split_quads(points, faces)
     if len(triangles) < 2:
         return np.empty((0, 2), np.int64)
     corners = np.ascontiguousarray(at[triangles])

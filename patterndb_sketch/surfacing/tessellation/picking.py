@@ -13,7 +13,7 @@ from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.tree import DEPTH, SLACK, build
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.tessellation.triangles import cut
+from patterndb_sketch.surfacing.tessellation.triangles import split_quads
 
 #: A ray whose angle with a triangle's plane has a sine below this runs along it and does not
 #: hit it.
@@ -34,7 +34,7 @@ class Pick:
 
 
 @dataclass(frozen=True, slots=True)
-class Drawn:
+class SurfaceStroke:
     """A stroke drawn on a mesh.
 
     strokes: its parts, each (k, 3) points on the mesh, k >= 1; the stroke breaks where rays
@@ -60,15 +60,15 @@ class Canvas:
     def of(cls, points: ArrayLike, faces: ArrayLike) -> Canvas:
         """From points (v, 3) and faces, triangles (f, 3) or quads (f, 4), seen from both sides.
 
-        Quads are cut as :func:`patterndb_sketch.surfacing.tessellation.triangles.cut` cuts them, which
-        also says what raises InvalidMeshError.
+        Quads are cut as :func:`patterndb_sketch.surfacing.tessellation.triangles.split_quads`
+        cuts them, which also says what raises InvalidMeshError.
         """
-        at, triangles, owner = cut(points, faces)
+        at, triangles, owner = split_quads(points, faces)
         corners = np.ascontiguousarray(at[triangles])
         return cls(corners, owner, build(corners))
 
     def pick(self, origin: ArrayLike, direction: ArrayLike) -> Pick | None:
-        """The first point of the mesh on a ray from origin (3,) along direction (3,), or None.
+        """Find the first point of the mesh on a ray from origin (3,) along direction (3,), or None.
 
         The direction may have any length but 0. The point is on the mesh to rounding. Where
         two faces are equally near, it is the first of them. Raises InvalidMeshError for a ray
@@ -103,12 +103,14 @@ class Canvas:
         points[met] = np.einsum("ne,nec->nc", weights[met], self._corners[triangle[met]])
         return face, points, np.einsum("nc,nc->n", points - begin, toward)
 
-    def draw(self, origins: ArrayLike, directions: ArrayLike) -> Drawn:
-        """The stroke of rays (k, 3), (k, 3) in a row, broken where they miss."""
+    def draw(self, origins: ArrayLike, directions: ArrayLike) -> SurfaceStroke:
+        """Draw the stroke of rays (k, 3), (k, 3) in a row, broken where they miss."""
         face, points, _ = self.picks(origins, directions)
         met = np.flatnonzero(face >= 0)
         parts = np.split(met, 1 + np.flatnonzero(np.diff(met) > 1)) if len(met) else []
-        return Drawn(tuple(points[part] for part in parts), tuple(parts), np.flatnonzero(face < 0))
+        return SurfaceStroke(
+            tuple(points[part] for part in parts), tuple(parts), np.flatnonzero(face < 0)
+        )
 
 
 def pick(
@@ -118,7 +120,9 @@ def pick(
     return Canvas.of(points, faces).pick(origin, direction)
 
 
-def draw(points: ArrayLike, faces: ArrayLike, origins: ArrayLike, directions: ArrayLike) -> Drawn:
+def draw(
+    points: ArrayLike, faces: ArrayLike, origins: ArrayLike, directions: ArrayLike
+) -> SurfaceStroke:
     """See :meth:`Canvas.draw`; make a Canvas for more than one stroke."""
     return Canvas.of(points, faces).draw(origins, directions)
 

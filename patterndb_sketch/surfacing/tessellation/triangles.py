@@ -10,16 +10,18 @@ from patterndb.geometry.points import Points, as_points
 
 
 def area(points: ArrayLike, faces: ArrayLike) -> float:
-    """The summed area of triangles (f, 3) or quads (f, 4) of points (v, 3), in squared units.
+    """Sum the area of triangles (f, 3) or quads (f, 4) of points (v, 3), in squared units.
 
-    A quad counts as :func:`cut` cuts it. Raises InvalidMeshError as that does.
+    A quad counts as :func:`split_quads` cuts it. Raises InvalidMeshError as that does.
     """
-    at, triangles, _ = cut(points, faces)
+    at, triangles, _ = split_quads(points, faces)
     return float(_doubled_areas(at[triangles]).sum()) / 2.0
 
 
-def cut(points: ArrayLike, faces: ArrayLike) -> tuple[Points, NDArray[np.int64], NDArray[np.int64]]:
-    """Triangles from triangles (f, 3) or quads (f, 4) of points (v, 3).
+def split_quads(
+    points: ArrayLike, faces: ArrayLike
+) -> tuple[Points, NDArray[np.int64], NDArray[np.int64]]:
+    """Cut quads (f, 4) of points (v, 3) into triangles; triangles (f, 3) stay as they are.
 
     A quad is cut along the diagonal that gives less area, which is the inner one where it is
     planar and concave; of equals the shorter, then the one from its first corner. Returns the
