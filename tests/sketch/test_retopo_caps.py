@@ -15,8 +15,8 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Feet, Ground, cleaned
 from patterndb_sketch.retopo.network import Network, check, face, outline, with_borders
-from patterndb_sketch.retopo.network.caps import ROUNDNESS
 from patterndb_sketch.retopo.network.flooding import flooded, wall_of
+from patterndb_sketch.retopo.network.patches import ROUNDNESS
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import autocomplete
 from patterndb_sketch.retopo.tools.corners import toggle

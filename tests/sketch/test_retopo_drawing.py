@@ -31,7 +31,7 @@ from patterndb_sketch.retopo.network import (
     genus_of,
     handles_of,
 )
-from patterndb_sketch.retopo.network.passing import Step, first_order
+from patterndb_sketch.retopo.network.crossings import Step, first_order
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.erase import erase
 from patterndb_sketch.retopo.tools.stroke import DOUBLED, insert

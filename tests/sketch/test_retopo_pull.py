@@ -35,7 +35,7 @@ from patterndb_sketch.retopo.network import (
     with_choice,
     with_count,
 )
-from patterndb_sketch.retopo.network.order import TOO_CLOSE, departure, turn
+from patterndb_sketch.retopo.network.attaching import TOO_CLOSE, departure, turn
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.pull import held, pull, release
 from patterndb_sketch.retopo.tools.stroke import insert

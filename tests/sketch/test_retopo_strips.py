@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.network import AtNode, Draft, Network, check
-from patterndb_sketch.retopo.network.spanned import is_strip
+from patterndb_sketch.retopo.network.patches import is_strip
 
 UP = np.array([0.0, 0.0, 1.0])
 

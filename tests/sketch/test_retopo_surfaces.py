@@ -16,7 +16,7 @@ from patterndb_sketch.retopo.filling import FilledNetwork, welded
 from patterndb_sketch.retopo.filling.report import hausdorff, open_loops, report
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import check
-from patterndb_sketch.retopo.network.handles import genus_of, handles_of
+from patterndb_sketch.retopo.network.faces import genus_of, handles_of
 from patterndb_sketch.retopo.script import play, read_script
 
 SCRIPTS = EXAMPLES / "retopo"

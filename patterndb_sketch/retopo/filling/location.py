@@ -12,7 +12,7 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.placing import Placed
 from patterndb_sketch.retopo.ground import Feet, Ground
 from patterndb_sketch.retopo.network import Network, outline
-from patterndb_sketch.retopo.network.walks import joined_chains
+from patterndb_sketch.retopo.network.faces import joined_chains
 from query.placing import enclosed
 
 #: A point no further to the right of a patch's border, as a part of the ground's diagonal, is on

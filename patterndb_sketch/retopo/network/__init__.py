@@ -40,23 +40,23 @@ Patches whose loops and corners an edit does not change keep their ids and choic
 :func:`nearest_node` find what is near; :func:`check` raises if an invariant does not hold.
 """
 
-from patterndb_sketch.retopo.network.borders import with_borders
-from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.attaching import Gap
+from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft, End, Free
 from patterndb_sketch.retopo.network.edits import (
     Edit,
     add_chain,
     add_loop,
     cut_chain,
     remove_chains,
+    with_borders,
     with_choice,
     with_count,
 )
-from patterndb_sketch.retopo.network.enclosed import Enclosed, enclosed
-from patterndb_sketch.retopo.network.ends import AtChain, AtNode, End, Free
-from patterndb_sketch.retopo.network.gaps import Gap
-from patterndb_sketch.retopo.network.handles import genus_of, handles_of
+from patterndb_sketch.retopo.network.faces import dead_end, face, genus_of, handles_of, successor
 from patterndb_sketch.retopo.network.invariants import BrokenNetworkError, check, equal
 from patterndb_sketch.retopo.network.patches import (
+    Enclosed,
+    enclosed,
     is_end,
     is_patch,
     loop_encloses,
@@ -79,7 +79,6 @@ from patterndb_sketch.retopo.network.structure import (
     forward,
     twin,
 )
-from patterndb_sketch.retopo.network.walks import dead_end, face, successor
 
 __all__ = [
     "BORDER",

@@ -9,16 +9,172 @@ a drawing on its surface (Euler's formula), whatever is measured.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.geometry.points import Points
+from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.network.gaps import Gap, beside, pointed_into
-from patterndb_sketch.retopo.network.handles import genus_of, handles_of
-from patterndb_sketch.retopo.network.order import departure, turn
-from patterndb_sketch.retopo.network.structure import HalfChain, Node
-from patterndb_sketch.retopo.network.tables import Tables
-from patterndb_sketch.retopo.network.walks import joined_chains, walked
+from patterndb_sketch.retopo.network.faces import genus_of, handles_of, joined_chains, walked
+from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
+
+if TYPE_CHECKING:
+    from patterndb_sketch.retopo.network.draft import Draft
+
+#: Curves that leave within this angle of each other, in radians, are compared further out.
+TOO_CLOSE = 0.1
+
+#: What a curve is looked at aside by, as a part of its segments, so that it lies on none that is
+#: there: far above rounding, far below what one sees.
+ASIDE = 1e-6
+
+#: The direction of that: any that no axis, diagonal or regular grid has.
+TOWARDS = np.array([0.5377, 0.7243, 0.4318])
+
+#: How often, each time twice as far out.
+FURTHER = 5
+
+
+@kernel
+def departure(points: Points, backwards: bool, reach: float) -> NDArray[np.float64]:
+    """(3,) from the first (or last) point of a polyline (n, 3) to the place at this arc length
+    along it, or to its other end if that is nearer."""
+    n = len(points)
+    at = n - 1 if backwards else 0
+    step = -1 if backwards else 1
+    result = np.zeros(3)
+    left = reach
+    for _ in range(n - 1):
+        length = 0.0
+        for c in range(3):
+            length += (points[at + step, c] - points[at, c]) ** 2
+        length = math.sqrt(length)
+        share = 1.0
+        if length > left:
+            share = left / length
+        for c in range(3):
+            result[c] += share * (points[at + step, c] - points[at, c])
+        if length >= left:
+            break
+        left -= length
+        at += step
+    return result
+
+
+@kernel
+def turn(normal: NDArray[np.float64], one: NDArray[np.float64], two: NDArray[np.float64]) -> float:
+    """Angle from direction one to direction two (3,), counter-clockwise about the unit normal, in
+    its tangent plane: 0 to 2 pi."""
+    up_one = one[0] * normal[0] + one[1] * normal[1] + one[2] * normal[2]
+    up_two = two[0] * normal[0] + two[1] * normal[1] + two[2] * normal[2]
+    x = one[1] * two[2] - one[2] * two[1]
+    y = one[2] * two[0] - one[0] * two[2]
+    z = one[0] * two[1] - one[1] * two[0]
+    sine = x * normal[0] + y * normal[1] + z * normal[2]
+    cosine = one[0] * two[0] + one[1] * two[1] + one[2] * two[2] - up_one * up_two
+    angle = math.atan2(sine, cosine)
+    return angle if angle >= 0.0 else angle + 2.0 * math.pi
+
+
+def wedge_for(
+    normal: NDArray[np.float64],
+    ends: Sequence[tuple[Points, bool]],
+    new: tuple[Points, bool],
+    reach: float,
+    wedges: Sequence[int],
+) -> int:
+    """Which of some wedges of a node a new curve goes into.
+
+    A curve that runs along one that is there is as far aside of it as when crossings were looked
+    for.
+
+    ends: the polylines that leave the node, in its order, and whether each leaves from its last
+    point; new: the same of the new curve. Directions are taken over an arc length ``reach``, and
+    further out while the nearest two are too close. wedges: numbers, wedge i is between end i
+    and the next.
+    """
+    best = wedges[0]
+    if len(wedges) == 1:
+        return best
+    bounds = sorted({*wedges, *((w + 1) % len(ends) for w in wedges)})
+    for _ in range(FURTHER):
+        ahead = departure(*new, reach)
+        ahead += ASIDE * np.linalg.norm(ahead) * TOWARDS
+        turns = {i: turn(normal, departure(*ends[i], reach), ahead) for i in bounds}
+        # The narrowest that holds the new curve: of two ends that lie on each other the angles
+        # may be in another order than the ends are, and what is between them seems to be wide.
+        widths = {w: (turns[w] - turns[(w + 1) % len(ends)]) % (2.0 * math.pi) for w in wedges}
+        best = min(wedges, key=lambda w: (turns[w] >= widths[w], widths[w], turns[w]))
+        if min(min(t, 2.0 * math.pi - t) for t in turns.values()) >= TOO_CLOSE:
+            break
+        reach *= 2.0
+    return best
+
+
+@dataclass(frozen=True, slots=True)
+class Gap:
+    """Where around a node a new curve goes, if that is known without looking at angles.
+
+    half: an end of the node; left: the new curve is next to it on its left, else on its right.
+    off:  how far along ``half`` the curve crosses it, if it was taken to the node from there:
+          of several curves in one gap, those that cross further off are nearer to ``half``.
+    """
+
+    half: HalfChain
+    left: bool
+    off: float = 0.0
+
+
+def beside(
+    at: Node,
+    gap: Gap,
+    given: Mapping[HalfChain, Gap],
+    now: Callable[[HalfChain], HalfChain],
+) -> int:
+    """The wedge that a gap is: beyond the ends that are in it and nearer to its half-chain.
+
+    given: the gaps of ends that were put there by one. now: the half-chain that one of before
+    a cut is.
+    """
+    n = at.valence
+    half = now(gap.half)
+    step = 1 if gap.left else -1
+    j = at.ends.index(half)
+    for _ in range(n):
+        other = given.get(at.ends[(j + step) % n])
+        if other is None or other.left != gap.left or other.off <= gap.off:
+            break
+        if now(other.half) != half:
+            break
+        j = (j + step) % n
+    return j if gap.left else (j - 1) % n
+
+
+def pointed_into(
+    at: Node,
+    half: HalfChain,
+    reach: float,
+    chains: Mapping[int, Chain],
+    given: Mapping[HalfChain, Gap],
+    now: Callable[[HalfChain], HalfChain],
+) -> int:
+    """The wedge that a half-chain points into, over an arc length ``reach``.
+
+    Ends whose gaps were given say nothing by their directions: they were led to the node from
+    a little off it, and lie beside the half-chains that they cross.
+    """
+    old = [h for h in at.ends if h not in given]
+    # The left of an end: never beyond the border of the surface.
+    free = [j for j, h in enumerate(old) if not chains[h >> 1].marks[h & 1]]
+    ends = [(chains[end >> 1].points, bool(end & 1)) for end in old]
+    new = (chains[half >> 1].points, bool(half & 1))
+    j = wedge_for(at.normal, ends, new, reach, free or range(len(old)))
+    return beside(at, Gap(old[j], True, -1.0), given, now)
+
 
 #: What each end that is passed costs beside the angle to it, in radians: of two ways of the same
 #: angle that past fewer ends is taken.
@@ -49,42 +205,42 @@ class Wedges:
     costs: tuple[float, ...]
 
 
-def attach(tables: Tables, chain: int, reach: float, gaps: Gaps = (None, None)) -> None:
+def attach(draft: Draft, chain: int, reach: float, gaps: Gaps = (None, None)) -> None:
     """Put a chain's halves among the ends of its nodes, with corners on either side.
 
     reach: arc length over which directions are taken; gaps: where its start and its end go, if
     that is known. Of the wedges of one face those nearest to that are taken.
-    Raises SeparatedError if there are none; the chain is taken from the tables then.
+    Raises SeparatedError if there are none; the chain is taken from the draft then.
     """
-    line = tables.chains[chain]
-    one = _wedges(tables, line.start, 2 * chain, reach, gaps[0])
+    line = draft.chains[chain]
+    one = _wedges(draft, line.start, 2 * chain, reach, gaps[0])
     if line.start == line.end:
         inside: set[HalfChain] = {2 * chain}
         if one.node.ends:
-            inside.update(walked(tables.nodes, tables.chains, one.node.ends[one.wanted]))
-        before = {**tables.nodes}
-        _put(tables, one.node.id, 2 * chain, one.wanted, gaps[0])
-        two = _wedges(tables, line.end, 2 * chain + 1, reach, gaps[1])
+            inside.update(walked(draft.nodes, draft.chains, one.node.ends[one.wanted]))
+        before = {**draft.nodes}
+        _put(draft, one.node.id, 2 * chain, one.wanted, gaps[0])
+        two = _wedges(draft, line.end, 2 * chain + 1, reach, gaps[1])
         wedge = two.wanted
-        if two.node.ends[wedge] not in inside and not _spare_handle(tables, before):
+        if two.node.ends[wedge] not in inside and not _spare_handle(draft, before):
             around = (k for k, half in enumerate(two.node.ends) if half in inside)
             wedge = min(around, key=two.costs.__getitem__)
-        _put(tables, line.end, 2 * chain + 1, wedge, gaps[1])
+        _put(draft, line.end, 2 * chain + 1, wedge, gaps[1])
         return
-    two = _wedges(tables, line.end, 2 * chain + 1, reach, gaps[1])
-    found = _in_one_face(tables, one, two)
+    two = _wedges(draft, line.end, 2 * chain + 1, reach, gaps[1])
+    found = _in_one_face(draft, one, two)
     if found is None:
-        del tables.chains[chain]
-        tables.touched_chains.discard(chain)
+        del draft.chains[chain]
+        draft.touched_chains.discard(chain)
         raise SeparatedError(
             "the curve would pass through others without a crossing, where curves lie over each "
             "other; pull them apart or clean the knot there, or draw elsewhere"
         )
-    _put(tables, line.start, 2 * chain, found[0], gaps[0])
-    _put(tables, line.end, 2 * chain + 1, found[1], gaps[1])
+    _put(draft, line.start, 2 * chain, found[0], gaps[0])
+    _put(draft, line.end, 2 * chain + 1, found[1], gaps[1])
 
 
-def _in_one_face(tables: Tables, one: Wedges, two: Wedges) -> tuple[int, int] | None:
+def _in_one_face(draft: Draft, one: Wedges, two: Wedges) -> tuple[int, int] | None:
     """The two wedges nearest to the wanted ones that are of one face; None if there are none.
 
     The wanted ones themselves if the nodes are of different parts of the network.
@@ -96,7 +252,7 @@ def _in_one_face(tables: Tables, one: Wedges, two: Wedges) -> tuple[int, int] | 
     for at in (one.node, two.node):
         for end in at.ends:
             if end not in face:
-                face.update(dict.fromkeys(walked(tables.nodes, tables.chains, end), end))
+                face.update(dict.fromkeys(walked(draft.nodes, draft.chains, end), end))
     of, other = ([face[end] for end in at.node.ends] for at in (one, two))
     if of[one.wanted] == other[two.wanted]:
         return wanted
@@ -110,37 +266,37 @@ def _in_one_face(tables: Tables, one: Wedges, two: Wedges) -> tuple[int, int] | 
         default=(math.inf, 0, 0),
     )
     if math.isinf(best[0]):
-        part = joined_chains(tables.nodes, tables.chains, one.node.ends[0] >> 1)
+        part = joined_chains(draft.nodes, draft.chains, one.node.ends[0] >> 1)
         if two.node.ends[0] >> 1 not in part:
             return wanted
-    if best[0] > SLIGHT and _spare_handle(tables, tables.nodes):
+    if best[0] > SLIGHT and _spare_handle(draft, draft.nodes):
         return wanted
     return None if math.isinf(best[0]) else best[1:]
 
 
-def _spare_handle(tables: Tables, nodes: Mapping[int, Node]) -> bool:
+def _spare_handle(draft: Draft, nodes: Mapping[int, Node]) -> bool:
     """Has the ground a handle that the network does not go round yet? The last chain, which is
     not among the ends of these nodes, does not count."""
-    ground = tables.before.ground
+    ground = draft.before.ground
     handles = 0 if ground is None else handles_of(ground)
     if not handles:
         return False
     ends = {half >> 1 for node in nodes.values() for half in node.ends}
-    chains = {c: line for c, line in tables.chains.items() if line.loose or c in ends}
+    chains = {c: line for c, line in draft.chains.items() if line.loose or c in ends}
     return genus_of(nodes, chains) < handles
 
 
-def _wedges(tables: Tables, node: int, half: HalfChain, reach: float, gap: Gap | None) -> Wedges:
+def _wedges(draft: Draft, node: int, half: HalfChain, reach: float, gap: Gap | None) -> Wedges:
     """Where around its node a half-chain goes by its direction, or by the gap that is given."""
-    at = tables.nodes[node]
+    at = draft.nodes[node]
     n = at.valence
     if n == 0:
         return Wedges(at, 0, (0.0,))
-    chains = tables.chains
+    chains = draft.chains
     if gap is None:
-        wanted = pointed_into(at, half, reach, chains, tables.gaps, tables.half_now)
+        wanted = pointed_into(at, half, reach, chains, draft.gaps, draft.half_now)
     else:
-        wanted = beside(at, gap, tables.gaps, tables.half_now)
+        wanted = beside(at, gap, draft.gaps, draft.half_now)
     new = departure(chains[half >> 1].points, bool(half & 1), reach)
     angles: list[float] = []
     for end in at.ends:
@@ -156,15 +312,15 @@ def _wedges(tables: Tables, node: int, half: HalfChain, reach: float, gap: Gap |
     return Wedges(at, wanted, tuple(costs))
 
 
-def _put(tables: Tables, node: int, half: HalfChain, wedge: int, gap: Gap | None) -> None:
+def _put(draft: Draft, node: int, half: HalfChain, wedge: int, gap: Gap | None) -> None:
     """A half-chain into a wedge of a node, with a corner on either side of it."""
-    at = tables.nodes[node]
+    at = draft.nodes[node]
     if not at.ends:
-        tables.set_node(replace(at, ends=(half,), flagged=(False,)))
+        draft.set_node(replace(at, ends=(half,), flagged=(False,)))
         return
     if gap is not None:
-        tables.gaps[half] = gap
-    tables.set_node(
+        draft.gaps[half] = gap
+    draft.set_node(
         replace(
             at,
             ends=(*at.ends[: wedge + 1], half, *at.ends[wedge + 1 :]),

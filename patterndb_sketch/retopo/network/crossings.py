@@ -7,18 +7,22 @@ other, the new curve is looked at as if it lay a little aside: by the same tiny 
 
 from __future__ import annotations
 
+import heapq
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
-from patterndb_sketch.retopo.network.order import ASIDE, TOWARDS
+from patterndb_sketch.retopo.network.attaching import ASIDE, TOWARDS
+from patterndb_sketch.retopo.network.faces import joined_chains, walked
 from patterndb_sketch.retopo.network.samples import Samples
+from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
 
 #: Segments whose places nearest to each other, seen along the normals, are further apart than this
 #: part of their lengths do not cross: on a curved surface, where the two normals differ, nearly
@@ -289,3 +293,152 @@ def _with_itself(line: Points, aside: Points, up: Points, closed: bool) -> Float
                 found[n, 3] = 1.0 if rightward else 0.0
                 n += 1
     return found[:n]
+
+
+#: Steps after which the search for an order is given up; among a few crossings at one place it
+#: takes tens.
+MOST_STEPS = 1000
+
+
+def in_order(
+    nodes: Mapping[int, Node],
+    chains: Mapping[int, Chain],
+    along: NDArray[np.float64],
+    crossed: Sequence[HalfChain],
+    near: float,
+) -> list[int]:
+    """The order of k crossings, as their numbers.
+
+    along:   (k,) where they are on the curve, ascending. crossed: for each the half-chain that
+             the curve crosses from left to right. near: crossings no further apart along the curve
+             may be in another order than measured.
+
+    Of the orders in which the faces follow each other it is the first, as measured; if there is
+    none, as measured.
+    """
+    if len(crossed) < 2:
+        return list(range(len(crossed)))
+    face: dict[HalfChain, int] = {}
+    part: dict[int, int] = {}
+    for half in crossed:
+        for side in (half, half ^ 1):
+            if side not in face:
+                face.update(dict.fromkeys(walked(nodes, chains, side), side))
+        if half >> 1 not in part:
+            part.update(dict.fromkeys(joined_chains(nodes, chains, half >> 1), half >> 1))
+    steps = [Step(part[half >> 1], face[half], face[half ^ 1]) for half in crossed]
+    return first_order(steps, along, near)
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """Of a crossing: the part of the network, and the faces that it leads from and to."""
+
+    part: int
+    before: int
+    after: int
+
+
+def first_order(steps: Sequence[Step], along: NDArray[np.float64], near: float) -> list[int]:
+    """By a search in depth, in which what was measured first is tried first."""
+    left = [True] * len(steps)
+    at: dict[int, int] = {}  # the face that the curve is in, in each part of the network
+    order: list[int] = []
+    behind: list[int | None] = []  # the face that each crossing left, to go back
+
+    def next_ones() -> Iterator[int]:
+        first = left.index(True) if True in left else len(steps)
+        for i in range(first, len(steps)):
+            if along[i] > along[first] + near:
+                break
+            if left[i] and at.get(steps[i].part, steps[i].before) == steps[i].before:
+                yield i
+
+    choices = [next_ones()]
+    for _ in range(MOST_STEPS):
+        if len(order) == len(steps):
+            return order
+        i = next(choices[-1], None)
+        if i is not None:
+            order.append(i)
+            left[i] = False
+            behind.append(at.get(steps[i].part))
+            at[steps[i].part] = steps[i].after
+            choices.append(next_ones())
+            continue
+        choices.pop()
+        if not choices:
+            break
+        last, face = order.pop(), behind.pop()
+        left[last] = True
+        if face is None:
+            del at[steps[last].part]
+        else:
+            at[steps[last].part] = face
+    return list(range(len(steps)))
+
+
+#: What each chain that is crossed costs beside its distance, as a part of the curve's length: of
+#: two ways it is that across fewer.
+CROSSED = 1e-3
+
+
+def between_faces(
+    nodes: Mapping[int, Node],
+    chains: Mapping[int, Chain],
+    line: Points,
+    ends: tuple[int, int],
+    reach: float,
+) -> list[tuple[HalfChain, float, float]]:
+    """The half-chains that a curve (n, 3) from a node to another crosses from left to right, in
+    order, with the place on each chain, and the place on the curve, both in samples.
+
+    reach: how far from the curve that is at most. Chains with a marked side are never crossed.
+    Empty if there is no way.
+    """
+    tree = KDTree(line)
+    length = float(np.linalg.norm(np.diff(line, axis=0), axis=1).sum())
+    costs: dict[int, tuple[float, float, float]] = {}
+
+    def cost(chain: int) -> tuple[float, float, float]:
+        if chain not in costs:
+            away, k = map(np.asarray, tree.query(chains[chain].points))
+            best = int(away.argmin())
+            costs[chain] = float(away[best]) + CROSSED * length, float(best), float(k[best])
+        return costs[chain]
+
+    face: dict[HalfChain, HalfChain] = {}
+    loops: dict[HalfChain, list[HalfChain]] = {}
+
+    def face_of(half: HalfChain) -> HalfChain:
+        if half not in face:
+            loops[half] = walked(nodes, chains, half)
+            face.update(dict.fromkeys(loops[half], half))
+        return face[half]
+
+    goals = {face_of(half) for half in nodes[ends[1]].ends}
+    reached: dict[HalfChain, float] = {face_of(half): 0.0 for half in nodes[ends[0]].ends}
+    came: dict[HalfChain, HalfChain] = {}
+    queue = [(0.0, at) for at in reached]
+    heapq.heapify(queue)
+    while queue:
+        so_far, at = heapq.heappop(queue)
+        if so_far > reached[at]:
+            continue
+        if at in goals:
+            way: list[HalfChain] = []
+            while at in came:
+                way.append(came[at])
+                at = face_of(came[at])
+            return [(half, *cost(half >> 1)[1:]) for half in way[::-1]]
+        for half in loops[at]:
+            away = cost(half >> 1)[0]
+            if chains[half >> 1].marked or away > reach + CROSSED * length:
+                continue
+            beyond = face_of(half ^ 1)
+            new = so_far + away
+            if new < reached.get(beyond, float("inf")):
+                reached[beyond] = new
+                came[beyond] = half
+                heapq.heappush(queue, (new, beyond))
+    return []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.attaching import Gaps, attach
+from patterndb_sketch.retopo.network.attaching import Gap, Gaps, attach
 from patterndb_sketch.retopo.network.cutting import (
     Cut,
     at_place,
@@ -21,26 +21,73 @@ from patterndb_sketch.retopo.network.cutting import (
     opened,
     split,
 )
-from patterndb_sketch.retopo.network.ends import AtChain, AtNode, End, Free
-from patterndb_sketch.retopo.network.handles import genus_of, handles_of
+from patterndb_sketch.retopo.network.faces import genus_of, handles_of
 from patterndb_sketch.retopo.network.patches import with_patches
-from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain, Network
-from patterndb_sketch.retopo.network.tables import Tables
+from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain, Network, Node
+
+
+@dataclass(frozen=True, slots=True)
+class Free:
+    """An end of a new curve that is joined to nothing: an open end."""
+
+
+@dataclass(frozen=True, slots=True)
+class AtNode:
+    """An end of a new curve that is joined to a node that is there.
+
+    smooth: at an open end, the two curves become one; elsewhere it says nothing. By default
+            the joint is a corner.
+    """
+
+    node: int
+    smooth: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class AtChain:
+    """An end of a new curve that is joined to a place on a chain, which is cut: a T-junction.
+
+    place: in samples: 3.25 is a quarter of the way from sample 3 to sample 4. From 0 to n - 1,
+           or, on a closed chain without a node, to n; at an end of the chain it is the node.
+    """
+
+    chain: int
+    place: float
+
+
+#: What an end of a new curve is joined to.
+End = Free | AtNode | AtChain
+
 
 #: Directions in which curves leave a node are taken over this many samples.
 SAMPLES_AHEAD = 2.0
 
 
-class Draft(Tables):
+class Draft:
     """A network that edits change in place; :meth:`finished` gives the new network.
 
     Chains that were cut may still be named by their old ids and places: they stand for the
     pieces. Patches are found again when it is finished, and only where something changed.
-    ground: what the network lies on, if it does not know yet.
+
+    before: the network that it began with. nodes, chains: as they are now.
+    cuts:   of chains that were cut, by their ids. same: of nodes that went into another.
+    gaps:   of ends whose gaps were given.
+    touched_nodes:  whose ends, flags or place changed. touched_chains: that are new or run
+                    elsewhere.
+    notes:  what the user should know, in words.
     """
 
     def __init__(self, network: Network, ground: Ground | None = None) -> None:
-        super().__init__(network if ground is None else replace(network, ground=ground))
+        """Begin with a network; ground: what it lies on, if it does not know yet."""
+        self.before = network if ground is None else replace(network, ground=ground)
+        self.nodes = dict(network.nodes)
+        self.chains = dict(network.chains)
+        self.next_id = network.next_id
+        self.cuts: dict[int, Cut] = {}
+        self.same: dict[int, int] = {}
+        self.gaps: dict[HalfChain, Gap] = {}
+        self.touched_nodes: set[int] = set()
+        self.touched_chains: set[int] = set()
         self.notes: list[str] = []
 
     # Adding
@@ -53,8 +100,8 @@ class Draft(Tables):
         self,
         points: ArrayLike,
         normals: ArrayLike,
-        start: End = Free(),  # noqa: B008 (immutable)
-        end: End = Free(),  # noqa: B008
+        start: End = Free(),
+        end: End = Free(),
         *,
         count: int = 0,
         pinned: bool = False,
@@ -64,8 +111,8 @@ class Draft(Tables):
         """A chain between two ends; returns its id.
 
         points: (n, 3) with n >= 2, normals: (n, 3) unit; their ends are set to the nodes'. It
-        must cross no chain: :func:`~patterndb_sketch.retopo.tools.stroke.insert` is for curves that may.
-        At a node it goes into the gap that it points into, or that is given; both wedges beside
+        must cross no chain: :func:`~patterndb_sketch.retopo.tools.stroke.insert` is for curves
+        that may. At a node it goes into the gap that it points into, or that is given; both wedges beside
         it become corners. On a chain, that is cut; the wedge on the far side stays unflagged.
 
         A smooth joint makes one chain of two; the id returned then is the one of that.
@@ -297,3 +344,63 @@ class Draft(Tables):
                 "curves would pass through each other without a crossing; erase what is in the "
                 "way first, or end the curve beside it"
             )
+
+    # What old names mean now
+
+    def located(self, chain: int, place: float) -> tuple[int, float]:
+        """The chain and place that a chain and place, perhaps of before a cut, are now."""
+        while chain in self.cuts:
+            chain, place = self.cuts[chain].moved(place)
+        if chain not in self.chains:
+            raise InvalidRetopoError(f"there is no chain {chain} in the network")
+        return chain, place
+
+    def pieces(self, chains: Iterable[int]) -> set[int]:
+        """What chains, perhaps of before cuts, are now."""
+        found: set[int] = set()
+        left = list(chains)
+        while left:
+            chain = left.pop()
+            if chain in self.cuts:
+                left += self.cuts[chain].pieces
+            elif chain in self.chains:
+                found.add(chain)
+        return found
+
+    def half_now(self, half: HalfChain) -> HalfChain:
+        """The half-chain that leaves the same node as one of before a cut."""
+        while (half >> 1) in self.cuts:
+            pieces = self.cuts[half >> 1].pieces
+            half = 2 * pieces[-(half & 1)] + (half & 1)
+        return half
+
+    def node_now(self, node: int) -> int:
+        """The node that a node is now, if it went into another."""
+        while node in self.same:
+            node = self.same[node]
+        return node
+
+    # Changes that all others are made of
+
+    def new_id(self) -> int:
+        self.next_id += 1
+        return self.next_id - 1
+
+    def new_node(self, point: Points, normal: Points, cut: bool) -> int:
+        node = self.new_id()
+        self.set_node(Node(node, np.array(point), np.array(normal), cut=cut))
+        return node
+
+    def set_node(self, node: Node) -> None:
+        self.nodes[node.id] = node
+        self.touched_nodes.add(node.id)
+
+    def drop_node(self, node: int) -> None:
+        del self.nodes[node]
+        self.touched_nodes.discard(node)
+
+    def rename_end(self, node: int, old: HalfChain, new: HalfChain) -> None:
+        at = self.nodes[node]
+        if old in self.gaps:
+            self.gaps[new] = self.gaps.pop(old)
+        self.set_node(replace(at, ends=tuple(new if half == old else half for half in at.ends)))

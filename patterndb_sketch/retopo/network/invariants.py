@@ -7,10 +7,9 @@ from collections.abc import Mapping
 import numpy as np
 
 from patterndb.errors import PatternDBError
-from patterndb_sketch.retopo.network.handles import genus_of, handles_of
+from patterndb_sketch.retopo.network.faces import face, genus_of, handles_of
 from patterndb_sketch.retopo.network.patches import is_patch, possible
 from patterndb_sketch.retopo.network.structure import MARKS, NONE, HalfChain, Network
-from patterndb_sketch.retopo.network.walks import face
 
 #: Lengths of normals are 1 to this.
 UNIT = 1e-6

@@ -2,18 +2,215 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from patterndb.geometry.points import Points
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Points, units
+from patterndb.geometry.polyline import arc_length
+from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.network.caps import is_cap
-from patterndb_sketch.retopo.network.enclosed import ROUND, Enclosed, enclosed
-from patterndb_sketch.retopo.network.spanned import is_strip
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.faces import dead_end, face
+from patterndb_sketch.retopo.network.flooding import CLEAR, flooded, wall_of
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Network, Patch
-from patterndb_sketch.retopo.network.walks import dead_end, face
+
+#: A loop encloses if its area is this part of a circle's of its length. Source: Takayama et
+#: al. 2013, section 5.1.
+ROUND = 0.1
+
+#: ... or this part of the area that its triangles have without their signs: long ribbons are
+#: far from round.
+FLAT = 0.5
+
+#: ... and is more than this part of a circle's: less is rounding, of a curve that runs back upon
+#: itself. A ribbon is so round if it is a million times as long as wide.
+NOTHING = 1e-6
+
+
+@dataclass(frozen=True, slots=True)
+class Enclosed:
+    """What a loop encloses.
+
+    area:     signed, positive if the loop runs counter-clockwise seen from outside.
+    unsigned: the same without the signs of its triangles.
+    length:   of the loop.
+    """
+
+    area: float
+    unsigned: float
+    length: float
+
+    @property
+    def roundness(self) -> float:
+        """The area as a part of that of a circle of the same length: 1 for a circle."""
+        return self.area * 4.0 * math.pi / self.length**2 if self.length > 0.0 else 0.0
+
+    @property
+    def encloses(self) -> bool:
+        """Is it to be a patch?
+
+        Differs from the paper: counter-clockwise ribbons count however long they are. Equation
+        1 with its lambda = 0.1 loses rectangles longer than 29 to 1.
+        """
+        roundness = self.roundness
+        return roundness > ROUND or (roundness > NOTHING and self.area > FLAT * self.unsigned)
+
+
+def enclosed(points: Points, normals: Points) -> Enclosed:
+    """Of a closed polyline (n, 3), which does not repeat its first point, with the surface's
+    normals (n, 3).
+
+    Source: Takayama et al. 2013, equation 1, with the mean of the points as the centre.
+    """
+    if len(points) < 2:
+        return Enclosed(0.0, 0.0, 0.0)
+    return Enclosed(*_sums(np.ascontiguousarray(points), np.ascontiguousarray(normals)))
+
+
+@kernel
+def _sums(points: Points, normals: Points) -> tuple[float, float, float]:
+    n = len(points)
+    centre = np.zeros(3)
+    for i in range(n):
+        for c in range(3):
+            centre[c] += points[i, c] / n
+    area = 0.0
+    unsigned = 0.0
+    length = 0.0
+    for i in range(n):
+        j = i + 1 if i + 1 < n else 0
+        ux, uy, uz = points[i, 0] - centre[0], points[i, 1] - centre[1], points[i, 2] - centre[2]
+        vx, vy, vz = points[j, 0] - centre[0], points[j, 1] - centre[1], points[j, 2] - centre[2]
+        x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
+        area += 0.5 * (x * normals[i, 0] + y * normals[i, 1] + z * normals[i, 2])
+        unsigned += 0.5 * math.sqrt(x * x + y * y + z * z)
+        length += math.sqrt((vx - ux) ** 2 + (vy - uy) ** 2 + (vz - uz) ** 2)
+    return area, unsigned, length
+
+
+#: Points along a side of what spans the loop.
+POINTS = 17
+
+#: A loop runs around a strip if what spans it faces as the surface does, by this share of its
+#: area: a ring around a limb, spanned by a disk across it, has 0, and a strip from behind -1.
+FACING = 0.5
+
+
+def is_strip(sides: Sequence[tuple[Points, Points]]) -> bool:
+    """Is a loop of four sides counter-clockwise around a strip, seen from outside?
+
+    sides: (n, 3) points and (n, 3) normals of each from corner to corner, in the loop's sense. What
+    spans it is a bilinearly blended patch (Coons 1967).
+    """
+    points = _blended([_even(line, line) for line, _ in sides])
+    normals = _blended([_even(line, up) for line, up in sides])
+    across = points[1:, 1:] - points[:-1, :-1], points[:-1, 1:] - points[1:, :-1]
+    area = np.cross(*across).reshape(-1, 3) / 2.0
+    up = units(
+        (normals[1:, 1:] + normals[:-1, :-1] + normals[:-1, 1:] + normals[1:, :-1]).reshape(-1, 3)
+    )
+    whole = float(np.linalg.norm(area, axis=1).sum())
+    return whole > 0.0 and float(np.einsum("nc,nc->", area, up)) > FACING * whole
+
+
+def _even(line: Points, values: Points) -> Points:
+    """(POINTS, 3) of the values along a polyline (n, 3), at equal arc length."""
+    along = arc_length(line)
+    wanted = np.linspace(0.0, along[-1], POINTS)
+    return np.stack([np.interp(wanted, along, values[:, d]) for d in range(3)], axis=1)
+
+
+def _blended(sides: list[Points]) -> Points:
+    """(POINTS, POINTS, 3) between the four sides of a loop; rows follow the first."""
+    south, east, north, west = sides[0], sides[1], sides[2][::-1], sides[3][::-1]
+    t = np.linspace(0.0, 1.0, POINTS)
+    u, v = t[:, None, None], t[None, :, None]
+    ruled = (1 - v) * south[:, None] + v * north[:, None] + (1 - u) * west[None] + u * east[None]
+    corners = (
+        (1 - u) * (1 - v) * south[0]
+        + u * (1 - v) * south[-1]
+        + u * v * north[-1]
+        + (1 - u) * v * north[0]
+    )
+    return ruled - corners
+
+
+#: The ground beyond a loop has at most this many times the area of the flat disk with the loop's
+#: length, l^2 / 4 pi. Half a ball has 2; a fingertip, which is half a ball on a piece of the finger
+#: a quarter as long as it is thick, 3. A hand beyond the wrist has some 8, a foot 12.
+ROUNDNESS = 3.0
+
+#: Of the triangles beside a loop that the flooding reached, this many times as many must be on
+#: its left as on its right: else the loop parts nothing, as one around a handle.
+LEFT = 3
+
+
+def is_cap(network: Network, loop: tuple[HalfChain, ...], points: Points, length: float) -> bool:
+    """Is the ground on the left of a loop (n, 3) an empty disk, no larger than a cap?
+
+    False where the network knows no ground, and where the loop lies within a few triangles, which
+    are flat, so that equation 1 sees it. Costs no more than looking at that much of the ground.
+    """
+    ground = network.ground
+    if ground is None or length <= 0.0:
+        return False
+    wall = wall_of(ground, [(points, True)])
+    if wall is None:
+        return False
+    most = ROUNDNESS * length**2 / (4.0 * math.pi)
+    # What is crossed counts if its middle is beyond the loop.
+    walls = np.flatnonzero(wall.crossed).astype(np.int32)
+    most -= float(ground.surface.areas[walls[wall.side_of(ground, walls)[1] > 0.0]].sum())
+    _, side = wall.side_of(ground, wall.beside)
+    found = flooded(ground, wall.crossed, wall.beside[side > CLEAR], most)
+    if found is None or len(found[0]) == 0:
+        return False
+    inside = np.zeros(len(ground.triangles), np.bool_)
+    inside[found[0]] = True
+    return (
+        _on_left(side[inside[wall.beside]])
+        and _is_disk(ground, inside | wall.crossed)
+        and not _curve_within(network, {half >> 1 for half in loop}, ground, found[0], inside)
+    )
+
+
+def _on_left(side: NDArray[np.float64]) -> bool:
+    return int((side > CLEAR).sum()) >= LEFT * int((side < -CLEAR).sum())
+
+
+def _is_disk(ground: Ground, inside: NDArray[np.bool_]) -> bool:
+    """Euler's formula: V - E + F = 1 of a disk; 0 where there is a hole in it, or a handle."""
+    triangles = ground.triangles[inside]
+    edges = ground.topology.edges.reshape(-1, 3)[inside]
+    return len(np.unique(triangles)) - len(np.unique(edges)) + len(triangles) == 1
+
+
+def _curve_within(
+    network: Network,
+    own: set[int],
+    ground: Ground,
+    found: Int32Array,
+    inside: NDArray[np.bool_],
+) -> bool:
+    """Does a curve that is none of the loop's lie on the triangles?"""
+    corners = ground.vertices[ground.triangles[found].ravel()]
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    samples = [
+        chain.points[[0, len(chain.points) // 2, -1]]
+        for chain in network.chains.values()
+        if chain.id not in own
+        and (chain.points.max(axis=0) >= low).all()
+        and (chain.points.min(axis=0) <= high).all()
+    ]
+    if not samples:
+        return False
+    return bool(inside[ground.nearest(np.concatenate(samples)).triangles].any())
+
 
 #: A patch has this many corners or more: each of its sides is a curve of its own.
 FEWEST_CORNERS = 2

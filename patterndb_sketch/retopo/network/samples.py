@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.points import Points
+from patterndb.geometry.points import Points, units
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.network.structure import NONE, Chain, Network, Node
 
@@ -145,3 +145,13 @@ def _nearest(
             if away < best:
                 best, found, at_share = away, k, share
     return found, at_share, math.sqrt(best)
+
+
+def between(points: Points, normals: Points, places: NDArray[np.float64]) -> tuple[Points, Points]:
+    """(k, 3) points and normals of a polyline at places in samples; a closed one goes round."""
+    k = np.floor(places).astype(np.int64)
+    share = (places - k)[:, None]
+    n = len(points)
+    one, two = k % n, np.where(share[:, 0] > 0.0, k + 1, k) % n
+    at = (1.0 - share) * points[one] + share * points[two]
+    return at, units((1.0 - share) * normals[one] + share * normals[two])

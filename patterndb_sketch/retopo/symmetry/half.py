@@ -14,8 +14,8 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke
-from patterndb_sketch.retopo.network.borders import border_loops
-from patterndb_sketch.retopo.network.stops import between
+from patterndb_sketch.retopo.network.edits import border_loops
+from patterndb_sketch.retopo.network.samples import between
 from patterndb_sketch.retopo.sizes import Sizes
 
 # == The plane of symmetry.

@@ -21,9 +21,8 @@ from patterndb_sketch.retopo.network import (
     HalfChain,
     Network,
 )
-from patterndb_sketch.retopo.network.order import departure, turn
-from patterndb_sketch.retopo.network.samples import Samples, nearest_place, samples_of
-from patterndb_sketch.retopo.network.stops import between
+from patterndb_sketch.retopo.network.attaching import departure, turn
+from patterndb_sketch.retopo.network.samples import Samples, between, nearest_place, samples_of
 from patterndb_sketch.retopo.symmetry.half import Half, Run, crossing_places, heights_of
 
 #: Directions at a node are taken over this many samples.

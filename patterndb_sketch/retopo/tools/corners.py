@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import units
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network.attaching import wedge_for
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.order import wedge_for
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.network.samples import nearest_node, nearest_place, samples
 from patterndb_sketch.retopo.network.structure import HalfChain, Network

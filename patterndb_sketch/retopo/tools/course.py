@@ -10,10 +10,9 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.attaching import departure, turn
 from patterndb_sketch.retopo.network.crossings import crossings, self_crossings
-from patterndb_sketch.retopo.network.order import departure, turn
-from patterndb_sketch.retopo.network.samples import samples_of
-from patterndb_sketch.retopo.network.stops import between
+from patterndb_sketch.retopo.network.samples import between, samples_of
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 

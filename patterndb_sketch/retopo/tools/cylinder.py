@@ -25,8 +25,8 @@ from patterndb_sketch.retopo.network import (
     face,
     is_end,
 )
+from patterndb_sketch.retopo.network.insertion import weave
 from patterndb_sketch.retopo.network.stops import Nearness
-from patterndb_sketch.retopo.network.weaving import weave
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.closing import Edge, edge_of
 from patterndb_sketch.retopo.tools.stroke import NODE_NEAR, dragged

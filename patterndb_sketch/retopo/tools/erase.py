@@ -7,10 +7,10 @@ from collections.abc import Iterable
 
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Stroke
+from patterndb_sketch.retopo.network.attaching import departure, turn
 from patterndb_sketch.retopo.network.crossings import crossings
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.order import departure, turn
 from patterndb_sketch.retopo.network.samples import samples
 from patterndb_sketch.retopo.network.structure import Network, Node
 

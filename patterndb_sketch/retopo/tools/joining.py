@@ -9,13 +9,12 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.network.draft import Draft
-from patterndb_sketch.retopo.network.ends import AtChain, AtNode
-from patterndb_sketch.retopo.network.order import wedge_for
+from patterndb_sketch.retopo.network.attaching import wedge_for
+from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft
+from patterndb_sketch.retopo.network.faces import successor
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.network.samples import nearest_place, samples_of
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Network, Node
-from patterndb_sketch.retopo.network.walks import successor
 from patterndb_sketch.retopo.sizes import Sizes
 
 #: Directions at a node are taken over this many samples.

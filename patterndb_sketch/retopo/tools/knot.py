@@ -8,9 +8,8 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.draft import AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.ends import AtNode
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 

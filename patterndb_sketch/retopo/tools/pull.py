@@ -11,9 +11,8 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.ends import AtChain, AtNode
 from patterndb_sketch.retopo.network.samples import nearest_node, nearest_place, samples
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes

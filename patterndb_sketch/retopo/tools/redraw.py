@@ -13,8 +13,7 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.samples import nearest_place, samples_of
-from patterndb_sketch.retopo.network.stops import between
+from patterndb_sketch.retopo.network.samples import between, nearest_place, samples_of
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.course import crossed, on_ground

@@ -11,9 +11,8 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, targets
-from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.draft import AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.ends import AtNode
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.course import crossing_notes, evened, on_ground

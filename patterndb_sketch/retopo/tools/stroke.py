@@ -10,10 +10,9 @@ from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke
 from patterndb_sketch.retopo.network import SYMMETRY
-from patterndb_sketch.retopo.network.doubled import undoubled
-from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft, End, Free
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.ends import AtChain, AtNode, End, Free
+from patterndb_sketch.retopo.network.insertion import undoubled, weave, weave_closed
 from patterndb_sketch.retopo.network.samples import (
     Samples,
     nearest_node,
@@ -23,7 +22,6 @@ from patterndb_sketch.retopo.network.samples import (
 )
 from patterndb_sketch.retopo.network.stops import Nearness, Project
 from patterndb_sketch.retopo.network.structure import Network
-from patterndb_sketch.retopo.network.weaving import weave, weave_closed
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.half import Half, Part, heights_of, parted
 from patterndb_sketch.retopo.tools.erase import erase
