@@ -38,7 +38,7 @@ from pathlib import Path
 import numpy as np
 from ortools.sat.python import cp_model
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.surfacing import Network, read_network, read_recorded_patches
 from patterndb_sketch.surfacing.cycles import find_cycles
 from patterndb_sketch.surfacing.cycles.closing import candidate_cycles, half_curves

@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 from scipy.spatial import KDTree
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.initial import initial_curve
 from patterndb_sketch.features.model import Model

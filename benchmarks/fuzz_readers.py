@@ -1,10 +1,12 @@
-"""Feed damaged OBJ and PLY files to the readers, and count what comes out.
+"""Feed damaged files to the readers of text and binary formats, and count what comes out.
 
     python benchmarks/fuzz_readers.py --files 1000000 --seed 1 --jobs 2
 
-Each file is a small valid one with a few random damages, and is read from memory. It must be
-accepted as a sound mesh or refused with a MeshFileError, within a second. Anything else is a
-failure: another exception, an unsound mesh, a slow or hanging read, a dead worker process.
+The formats are those of the registry that are read from bytes; a new one is damaged as its own
+writer spells it. Each file is a small valid one with a few random damages, and is read from
+memory. It must be accepted as a sound mesh or refused with a MeshFileError, within a second.
+Anything else is a failure: another exception, an unsound mesh, a slow or hanging read, a dead
+worker process.
 ``--only N`` reads file N of a seed alone, in this process, and prints it.
 
 Prints one JSON document; exits 1 if there were failures.
@@ -28,7 +30,7 @@ from typing import Any
 
 import numpy as np
 
-from ingest.read import ReadLimits, parse
+from ingest.formats import FORMATS, ReadLimits, parse
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 
@@ -99,9 +101,37 @@ def _ply_seeds() -> list[bytes]:
     return seeds
 
 
+def _off_seeds() -> list[bytes]:
+    points = b"".join(b"%d %d .5\n" % (i % 4, i // 4) for i in range(12))
+    quads = b"".join(b"4 %d %d %d %d\n" % (i, i + 1, i + 5, i + 4) for i in (0, 1, 2, 4, 5))
+    coloured = points.replace(b" .5\n", b" .5 255 0 0 128\n")
+    return [
+        b"OFF\n# by hand\n12 5 0\n\n" + points + quads,
+        b"COFF 12 6 0\n" + coloured + quads + b"5 6 7 11 10 9 0.5 .5 1 # a colour\n",
+        (b"\xef\xbb\xbfNOFF\n12 5 0\n" + points.replace(b".5\n", b".5 0 0 1\n") + quads).replace(
+            b"\n", b"\r\n"
+        ),
+    ]
+
+
+def _written_seeds() -> list[tuple[str, bytes]]:
+    """One file of each format that is written, so that the next one is damaged too."""
+    points = [(i % 4, i // 4, i / 7) for i in range(12)]
+    mesh = PolygonMesh.from_faces(
+        points, [[0, 1, 5, 4], [1, 2, 6, 5], [6, 7, 11], [4, 5, 6, 10, 9]]
+    )
+    return [
+        (f"seed{entry.suffixes[0]}", entry.spell(mesh))
+        for entry in FORMATS
+        if entry.from_bytes and entry.spell is not None
+    ]
+
+
 SEEDS: list[tuple[str, bytes]] = [
     *(("seed.obj", data) for data in _obj_seeds()),
     *(("seed.ply", data) for data in _ply_seeds()),
+    *(("seed.off", data) for data in _off_seeds()),
+    *_written_seeds(),
 ]
 
 
@@ -113,6 +143,7 @@ _NUMBERS = (
     b"1_000 0x10 1e 1.5 .5 5. . + - +1 1,5 1/ 1// /1 1/1/1/1 1#2 \xd9\xa1 \\ 007 1e-400"
 ).split()
 _TOKENS = (
+    b"OFF COFF NOFF STOFF 4OFF nOFF BINARY "
     b"v f vt vn l p g o s usemtl fo call # \\ ply format ascii binary_little_endian 1.0 "
     b"binary_big_endian element property list vertex face edge x y z vertex_indices uchar char "
     b"short int uint float double int8 uint16 float64 end_header comment"

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from query import Boundary, Fill, fills
 from query.placing import Placement, Surface, flow_distance, laid, place, quality

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 
 REPEATS = 3
 

@@ -30,7 +30,7 @@ import numpy as np
 import trimesh
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.retopo.arguments import (
     REQUIRED,
     Argument,

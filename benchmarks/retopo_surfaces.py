@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import FilledNetwork

@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from ingest.formats import ReadLimits, read_mesh
     from ingest.learning import learn
     from ingest.pipeline import (
         IngestReport,
@@ -15,7 +16,6 @@ if TYPE_CHECKING:
         ingest,
         learn_mesh,
     )
-    from ingest.read import ReadLimits, read_mesh
 
 __all__ = [
     "IngestReport",
@@ -31,8 +31,8 @@ __all__ = [
 
 _HOME = {
     "learn": "ingest.learning",
-    "ReadLimits": "ingest.read",
-    "read_mesh": "ingest.read",
+    "ReadLimits": "ingest.formats",
+    "read_mesh": "ingest.formats",
 }
 
 

@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from ingest.census import (
     Bench,
     Census,
-    Mesh,
+    KernelMesh,
     add_quad,
     propose_example,
     recognise,
     remove_quad,
 )
-from ingest.hashing import LOAD, doubled_map, find, mix
+from ingest.hashing import LOAD, double_map, find, mix
 from patterndb.system.kernels import kernel
 
 
@@ -32,7 +32,7 @@ def count_basic(
     first: int,
     last: int,
     limit: int,
-    mesh: Mesh,
+    mesh: KernelMesh,
     bench: Bench,
     census: Census,
     pulse: NDArray[np.int64],
@@ -100,7 +100,7 @@ def count_basic(
                     else:
                         value, census = recognise(n, mesh, bench, census)
                         if n_keys + 1 > LOAD * keys.shape[0]:
-                            keys, rows = doubled_map(keys, rows)
+                            keys, rows = double_map(keys, rows)
                         slot = -1 - find(keys, a, b)
                         keys[slot, 0] = a
                         keys[slot, 1] = b

@@ -12,14 +12,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.hashing import LOAD, UInt64Array, doubled_map, find, hash_symbols
+from ingest.hashing import LOAD, UInt64Array, double_map, find, hash_symbols
 from patterndb.core.code import Code, clockwise_start, rooted_code, smallest_code
 from patterndb.core.halfedge import Index, Int32Array, border_vertices
 from patterndb.core.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
 from patterndb.system.kernels import kernel
 
 
-class Mesh(NamedTuple):
+class KernelMesh(NamedTuple):
     """What the kernels read of a quad mesh.
 
     twin, vertex: (4q,) int32. valence: (v,) int32. full: (v,) int32 number of quads that
@@ -123,7 +123,7 @@ def new_bench(n_quads: int, n_vertices: int, limit: int) -> Bench:
 @kernel
 def kernel_mesh(
     twin: Int32Array, vertex: Int32Array, n_vertices: int, zobrist: UInt64Array
-) -> Mesh:
+) -> KernelMesh:
     """The kernels' view of a mesh."""
     valence = np.zeros(n_vertices, np.int32)
     for h in range(len(vertex)):
@@ -140,11 +140,11 @@ def kernel_mesh(
     for h in range(len(vertex)):
         star[at[vertex[h]]] = h >> 2
         at[vertex[h]] += 1
-    return Mesh(twin, vertex, valence, full, star_start, star, zobrist)
+    return KernelMesh(twin, vertex, valence, full, star_start, star, zobrist)
 
 
 @kernel
-def recognise(n: int, mesh: Mesh, bench: Bench, census: Census) -> tuple[Index, Census]:
+def recognise(n: int, mesh: KernelMesh, bench: Bench, census: Census) -> tuple[Index, Census]:
     """2 * row + handedness of the pattern of the patch ``bench.quads[:n]``.
 
     The patch must be a disk, with ``bench.member`` and ``bench.held`` up to date.
@@ -212,10 +212,10 @@ def _with_room(census: Census, n: int) -> Census:
     """The census with room for one more reading and one more row of n symbols."""
     reading_keys, reading_rows = census.reading_keys, census.reading_rows
     if census.used[2] + 1 > LOAD * reading_keys.shape[0]:
-        reading_keys, reading_rows = doubled_map(reading_keys, reading_rows)
+        reading_keys, reading_rows = double_map(reading_keys, reading_rows)
     code_keys, code_rows = census.code_keys, census.code_rows
     if census.used[0] + 1 > LOAD * code_keys.shape[0]:
-        code_keys, code_rows = doubled_map(code_keys, code_rows)
+        code_keys, code_rows = double_map(code_keys, code_rows)
     codes = census.codes
     if census.used[1] + n > len(codes):
         codes = np.empty(2 * len(codes) + n, np.uint16)
@@ -273,7 +273,7 @@ def propose_example(
 
 
 @kernel
-def add_quad(q: Index, place: int, mesh: Mesh, bench: Bench) -> int:
+def add_quad(q: Index, place: int, mesh: KernelMesh, bench: Bench) -> int:
     """Put quad q into the patch at hand at ``place``; return the change of V - E + F.
 
     A non-empty patch that stays edge-connected is a disk exactly if its V - E + F is 1:
@@ -295,7 +295,7 @@ def add_quad(q: Index, place: int, mesh: Mesh, bench: Bench) -> int:
 
 
 @kernel
-def remove_quad(q: Index, mesh: Mesh, bench: Bench) -> None:
+def remove_quad(q: Index, mesh: KernelMesh, bench: Bench) -> None:
     """Take quad q, the last one added, out of the patch at hand."""
     bench.member[q] = -1
     for e in range(4):

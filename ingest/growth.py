@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from ingest.census import (
     Bench,
     Census,
-    Mesh,
+    KernelMesh,
     add_quad,
     propose_example,
     recognise,
     remove_quad,
 )
-from ingest.hashing import LOAD, UInt64Array, doubled_set, find
+from ingest.hashing import LOAD, UInt64Array, double_set, find
 from patterndb.core.halfedge import Index, Int32Array, next_edge
 from patterndb.system.kernels import kernel
 
@@ -37,7 +37,7 @@ def grow(
     smaller: int,
     others: UInt64Array,
     shard: Int32Array,
-    mesh: Mesh,
+    mesh: KernelMesh,
     bench: Bench,
     census: Census,
     pulse: NDArray[np.int64],
@@ -100,7 +100,7 @@ def grow(
                     keep = slot < 0
                 if keep:
                     if n_met + 1 > LOAD * met.shape[0]:
-                        met = doubled_set(met)
+                        met = double_set(met)
                         slot = find(met, a, b)
                     met[-1 - slot, 0] = a
                     met[-1 - slot, 1] = b
@@ -229,7 +229,7 @@ def _mend_reflex(
     outside: Index,
     home: Index,
     shard: Int32Array,
-    mesh: Mesh,
+    mesh: KernelMesh,
     bench: Bench,
 ) -> tuple[Index, Index, np.uint64, np.uint64, Index, bool]:
     """Add the quads around reflex corners until there is none; only vertices of the quads
@@ -261,7 +261,7 @@ def _mend_reflex(
 
 @kernel
 def _runs_straight(
-    border: Int32Array, begin: Index, length: Index, closed: bool, mesh: Mesh, bench: Bench
+    border: Int32Array, begin: Index, length: Index, closed: bool, mesh: KernelMesh, bench: Bench
 ) -> bool:
     """Is the side, of the boundary as it was before the patch grew over it, now a chain
     through vertices of valence 4, closed or between flat boundary vertices, and is the strip
@@ -290,7 +290,7 @@ def _runs_straight(
 def _walk(
     n: Index,
     d: int,
-    mesh: Mesh,
+    mesh: KernelMesh,
     bench: Bench,
     border: Int32Array,
     border_end: Int32Array,

@@ -69,7 +69,7 @@ def find(keys: UInt64Array, a: Index, b: Index) -> Index:
 
 
 @kernel
-def doubled_set(keys: UInt64Array) -> UInt64Array:
+def double_set(keys: UInt64Array) -> UInt64Array:
     """The same set in a table of twice the size."""
     bigger = np.zeros((2 * keys.shape[0], 2), np.uint64)
     for i in range(keys.shape[0]):
@@ -82,7 +82,7 @@ def doubled_set(keys: UInt64Array) -> UInt64Array:
 
 
 @kernel
-def doubled_map(
+def double_map(
     keys: UInt64Array, values: NDArray[np.int32]
 ) -> tuple[UInt64Array, NDArray[np.int32]]:
     """The same map in a table of twice the size."""

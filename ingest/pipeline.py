@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ingest.arrays import canonical_bytes, mesh_of_arrays
+from ingest.formats import ReadLimits, load_file, parse
 from ingest.learning import MeshLearning, Tally
-from ingest.read import ReadLimits, load_file, parse
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError, MeshFileError
 from patterndb.store import Database, Learned, LearningOptions, Provenance

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.store import Database
 from query.placing import Surface
 from viewer.contour import flat

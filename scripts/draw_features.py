@@ -34,7 +34,7 @@ from draw_features_scene import (
 )
 from PIL import Image
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.bodies import body, degrade, stroke
 from patterndb_sketch.features.files.networkjson import spline_through

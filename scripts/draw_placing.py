@@ -19,7 +19,7 @@ from PIL import Image
 from scipy.interpolate import CubicSpline
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from query import Boundary, Fill, fills

@@ -14,7 +14,7 @@ from pathlib import Path
 from draw_retopo_tutorial import View, picture, play, save
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import read_script

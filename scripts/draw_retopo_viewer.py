@@ -22,7 +22,7 @@ from draw_retopo_viewer_mouse import TOOL, WINDOW, Hand, Place, save, sheet
 from PIL import Image
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.ground import Ground
 from query.engine import PatternSource

@@ -22,7 +22,7 @@ from PIL import Image
 from scipy.interpolate import CubicSpline
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.surfacing.drawing import Drawing

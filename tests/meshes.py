@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from shared import EXAMPLES
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.core.quadmesh import QuadMesh
 
 Quads = list[list[int]]

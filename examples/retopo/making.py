@@ -8,7 +8,7 @@ from pathlib import Path
 
 from sketching import Sketch
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.retopo.ground import Ground
 
 HERE = Path(__file__).resolve().parent

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import InvalidMeshError
 
@@ -36,6 +38,23 @@ class PolygonMesh:
                 f"indices run from {self.corners.min()} to {self.corners.max()}"
             )
 
+    @classmethod
+    def from_faces(
+        cls, points: ArrayLike, faces: ArrayLike | Sequence[Sequence[int]]
+    ) -> PolygonMesh:
+        """The mesh of (v, 3) points and of faces: (q, k) vertex indices, or a list of lists.
+
+        Raises InvalidMeshError for faces that are none, or that name a vertex there is not.
+        """
+        try:
+            places = np.array(points, np.float64)
+        except (TypeError, ValueError) as error:
+            raise InvalidMeshError(f"points must be (v, 3) numbers ({error})") from error
+        corners, arities = flatten_faces(faces)
+        if places.size == 0:
+            places = places.reshape(0, 3)
+        return cls(places, corners.astype(np.int32), np.r_[0, np.cumsum(arities)].astype(np.int64))
+
     @property
     def n_faces(self) -> int:
         return len(self.offsets) - 1
@@ -54,3 +73,46 @@ class PolygonMesh:
         ordered = np.sort(quads, axis=1)
         good = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
         return np.ascontiguousarray(quads[good]), faces[good]
+
+    def faces(self) -> list[list[int]]:
+        """The vertices of every face."""
+        ends = self.offsets.tolist()
+        corners = self.corners.tolist()
+        return [corners[a:b] for a, b in pairwise(ends)]
+
+
+def flatten_faces(
+    faces: ArrayLike | Sequence[Sequence[int]],
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return the vertices of all faces, face after face, and how many each has.
+
+    faces: (q, 4) vertex indices, or those of another arity, or a sequence of faces of any
+    arity. Raises InvalidMeshError for indices that are no whole numbers in 0..2**31 - 1.
+    """
+    if isinstance(faces, np.ndarray):
+        array = _as_indices(faces)
+        if array.size == 0:
+            array = array.reshape(0, 4)
+        if array.ndim != 2:
+            raise InvalidMeshError(f"quads must be (q, 4), got {array.shape}")
+        return array.ravel(), np.full(len(array), array.shape[1], np.int64)
+    try:
+        rows = [_as_indices(np.asarray(face)) for face in faces]  # pyright: ignore[reportGeneralTypeIssues]
+    except (TypeError, ValueError) as error:
+        raise InvalidMeshError(
+            f"the faces must be lists of vertex indices, or a (q, 4) array ({error})"
+        ) from error
+    if any(row.ndim != 1 for row in rows):
+        raise InvalidMeshError("every face must be a list of vertex indices")
+    sizes = np.array([len(row) for row in rows], np.int64)
+    return (np.concatenate(rows) if rows else np.zeros(0, np.int64)), sizes
+
+
+def _as_indices(values: NDArray[np.generic]) -> NDArray[np.int64]:
+    if values.size == 0:
+        return values.astype(np.int64)
+    if values.dtype.kind not in "iu":
+        raise InvalidMeshError(f"vertex indices must be whole numbers, not {values.dtype}")
+    if values.min() < 0 or values.max() >= 2**31:
+        raise InvalidMeshError("vertex indices must lie in 0..2**31 - 1")
+    return values.astype(np.int64)

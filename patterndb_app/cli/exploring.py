@@ -105,7 +105,7 @@ def explore(
     asked, strokes = _asked(boundary, sides, closed, corners)
     ground: Surface | None = None
     if surface is not None:
-        from ingest.read import read_mesh
+        from ingest.formats import read_mesh
 
         ground = Surface.from_polygons(read_mesh(surface))
     from patterndb_app.cli.obj import write_placed_fill

@@ -102,7 +102,7 @@ def fill(
         drawn += read_strokes(strokes, asked)
     ground: Surface | None = None
     if surface is not None:
-        from ingest.read import read_mesh
+        from ingest.formats import read_mesh
 
         ground = Surface.from_polygons(read_mesh(surface))
     options: dict[str, Any] = {"limit": rank, "strokes": drawn, **search_arguments(search)}

@@ -85,7 +85,7 @@ def ingest(
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from ingest import check_files
     from ingest import ingest as ingest_files
-    from ingest.read import ReadLimits
+    from ingest.formats import ReadLimits
     from patterndb.store import LearningOptions, Provenance
 
     try:
@@ -163,7 +163,7 @@ def _entry(mesh: MeshReport) -> dict[str, object]:
 
 def _files(path: Path) -> list[Path]:
     """The mesh file, or the mesh files of the folder and those below it."""
-    from ingest.read import SUPPORTED_SUFFIXES
+    from ingest.formats import SUPPORTED_SUFFIXES
 
     if not path.is_dir():
         return [path]

@@ -104,7 +104,7 @@ def boundary_of(
 
 def read_model(path: Path) -> Model:
     """The model in a mesh file, its triangles as they stand."""
-    from ingest.read import read_mesh
+    from ingest.formats import read_mesh
     from patterndb_sketch.features.errors import InvalidFeatureError
     from patterndb_sketch.features.model import Model
 

@@ -143,7 +143,7 @@ HEADS = ("part", "quads", "vertices", "on curves", "drawn to it", "hidden", "no 
 
 def read_any_template(name: str) -> Template:
     """The template of a name such as box:car?r=11, else that in a JSON file."""
-    from ingest.read import read_mesh
+    from ingest.formats import read_mesh
     from patterndb_sketch.features.sessionfile import read_template
 
     return read_template(name, read_mesh)

@@ -82,14 +82,14 @@ def _path(asked: Asked, script: Script | None) -> Path:
 
 
 def _ground(path: Path) -> Ground:
-    from ingest.read import read_mesh
+    from ingest.formats import read_mesh
     from patterndb_sketch.retopo.ground import Ground
 
     return Ground.of_polygons(read_mesh(path))
 
 
 def _from_quads(path: Path, database: Database) -> Editor:
-    from ingest.read import read_mesh
+    from ingest.formats import read_mesh
     from patterndb_sketch.retopo.editor import Editor
     from patterndb_sketch.retopo.errors import InvalidRetopoError
     from patterndb_sketch.retopo.quadimport import imported

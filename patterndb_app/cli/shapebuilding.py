@@ -149,7 +149,7 @@ def _shape_of(
     path: Path, drawn: DrawnNetwork | None, template: Template, delta: float, rounds: int
 ) -> tuple[Floats, list[str]]:
     """The places of the template's vertices on a model, or in a mesh; and notes."""
-    from ingest.read import read_mesh
+    from ingest.formats import read_mesh
     from patterndb_sketch.features.errors import InvalidFeatureError
     from patterndb_sketch.features.registration import register
 

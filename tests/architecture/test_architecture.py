@@ -26,7 +26,7 @@ ALLOWED = {
 
 #: What deals with files, processes or people. All else but the viewer knows arrays only:
 #: topology, codes, collapsing, enumerating, solving, fitting and meshing.
-WORLDLY_MODULES = ("patterndb_app.cli", "patterndb.store", "ingest.read")
+WORLDLY_MODULES = ("patterndb_app.cli", "patterndb.store", "ingest.formats")
 WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.files")
 WORLDLY_MODULES += ("patterndb.store.starter", "patterndb.system.kernels", "ingest.pipeline")
 WORLDLY_MODULES += ("patterndb.system.caches", "query.boundaryfile", "patterndb.system.documents")
@@ -141,7 +141,7 @@ def test_sqlite_is_used_in_the_store_alone() -> None:
 def test_drawing_libraries_are_used_in_the_viewer_and_a_reader_alone() -> None:
     users = {module for module in modules() if _libraries(module) & DRAWING}
     assert users
-    readers = {"ingest.read.vtk"}
+    readers = {"ingest.formats.vtk"}
     assert {module for module in users if part(module) != "viewer"} <= readers
 
 
@@ -185,7 +185,7 @@ def _libraries(module: str) -> set[str]:
             "import patterndb_app.cli",
             {"query", "ingest", "viewer", "rich", "pyvista", "matplotlib"},
         ),
-        ("import ingest, ingest.read", {"pyvista", "matplotlib", "pxr", "trimesh", "numba"}),
+        ("import ingest, ingest.formats", {"pyvista", "matplotlib", "pxr", "trimesh", "numba"}),
         ("import query", {"pyvista", "matplotlib", "ortools", "ingest", "viewer", "click"}),
         ("import viewer", {"pyvista", "vtkmodules", "matplotlib", "ortools", "ingest", "click"}),
     ],

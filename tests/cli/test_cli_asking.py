@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from commandline import Result, assert_refused, run
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_app.cli.text import WIDTH
 
 #: Keys of a fill in the JSON document, and the types of their values.

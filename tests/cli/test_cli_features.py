@@ -12,7 +12,7 @@ import pytest
 from commandline import assert_refused, run
 from featurecases import TEMPLATE, car_bodies, write_bodies
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.features.bodies import body
 from patterndb_sketch.features.files.curvesjson import read_curves
 from patterndb_sketch.features.initial import interpolating

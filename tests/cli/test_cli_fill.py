@@ -12,7 +12,7 @@ import pytest
 from commandline import assert_refused, run
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.errors import InvalidBoundaryError
 from query.boundaryfile import parse_boundary, read_boundary, read_strokes
 

@@ -12,7 +12,7 @@ import pytest
 import trimesh
 from commandline import assert_refused, run
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.sessionfile import read_session
 

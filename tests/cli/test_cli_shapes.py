@@ -11,7 +11,7 @@ from commandline import Result, assert_refused, run
 from featurecases import TEMPLATE as WHOLE
 from featurecases import write_bodies
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.features.sessionfile import read_shapes, write_template
 from patterndb_sketch.features.shapemodel import edit, error_table, moved
 

@@ -12,7 +12,7 @@ import pytest
 from commandline import assert_refused, run
 from shared import CHECKOUT
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.surfacing.network import Network
 from patterndb_sketch.surfacing.networkfile import write_network
 

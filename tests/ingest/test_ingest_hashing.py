@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from ingest.hashing import LOAD, doubled_map, doubled_set, find, hash_symbols, random_pairs
+from ingest.hashing import LOAD, double_map, double_set, find, hash_symbols, random_pairs
 
 # Few different low bits, so that keys collide and runs wrap round the table's end.
 lanes = st.one_of(st.integers(1, 40), st.sampled_from([15, 31, 2**64 - 1, 2**63 + 15, 16, 32]))
@@ -17,7 +17,7 @@ def filled(keys: list[tuple[int, int]]) -> tuple[NDArray[np.uint64], NDArray[np.
     table, values = np.zeros((4, 2), np.uint64), np.zeros(4, np.int32)
     for i, (a, b) in enumerate(keys):
         if i + 1 > LOAD * len(table):
-            table, values = doubled_map(table, values)
+            table, values = double_map(table, values)
         slot = find(table, np.uint64(a), np.uint64(b))
         assert slot < 0, "a key is found that is not there"
         table[-1 - slot] = a, b
@@ -40,8 +40,8 @@ def test_a_doubled_table_holds_the_same(
     keys: list[tuple[int, int]], other: tuple[int, int]
 ) -> None:
     table, values = filled(keys)
-    bigger = doubled_set(table)
-    map_keys, map_values = doubled_map(table, values)
+    bigger = double_set(table)
+    map_keys, map_values = double_map(table, values)
     assert len(bigger) == len(map_keys) == 2 * len(table)
     np.testing.assert_array_equal(bigger, map_keys)
     for a, b in keys:

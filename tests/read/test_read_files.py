@@ -10,8 +10,16 @@ from pathlib import Path
 
 import pytest
 
-from ingest.read import SUPPORTED_SUFFIXES, ReadLimits, load_file, parse, read_mesh
-from ingest.read.limits import DEFAULT_LIMITS
+from ingest.formats import (
+    FORMATS,
+    SUPPORTED_SUFFIXES,
+    ReadLimits,
+    find_format,
+    load_file,
+    parse,
+    read_mesh,
+)
+from ingest.formats.files import DEFAULT_LIMITS
 from patterndb.errors import MeshFileError, UnsupportedFormatError
 
 ROOT = Path(__file__).parents[2]
@@ -106,16 +114,26 @@ def test_formats_without_quads_are_refused_for_that_reason(name: str, format_: s
         read_mesh(name)
 
 
-@pytest.mark.parametrize("name", ["a.off", "a.fbx", "a", "a.obj.gz", ".obj"])
+@pytest.mark.parametrize("name", ["a.blend", "a.fbx", "a", "a.obj.gz", ".obj"])
 def test_unknown_formats_are_told_the_known(name: str) -> None:
-    with pytest.raises(UnsupportedFormatError, match=r"unknown.*\.obj \.ply \.vtk"):
+    with pytest.raises(UnsupportedFormatError, match=r"unknown.*\.obj \.ply \.vtk") as caught:
         read_mesh(name)
+    assert " ".join(SUPPORTED_SUFFIXES) in str(caught.value)
+
+
+def test_the_registry_says_what_each_format_is() -> None:
+    assert len(set(SUPPORTED_SUFFIXES)) == len(SUPPORTED_SUFFIXES)
+    assert len({entry.name for entry in FORMATS}) == len(FORMATS)
+    for entry in FORMATS:
+        assert entry.help and "\n" not in entry.help
+        assert all(find_format(f"a{suffix.upper()}") is entry for suffix in entry.suffixes)
+        assert all(suffix == suffix.lower() and suffix[0] == "." for suffix in entry.suffixes)
 
 
 def test_the_heavy_libraries_are_imported_only_for_their_formats(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_bytes(SQUARE)
     script = (
-        "import sys; from ingest.read import read_mesh; read_mesh(sys.argv[1]); "
+        "import sys; from ingest.formats import read_mesh; read_mesh(sys.argv[1]); "
         "print([m for m in ('pyvista', 'vtkmodules', 'pxr') if m in sys.modules])"
     )
     run = subprocess.run(

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from meshwriters import Soup, assert_is, patient, soups
 
-from ingest.read import ReadLimits, parse, read_mesh
+from ingest.formats import ReadLimits, parse, read_mesh
 from patterndb.errors import MeshFileError, MissingExtraError
 
 # A file takes a quarter of a second, for the process it is read in.

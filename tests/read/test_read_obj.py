@@ -20,8 +20,8 @@ from meshwriters import (
     soups,
 )
 
-from ingest.read import ReadLimits, obj, parse, read_mesh
-from ingest.read.limits import DEFAULT_LIMITS
+from ingest.formats import ReadLimits, obj, parse, read_mesh
+from ingest.formats.files import DEFAULT_LIMITS
 from patterndb.errors import MeshFileError
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
@@ -54,7 +54,7 @@ def test_the_line_parser_alone_reads_the_same(soup: Soup, style: ObjStyle) -> No
     data = obj_bytes(soup, style)
     fast = parse(data, "a.obj")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(obj, "parse_chunk", lambda chunk, limits: None)
+        patch.setattr(obj, "_parse_chunk", lambda chunk, limits: None)
         assert same(parse(data, "a.obj"), fast)
 
 

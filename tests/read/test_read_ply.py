@@ -18,8 +18,8 @@ from meshwriters import (
     soups,
 )
 
-from ingest.read import ReadLimits, parse
-from ingest.read.plytext import TextBody
+from ingest.formats import ReadLimits, parse
+from ingest.formats.plybody import TextBody
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError
 

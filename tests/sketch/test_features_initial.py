@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from model_cases import soup, sphere, sphere_model, to_model
 from shared import MESHES
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import FEWEST, MOST, SPACING, initial_curve, interpolating
 from patterndb_sketch.features.model import Model

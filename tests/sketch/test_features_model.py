@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from model_cases import soup, sphere, sphere_model, to_model, together
 from shared import MESHES, SHARED
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.triangulation import MOST_CORNERS, SHORTER, triangulated, weld
 from patterndb_sketch.features.errors import InvalidFeatureError

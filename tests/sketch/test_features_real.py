@@ -10,7 +10,7 @@ import pytest
 from model_cases import soup
 from shared import EXAMPLES, SHARED
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import box_template, register

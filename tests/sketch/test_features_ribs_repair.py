@@ -10,7 +10,7 @@ from model_cases import to_model
 from rib_cases import ACROSS, FARTHEST, arc, flat, sheets, sound, to_polyline
 from shared import SHARED
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.bodies import body, degrade
 from patterndb_sketch.features.model import Model

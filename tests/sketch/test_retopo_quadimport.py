@@ -11,7 +11,7 @@ from quadmesh_cases import Mesh, cube, edges_of, holds, marked_edges, refined, t
 from retopo_cases import genus
 from shared import MESHES
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.quadimport import imported, quads_of, separatrices

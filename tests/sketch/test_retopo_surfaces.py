@@ -10,7 +10,7 @@ import pytest
 from shared import EXAMPLES, SHARED
 
 import patterndb
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import FilledNetwork, welded
 from patterndb_sketch.retopo.filling.report import hausdorff, open_loops, report

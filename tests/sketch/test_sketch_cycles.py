@@ -7,7 +7,7 @@ import pytest
 from networks import cube, faces_network, prism, ring, shuffled, torus
 from shared import MESHES, SHARED
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb.geometry.polyline import sampled
 from patterndb_sketch.surfacing import (
     Curve,

@@ -9,7 +9,7 @@ import pytest
 from events import Events, alike, can_draw, check_looking, read
 from shape_cases import car_shapes, car_template
 
-from ingest.read import read_mesh
+from ingest.formats import read_mesh
 from patterndb_sketch.features.errors import InvalidFeatureError
 from viewer import PictureFormatError
 from viewer.drawn import save_drawn

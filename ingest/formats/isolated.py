@@ -17,19 +17,21 @@ import subprocess
 import sys
 import zipfile
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.read.assemble import assemble
-from ingest.read.limits import ReadLimits
+from ingest.formats.files import ReadLimits, assemble
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError
 
 # Exit codes of the child, apart from 0 and from those of an uncaught exception or a signal.
 REFUSED = 3
+
+_CHILD = "from ingest.formats.isolated import answer_parent; answer_parent()"
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +48,7 @@ class LibraryError(Exception):
 
 
 def read_isolated(library: str, path: str | Path, limits: ReadLimits) -> PolygonMesh:
-    """The mesh that ``ingest.read.<library>`` finds in the file.
+    """The mesh that ``find_polygons`` of ``ingest.formats.<library>`` finds in the file.
 
     Raises MeshFileError if it refuses the file, crashes, or exceeds a limit.
     """
@@ -55,7 +57,8 @@ def read_isolated(library: str, path: str | Path, limits: ReadLimits) -> Polygon
     environment["PYTHONPATH"] = os.pathsep.join(entry or os.getcwd() for entry in sys.path)  # noqa: PTH109
     # One thread: a pool of them reserves address space by the core, and that is bounded.
     environment |= {"OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
-    command = [sys.executable, "-m", "ingest.read.child", library, os.path.abspath(path)]  # noqa: PTH100
+    # -P: a file of the user's in the working directory must not stand in for a module.
+    command = [sys.executable, "-P", "-c", _CHILD, library, os.path.abspath(path)]  # noqa: PTH100
     try:
         child = subprocess.run(
             command,
@@ -108,3 +111,44 @@ def _ending(code: int) -> str:
         return signal.Signals(-code).name
     except ValueError:
         return f"signal {-code}"
+
+
+# From here on, what runs in the child process
+
+# The libraries alone take up to 1.3 GiB of addresses, more with more cores; a mesh takes a few
+# times its file's size, compressed ones more.
+_ADDRESS_BYTES = 6 * 2**30
+_ADDRESS_BYTES_PER_FILE_BYTE = 32
+
+
+def answer_parent() -> None:
+    """Read the file that the command line names, and end the process.
+
+    Writes the packed polygons to stdout, or exits with REFUSED and the reason there.
+    """
+    library, path = sys.argv[1:]
+    # What a library prints must not end up in the answer.
+    answer = os.dup(1)
+    os.dup2(2, 1)
+    _bound_memory(Path(path).stat().st_size)
+    try:
+        code, data = 0, pack(import_module(f"ingest.formats.{library}").find_polygons(path))
+    except LibraryError as error:
+        code, data = REFUSED, str(error).encode("utf-8", "backslashreplace")
+    with os.fdopen(answer, "wb") as pipe:
+        pipe.write(data)
+    # Not sys.exit: the libraries' own clean-up may crash, with the answer already given.
+    os._exit(code)
+
+
+def _bound_memory(file_bytes: int) -> None:
+    """Bound this process's memory, where the system can, and leave no core files behind."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    _, most = resource.getrlimit(resource.RLIMIT_AS)
+    wanted = _ADDRESS_BYTES + _ADDRESS_BYTES_PER_FILE_BYTE * file_bytes
+    if most == resource.RLIM_INFINITY or wanted < most:
+        resource.setrlimit(resource.RLIMIT_AS, (wanted, most))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))

@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.read.grammar import shown
-from ingest.read.isolated import LibraryError, Polygons, read_isolated
-from ingest.read.limits import ReadLimits
+from ingest.formats.files import ReadLimits
+from ingest.formats.grammar import quote_token
+from ingest.formats.isolated import LibraryError, Polygons, read_isolated
+from ingest.formats.meshformat import MeshFormat
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError
 
@@ -53,6 +54,20 @@ def read_vtk(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
     return read_isolated("vtk", path, limits)
 
 
+FORMATS = (
+    MeshFormat(
+        "VTK",
+        (".vtk",),
+        "VTK's legacy files of poly data or unstructured grids, read only",
+        read_vtk,
+        from_bytes=False,
+    ),
+    MeshFormat(
+        "VTP", (".vtp",), "VTK's XML files of poly data, read only", read_vtk, from_bytes=False
+    ),
+)
+
+
 def _check_counts(data: bytes, path: str | Path) -> None:
     """Refuse counts that the file is too small to keep."""
     xml = _is_xml(path)
@@ -62,7 +77,7 @@ def _check_counts(data: bytes, path: str | Path) -> None:
             "the dataset holds no polygons; export POLYDATA",
             path=path,
             line=1 + data.count(b"\n", 0, kind.start(1)),
-            token=shown(kind[1]),
+            token=quote_token(kind[1]),
         )
     allowed = len(data) * (_ZLIB_RATIO if xml else 1)
     for match in (_XML_COUNT if xml else _LEGACY_COUNT).finditer(data):
@@ -76,7 +91,7 @@ def _check_counts(data: bytes, path: str | Path) -> None:
                     "is it cut short?",
                     path=path,
                     line=line,
-                    token=shown(match[0]),
+                    token=quote_token(match[0]),
                 )
 
 
@@ -87,7 +102,7 @@ def _is_xml(path: str | Path) -> bool:
 # From here on, what runs in the child process
 
 
-def polygons(path: str) -> Polygons:
+def find_polygons(path: str) -> Polygons:
     """The polygons VTK finds in the file; LibraryError if it reports anything else."""
     dataset = _read(path)
     if dataset.IsA("vtkPolyData"):
@@ -119,7 +134,7 @@ def _read(path: str) -> Any:
     dataset = reader.GetOutput()
     report = window.GetOutput()  # bytes, if it quotes some that are not UTF-8
     if report:
-        text = shown(report) if isinstance(report, bytes) else report
+        text = quote_token(report) if isinstance(report, bytes) else report
         raise LibraryError(f"VTK cannot read the file: {_reason(text)}")
     if dataset is None or not (dataset.IsA("vtkPolyData") or dataset.IsA("vtkUnstructuredGrid")):
         raise LibraryError("VTK found no polygons in the file; export poly data")

@@ -10,16 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.read.files import check_file
-from ingest.read.grammar import shown
-from ingest.read.isolated import LibraryError, Polygons, read_isolated
-from ingest.read.limits import ReadLimits
+from ingest.formats.files import ReadLimits, check_file
+from ingest.formats.grammar import quote_token
+from ingest.formats.isolated import LibraryError, Polygons, read_isolated
+from ingest.formats.meshformat import MeshFormat
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MissingExtraError
 
 
-def read_usd(path: str | Path, limits: ReadLimits) -> PolygonMesh:
+def read_usd(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
     """All Mesh prims of a USD file as one mesh, in the order of the scene.
+
+    data: not looked at; the library opens ``path``.
 
     Points are in world space, at the earliest time of an animation. Faces run counter-clockwise:
     those of a left-handed mesh are reversed, and so are those a mirroring transform turns over.
@@ -37,17 +39,26 @@ def read_usd(path: str | Path, limits: ReadLimits) -> PolygonMesh:
     return read_isolated("usd", path, limits)
 
 
+FORMAT = MeshFormat(
+    "USD",
+    (".usd", ".usda", ".usdc", ".usdz"),
+    "Pixar's scenes, all their meshes as one, read only; needs the extra usd",
+    read_usd,
+    from_bytes=False,
+)
+
+
 # From here on, what runs in the child process
 
 
-def polygons(path: str) -> Polygons:
+def find_polygons(path: str) -> Polygons:
     """All Mesh prims in the file; LibraryError on whatever USD reports."""
     try:
         meshes = _meshes(path)
     except LibraryError:
         raise
     except UnicodeDecodeError as error:  # USD's message, quoting the file
-        raise LibraryError(f"USD cannot read the file: {shown(error.object)}") from error
+        raise LibraryError(f"USD cannot read the file: {quote_token(error.object)}") from error
     except Exception as error:
         raise LibraryError(f"USD cannot read the file: {_reason(error)}") from error
     counts = [len(points) for points, _, _ in meshes]

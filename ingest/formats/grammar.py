@@ -32,6 +32,12 @@ MAX_DIGITS = 18
 _number = re.compile(NUMBER)
 
 
+def compile_lines(token: bytes) -> re.Pattern[bytes]:
+    """Return the expression of lines that hold tokens of one kind and blanks, or nothing."""
+    row = rb"(?:B*+(?:T(?:B++T)*)?B*+\n)*".replace(b"B", BLANK)
+    return re.compile(row.replace(b"T", rb"(?:" + token + rb")"))
+
+
 class Fail(Protocol):
     """Raises the MeshFileError for a place in the file being read."""
 
@@ -40,17 +46,17 @@ class Fail(Protocol):
     ) -> NoReturn: ...
 
 
-def failing(path: str | Path) -> Fail:
+def make_fail(path: str | Path) -> Fail:
     """A :class:`Fail` for the file at ``path``."""
 
     def fail(message: str, *, line: int | None = None, token: bytes | None = None) -> NoReturn:
-        text = None if token is None else shown(token)
+        text = None if token is None else quote_token(token)
         raise MeshFileError(message, path=path, line=line, token=text)
 
     return fail
 
 
-def shown(token: bytes) -> str:
+def quote_token(token: bytes) -> str:
     """A token as text, bytes that are not UTF-8 escaped."""
     return token.decode("utf-8", "backslashreplace")
 
@@ -69,12 +75,12 @@ def to_number(token: bytes, fail: Fail, line: int) -> float:
     return value
 
 
-def numbers(text: bytes) -> NDArray[np.float64]:
+def parse_numbers(text: bytes) -> NDArray[np.float64]:
     """All numbers of blank-separated text that is known to match :data:`NUMBER` throughout."""
     return _parse(text, np.dtype(np.float64))
 
 
-def integers(text: bytes) -> NDArray[np.int64]:
+def parse_integers(text: bytes) -> NDArray[np.int64]:
     """All integers of blank-separated text, each known to have at most 18 digits."""
     return _parse(text, np.dtype(np.int64))
 
@@ -85,7 +91,7 @@ def _parse(text: bytes, dtype: np.dtype) -> NDArray:
     return np.fromstring(text, dtype=dtype, sep=" ")
 
 
-def tokens_per_line(text: bytes) -> NDArray[np.int64]:
+def count_tokens(text: bytes) -> NDArray[np.int64]:
     """(n,) number of tokens on each line of text; every line ends in a newline."""
     codes = np.frombuffer(text, np.uint8)
     if not len(codes):
@@ -96,7 +102,7 @@ def tokens_per_line(text: bytes) -> NDArray[np.int64]:
     return np.diff(np.cumsum(starts)[codes == ord("\n")], prepend=0)
 
 
-def unix_newlines(text: bytes) -> bytes:
+def normalise_newlines(text: bytes) -> bytes:
     """Text with every line, also the last, ended by a newline; CR LF and CR count as one."""
     if b"\r" in text:
         text = text.replace(b"\r\n", b"\n").replace(b"\r", b"\n")

@@ -11,13 +11,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.read.assemble import assemble
-from ingest.read.grammar import Fail, failing
-from ingest.read.limits import ReadLimits
-from ingest.read.plybinary import BinaryBody
-from ingest.read.plyheader import Element, Header, parse_header
-from ingest.read.plyrows import Body, FaceRows
-from ingest.read.plytext import TextBody
+from ingest.formats.files import ReadLimits, assemble
+from ingest.formats.grammar import Fail, make_fail
+from ingest.formats.meshformat import MeshFormat
+from ingest.formats.plybody import BinaryBody, FaceRows, PlyBody, TextBody
+from ingest.formats.plyheader import Element, Header, parse_header
 from patterndb.core.polygonmesh import PolygonMesh
 
 
@@ -29,10 +27,10 @@ def parse_ply(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
     Raises MeshFileError with the line and token at fault, in a binary body with the element
     and the byte offset.
     """
-    fail = failing(path)
+    fail = make_fail(path)
     header = parse_header(data, limits, fail)
     _check_elements(header, len(data) - header.body, fail)
-    body: Body = (BinaryBody if header.order else TextBody)(data, header, limits, fail)
+    body: PlyBody = (BinaryBody if header.order else TextBody)(data, header, limits, fail)
     points: NDArray[np.float64] | None = None
     faces: FaceRows | None = None
     for element in header.elements:
@@ -47,6 +45,28 @@ def parse_ply(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
         fail("the header declares no vertex or no face element", line=header.lines)
     _check_range(faces, len(points), fail)
     return assemble(points, faces.corners, faces.arities, path, limits)
+
+
+def format_ply(mesh: PolygonMesh) -> bytes:
+    """Return the mesh as the bytes of a PLY file, in text."""
+    lines = ["ply", "format ascii 1.0", f"element vertex {len(mesh.points)}"]
+    lines += [f"property double {axis}" for axis in "xyz"]
+    # Lists are as long as a byte can say but for a mesh that needs more.
+    count_type = "uchar" if mesh.arities().max(initial=0) < 256 else "uint"
+    lines += [f"element face {mesh.n_faces}", f"property list {count_type} int vertex_indices"]
+    lines.append("end_header")
+    lines += [f"{x!r} {y!r} {z!r}" for x, y, z in mesh.points.tolist()]
+    lines += [" ".join(map(str, [len(face), *face])) for face in mesh.faces()]
+    return ("\n".join(lines) + "\n").encode()
+
+
+FORMAT = MeshFormat(
+    "PLY",
+    (".ply",),
+    "Stanford's, in text or binary; polygons of any arity, read, and written in text",
+    parse_ply,
+    format_ply,
+)
 
 
 def _check_elements(header: Header, body_bytes: int, fail: Fail) -> None:

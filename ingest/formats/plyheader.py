@@ -7,8 +7,8 @@ from typing import Literal
 
 import numpy as np
 
-from ingest.read.grammar import MAX_DIGITS, Fail, shown
-from ingest.read.limits import ReadLimits
+from ingest.formats.files import ReadLimits
+from ingest.formats.grammar import MAX_DIGITS, Fail, quote_token
 
 # Little-endian codes; the body says which end it is.
 _TYPES = {
@@ -109,7 +109,7 @@ def parse_header(data: bytes, limits: ReadLimits, fail: Fail) -> Header:
                 if order is not None:
                     fail("a second 'format' line", line=line, token=text)
                 if name not in _ORDERS or version != b"1.0":
-                    known = ", ".join(shown(each) for each in _ORDERS)
+                    known = ", ".join(quote_token(each) for each in _ORDERS)
                     fail(f"unknown format; known are {known}, all 1.0", line=line, token=text)
                 order = _ORDERS[name]
             case [b"element", name, count]:
@@ -128,7 +128,7 @@ def parse_header(data: bytes, limits: ReadLimits, fail: Fail) -> Header:
     if order is None:
         fail("the header has no 'format' line", line=line)
     elements = (
-        Element(shown(name), draft.count, tuple(draft.properties.values()), draft.line)
+        Element(quote_token(name), draft.count, tuple(draft.properties.values()), draft.line)
         for name, draft in drafts.items()
     )
     return Header(order, tuple(elements), position, line)
@@ -155,9 +155,9 @@ def _property(words: list[bytes], line: int, fail: Fail) -> Property:
             count_code = _type(count_type, line, fail)
             if count_code.startswith("f"):
                 fail("the length of a list must be of an integer type", line=line, token=count_type)
-            return Property(shown(name), _type(type_, line, fail), count_code)
+            return Property(quote_token(name), _type(type_, line, fail), count_code)
         case [type_, name]:
-            return Property(shown(name), _type(type_, line, fail))
+            return Property(quote_token(name), _type(type_, line, fail))
         case _:
             fail(
                 "a property is 'property <type> <name>' or 'property list <type> <type> <name>'",
@@ -168,5 +168,7 @@ def _property(words: list[bytes], line: int, fail: Fail) -> Property:
 
 def _type(token: bytes, line: int, fail: Fail) -> str:
     if token not in _TYPES:
-        fail("unknown type; known are " + ", ".join(map(shown, _TYPES)), line=line, token=token)
+        fail(
+            "unknown type; known are " + ", ".join(map(quote_token, _TYPES)), line=line, token=token
+        )
     return _TYPES[token]

@@ -1,0 +1,32 @@
+"""What the registry of mesh formats holds of each: an entry of ``ingest.formats.FORMATS``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ingest.formats.files import ReadLimits
+from patterndb.core.polygonmesh import PolygonMesh
+
+Parse = Callable[[bytes, str | Path, ReadLimits], PolygonMesh]
+
+
+@dataclass(frozen=True, slots=True)
+class MeshFormat:
+    """A format of mesh files.
+
+    name:     what people call it, "OBJ".
+    suffixes: of its files, in lower case; the first is the usual one.
+    help:     one line, for people, on what is read and written.
+    parse:    the mesh in the bytes of a file, whose path is given for messages; where
+              ``from_bytes`` is False, a library opens that path itself.
+    spell:    a mesh as the bytes of a file; None where the format is read only.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    help: str
+    parse: Parse
+    spell: Callable[[PolygonMesh], bytes] | None = None
+    from_bytes: bool = True
