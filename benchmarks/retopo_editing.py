@@ -35,8 +35,8 @@ from patterndb_sketch.retopo.arguments import (
     REQUIRED,
     Argument,
     Flag,
-    Line,
     Number,
+    PointList,
     Vector,
     Word,
 )
@@ -131,7 +131,7 @@ class Caller:
             return bool(rng.random() < 0.5)
         if isinstance(kind, Word):
             return str(rng.choice(kind.words))
-        if isinstance(kind, Line):
+        if isinstance(kind, PointList):
             return self.stroke(tool).tolist()
         if isinstance(kind, Vector):
             return (rng.normal(size=3) if kind.direction else self.place()).tolist()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 
 from build_docs_markdown import between
@@ -10,22 +9,13 @@ from build_docs_markdown import between
 
 def retopo_page(text: str) -> str:
     """The guide with the tools and keys that there are, between its comments."""
-    from patterndb_sketch.retopo.arguments import REQUIRED
-    from patterndb_sketch.retopo.editor import TOOLS
+    from patterndb_sketch.retopo.table import describe_tools
     from viewer.retopo.keys import KEY_HELP, MOUSE_HELP
     from viewer.retopo.modes import modes
 
     tools = ["| tool | argument | |", "|---|---|---|"]
-    for name, tool in TOOLS.items():
-        tools.append(f"| `{name}` | | {tool.help} |")
-        for word, argument in tool.arguments.items():
-            wanted = argument.kind.wanted.replace("a number from 1e-12 on", "a number above 0")
-            said = f"{argument.help}: {wanted}"
-            if argument.default is REQUIRED:
-                said += ". Required"
-            elif argument.default is not None:
-                said += f". Default: {json.dumps(argument.default)}"
-            tools.append(f"| | `{word}` | {said} |")
+    for name, word, said in describe_tools():
+        tools.append(f"| | `{word}` | {said} |" if word else f"| `{name}` | | {said} |")
     keys = ["| key | tool | |", "|---|---|---|"]
     keys += [f"| `{m.key}` | {m.title} | {spaced(m.hint)} |" for m in modes() if m.key]
     keys += ["", "| key | |", "|---|---|", *(f"| `{key}` | {said} |" for key, said in KEY_HELP)]

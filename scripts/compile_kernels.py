@@ -144,7 +144,7 @@ from patterndb_sketch.retopo.network import Network, with_borders
 from patterndb_sketch.retopo.network.flooding import flooded
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import completions
-from patterndb_sketch.retopo.tools.corners import toggle
+from patterndb_sketch.retopo.tools.corner import toggle
 from patterndb_sketch.retopo.tools.erase import erase_crossed
 from patterndb_sketch.retopo.tools.salience import Salience
 from patterndb_sketch.retopo.tools.stroke import insert

@@ -24,7 +24,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, irregular_vertices, welded
-from patterndb_sketch.retopo.filling.choosing import filling_of
+from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, script_of
 

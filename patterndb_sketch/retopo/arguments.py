@@ -6,6 +6,7 @@ same thing in the same way. Every argument has a kind, which reads it or says wh
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -110,7 +111,7 @@ class Vector:
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class PointList:
     """At least ``fewest`` points."""
 
     fewest: int = 2
@@ -133,15 +134,38 @@ class Line:
 
 @dataclass(frozen=True, slots=True)
 class Argument:
-    """kind: what it may be. default: what it is where it is left out; REQUIRED if it may not be.
-    help: what it means, for lists of tools."""
+    """What a tool may be told.
+
+    kind: what it may be. help: what it means, for lists of tools. default: what it is where it is
+    left out; REQUIRED if it may not be. option: may a window offer it as an option of its own? Not
+    what a gesture or a key of the window says already.
+    """
 
     kind: Kind
     help: str
     default: object = field(default_factory=lambda: REQUIRED)
+    option: bool = True
+
+    def describe(self) -> str:
+        """What it means, what it may be, and what it is if it is left out, in a line."""
+        wanted = self.kind.wanted.replace("a number from 1e-12 on", "a number above 0")
+        said = f"{self.help}: {wanted}"
+        if self.default is REQUIRED:
+            return f"{said}. Required"
+        return said if self.default is None else f"{said}. Default: {json.dumps(self.default)}"
 
 
 REQUIRED = object()
+
+#: What most tools are told: a place, and a stroke.
+AT = Argument(Vector(), "a point of the surface")
+NEAR_CURVE = Argument(Vector(), "a point near the curve, or its corner")
+POINTS = Argument(PointList(), "the stroke, on the surface")
+
+
+def optional_length(what: str) -> Argument:
+    """An argument that is a length, and may be left out; what: it is of, for its help."""
+    return Argument(Number(1e-12), f"{what}, in the surface's unit", None)
 
 
 def read_arguments(

@@ -1,10 +1,15 @@
-"""Tools as the editor knows them: a name, arguments, and a function from state to state."""
+"""Define what a tool is: an entry of the table, and what it works on.
+
+Read :class:`ToolWork` (what a tool is given), :class:`Result` (what it gives back),
+:class:`Control` (how a window offers it) and :class:`Tool` (all of these).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,9 +21,20 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Feet, Ground, Stroke, cleaned
 from patterndb_sketch.retopo.network import Edit, Network, nearest_place, samples
 from patterndb_sketch.retopo.state import State
-from patterndb_sketch.retopo.symmetry import Half, Plane, refuse_beyond
-from patterndb_sketch.retopo.tools.salience import Salience
+from patterndb_sketch.retopo.symmetry import Half, refuse_beyond
 from query.engine import PatternSource
+
+#: What the mouse gives a tool.
+#: stroke: a line drawn on the surface. click: a point. drag: two points, pressed and released.
+#: plane: a straight line across the view. scribble: a line, or a curve by a click. corner: a
+#: point, or a wedge dragged to one. within: a line, or by a click a point of a patch. count: the
+#: wheel changes the curve under the pointer. act: nothing; it is done when it is chosen.
+Gesture = Literal[
+    "stroke", "click", "drag", "plane", "scribble", "corner", "within", "count", "act"
+]
+
+#: What of the network is shown to be meant: where ends snap to, a curve, a corner, or a patch.
+Target = Literal["ends", "chain", "corner", "patch", "none"]
 
 #: How far off a ground's box a point may be that is meant to be on it, and what lengths may be, as
 #: parts of its diagonal: what is beyond is a mistake in the unit, and would take all memory.
@@ -27,18 +43,18 @@ LEAST_LENGTH, MOST_LENGTH = 1e-6, 100.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Work:
+class ToolWork:
     """What a tool works on.
 
     ground: the half that is worked on while symmetry is on. half: that half, with the whole.
-    kept: what was made for the ground before, by target edge and plane.
+    kept: what a tool made before and may need again, by a key of its own; the editor keeps it.
     """
 
     state: State
     ground: Ground
     source: PatternSource
     half: Half | None = None
-    kept: dict[tuple[float, Plane | None], Salience] = field(default_factory=dict)
+    kept: dict[Hashable, Any] = field(default_factory=dict)
 
     @property
     def network(self) -> Network:
@@ -77,14 +93,6 @@ class Work:
         if self.half is not None:
             refuse_beyond(drawn, self.half, what)
         return drawn
-
-    def salience(self) -> Salience:
-        """Where the ground has ridges and valleys, for the target edge; kept for the next call."""
-        key = self.state.sizes.edge, self.state.plane
-        if key not in self.kept:
-            self.kept.clear()
-            self.kept[key] = Salience.of(self.ground, self.state.sizes.edge)
-        return self.kept[key]
 
     def length(self, name: str, value: float, least: float = LEAST_LENGTH) -> float:
         """A length as it is given; InvalidRetopoError for one out of proportion to the ground.
@@ -137,45 +145,67 @@ class Result:
     notes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class Control:
+    """How a window offers a tool; "" and None where what follows from its arguments will do.
+
+    key:     that chooses it, one letter. title: in lists, else the tool's name.
+    hint:    what to do, in a line, else the tool's help.
+    gesture: what the mouse gives it. target: what of the network is shown to be meant.
+    brush:   the size, a field of ``Sizes``, that the keys of brushes change.
+    fixed:   arguments that are always so.
+    mode:    can it be chosen? Else only keys of the window's own call it.
+    """
+
+    key: str = ""
+    title: str = ""
+    hint: str = ""
+    gesture: Gesture | None = None
+    target: Target | None = None
+    brush: str = ""
+    fixed: tuple[tuple[str, object], ...] = ()
+    mode: bool = True
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Tool:
-    """name: in calls. help: one sentence. arguments: by name. act: from work to result; it raises
-    RefusedError where the tool cannot do what it was asked for."""
+    """An entry of the table of tools: all that a script, a window, the guide and a test know of it.
+
+    name:      in calls. help: one sentence.
+    arguments: by name. act: from work and arguments to a result; it raises RefusedError where the
+               tool cannot do what it was asked for, InvalidRetopoError for what makes no sense.
+    position:  in lists of tools, ascending; those without one come last, by name.
+    snaps:     does it look for curves, corners or ends near to where it is pressed? Then it may be
+               told within which radius; see :func:`accept_snap`.
+    holds:     does it say itself which vertices are held where? Else those of patches whose
+               curves take another course are let go.
+    control:   how a window offers it.
+    """
 
     name: str
     help: str
     arguments: Mapping[str, Argument]
-    act: Callable[[Work, dict[str, Any]], Result]
+    act: Callable[[ToolWork, dict[str, Any]], Result]
+    position: float = math.inf
+    snaps: bool = False
+    holds: bool = False
+    control: Control = Control()
 
 
-# == Snapping: a call may say within which radius it finds what is near, for itself alone.
-
-#: The argument's name.
+#: The argument by which a call says within which radius it finds what is near.
 SNAP = "snap"
 
-#: Tools that find curves, corners or ends near to where they are pressed.
-SNAPPING = frozenset(
-    {
-        "stroke", "spine", "autocomplete", "cylinder", "erase", "corner", "subdivide", "pull",
-        "smooth", "redraw", "align", "insertloop",
-    }
-)  # fmt: skip
 
-
-def snapping(tool: Tool) -> Tool:
-    """A tool that may be told its snap radius; one that finds nothing near stays as it is.
+def accept_snap(tool: Tool) -> Tool:
+    """The tool with an argument for its snap radius, if it is one that snaps.
 
     The radius takes the place of ``Sizes.snap`` for one call: a window reaches less when one
     looks from nearer by, and its calls are the same in a script, whatever the view was.
     """
-    if tool.name not in SNAPPING:
+    if not tool.snaps:
         return tool
-    radius = Argument(Number(1e-12), "for this call, in place of that of sizes", None)
-    return replace(tool, arguments={**tool.arguments, SNAP: radius}, act=_within(tool))
 
-
-def _within(tool: Tool) -> Callable[[Work, dict[str, Any]], Result]:
-    def act(work: Work, a: dict[str, Any]) -> Result:
+    def act(work: ToolWork, a: dict[str, Any]) -> Result:
         snap = a[SNAP]
         if snap is None:
             return tool.act(work, a)
@@ -184,4 +214,5 @@ def _within(tool: Tool) -> Callable[[Work, dict[str, Any]], Result]:
         result = tool.act(replace(work, state=replace(work.state, sizes=near)), a)
         return replace(result, state=replace(result.state, sizes=sizes))
 
-    return act
+    radius = Argument(Number(1e-12), "for this call, in place of that of sizes", None)
+    return replace(tool, arguments={**tool.arguments, SNAP: radius}, act=act)

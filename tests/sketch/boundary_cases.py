@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from patterndb_sketch.retopo.tools.plane import Boundary
+from patterndb_sketch.retopo.tools.planar import Boundary
 
 #: Distance of vertices.
 STEP = 0.05

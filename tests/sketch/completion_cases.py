@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from boundary_cases import STEP, boundary
 
-from patterndb_sketch.retopo.tools.plane import Boundary
+from patterndb_sketch.retopo.tools.planar import Boundary
 from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggested
 
 #: Of the cases: radius of what is looked at, snap radius.

@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.network.flooding import flooded, wall_of
 from patterndb_sketch.retopo.network.patches import ROUNDNESS
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import autocomplete
-from patterndb_sketch.retopo.tools.corners import toggle
+from patterndb_sketch.retopo.tools.corner import toggle
 from patterndb_sketch.retopo.tools.cylinder import cylinder
 from patterndb_sketch.retopo.tools.patch import drop_patch, loop_around, make_patch
 from patterndb_sketch.retopo.tools.spine import spine

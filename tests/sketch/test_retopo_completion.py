@@ -9,7 +9,7 @@ from completion_cases import CASES, LINE, NEAR, RADIUS, SNAP, C, asked, framed
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.tools.plane import Boundary, NewSide, PlanarPatch, crossings, fault
+from patterndb_sketch.retopo.tools.planar import Boundary, NewSide, PlanarPatch, crossings, fault
 from patterndb_sketch.retopo.tools.suggestions import SIZES, suggested, suggestions
 
 

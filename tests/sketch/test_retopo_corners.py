@@ -8,7 +8,7 @@ from retopo_cases import SIZES, chain_between, drawn, flat, node_at, plane, squa
 
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Network, check, equal, with_borders, with_count
-from patterndb_sketch.retopo.tools.corners import flip_wedge, toggle
+from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle
 from patterndb_sketch.retopo.tools.erase import erase
 from patterndb_sketch.retopo.tools.stroke import insert
 

@@ -22,8 +22,8 @@ from patterndb_sketch.retopo.arguments import (
     Argument,
     Flag,
     Kind,
-    Line,
     Number,
+    PointList,
     Vector,
     Word,
     read_arguments,
@@ -68,7 +68,7 @@ def test_points_are_read_as_arrays() -> None:
         direction = Vector(direction=True).read("x", [0, 0, -size])
         assert direction.tolist()[:2] == [0.0, 0.0]
         assert -1.0 <= direction[2] <= -0.5
-    points = Line(1).read("x", [[1, 2, 3]])
+    points = PointList(1).read("x", [[1, 2, 3]])
     assert (points.shape, points.dtype) == ((1, 3), np.float64)
 
 
@@ -91,11 +91,11 @@ def test_points_are_read_as_arrays() -> None:
         (Vector(), [1, 2, "3"], "give [x, y, z]"),
         (Vector(), {0: 1, 1: 2, 2: 3}, "give [x, y, z]"),
         (Vector(direction=True), [0, 0.0, 0], "x is [0, 0.0, 0]; give [x, y, z], not all 0"),
-        (Line(), [[0, 0, 0]], "x has 1 points; give 2 points [x, y, z] or more"),
-        (Line(), 5, "x is 5; give 2 points"),
-        (Line(), [[0, 0, 0], [1, 0]], "x[1] is [1, 0]; give [x, y, z]"),
-        (Line(), np.zeros((MOST_POINTS + 1, 3)), f"x has {MOST_POINTS + 1} points"),
-        (Line(), np.array(3.0), "give 2 points"),
+        (PointList(), [[0, 0, 0]], "x has 1 points; give 2 points [x, y, z] or more"),
+        (PointList(), 5, "x is 5; give 2 points"),
+        (PointList(), [[0, 0, 0], [1, 0]], "x[1] is [1, 0]; give [x, y, z]"),
+        (PointList(), np.zeros((MOST_POINTS + 1, 3)), f"x has {MOST_POINTS + 1} points"),
+        (PointList(), np.array(3.0), "give 2 points"),
         (Vector(), np.array(3.0), "give [x, y, z]"),
     ],
 )
@@ -120,7 +120,15 @@ JUNK = st.recursive(
 
 @given(JUNK)
 def test_any_value_is_read_or_refused(value: object) -> None:
-    kinds = (Number(), Number(0, 9, True), Word(("a",)), Flag(), Vector(), Vector(True), Line())
+    kinds = (
+        Number(),
+        Number(0, 9, True),
+        Word(("a",)),
+        Flag(),
+        Vector(),
+        Vector(True),
+        PointList(),
+    )
     for kind in kinds:
         try:
             found = kind.read("x", value)

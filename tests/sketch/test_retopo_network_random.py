@@ -15,7 +15,7 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
 from patterndb_sketch.retopo.network import Edit, Network, check, equal, with_borders, with_count
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.corners import flip_wedge, toggle
+from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle
 from patterndb_sketch.retopo.tools.erase import erase_crossed, erase_open
 from patterndb_sketch.retopo.tools.knot import clean_knot
 from patterndb_sketch.retopo.tools.stroke import insert

@@ -11,7 +11,7 @@ from quadmesh_cases import cube, refined, thirds
 import patterndb
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import completed, open_edges, welded
-from patterndb_sketch.retopo.filling.choosing import stepped
+from patterndb_sketch.retopo.filling.fills import stepped
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, check
 from patterndb_sketch.retopo.quadimport import imported

@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.network import (
     with_count,
 )
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.smoothchain import smooth, smooth_chain
+from patterndb_sketch.retopo.tools.smooth import smooth, smooth_chain
 from patterndb_sketch.retopo.tools.stroke import insert
 
 UP = (0.0, 0.0, 1.0)

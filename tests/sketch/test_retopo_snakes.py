@@ -25,8 +25,8 @@ from patterndb_sketch.retopo.network import (
     with_choice,
 )
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tools.align import align, align_chain, align_node, snake
 from patterndb_sketch.retopo.tools.salience import MODES, REACH, WIDTH, Mode, Salience, _sums
-from patterndb_sketch.retopo.tools.snakes import align, align_chain, align_node, snake
 from patterndb_sketch.retopo.tools.stroke import insert
 
 #: Of the edges of the cube.

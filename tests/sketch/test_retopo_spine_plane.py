@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.tools.plane import Boundary, NewSide, OldSide, PlanarPatch, stretch
+from patterndb_sketch.retopo.tools.planar import Boundary, NewSide, OldSide, PlanarPatch, stretch
 from patterndb_sketch.retopo.tools.spine import spine_patch
 
 #: Of the cases: length of the stroke, half-width of the brush, snap radius; and how near corners

@@ -25,12 +25,12 @@ from patterndb_sketch.retopo.symmetry import (
     MirroredMesh,
     Plane,
     half_of,
-    insert_on_half,
     mirrored,
     proposed,
     with_symmetry,
     without_symmetry,
 )
+from patterndb_sketch.retopo.tools.stroke import insert_on_half
 
 
 def arc(plane: Plane, angle: float, begin: float = 0.0, end: float = 1.8) -> Points:

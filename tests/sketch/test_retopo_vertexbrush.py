@@ -18,7 +18,7 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Edit, Network, check, equal, with_count
 from patterndb_sketch.retopo.quadimport import imported
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.vertexbrush import STILL, brush, relax
+from patterndb_sketch.retopo.tools.brush import STILL, brush, relax
 from query.engine import PatternSource
 
 UP = np.array([0.0, 0.0, 1.0])

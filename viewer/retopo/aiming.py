@@ -10,10 +10,11 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import strip
 from patterndb_sketch.retopo.ground import Feet
+from patterndb_sketch.retopo.tool import SNAP
 from patterndb_sketch.retopo.tools.loop import plane_of_line
 from viewer.retopo.acting import Acting, Files
 from viewer.retopo.lists import Place
-from viewer.retopo.modes import SNAP, Mode, Option, modes
+from viewer.retopo.modes import Mode, Option, modes
 from viewer.retopo.pointing import REACH, Finder, foot_at, line_at
 from viewer.retopo.previews import (
     Latest,

@@ -9,7 +9,7 @@ import numpy as np
 
 from patterndb_sketch.retopo.editor import Call
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.tool import Work
+from patterndb_sketch.retopo.tool import ToolWork
 from viewer.retopo.aiming import Aiming
 from viewer.retopo.previews import (
     Preview,
@@ -73,7 +73,7 @@ class Foreseeing(Aiming):
                 return key, lambda: cut(work, at, normal, limit)
         return self._wanted_quads(work)
 
-    def _wanted_quads(self, work: Work) -> tuple[object, Callable[[], Preview]] | None:
+    def _wanted_quads(self, work: ToolWork) -> tuple[object, Callable[[], Preview]] | None:
         """The same of tools that change quads."""
         shown, foot = self.shown, self._foot
         # While fills are made there is nothing to be seen anew, and the database is at work.

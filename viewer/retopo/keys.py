@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from patterndb_sketch.retopo.table import TOOLS
 from viewer import keys
 from viewer.keymap import Effect, KeyMap
-from viewer.retopo.modes import KNOWN, modes
+from viewer.retopo.modes import modes
 from viewer.retopo.state import RetopoState
 
 #: (keys, what they do), as the help lists them. Those of the tools are in the panel.
@@ -89,7 +90,7 @@ EFFECTS = {"p": Effect.PICTURE, "q": Effect.QUIT}
 #: Keys that a tool may not have.
 RESERVED = frozenset(ACTIONS) - frozenset(MODE_KEYS) | frozenset(EFFECTS)
 
-if RESERVED & {known.key for known in KNOWN.values()}:
+if RESERVED & {tool.control.key for tool in TOOLS.values()}:
     raise ValueError("a tool has a key that means something else")
 
 KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, lambda s: s.leave())

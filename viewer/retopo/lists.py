@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 from patterndb.errors import PatternDBError
 from patterndb_sketch.retopo.filling.choice import Choice, Flow
-from patterndb_sketch.retopo.filling.choosing import LISTED, filling_of, ranked
 from patterndb_sketch.retopo.filling.edgecounts import lengths
+from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, ranked
 from patterndb_sketch.retopo.network import Network, Patch
 from query.engine import PatternSource
 

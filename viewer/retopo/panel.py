@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb_sketch.retopo.filling.choice import Choice
-from patterndb_sketch.retopo.filling.choosing import filling_of
 from patterndb_sketch.retopo.filling.edgecounts import lengths
+from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.placing import fill_of
 from viewer import style
 from viewer.card import plural

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.filling.choosing import filling_of
+from patterndb_sketch.retopo.filling.fills import filling_of
 from viewer import style
 from viewer.axes import draw_axes, stroke
 from viewer.drawn import Drawn

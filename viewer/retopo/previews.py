@@ -16,12 +16,12 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.editor import TOOLS, Call
 from patterndb_sketch.retopo.filling import RetopoMesh
-from patterndb_sketch.retopo.filling.choosing import filled
+from patterndb_sketch.retopo.filling.fills import filled
 from patterndb_sketch.retopo.filling.location import patch_at
 from patterndb_sketch.retopo.filling.placing import divided
 from patterndb_sketch.retopo.ground import Feet
 from patterndb_sketch.retopo.network import Network, nearest_place, samples
-from patterndb_sketch.retopo.tool import Work
+from patterndb_sketch.retopo.tool import ToolWork
 from patterndb_sketch.retopo.tools.autocomplete import completions
 from patterndb_sketch.retopo.tools.insertloop import edge_at
 from patterndb_sketch.retopo.tools.loop import loop_preview
@@ -53,7 +53,7 @@ class Preview:
     quads: Points | None = None
 
 
-def completion(work: Work, foot: Feet, radius: float, number: int) -> Preview:
+def completion(work: ToolWork, foot: Feet, radius: float, number: int) -> Preview:
     """A patch that could be completed around a foot; number: which of them, from 0 on, the last
     if there are not so many."""
     network, point = work.network, foot.points[0]
@@ -70,7 +70,7 @@ def completion(work: Work, foot: Feet, radius: float, number: int) -> Preview:
         return Preview(network, point, refused=str(error))
 
 
-def spine(work: Work, line: Points, width: float) -> Preview:
+def spine(work: ToolWork, line: Points, width: float) -> Preview:
     """The outline of the patch about a line (k, 3)."""
     network, sizes = work.network, replace(work.state.sizes, spine=width / 2.0)
     try:
@@ -81,7 +81,7 @@ def spine(work: Work, line: Points, width: float) -> Preview:
         return Preview(network, line[-1], refused=str(error))
 
 
-def cut(work: Work, point: Points, normal: Points, limit: float) -> Preview:
+def cut(work: ToolWork, point: Points, normal: Points, limit: float) -> Preview:
     """The curve in which a plane through a point (3,) cuts the ground."""
     network = work.network
     try:
@@ -95,7 +95,7 @@ def cut(work: Work, point: Points, normal: Points, limit: float) -> Preview:
     return Preview(network, point, (line,))
 
 
-def pulled(work: Work, begun: Points, point: Points) -> Preview:
+def pulled(work: ToolWork, begun: Points, point: Points) -> Preview:
     """The curves that follow when what is at one point (3,) is pulled to another."""
     network, sizes = work.network, work.state.sizes
     try:
@@ -108,7 +108,7 @@ def pulled(work: Work, begun: Points, point: Points) -> Preview:
     return Preview(network, point, tuple(moved))
 
 
-def looped(work: Work, mesh: RetopoMesh, foot: Feet) -> Preview:
+def looped(work: ToolWork, mesh: RetopoMesh, foot: Feet) -> Preview:
     """Where a loop would run that is inserted at a foot, along a strip of the quads of a mesh."""
     network, point = work.network, foot.points[0]
     near = nearest_place(samples(network), point, foot.normals[0], work.state.sizes.snap)
@@ -130,7 +130,7 @@ def looped(work: Work, mesh: RetopoMesh, foot: Feet) -> Preview:
     return Preview(network, point, (strip_line(mesh, nearest_edge(mesh, which, point)),))
 
 
-def remade(work: Work, mesh: RetopoMesh, call: Call, at: Points) -> Preview:
+def remade(work: ToolWork, mesh: RetopoMesh, call: Call, at: Points) -> Preview:
     """The quads that would not be as those of a mesh after a call of a tool; at: (3,) where the
     pointer is."""
     network, tool = work.network, TOOLS[call.tool]

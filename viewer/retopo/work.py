@@ -16,7 +16,7 @@ from patterndb.errors import PatternDBError
 from patterndb_sketch.retopo.editor import Call, Editor, Outcome, State
 from patterndb_sketch.retopo.filling import FilledNetwork
 from patterndb_sketch.retopo.symmetry import Plane
-from patterndb_sketch.retopo.tool import Work as ToolWork
+from patterndb_sketch.retopo.tool import ToolWork
 from viewer.retopo.body import Body
 from viewer.retopo.lists import Lists
 

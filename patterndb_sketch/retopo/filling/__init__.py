@@ -6,7 +6,15 @@ patches to one mesh. :mod:`.choice` is what the network keeps of it.
 """
 
 from patterndb_sketch.retopo.filling.choice import Choice, Filling, Flow
-from patterndb_sketch.retopo.filling.choosing import (
+from patterndb_sketch.retopo.filling.edgecounts import (
+    changed,
+    chosen_anew,
+    counted,
+    freed,
+    lengths,
+    strip,
+)
+from patterndb_sketch.retopo.filling.fills import (
     filling_of,
     let_go,
     ranked,
@@ -16,15 +24,7 @@ from patterndb_sketch.retopo.filling.choosing import (
     with_flow,
     without_flows,
 )
-from patterndb_sketch.retopo.filling.edgecounts import (
-    changed,
-    chosen_anew,
-    counted,
-    freed,
-    lengths,
-    strip,
-)
-from patterndb_sketch.retopo.filling.meshing import (
+from patterndb_sketch.retopo.filling.mesh import (
     Cache,
     FilledNetwork,
     RetopoMesh,

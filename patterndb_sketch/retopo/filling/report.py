@@ -8,7 +8,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.retopo.filling.meshing import (
+from patterndb_sketch.retopo.filling.mesh import (
     FilledNetwork,
     RetopoMesh,
     irregular_vertices,

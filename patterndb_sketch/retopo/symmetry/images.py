@@ -11,7 +11,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import Choice, Filling, Flow
-from patterndb_sketch.retopo.filling.meshing import RetopoMesh, open_edges
+from patterndb_sketch.retopo.filling.mesh import RetopoMesh, open_edges
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     NONE,

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.arguments import AT, Argument, Number, optional_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, LocalMap, Window, local_map
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import (
     Edge,
     closed_patch,
@@ -20,7 +23,7 @@ from patterndb_sketch.retopo.tools.closing import (
     onto_ground,
     sampled_line,
 )
-from patterndb_sketch.retopo.tools.plane import fault
+from patterndb_sketch.retopo.tools.planar import fault
 from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggestions
 
 
@@ -131,3 +134,35 @@ def _along(edge: Edge, k: int) -> Points:
     if k or edge.closed:
         return edge.points[k] - edge.points[k - 1]
     return edge.points[1] - edge.points[0]
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    sizes = work.state.sizes
+    if a["radius"] is not None:
+        radius = work.length("autocomplete: radius", a["radius"])
+        sizes = replace(sizes, autocompletion=radius)
+    foot = work.foot(a["at"])
+    point, normal = foot.points[0], foot.normals[0]
+    found = autocomplete(work.network, work.ground, point, normal, sizes, a["choice"])
+    return work.edited(found)
+
+
+AUTOCOMPLETE = Tool(
+    "autocomplete",
+    "Take a patch suggested around a point beside others.",
+    {
+        "at": AT,
+        "choice": Argument(Number(0, 1000, whole=True), "0 for the largest quad", 0, option=False),
+        "radius": optional_length("that is looked at"),
+    },
+    _act,
+    position=30,
+    snaps=True,
+    control=Control(
+        "a",
+        "complete",
+        "point beside a patch; click: take it    - +: larger, smaller",
+        target="none",
+        brush="autocompletion",
+    ),
+)

@@ -23,13 +23,7 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.network.structure import NONE
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.plane import (
-    Boundary,
-    Corner,
-    NewSide,
-    OldSide,
-    PlanarPatch,
-)
+from patterndb_sketch.retopo.tools.planar import Boundary, Corner, NewSide, OldSide, PlanarPatch
 
 #: How far behind its first place a stretch of a boundary is looked at, in samples, to see which
 #: chain it runs along: beyond where a cut may have been moved to a sample.

@@ -6,13 +6,14 @@ Source: sketch-based quad meshes paper, section 4 and Fig. 6.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal, get_args
+from typing import Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.arguments import POINTS, Argument, Number, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke, geodesic
 from patterndb_sketch.retopo.network import (
@@ -28,6 +29,7 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.network.insertion import weave
 from patterndb_sketch.retopo.network.stops import Nearness
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import Edge, edge_of
 from patterndb_sketch.retopo.tools.stroke import NODE_NEAR, dragged
 
@@ -311,3 +313,27 @@ def ring_at(
         if away[k] < best or (at is None and away[k] <= best):
             best, at = float(away[k]), (ring, k)
     return at
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    drawn = work.stroke_here(a["points"], "the stroke", False)
+    return work.edited(
+        cylinder(work.network, work.ground, work.state.sizes, drawn, a["division"], a["caps"])
+    )
+
+
+CYLINDER = Tool(
+    "cylinder",
+    "Join two closed loops by a row of patches.",
+    {
+        "points": POINTS,
+        "division": Argument(
+            Number(2, MOST, whole=True), "patches between loops without corners", DIVISION
+        ),
+        "caps": Argument(Word(CAPS), "patches beyond the loops", "auto"),
+    },
+    _act,
+    position=40,
+    snaps=True,
+    control=Control("c", "cylinder", "draw from one closed loop to another", brush="snap"),
+)

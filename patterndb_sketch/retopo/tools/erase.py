@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from typing import Any
 
-from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.arguments import Argument, Flag, PointList, Vector
+from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Stroke
 from patterndb_sketch.retopo.network.attaching import departure, turn
 from patterndb_sketch.retopo.network.crossings import crossings
@@ -13,6 +15,7 @@ from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.samples import samples
 from patterndb_sketch.retopo.network.structure import Network, Node
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
 #: Two chains run straight through a node if they bend by less than this, in radians there.
 STRAIGHT = math.radians(30.0)
@@ -127,3 +130,31 @@ def passed_straight(draft: Draft, node: int) -> bool:
         for line, half in zip(lines, at.ends, strict=True)
     )
     return abs(turn(at.normal, one, two) - math.pi) < STRAIGHT
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    ways = [
+        name for name in ("points", "at", "open") if a[name] is not None and a[name] is not False
+    ]
+    if len(ways) != 1:
+        raise InvalidRetopoError("erase needs one of points, at and open")
+    if ways == ["open"]:
+        return work.edited(erase_open(work.network))
+    if ways == ["at"]:
+        return work.edited(erase(work.network, [work.chain_at(a["at"])]))
+    return work.edited(erase_crossed(work.network, work.stroke(a["points"], False)))
+
+
+ERASE = Tool(
+    "erase",
+    "Erase the curves that a scribble crosses, the one at a point, or all with open ends.",
+    {
+        "points": Argument(PointList(), "the scribble", None),
+        "at": Argument(Vector(), "a point near the curve", None),
+        "open": Argument(Flag(), "all with open ends", False, option=False),
+    },
+    _act,
+    position=60,
+    snaps=True,
+    control=Control("e", "erase", "scribble over curves, or click one", "scribble", "chain"),
+)

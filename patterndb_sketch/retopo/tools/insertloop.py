@@ -6,15 +6,17 @@ from collections import Counter
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.arguments import Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.choosing import filled, filling_of, suits
 from patterndb_sketch.retopo.filling.edgecounts import counted, lengths
 from patterndb_sketch.retopo.filling.expansion import Expansion
+from patterndb_sketch.retopo.filling.fills import filled, filling_of, suits
 from patterndb_sketch.retopo.filling.location import patch_at
 from patterndb_sketch.retopo.filling.placing import Placed
 from patterndb_sketch.retopo.ground import Ground
@@ -29,6 +31,7 @@ from patterndb_sketch.retopo.network import (
     with_choice,
 )
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from query.boundary import MAX_PERIMETER
 from query.engine import PatternSource
 
@@ -199,3 +202,22 @@ def nearest_edge(placed: Placed, point: np.ndarray) -> int:
     size = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
     share = np.clip(((point - one) * along).sum(axis=1) / size, 0.0, 1.0)
     return int(np.linalg.norm(one + share[:, None] * along - point, axis=1).argmin())
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    foot, sizes = work.foot(a["at"]), work.state.sizes
+    point, normal = foot.points[0], foot.normals[0]
+    return work.edited(insert_loop(work.network, work.ground, work.source, sizes, point, normal))
+
+
+INSERT_LOOP = Tool(
+    "insertloop",
+    "Insert an edge loop along the strip of quads through an edge.",
+    {"at": Argument(Vector(), "a point of the surface near the edge")},
+    _act,
+    position=190,
+    snaps=True,
+    control=Control(
+        "4", "add loop", "click an edge: a loop is added along its strip of quads", target="none"
+    ),
+)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.arguments import AT, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.draft import AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
 
 def clean_knot(
@@ -90,3 +95,25 @@ def _lead(draft: Draft, ground: Ground, sizes: Sizes, node: int, centre: int) ->
     up = (1.0 - share) * rim.normal + share * hub.normal
     done = ground.project_near(line, up, sizes)
     return draft.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    foot = work.foot(a["at"])
+    sizes = work.state.sizes
+    if a["radius"] is not None:
+        sizes = replace(sizes, snap=work.length("knot: radius", a["radius"]))
+    return work.edited(
+        clean_knot(work.network, work.ground, sizes, foot.points[0], foot.normals[0])
+    )
+
+
+KNOT = Tool(
+    "knot",
+    "Replace what is tangled around a point by one corner.",
+    {"at": AT, "radius": optional_length("of the knot")},
+    _act,
+    position=70,
+    control=Control(
+        "k", "knot", "click a tangle: it becomes one corner", target="none", brush="snap"
+    ),
+)

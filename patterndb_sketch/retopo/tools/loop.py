@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.arguments import AT, Argument, Vector, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Feet, Ground, Stroke, planar_cut
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.stroke import insert
 
 #: A cut is given up when it is this many times as long as the line that the user drew across the
@@ -53,3 +57,23 @@ def plane_of_line(begin: ArrayLike, end: ArrayLike, towards: ArrayLike) -> tuple
     if not np.linalg.norm(normal) > 0.0:
         raise RefusedError("the line across the part has no length; draw it longer")
     return normal, TIMES_THE_LINE * float(np.linalg.norm(line))
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    start = work.foot(a["at"])
+    found = loop(work.network, work.ground, work.state.sizes, start, a["normal"], a["limit"])
+    return work.edited(found)
+
+
+LOOP = Tool(
+    "loop",
+    "Cut the surface by a plane: the cut is a curve.",
+    {
+        "at": AT,
+        "normal": Argument(Vector(direction=True), "of the plane"),
+        "limit": optional_length("at which it is given up"),
+    },
+    _act,
+    position=50,
+    control=Control("l", "loop", "drag a line across a part: it is cut there", "plane", "none"),
+)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -10,14 +11,17 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.arguments import Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.choosing import filled, filling_of
 from patterndb_sketch.retopo.filling.edgecounts import counted
 from patterndb_sketch.retopo.filling.expansion import Expansion
+from patterndb_sketch.retopo.filling.fills import filled, filling_of
+from patterndb_sketch.retopo.filling.location import patch_at
 from patterndb_sketch.retopo.filling.placing import border
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Edit, Network, with_choice
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from query.engine import PatternSource
 from query.identity import is_mesh
 from query.placing.laplace import harmonic
@@ -186,3 +190,25 @@ def _laid(
     """Quads and vertices of the pattern with these widths, cheaply placed."""
     quads, n_vertices = expansion.quads(widths.tolist())
     return quads, harmonic(Neighbours.of(quads, n_vertices, len(points)), points)
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    start, end = work.foot(a["at"]), work.foot(a["to"])
+    patch = patch_at(work.network, work.ground, a["at"])
+    point, drag = start.points[0], end.points[0] - start.points[0]
+    return work.edited(
+        move_pair(work.network, work.ground, work.source, work.state.sizes, patch, point, drag)
+    )
+
+
+MOVE_PAIR = Tool(
+    "movepair",
+    "Move the two irregular vertices of a patch that are nearest, its border staying.",
+    {
+        "at": Argument(Vector(), "a point of the patch, near the pair"),
+        "to": Argument(Vector(), "where it is dragged to"),
+    },
+    _act,
+    position=200,
+    control=Control("5", "move pair", "drag irregular vertices within a patch", target="patch"),
+)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
+from patterndb_sketch.retopo.arguments import AT, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Feet, Ground
 from patterndb_sketch.retopo.network import Draft, Edit, HalfChain, Network, face, without_patch
 from patterndb_sketch.retopo.network.flooding import CLEAR, Wall, flooded, wall_of
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
 #: A loop that fewer than this part of the triangles speak for, of those that speak for the first,
 #: is none.
@@ -97,3 +101,20 @@ def _beside(network: Network, wall: Wall, chains: list[int], place: Feet) -> Hal
     k = int(np.argmin(np.linalg.norm(away, axis=1)))
     left = float(away[k] @ wall.lefts[k]) >= 0.0
     return 2 * chains[int(wall.curve[k])] + (0 if left else 1)
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    change = drop_patch if a["off"] else make_patch
+    return work.edited(change(work.network, work.ground, work.foot(a["at"])))
+
+
+PATCH = Tool(
+    "patch",
+    "Make a patch of the loop around a point, or let it be none.",
+    {"at": AT, "off": Argument(Flag(), "let it be none, until its curves change", False)},
+    _act,
+    position=90,
+    control=Control(
+        "P", "patch", "click in a loop: it becomes a patch    .: or none", target="patch"
+    ),
+)

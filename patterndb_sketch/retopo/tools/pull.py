@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Flag, Vector
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft
@@ -16,6 +18,7 @@ from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.samples import nearest_node, nearest_place, samples
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import crossing_notes, evened, on_ground
 from patterndb_sketch.retopo.tools.joining import Joint, find_joint, joined
 
@@ -200,3 +203,27 @@ def _on_surface(
         np.asarray(point, np.float64)[None], np.asarray(normal, np.float64)[None], ground, sizes
     )
     return points[0], normals[0]
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    sizes = work.state.sizes
+    start, end = work.foot(a["at"]), work.foot(a["to"])
+    at = held(work.network, sizes, start.points[0], start.normals[0])
+    return work.edited(
+        release(work.network, work.ground, sizes, at, end.points[0], end.normals[0], a["smooth"])
+    )
+
+
+PULL = Tool(
+    "pull",
+    "Pull a corner, an open end or a curve to another place; its curves follow.",
+    {
+        "at": NEAR_CURVE,
+        "to": Argument(Vector(), "a point of the surface"),
+        "smooth": Argument(Flag(), "no corner where an open end joins another", False),
+    },
+    _act,
+    position=150,
+    snaps=True,
+    control=Control("g", "pull", "drag a corner, an end or a curve", target="corner", brush="snap"),
+)

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb_sketch.retopo.arguments import POINTS
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke
 from patterndb_sketch.retopo.network.draft import Draft
@@ -16,6 +18,7 @@ from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.samples import between, nearest_place, samples_of
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import crossed, on_ground
 
 
@@ -152,3 +155,19 @@ def _spliced(line: Chain, part: Part, way: Points, up: Points) -> tuple[Points, 
         np.concatenate([line.points[before], way, line.points[after]]),
         np.concatenate([line.normals[before], up, line.normals[after]]),
     )
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    drawn = work.stroke_here(a["points"], "the stroke", False)
+    return work.edited(redraw(work.network, work.ground, work.state.sizes, drawn))
+
+
+REDRAW = Tool(
+    "redraw",
+    "Draw a part of a curve anew, from one place on it to another.",
+    {"points": POINTS},
+    _act,
+    position=170,
+    snaps=True,
+    control=Control("r", "redraw", "draw a part of a curve anew, from it back to it", brush="snap"),
+)

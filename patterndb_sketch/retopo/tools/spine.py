@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.arguments import POINTS, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, LocalMap, Stroke, Window, local_map
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import (
     Edge,
     closed_patch,
@@ -22,7 +25,7 @@ from patterndb_sketch.retopo.tools.closing import (
     onto_ground,
     sampled_line,
 )
-from patterndb_sketch.retopo.tools.plane import (
+from patterndb_sketch.retopo.tools.planar import (
     Boundary,
     Corner,
     NewSide,
@@ -406,3 +409,22 @@ def _exactly(boundary: Boundary, corner: Corner, run: Run, place: float) -> floa
     n = len(boundary.points)
     own = corner.place + n * round((place - corner.place) / n) if boundary.closed else corner.place
     return own if abs(own - place) < SAME * n else place
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    sizes = work.state.sizes
+    if a["width"] is not None:
+        sizes = replace(sizes, spine=work.length("spine: width", a["width"]) / 2.0)
+    drawn = work.stroke_here(a["points"], "the spine", False)
+    return work.edited(spine(work.network, work.ground, drawn, sizes))
+
+
+SPINE = Tool(
+    "spine",
+    "Draw the midline of a four-sided patch.",
+    {"points": POINTS, "width": optional_length("of the patch")},
+    _act,
+    position=20,
+    snaps=True,
+    control=Control("i", "spine", "draw the midline of a patch    [ ]: its width", brush="spine"),
+)

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.arguments import POINTS, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke
 from patterndb_sketch.retopo.network import SYMMETRY
@@ -24,6 +27,7 @@ from patterndb_sketch.retopo.network.stops import Nearness, Project
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.half import Half, Part, heights_of, parted
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.erase import erase
 
 #: A crossing this near to a node, in samplings along the chain, is at the node.
@@ -217,3 +221,26 @@ def _on_seam(network: Network, part: Part, k: int, sizes: Sizes) -> End | None:
         return AtNode(min(near)[1])
     place = nearest_place(samples_of(seam), point, normal, sizes.snap)
     return None if place is None else AtChain(place.chain, place.place)
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    drawn = work.stroke(a["points"], a["closed"])
+    smooth = (a["smooth"], a["smooth"])
+    if work.half is not None:
+        return work.edited(insert_on_half(work.network, work.half, work.state.sizes, drawn, smooth))
+    return work.edited(insert(work.network, work.ground, work.state.sizes, drawn, smooth=smooth))
+
+
+STROKE = Tool(
+    "stroke",
+    "Draw a curve; its ends snap, and where it crosses others both are cut.",
+    {
+        "points": POINTS,
+        "closed": Argument(Flag(), "is it closed? By itself if its ends are near", None),
+        "smooth": Argument(Flag(), "no corner where it goes on from an open end", False),
+    },
+    _act,
+    position=10,
+    snaps=True,
+    control=Control("d", "draw", "draw a curve on the surface; its ends snap", brush="snap"),
+)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.tools.plane import (
+from patterndb_sketch.retopo.tools.planar import (
     Boundary,
     Corner,
     NewSide,

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from sheets import click, curves, drag, hover, keys, quads_of, square, texts
 
-from patterndb_sketch.retopo.filling.choosing import filling_of
+from patterndb_sketch.retopo.filling.fills import filling_of
 from viewer.retopo import RetopoState
 
 

@@ -9,7 +9,7 @@ from sheets import SQUARE, at, click, curves, drag, hover, keys, press, quads_of
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import welded
 from patterndb_sketch.retopo.network import equal
-from patterndb_sketch.retopo.tool import SNAPPING
+from patterndb_sketch.retopo.table import TOOLS
 from query.engine import PatternSource
 from viewer.retopo import RetopoState
 from viewer.retopo.aiming import ZOOMS
@@ -114,6 +114,6 @@ def test_a_radius_out_of_proportion_is_an_error(source: PatternSource) -> None:
     line = {"points": [[-1.0, 0.0, 0.0], [1.0, 0.0, 0.0]]}
     with pytest.raises(ValueError, match="stroke: snap is 1e-11; on this surface give"):
         editor.do(Call("stroke", line | {"snap": 1e-11}))
-    assert "loop" not in SNAPPING
+    assert not TOOLS["loop"].snaps
     with pytest.raises(ValueError, match="snap"):
         editor.do(Call("loop", {"at": [0, 0, 0], "normal": [1, 0, 0], "snap": 0.1}))

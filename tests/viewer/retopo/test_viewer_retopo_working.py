@@ -13,7 +13,7 @@ from sheets import SQUARE, at, click, drag, hover, keys, opened, quads_of, sheet
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import welded
 from patterndb_sketch.retopo.filling.choice import Choice
-from patterndb_sketch.retopo.filling.choosing import LISTED, filling_of, ranked
+from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, ranked
 from query.engine import PatternSource
 from viewer.keymap import Effect
 from viewer.retopo import RetopoState

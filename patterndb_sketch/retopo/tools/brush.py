@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Set
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -12,20 +13,25 @@ from scipy.interpolate import CubicSpline
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.arguments import Argument, Number, Vector, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.choosing import filled, filling_of
 from patterndb_sketch.retopo.filling.edgecounts import counted
+from patterndb_sketch.retopo.filling.fills import filled, filling_of
 from patterndb_sketch.retopo.filling.location import patch_at
-from patterndb_sketch.retopo.filling.meshing import FilledNetwork, RetopoMesh, border_keys, welded
+from patterndb_sketch.retopo.filling.mesh import FilledNetwork, RetopoMesh, border_keys, welded
 from patterndb_sketch.retopo.filling.placing import border, divided
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Draft, Edit, Network, with_choice
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import crossing_notes, evened, on_ground
 from query.engine import PatternSource
 
 #: Rounds of smoothing at one call unless told otherwise.
 ROUNDS = 5
+
+#: Rounds of smoothing, at most, that a call may ask for.
+MOST_ROUNDS = 100
 
 
 def brush(
@@ -340,3 +346,68 @@ def _on(network: Network, mesh: RetopoMesh, chains: Set[int]) -> NDArray[np.bool
     ends = [node for k in chains for node in (network.chains[k].start, network.chains[k].end)]
     nodes = np.array(sorted({node for node in ends if node >= 0}), np.int64)
     return np.isin(mesh.chain, ids) | np.isin(mesh.node, nodes)
+
+
+def _drag(work: ToolWork, a: dict[str, Any]) -> Result:
+    start, end = work.foot(a["at"]), work.foot(a["to"])
+    return work.edited(
+        brush(
+            work.network,
+            work.ground,
+            work.source,
+            _brush_sizes(work, "brush", a["radius"]),
+            start.points[0],
+            start.normals[0],
+            end.points[0],
+        )
+    )
+
+
+def _relax(work: ToolWork, a: dict[str, Any]) -> Result:
+    start = work.foot(a["at"])
+    return work.edited(
+        relax(
+            work.network,
+            work.ground,
+            work.source,
+            _brush_sizes(work, "relax", a["radius"]),
+            start.points[0],
+            start.normals[0],
+            a["rounds"],
+        )
+    )
+
+
+def _brush_sizes(work: ToolWork, tool: str, radius: float | None) -> Sizes:
+    """The sizes with the brush that a call asks for."""
+    if radius is None:
+        return work.state.sizes
+    return replace(work.state.sizes, brush=work.length(f"{tool}: radius", radius))
+
+
+_MIDDLE = Argument(Vector(), "a point of the surface, the brush's middle")
+_RADIUS = optional_length("of the brush")
+
+BRUSH = Tool(
+    "brush",
+    "Drag the quads' vertices under the brush; curves follow.",
+    {"at": _MIDDLE, "to": Argument(Vector(), "where it is dragged to"), "radius": _RADIUS},
+    _drag,
+    position=210,
+    holds=True,
+    control=Control("6", "brush", "drag the vertices of quads", target="none", brush="brush"),
+)
+
+RELAX = Tool(
+    "relax",
+    "Smooth the quads' vertices under the brush; curves follow.",
+    {
+        "at": _MIDDLE,
+        "radius": _RADIUS,
+        "rounds": Argument(Number(1, MOST_ROUNDS, whole=True), "of smoothing", ROUNDS),
+    },
+    _relax,
+    position=220,
+    holds=True,
+    control=Control("7", "relax", "click: vertices are evened out", target="none", brush="brush"),
+)

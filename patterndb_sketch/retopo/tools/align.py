@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
+from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, targets
 from patterndb_sketch.retopo.network.draft import AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import crossing_notes, evened, on_ground
 from patterndb_sketch.retopo.tools.pull import held, with_node_at
-from patterndb_sketch.retopo.tools.salience import Mode, Salience
+from patterndb_sketch.retopo.tools.salience import MODES, Mode, Salience
 
 #: What the two targets of smoothing and the pull of the features weigh in a step.
 WEIGHTS = (1.0, 1.0, 1.0)
@@ -232,3 +235,28 @@ def _on_its_way(last: float) -> list[str]:
 
 def _what(mode: Mode) -> str:
     return "ridge or valley" if mode == "both" else mode
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    foot, sizes = work.foot(a["at"]), work.state.sizes
+    key = Salience, sizes.edge, work.state.plane
+    if key not in work.kept:
+        # Of another target edge or half it is of no use any more, and it may be large.
+        for other in [one for one in work.kept if isinstance(work.kept[one], Salience)]:
+            del work.kept[other]
+        work.kept[key] = Salience.of(work.ground, sizes.edge)
+    point, normal = foot.points[0], foot.normals[0]
+    return work.edited(
+        align(work.network, work.ground, sizes, work.kept[key], point, normal, a["mode"])
+    )
+
+
+ALIGN = Tool(
+    "align",
+    "Move a curve or a corner onto the ridge or valley beside it.",
+    {"at": NEAR_CURVE, "mode": Argument(Word(MODES), "what it goes to", "both")},
+    _act,
+    position=180,
+    snaps=True,
+    control=Control("z", "align", "click a curve: it moves to ridges or valleys", target="chain"),
+)

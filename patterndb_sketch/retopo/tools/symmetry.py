@@ -15,10 +15,10 @@ from patterndb_sketch.retopo.symmetry import (
     with_symmetry,
     without_symmetry,
 )
-from patterndb_sketch.retopo.tool import Result, Tool, Work
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
 
-def _symmetry(work: Work, a: dict[str, Any]) -> Result:
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     now = work.state.plane
     named = a["point"] is not None or a["normal"] is not None
     if not a["on"]:
@@ -26,7 +26,7 @@ def _symmetry(work: Work, a: dict[str, Any]) -> Result:
             raise InvalidRetopoError("switching symmetry off needs no plane; leave it out")
         if now is None:
             raise RefusedError("symmetry is off already")
-        return _off(work, now)
+        return _switch_off(work, now)
     if now is not None:
         raise RefusedError("symmetry is on already; switch it off first")
     if a["find"] and named:
@@ -42,7 +42,7 @@ def _symmetry(work: Work, a: dict[str, Any]) -> Result:
     return Result(replace(work.state, network=edit.network, plane=plane), edit.notes)
 
 
-def _off(work: Work, plane: Plane) -> Result:
+def _switch_off(work: ToolWork, plane: Plane) -> Result:
     chains = work.network.chains.values()
     if not any(SYMMETRY in chain.marks for chain in chains):
         # The plane misses the surface: there is no seam, and nothing to mirror across it.
@@ -51,7 +51,7 @@ def _off(work: Work, plane: Plane) -> Result:
     return Result(replace(work.state, network=edit.network, plane=None), edit.notes)
 
 
-MIRRORING = Tool(
+SYMMETRY_TOOL = Tool(
     "symmetry",
     "Work on one side of a plane, and get both; or switch that off.",
     {
@@ -62,5 +62,7 @@ MIRRORING = Tool(
         ),
         "find": Argument(Flag(), "take the surface's own plane", False),
     },
-    _symmetry,
+    _act,
+    position=230,
+    control=Control("M", "mirror", "work on one half, and get both"),
 )

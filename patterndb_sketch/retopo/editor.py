@@ -1,12 +1,17 @@
-"""The editor: a state, its history, and calls of tools."""
+"""The editor: what a window, a script and a test drive.
+
+It has a state and its history (:mod:`patterndb_sketch.retopo.state`), and obeys calls of the tools of
+the table (:mod:`patterndb_sketch.retopo.table`), which may say what
+:mod:`patterndb_sketch.retopo.arguments` reads.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from patterndb_sketch.retopo.arguments import read_arguments
-from patterndb_sketch.retopo.editor.table import TOOLS
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import (
     Cache,
@@ -20,14 +25,13 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, with_borders
 from patterndb_sketch.retopo.quadimport import Imported
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.state import History, State
+from patterndb_sketch.retopo.state import DEPTH, History, State
 from patterndb_sketch.retopo.symmetry import Half, Plane, half_of, mirrored
-from patterndb_sketch.retopo.tool import Work
-from patterndb_sketch.retopo.tools.salience import Salience
+from patterndb_sketch.retopo.table import TOOLS
+from patterndb_sketch.retopo.tool import ToolWork
 from query.engine import PatternSource
 
-#: Tools that say themselves which vertices are held where, after any other curves' new courses.
-HOLDING = frozenset({"brush", "relax"})
+__all__ = ["DEPTH", "TOOLS", "Call", "Editor", "Outcome", "State"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +75,7 @@ class Editor:
         # What is placed, and where ridges are, depends on the ground: the half one has its own.
         self._caches: dict[Plane | None, Cache] = {}
         self._halves: dict[Plane, Half] = {}
-        self._kept: dict[tuple[float, Plane | None], Salience] = {}
+        self._kept: dict[Hashable, Any] = {}
         self._filled: FilledNetwork | None = None
 
     @classmethod
@@ -143,12 +147,12 @@ class Editor:
         arguments = read_arguments(call.tool, tool.arguments, call.arguments)
         try:
             result = tool.act(
-                Work(self.state, self.ground_now, self.source, self.half, self._kept), arguments
+                ToolWork(self.state, self.ground_now, self.source, self.half, self._kept), arguments
             )
         except RefusedError as error:
             return Outcome(False, str(error))
         state = result.state
-        if call.tool not in HOLDING:
+        if not tool.holds:
             state = replace(state, network=let_go(self.network, state.network))
         if state.same(self.state):
             return Outcome(False, None, result.notes)

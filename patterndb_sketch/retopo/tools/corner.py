@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import units
+from patterndb_sketch.retopo.arguments import AT, Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network.attaching import wedge_for
 from patterndb_sketch.retopo.network.draft import Draft
@@ -14,6 +17,7 @@ from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.network.samples import nearest_node, nearest_place, samples
 from patterndb_sketch.retopo.network.structure import HalfChain, Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
 #: Directions at a node are taken over this many samples.
 SAMPLES_AHEAD = 2.0
@@ -92,3 +96,30 @@ def _refuse_below(network: Network, patches: dict[HalfChain, int], half: HalfCha
     patch = patches.get(half)
     if patch is not None and len(network.patches[patch].corners) <= FEWEST_CORNERS:
         raise RefusedError(f"a patch keeps at least {FEWEST_CORNERS} corners; set another first")
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    foot = work.foot(a["at"])
+    point, normal = foot.points[0], foot.normals[0]
+    if a["wedge"] is None:
+        return work.edited(toggle(work.network, work.state.sizes, point, normal))
+    pressed = work.foot(a["wedge"]).points[0]
+    return work.edited(flip_wedge(work.network, work.state.sizes, pressed, point, normal))
+
+
+CORNER = Tool(
+    "corner",
+    "Add or delete a corner; with wedge, switch that wedge between corner and T-junction.",
+    {"at": AT, "wedge": Argument(Vector(), "a point in the wedge", None)},
+    _act,
+    position=80,
+    snaps=True,
+    control=Control(
+        "j",
+        "corner",
+        "click: add or delete a corner    drag from a wedge to its corner: switch it",
+        "corner",
+        "corner",
+        brush="snap",
+    ),
+)

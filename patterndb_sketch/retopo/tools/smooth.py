@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from numpy.typing import ArrayLike
 
+from patterndb_sketch.retopo.arguments import NEAR_CURVE
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, smoothed
 from patterndb_sketch.retopo.network.draft import Draft
@@ -11,6 +14,7 @@ from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.samples import nearest_place, samples
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import crossing_notes, on_ground
 
 #: Rounds of smoothing at one call. Source: the released program of Takayama et al. 2013.
@@ -54,3 +58,21 @@ def smooth_chain(network: Network, ground: Ground, sizes: Sizes, chain: int) -> 
     draft.reshape_chain(chain, points, normals)
     after = draft.finished()
     return Edit.of(network, after, crossing_notes(network, after, [chain], sizes))
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    foot = work.foot(a["at"])
+    return work.edited(
+        smooth(work.network, work.ground, work.state.sizes, foot.points[0], foot.normals[0])
+    )
+
+
+SMOOTH = Tool(
+    "smooth",
+    "Smooth a curve between its ends.",
+    {"at": NEAR_CURVE},
+    _act,
+    position=160,
+    snaps=True,
+    control=Control("f", "smooth", "click a curve: it becomes smooth", target="chain"),
+)

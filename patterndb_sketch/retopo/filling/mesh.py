@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.choosing import filled
 from patterndb_sketch.retopo.filling.edgecounts import counted
+from patterndb_sketch.retopo.filling.fills import filled
 from patterndb_sketch.retopo.filling.location import around_islands
 from patterndb_sketch.retopo.filling.placing import Placed
 from patterndb_sketch.retopo.ground import Ground

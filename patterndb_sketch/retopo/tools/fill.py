@@ -1,0 +1,71 @@
+"""The tools for which fill a patch has: flow lines, and the choice from its list."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from patterndb_sketch.retopo.arguments import AT, Argument, Number, PointList, Vector
+from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.filling import counted, stepped, taken, with_flow, without_flows
+from patterndb_sketch.retopo.filling.location import patch_at
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+
+
+def _flow(work: ToolWork, a: dict[str, Any]) -> Result:
+    if (a["points"] is None) == (a["clear"] is None):
+        raise InvalidRetopoError("flow needs one of points, and clear: a point in the patch")
+    if a["points"] is not None:
+        drawn = work.stroke_here(a["points"], "the line")
+        patch = patch_at(work.network, work.ground, drawn.points[len(drawn.points) // 2])
+        line = drawn.points
+        if drawn.closed:
+            line = np.concatenate([line, line[:1]])
+        return work.with_network(with_flow(work.network, patch, line))
+    return work.with_network(
+        without_flows(work.network, patch_at(work.network, work.ground, a["clear"]))
+    )
+
+
+FLOW = Tool(
+    "flow",
+    "Draw a line within a patch that its edges are to follow, or clear a patch's lines.",
+    {
+        "points": Argument(PointList(), "the line", None),
+        "clear": Argument(Vector(), "a point in the patch", None),
+    },
+    _flow,
+    position=120,
+    control=Control("w", "flow", "draw where edges are to flow    click: clear", "within", "patch"),
+)
+
+
+def _choose(work: ToolWork, a: dict[str, Any]) -> Result:
+    if (a["by"] is None) == (a["number"] is None):
+        raise InvalidRetopoError("choose needs by, how many on in the list, or number")
+    network, notes = counted(work.network, work.state.sizes.edge)
+    patch = patch_at(network, work.ground, a["at"])
+    if a["by"] is not None:
+        return work.with_network(stepped(network, patch, work.source, a["by"]), notes)
+    return work.with_network(taken(network, patch, work.source, a["number"]), notes)
+
+
+CHOOSE = Tool(
+    "choose",
+    "Take another fill of a patch's list.",
+    {
+        "at": AT,
+        "by": Argument(Number(-1000, 1000, whole=True), "how many on in the list", None),
+        "number": Argument(Number(0, 1000, whole=True), "its number in the list", None),
+    },
+    _choose,
+    position=130,
+    control=Control(
+        "y",
+        "fill",
+        "click a patch: its next fill    n b: next, before",
+        target="patch",
+        fixed=(("by", 1),),
+    ),
+)
