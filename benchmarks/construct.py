@@ -28,7 +28,7 @@ from query.boundary import CornerKind
 from query.construct import constructed
 from query.construct.plan import Plan
 from query.construct.planner import Planner
-from query.listing.familylookup import FamilyLookup
+from query.listing.construction import FamilyLookup
 from query.recognise import as_fill
 
 SIDES = (9, 10, 12, 16, 20, 24, 28, 34)

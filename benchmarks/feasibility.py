@@ -29,8 +29,8 @@ from query import Boundary
 from query.listing.filters import Filters
 from query.orientation import orientations
 from query.solving import cpsat
-from query.solving.chords import Chords
 from query.solving.feasibility import feasible_orientations, feasible_rows
+from query.solving.systems import Chords
 
 THREADS = (1, 2)
 

@@ -23,10 +23,10 @@ import numpy as np
 import patterndb
 from patterndb.store import Database
 from query import Boundary, Fill, Stroke, fills
-from query.listing.asking import asked
 from query.listing.table import strict_table
 from query.placing import strand
 from query.solving import cpsat
+from query.solving.batch import asked
 from query.solving.feasibility import feasible_orientations
 
 SIDES = range(3, 13)

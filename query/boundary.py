@@ -19,8 +19,8 @@ CornerKind = Literal["convex", "reflex", "full"]
 
 #: Quads that a strict fill has at a corner of each kind. A pattern's corner with four or
 #: more quads is reflex too, but not what a reflex corner asks for: its extra quads would
-#: be an irregular vertex on the boundary. At a full corner, which loops of meshes have where nothing
-#: but their own two edges meets outside, four are asked for; only strict fills have one.
+#: be an irregular vertex on the boundary. At a full corner, which loops of meshes have where
+#: nothing but their own two edges meets outside, four are asked for; only strict fills have one.
 QUADS_AT: dict[CornerKind, int] = {"convex": 1, "reflex": 3, "full": 4}
 
 #: Limits of the number of edges around a boundary; see :mod:`patterndb.geometry.polyline`.

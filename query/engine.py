@@ -1,6 +1,6 @@
 """Ask for the fills of a boundary: the way from a question to fills, best first.
 
-The question is put in the patterns' terms (:mod:`query.listing.asking`), tables of patterns are
+The question is put in the patterns' terms (:mod:`query.solving.batch`), tables of patterns are
 searched in lanes (:mod:`query.listing.lane`), and a stream merges what the lanes find
 (:mod:`query.listing.stream`). A boundary for which no table has anything is constructed.
 """
@@ -119,7 +119,9 @@ def fills(
     if not isinstance(boundary, Boundary):
         boundary = Boundary(boundary)
     if "full" in boundary.corners and not strict:
-        raise InvalidQueryError("a full corner, with four quads, has strict fills only; ask strict=True")
+        raise InvalidQueryError(
+            "a full corner, with four quads, has strict fills only; ask strict=True"
+        )
     for stroke in strokes:
         stroke.refuse_unless_on(boundary)
     drawn = boundary.points is not None and any(s.points is not None for s in strokes)

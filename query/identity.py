@@ -1,8 +1,13 @@
-"""When two fills are the same, and when vertex numbers alone tell a fill's quads apart.
+"""When quads are a fill's, and when two fills are the same.
 
-Reducing a fill gives back its pattern and widths, so different fits are different fills,
-with one exception: where a polychord that crosses itself is wider than 1, its copies
-never collapse, and two patterns, or one in two ways, may expand to the same fill.
+A caller who has put quads together of parts, or cut them out of a mesh, has a list of quads whose
+boundary vertices have the first numbers. :func:`weld` joins them to half-edges and tells whether
+they are what a fill has to be. :func:`is_mesh` tells whether vertex numbers alone tell quads apart,
+:func:`quads_key` whether two fills are one, :func:`count_symmetries` which symmetries a fill has.
+
+Reducing a fill gives back its pattern and widths, so different fits are different fills, with one
+exception: where a polychord that crosses itself is wider than 1, its copies never collapse, and two
+patterns, or one in two ways, may expand to the same fill.
 """
 
 from __future__ import annotations
@@ -12,9 +17,112 @@ import hashlib
 import numpy as np
 
 from patterndb.core.code import rooted_code
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, fans
+from patterndb.errors import InvalidMeshError
+from patterndb.system.kernels import kernel
 from query.fill import Fill
-from query.weld import weld_quads
+
+#: What ``weld_quads`` finds wrong, by the number it returns.
+FAULTS = (
+    "",
+    "a quad repeats a vertex",
+    "two edges join the same two vertices",
+    "a border edge does not run from a boundary vertex to the next, counter-clockwise",
+    "the border is not the whole boundary",
+    "the quads are not a disk",
+)
+
+
+def weld(quads: Int32Array, n_vertices: int, perimeter: int) -> Int32Array:
+    """The half-edges (4q,) int32 of quads that fill a boundary.
+
+    quads: (q, 4) int32, counter-clockwise, vertices 0..n_vertices - 1, all of them in use;
+    0..perimeter - 1 run along the boundary counter-clockwise. Raises InvalidMeshError, with
+    what is wrong, if the quads are not such a disk: if a quad repeats a vertex, two edges
+    join the same two vertices, or the border is not that boundary.
+    """
+    quads = np.ascontiguousarray(quads, dtype=np.int32)
+    used = np.bincount(quads.ravel(), minlength=n_vertices)
+    if len(used) != n_vertices or not used.all():
+        raise InvalidMeshError(
+            f"the quads do not use each of the vertices 0..{n_vertices - 1}; number them anew"
+        )
+    twin, fault = weld_quads(quads, n_vertices, perimeter)
+    if fault:
+        raise InvalidMeshError(f"no fill of a boundary of {perimeter} edges: {FAULTS[fault]}")
+    return twin
+
+
+@kernel
+def weld_quads(quads: Int32Array, n_vertices: int, perimeter: int) -> tuple[Int32Array, int]:
+    """Kernel of :func:`weld`: (half-edges, fault); the fault is an index into FAULTS, 0 if none."""
+    n_quads = len(quads)
+    n = 4 * n_quads
+    twin = np.full(n, -1, np.int32)
+    tail = quads.ravel()
+    for q in range(n_quads):
+        for i in range(4):
+            for j in range(i):
+                if quads[q, i] == quads[q, j]:
+                    return twin, 1
+    # Half-edges by their tails: those of vertex v are out[first[v]:first[v + 1]].
+    first = np.zeros(n_vertices + 2, np.int32)
+    for h in range(n):
+        first[tail[h] + 2] += 1
+    for v in range(n_vertices):
+        first[v + 2] += first[v + 1]
+    out = np.empty(n, np.int32)
+    for h in range(n):
+        out[first[tail[h] + 1]] = h
+        first[tail[h] + 1] += 1
+
+    n_border = 0
+    for h in range(n):
+        a = tail[h]
+        b = tail[(h & ~3) | ((h + 1) & 3)]
+        for k in range(first[a], first[a + 1]):
+            g = out[k]
+            if g != h and tail[(g & ~3) | ((g + 1) & 3)] == b:
+                return twin, 2
+        for k in range(first[b], first[b + 1]):
+            g = out[k]
+            if tail[(g & ~3) | ((g + 1) & 3)] == a:
+                twin[h] = g
+        if twin[h] < 0:
+            n_border += 1
+            if a >= perimeter or b != (a + 1) % perimeter:
+                return twin, 3
+    if n_border != perimeter:
+        return twin, 4
+    n_edges = (n + n_border) // 2
+    if (
+        n_vertices - n_edges + n_quads != 1
+        or fans(twin)[1] != n_vertices
+        or not _connected(twin, n_quads)
+    ):
+        return twin, 5
+    return twin, 0
+
+
+@kernel
+def _connected(twin: Int32Array, n_quads: int) -> bool:
+    seen = np.zeros(n_quads, np.bool_)
+    stack = np.empty(n_quads, np.int32)
+    stack[0] = 0
+    seen[0] = True
+    top = 1
+    reached = 0
+    while top:
+        top -= 1
+        f = stack[top]
+        reached += 1
+        for e in range(4):
+            t = twin[4 * f + e]
+            if t >= 0 and not seen[t >> 2]:
+                seen[t >> 2] = True
+                stack[top] = t >> 2
+                top += 1
+    return reached == n_quads
 
 
 def is_mesh(quads: Int32Array) -> bool:

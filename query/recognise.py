@@ -23,7 +23,7 @@ from patterndb.errors import InvalidMeshError
 from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.fill import Fill
-from query.weld import weld
+from query.identity import weld
 
 
 def as_fill(quads: ArrayLike, boundary: Boundary, origin: str) -> Fill:

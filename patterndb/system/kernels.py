@@ -16,7 +16,7 @@ import hashlib
 import os
 import pickle
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache
 from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
@@ -142,7 +142,8 @@ class ContentCache(CacheProtocol):
         _write(key, dumps(payload))
 
     def _key(self, sig: Any, codegen: Any) -> str:
-        asked = f"{sig!r}\n{codegen.magic_tuple()!r}\n{_stamp()}".encode()
+        named = "".join(f"\n{name}" for name in _name_tuples(sig))
+        asked = f"{sig!r}{named}\n{codegen.magic_tuple()!r}\n{_stamp()}".encode()
         return hashlib.sha256(self.digest() + asked).hexdigest()[:40]
 
 
@@ -230,6 +231,18 @@ def _digest_value(value: Any, names: tuple[str, ...], within: tuple[Any, ...]) -
     if name is not None:
         return f"{getattr(value, '__module__', '')}.{name}".encode()
     return f"{type(value).__name__} {value!r}".encode()
+
+
+def _name_tuples(types: Iterable[Any]) -> Iterator[str]:
+    """Name the named tuples among argument types, with the modules that they are loaded from.
+
+    A kept version names them so: where such a class has moved it could not be read.
+    """
+    for one in types:
+        if isinstance(one, numba.types.BaseNamedTuple):
+            yield f"{one.instance_class.__module__}.{one.instance_class.__qualname__}"
+        if isinstance(one, numba.types.BaseTuple):
+            yield from _name_tuples(one)
 
 
 def _plain(value: Any) -> Any:

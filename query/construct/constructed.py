@@ -16,14 +16,12 @@ import numpy as np
 
 from patterndb.errors import InvalidCodeError
 from query.boundary import Boundary
-from query.construct.lookup import Lookup
-from query.construct.plan import Plan, carry_out, least
+from query.construct.plan import Lookup, Plan, carry_out, least
 from query.construct.planner import Planner
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.identity import quads_key
+from query.identity import quads_key, weld_quads
 from query.recognise import asked_counts, irregular_counts, quad_counts, welded_fill
-from query.weld import weld_quads
 
 #: What fills and patterns that were constructed give as their origin.
 ORIGIN = "constructed"

@@ -1,23 +1,119 @@
-"""Plans: how an outline is to be cut up, and what fills its parts.
+"""Plans: how an outline is to be cut up, what fills its parts, and the mesh they make.
 
 A plan foretells how many irregular vertices it has at most: a vertex of the whole can only
 be irregular if it is in one of the parts, or if a corner was dropped there. Nothing is
-expanded before a plan is carried out.
+expanded before a plan is carried out. Parts come from a :class:`Lookup`, which tells how good a
+part can be, and then the part, or from :mod:`query.construct.parts`.
+
+Two fills across a chord are one fill. Boundary and chord vertices get their numbers first. Then a
+part only has to be mapped onto them, however it is turned, and parts join wherever they name the
+same vertices.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.system.kernels import kernel
 from query.boundary import Boundary, CornerKind
-from query.construct.compose import Part, compose, split
-from query.construct.lookup import Lookup
-from query.construct.pentagon import pentagon_quads
-from query.construct.rectangle import rectangle_quads
+from query.construct.parts import pentagon_quads, rectangle_quads
+
+
+@dataclass(frozen=True, slots=True)
+class PartFill:
+    """Quads that fill a part.
+
+    quads:       (q, 4) int32, counter-clockwise. Boundary vertices are 0..P-1 in the order
+                 of the boundary asked for, 0 where its side 0 begins; interior ones follow.
+    n_irregular: vertices, interior and boundary, whose number of quads is not what their
+                 place asks for.
+    """
+
+    quads: Int32Array
+    n_irregular: int
+
+
+class Lookup(Protocol):
+    """The best known fills of boundaries with few sides, such as a table of marked patterns."""
+
+    @property
+    def max_sides(self) -> int:
+        """It is asked about boundaries of 2 to so many sides; the fewest it may say is 4."""
+        ...
+
+    def count(self, boundary: Boundary, *, strict: bool = False) -> int | None:
+        """The irregular vertices of the best fill, None where it knows none.
+
+        strict: only fills whose corners are exactly as asked. This is asked often and
+        should be quick; nothing need be expanded for it.
+        """
+        ...
+
+    def best(self, boundary: Boundary, *, strict: bool = False) -> PartFill | None:
+        """The best fill, with as many irregular vertices as :meth:`count` says."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Part:
+    """A part of a mesh and the fill that lies in it.
+
+    loop:  (n,) int32, the mesh's vertices along the part's boundary, counter-clockwise.
+    quads: (q, 4) int32, counter-clockwise. Vertex i < n is loop[i]; interior ones follow.
+    """
+
+    loop: Int32Array
+    quads: Int32Array
+
+
+@kernel
+def split(
+    loop: Int32Array, start: int, end: int, inner: Int32Array
+) -> tuple[Int32Array, Int32Array]:
+    """The two loops into which a chord cuts a loop.
+
+    The chord runs from position ``start`` of the loop over the vertices ``inner`` to
+    position ``end``. The left loop begins at ``start``, follows the old loop to ``end`` and
+    comes back along the chord; the right one begins at ``end``, follows the old loop to
+    ``start`` and comes back. Positions may lie beyond the loop's length: they count on.
+    """
+    n = len(loop)
+    there = (end - start) % n
+    back = n - there
+    left = np.empty(there + 1 + len(inner), np.int32)
+    right = np.empty(back + 1 + len(inner), np.int32)
+    for i in range(there + 1):
+        left[i] = loop[(start + i) % n]
+    for i in range(back + 1):
+        right[i] = loop[(end + i) % n]
+    for i in range(len(inner)):
+        left[there + 1 + i] = inner[len(inner) - 1 - i]
+        right[back + 1 + i] = inner[i]
+    return left, right
+
+
+def compose(parts: Iterable[Part], n_outline: int) -> tuple[Int32Array, int]:
+    """((q, 4) int32 quads, number of vertices) of all the parts as one mesh.
+
+    n_outline: boundary and chord vertices; the loops name 0..n_outline - 1. The parts'
+    interior vertices get the numbers that follow. Whether the result is a mesh,
+    :func:`query.identity.weld` tells: two parts that are each can still join two vertices by
+    two edges.
+    """
+    pieces: list[Int32Array] = []
+    fresh = n_outline
+    for part in parts:
+        n = len(part.loop)
+        inner = int(part.quads.max()) + 1 - n
+        name = np.concatenate([part.loop, np.arange(fresh, fresh + inner, dtype=np.int32)])
+        pieces.append(name[part.quads])
+        fresh += inner
+    return np.concatenate(pieces), fresh
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,7 +157,7 @@ class Dropped:
 class Chord:
     """A chord of ``length`` edges from vertex ``start`` of the outline to vertex ``end``.
 
-    left, right: the plans of the two sides of it, see :func:`query.construct.compose.split`;
+    left, right: the plans of the two sides of it, see :func:`query.construct.plan.split`;
     the left one's loop begins ``turn`` vertices on.
     """
 

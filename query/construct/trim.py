@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from query.boundary import Boundary, CornerKind
-from query.construct.pentagon import pentagon_cuts
+from query.construct.parts import pentagon_cuts
 from query.construct.plan import Dropped, PentagonPart, Plan, chord
 
 #: An outline of fewer sides is not cut: what would be left is looked up as well as it is.
@@ -71,7 +71,7 @@ def trimmed(
 ) -> list[Trimmed]:
     """What is left of the boundary after each cut, once it has at most ``most_sides`` sides.
 
-    ample: see :func:`query.construct.pentagon.pentagon_cuts`; rank: which of the best cuts
+    ample: see :func:`query.construct.parts.pentagon_cuts`; rank: which of the best cuts
     comes first (afterwards the best does). drop: while there are more sides, drop a corner
     beside each side of one edge, and, where there is no cut, the corner between the two
     sides that are shortest together; else stop there.

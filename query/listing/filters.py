@@ -1,4 +1,8 @@
-"""What a query asks of a pattern beside its lengths."""
+"""What a query asks of a pattern beside its lengths, and why nothing was found.
+
+:class:`Filters` is what may be asked. Where a list stays empty, :func:`why_empty` says what no
+database could fill, and what this one does not hold.
+"""
 
 from __future__ import annotations
 
@@ -119,3 +123,97 @@ class Filters:
         if self.ids is not None:
             passes &= np.isin(patterns.ids, self.ids)
         return passes
+
+
+#: Quads around an interior vertex are at least two: with one, it would meet itself.
+LEAST_VALENCE = 2
+
+
+def why_empty(
+    patterns: PatternClass,
+    boundary: Boundary,
+    filters: Filters,
+    n_candidates: int,
+    *,
+    strict: bool,
+    strokes: bool,
+) -> str:
+    """One sentence. n_candidates: patterns of the class that pass the filters."""
+    impossible = why_impossible(boundary, filters) if strict else None
+    if impossible:
+        return impossible
+    sides = _sides(boundary)
+    if strokes:
+        return (
+            "no fill has strands on all the strokes; allow a greater tolerance, leave a stroke "
+            "out, or split the boundary along one"
+        )
+    if not strict:
+        return "no fill passes the filters; relax them"
+    if len(patterns) == 0:
+        return (
+            f"the database has no pattern with {sides}; learn from more meshes, or let corners "
+            "fall elsewhere (relaxed matching)"
+        )
+    if n_candidates == 0:
+        return (
+            f"none of the {len(patterns)} patterns with {sides} has these corners and passes "
+            "the filters; relax the filters or learn from more meshes"
+        )
+    lengths = ", ".join(map(str, boundary.lengths))
+    return (
+        f"none of the {n_candidates} patterns with {sides} that pass fits the lengths {lengths}; "
+        "change the lengths, or learn from more meshes"
+    )
+
+
+def why_impossible(boundary: Boundary, filters: Filters) -> str | None:
+    """Why no strict fill exists at all, or None where nothing forbids one.
+
+    Only what can be proved of every quad mesh is said. None is no promise of a fill.
+    """
+    return _short_side(boundary) or _too_few_irregular(boundary, filters)
+
+
+def _short_side(boundary: Boundary) -> str | None:
+    # At both ends of such a side lies the same quad. Peeled off, it leaves a side of
+    # length 1 between neighbours one shorter, until one of them is used up: the quad at its
+    # corner then has only boundary edges, so that all was a 1 by n rectangle.
+    if not boundary.convex or boundary.n_sides in (0, 4) or 1 not in boundary.lengths:
+        return None
+    side = boundary.lengths.index(1)
+    return (
+        f"side {side} has length 1: between convex corners that has a strict fill only where "
+        f"there are 4 sides, not {boundary.n_sides}; give it length 2"
+    )
+
+
+def _too_few_irregular(boundary: Boundary, filters: Filters) -> str | None:
+    """Gauss-Bonnet: convex corners - reflex corners + sum over interior (4 - valence) = 4."""
+    missing = 4 - sum(2 - count for count in boundary.corner_counts)
+    if missing == 0:
+        return None
+    least, greatest = filters.valence or (LEAST_VALENCE, boundary.perimeter)
+    each = 4 - max(least, LEAST_VALENCE) if missing > 0 else greatest - 4
+    kind = "below" if missing > 0 else "above"
+    turn = (
+        f"{_sides(boundary)} ask for irregular vertices whose valences are {abs(missing)} "
+        f"{kind} 4 in sum"
+    )
+    if each <= 0:
+        return f"{turn}, and the valences allowed are {least} to {greatest}; widen the range"
+    needed = -(-abs(missing) // each)
+    if filters.valence is None and missing < 0:
+        # Nothing bounds one valence from above: one vertex may do it all.
+        needed = 1
+    if filters.max_irregular is not None and needed > filters.max_irregular:
+        return f"{turn}: at least {needed}, but max_irregular is {filters.max_irregular}"
+    return None
+
+
+def _sides(boundary: Boundary) -> str:
+    if boundary.n_sides == 0:
+        return "one closed side"
+    reflex = boundary.n_reflex
+    sides = "1 side" if boundary.n_sides == 1 else f"{boundary.n_sides} sides"
+    return f"{sides}, {reflex} of their corners reflex," if reflex else sides

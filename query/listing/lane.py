@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
+from itertools import combinations_with_replacement, pairwise
 from typing import Protocol
 
 import numpy as np
@@ -17,12 +17,27 @@ from numpy.typing import NDArray
 
 from query.boundary import Boundary
 from query.fill import Fill
-from query.listing.loops import loop_widths
 from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import Entries, Table
 from query.solving import cpsat
 from query.solving.batch import Asked, keep_carrying, solve_rows
 from query.solving.evenness import OFF
+
+
+def loop_widths(n_loops: int, n_strokes: int) -> list[tuple[int, ...]]:
+    """Widths (n_loops,) of the loop polychords, for every way to give each loop stroke a strand.
+
+    A loop is as wide as it carries strokes, and at least 1; one strand carries one stroke.
+    Narrowest first; none where there is a stroke and no loop.
+
+    >>> loop_widths(2, 2)
+    [(1, 1), (1, 2), (2, 1)]
+    """
+    found: set[tuple[int, ...]] = set()
+    for carriers in combinations_with_replacement(range(n_loops), n_strokes):
+        found.add(tuple(max(1, carriers.count(loop)) for loop in range(n_loops)))
+    return sorted(found, key=lambda widths: (sum(widths), widths))
+
 
 #: Rows of the first share; each share is GROWTH times the one before, up to MOST_ROWS.
 FIRST_ROWS = 24

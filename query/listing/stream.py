@@ -17,13 +17,11 @@ from patterndb.core.patternclass import PatternClass
 from query.boundary import Boundary
 from query.fill import Fill
 from query.identity import fill_key, is_mesh
-from query.listing.asking import asked
-from query.listing.filters import Filters
+from query.listing.construction import constructed_lane
+from query.listing.filters import Filters, why_empty
 from query.listing.lane import Candidate, Found, More, Search, Step, feasible, lane
-from query.listing.made import constructed_lane
 from query.listing.measured import measured
 from query.listing.ranking import Listing, Order, Rank, Ranking
-from query.listing.reason import why_empty
 from query.listing.table import (
     Entries,
     Frequencies,
@@ -33,6 +31,7 @@ from query.listing.table import (
     relaxed_table,
     strict_table,
 )
+from query.solving.batch import asked
 from query.stroke import Stroke
 
 #: The orders that need no fill to be measured.

@@ -20,15 +20,13 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from query.boundary import QUADS_AT, Boundary
-from query.expand import expand
+from query.expand import expand, expand_marked
 from query.fill import Fill
 from query.identity import is_mesh
 from query.marks.bestmarked import MOST_SIDES, MarkedIndex, best_marked
-from query.marks.expandmarked import expand_marked
-from query.marks.marked import MarkedClass
-from query.marks.marking import family_marked, marked_class
+from query.marks.marked import MarkedClass, family_marked, marked_class
+from query.marks.markplaces import MOST_SLOTS
 from query.marks.patterntable import PatternTable
-from query.marks.strands import MOST_SLOTS
 from query.orientation import corners_seen, orientations, symmetries_of_chords
 from query.solving.batch import Labels
 from query.solving.feasibility import feasible_orientations, lengths_met

@@ -1,18 +1,42 @@
 """Marked patterns: patterns with the places where a boundary's corners fall.
 
-A relaxed match of a pattern is a strict match of a marked pattern: its marks part its
-boundary into N sides, and its strands take the part of polychords. See :mod:`query.marks.strands`.
+A relaxed match of a pattern is a strict match of a marked pattern: its marks part its boundary
+into N sides, and its strands take the part of polychords. See :mod:`query.marks.markplaces`.
+:func:`marked_class` makes a table of them from any set of patterns, :func:`family_marked` from the
+complete family.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.label import split_word
+from patterndb.core.packing import unpack_many
+from query.errors import InvalidQueryError
+from query.families import family as f
+from query.families.arraycache import Array, cached
+from query.marks.markplaces import (
+    COST,
+    HEAD,
+    MOST_SLOTS,
+    PATTERN,
+    PERIMETER,
+    REFLECTED,
+    RELAXED,
+    ROTATION,
+    START_EDGE,
+    START_STRAND,
+    STRANDS,
+    UNMARKED,
+    Partings,
+    marked_records,
+)
 from query.marks.patterntable import PatternTable
 
 
@@ -106,3 +130,147 @@ class MarkedClass:
         least, most = valence
         ok = (self.patterns.min_valence >= least) & (self.patterns.max_valence <= most)
         return ok[self.pattern]
+
+
+#: Raise it whenever a table of the same parameters comes out another way.
+VERSION = 2
+
+
+def marked_class(
+    patterns: PatternTable, n_sides: int, *, most: int = 4, free: bool = False
+) -> MarkedClass:
+    """Every marked pattern of ``n_sides`` sides within a cost.
+
+    patterns: those that may be marked. most: with convex corners all round a row costs at
+    most that many irregular vertices, of the interior and the boundary together. free: for
+    one closed side; ``n_sides`` is 1 then, and the mark asks for 2 quads. Raises
+    InvalidQueryError for numbers that mean nothing.
+    """
+    _check(n_sides, most, free)
+    patterns = patterns.take(np.flatnonzero(patterns.cost <= most))
+    return _from_arrays(n_sides, most, free, _make(patterns, n_sides, most, free))
+
+
+@lru_cache(maxsize=2)
+def family_table(most: int = 4, valence: int = 5) -> PatternTable:
+    """The table of a complete family, see :func:`query.families.family.family`."""
+    return PatternTable.from_family(f.family(most, valence))
+
+
+@lru_cache(maxsize=64)
+def family_marked(
+    n_sides: int, *, most: int = 4, valence: int = 5, free: bool = False
+) -> MarkedClass:
+    """:func:`marked_class` of a complete family, kept in the user's cache folder."""
+    _check(n_sides, most, free)
+    kind = f"{n_sides}-free" if free else f"{n_sides}"
+    name = f"marked-{f.VERSION}.{VERSION}-{most}-{valence}-{f.MOST_QUADS}-{kind}.bin"
+    arrays = cached(name, lambda: _make(family_table(most, valence), n_sides, most, free))
+    return _from_arrays(n_sides, most, free, arrays)
+
+
+def _check(n_sides: int, most: int, free: bool) -> None:
+    if n_sides < 1 or (free and n_sides != 1) or not 0 <= most <= MOST_SLOTS:
+        raise InvalidQueryError(
+            f"marked patterns need n_sides >= 1, or 1 where free (got {n_sides}), and most in "
+            f"0..{MOST_SLOTS} (got {most}); a closed side is n_sides=1, free=True"
+        )
+
+
+def _make(patterns: PatternTable, n_sides: int, most: int, free: bool) -> list[Array]:
+    """What :func:`_from_arrays` takes: the rows, sorted, and their patterns."""
+    partings = Partings.up_to(n_sides if free else min(most, n_sides))
+    symbols, offsets = unpack_many(patterns.codes)
+    found = marked_records(
+        symbols.astype(np.uint16),
+        offsets,
+        patterns.n_irregular,
+        patterns.n_reflex,
+        n_sides,
+        most,
+        free,
+        partings.marks,
+        partings.slots,
+        partings.near,
+        partings.far,
+    )
+    head = found.head
+    label_size = n_sides + 2 * head[:, STRANDS]
+    order = np.lexsort(
+        (
+            _rank(found.label, label_size),
+            patterns.ids[head[:, PATTERN]],
+            head[:, PERIMETER],
+            head[:, RELAXED],
+            head[:, COST],
+        )
+    )
+    label = _gather(found.label, label_size, order)
+    chord = _gather(found.chord, head[:, STRANDS], order)
+    head = head[order]
+    used, head[:, PATTERN] = np.unique(head[:, PATTERN], return_inverse=True)
+    # Rows as single items: numpy sorts these much faster than rows of numbers.
+    upper = np.ascontiguousarray(head[:, HEAD + n_sides :].astype(">u2"))
+    items = upper.view(np.dtype((np.void, upper.itemsize * upper.shape[1]))).ravel()
+    _, first, signature = np.unique(items, return_index=True, return_inverse=True)
+    return [
+        np.ascontiguousarray(head[:, : HEAD + n_sides]),
+        label.astype(np.int32),
+        chord.astype(np.int32),
+        upper[first].astype(np.int32),
+        signature.ravel().astype(np.int32),
+        *patterns.take(used.astype(np.int64)).to_arrays(),
+    ]
+
+
+def _from_arrays(n_sides: int, most: int, free: bool, arrays: list[Array]) -> MarkedClass:
+    head, label, chord, systems, signature, *table = arrays
+    n = n_sides
+    joins = np.zeros((len(systems), n, n), np.int32)
+    i, j = np.triu_indices(n)
+    joins[:, i, j] = systems
+    joins[:, j, i] = systems
+    # A strand with both ends on one side counts once in joins and twice in its length.
+    lengths = joins.sum(axis=2) + joins[:, np.arange(n), np.arange(n)]
+    return MarkedClass(
+        n_sides=n,
+        free=free,
+        most=most,
+        patterns=PatternTable.from_arrays(table),
+        pattern=head[:, PATTERN].copy(),
+        cost=head[:, COST].copy(),
+        n_unmarked=head[:, UNMARKED].copy(),
+        strict=head[:, RELAXED] == 0,
+        counts=head[:, HEAD:].astype(np.uint8),
+        label=label.astype(np.int16),
+        label_start=_starts(n + 2 * head[:, STRANDS]),
+        strand_chord=chord.astype(np.int16),
+        strand_start=_starts(head[:, STRANDS]),
+        start_edge=head[:, START_EDGE].copy(),
+        start_strand=head[:, START_STRAND].copy(),
+        signature=signature,
+        rotation=head[:, ROTATION].copy(),
+        reflected=head[:, REFLECTED] != 0,
+        lengths=lengths.astype(np.int32),
+        joins=joins,
+    )
+
+
+def _starts(sizes: Array) -> NDArray[np.int64]:
+    return np.r_[0, np.cumsum(sizes)].astype(np.int64)
+
+
+def _rank(flat: Array, sizes: Array) -> NDArray[np.int64]:
+    """The rank of each row of a ragged array, equal rows having one rank."""
+    cuts = _starts(sizes).tolist()
+    rows = [tuple(flat[a:b].tolist()) for a, b in pairwise(cuts)]
+    rank = {row: i for i, row in enumerate(sorted(set(rows)))}
+    return np.array([rank[row] for row in rows], np.int64)
+
+
+def _gather(flat: Array, sizes: Array, order: NDArray[np.int64]) -> Array:
+    """The rows of a ragged array in another order."""
+    start = _starts(sizes)
+    moved = sizes[order]
+    first = np.repeat(start[order] - _starts(moved)[:-1], moved)
+    return flat[first + np.arange(len(flat))]

@@ -1,12 +1,23 @@
-"""Placing a fill: where in space its vertices lie."""
+"""Placing a fill: where in space its vertices lie, and its strands on their strokes.
+
+Strands are pulled onto their strokes by Laplacian editing (:func:`pull_strands`), and the fill
+follows softly. Source: Sorkine et al. 2004, "Laplacian Surface Editing", as Marcias et al. 2015 use
+it (section 4, "Deformation"). Differs from the paper: Laplacian coordinates are kept as they are,
+without local similarity transforms. A fill at rest has none along its surface, so that there is
+nothing to turn, and those across it come back with the projection; it is done in rounds, each
+keeping the coordinates of the one before.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import csc_array, vstack
+from scipy.sparse.linalg import splu
 
 from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.neighbours import Neighbours
@@ -15,14 +26,19 @@ from patterndb.geometry.quadshape import flipped, own_normals, plane_normal
 from patterndb.geometry.surface import Surface, Triangles
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.placing.editing import pulled
 from query.placing.flow import Following, follow
 from query.placing.laplace import centred, harmonic
-from query.placing.projection import AT_REST, laid_on, laid_on_disk, normals_at, settled
+from query.placing.projection import (
+    AT_REST,
+    laid_on,
+    laid_on_disk,
+    normals_at,
+    settled,
+    settled_whole,
+)
 from query.placing.region import Region, enclosed
 from query.placing.strand import position
 from query.placing.untangle import REACHES, untangled
-from query.placing.whole import settled_whole
 from query.stroke import TOLERANCE, Stroke
 
 #: Parts of the way to the strokes that are tried, the furthest first, until no quad flips that
@@ -292,3 +308,66 @@ class _Placing:
 def _distances(followed: Sequence[Following | None]) -> NDArray[np.float64]:
     rows = [(np.nan, np.nan) if one is None else (one.mean, one.most) for one in followed]
     return np.array(rows, np.float64).reshape(-1, 2)
+
+
+#: What a midpoint's distance from its target weighs against a vertex's distance from the mean
+#: of its neighbours: so much that strands lie on their strokes, and bend softly beside them.
+PULL = 3.0
+
+#: Rounds of pulling and projecting, at most.
+PULL_ROUNDS = 12
+
+#: A round that moves nothing further than this part of the diagonal is the last.
+PULL_AT_REST = 1e-4
+
+
+def pulled(
+    beside: Neighbours,
+    vertices: Points,
+    perimeter: int,
+    followed: Sequence[Following],
+    project: Callable[[Points, Points], Points],
+) -> Points:
+    """(v, 3) the vertices with every strand's midpoints near their targets.
+
+    followed: strands and targets; boundary vertices, and so the ends of open strands, stay.
+    project: takes (v, 3) vertices before and after a round to the surface; the boundary's
+    are put back anyway.
+    """
+    p, v = perimeter, len(vertices)
+    edges = np.concatenate([one.edges for one in followed])
+    targets = np.concatenate([one.targets for one in followed])
+    held = (edges >= p).any(axis=1)
+    edges, targets = edges[held], targets[held]
+    if v == p or len(edges) == 0:
+        return vertices
+    degree = np.diff(beside.start)
+    row = np.repeat(np.arange(v), degree)
+    laplacian = csc_array(
+        (
+            np.r_[np.ones(v), -1.0 / degree[row]],
+            (np.r_[np.arange(v), row], np.r_[np.arange(v), beside.neighbour]),
+        ),
+        shape=(v, v),
+    )[p:, p:]
+    count = np.arange(len(edges))
+    middle = csc_array(
+        (np.full(2 * len(edges), 0.5), (np.r_[count, count], edges.T.ravel())),
+        shape=(len(edges), v),
+    )
+    system: Any = vstack([laplacian, PULL * middle[:, p:]], format="csc")
+    factor = splu((system.T @ system).tocsc())
+    diagonal = float(np.linalg.norm(np.ptp(vertices, axis=0)))
+    at = vertices
+    for _ in range(PULL_ROUNDS):
+        wanted = PULL * (targets - at[edges].mean(axis=1))
+        right = np.concatenate([np.zeros((v - p, 3)), wanted])
+        moved = at.copy()
+        moved[p:] += factor.solve(system.T @ right)
+        moved = project(at, moved)
+        moved[:p] = vertices[:p]
+        largest = float(np.linalg.norm(moved - at, axis=1).max())
+        at = moved
+        if largest < PULL_AT_REST * diagonal:
+            break
+    return at

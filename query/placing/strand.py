@@ -1,7 +1,12 @@
-"""Strands: the strips of quads of a fill, one quad wide, from boundary edge to boundary edge."""
+"""Strands: the strips of quads of a fill, one quad wide, from boundary edge to boundary edge.
+
+A :class:`Strand` is one of them as a whole; :func:`edges_off` counts on the fill itself how far its
+strands are off strokes.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,7 +17,7 @@ from patterndb.geometry.neighbours import Neighbours
 from patterndb.system.kernels import kernel
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.stroke import BoundaryEdge
+from query.stroke import BoundaryEdge, Stroke
 
 #: (low, high): positions of boundary edges around the boundary, low to high - 1.
 Span = tuple[int, int]
@@ -157,3 +162,45 @@ def _strand(
 ) -> Strand:
     quads = chain // 4 if ends is None else chain[:-1] // 4
     return Strand(quads.astype(np.int32), edges_of(fill.quads, chain), ends)
+
+
+def edges_off(fill: Fill, strokes: Sequence[Stroke], tolerance: int) -> int | None:
+    """The fewest edges by which distinct strands miss all strokes; None where they cannot lie
+    on them within the tolerance, or there are fewer loops than loop strokes."""
+    beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
+    loops = sum(stroke.is_loop for stroke in strokes)
+    if loops and len(loop_chains(beside.twin)) < loops:
+        return None
+    far = far_ends(beside.twin, beside.border).tolist()
+    side_of = [side for side, length in enumerate(fill.lengths) for _ in range(length)]
+    choices: list[dict[int, int]] = []
+    for stroke in strokes:
+        if stroke.start is None or stroke.end is None:
+            continue
+        near, end = position(fill.lengths, stroke.start), position(fill.lengths, stroke.end)
+        found: dict[int, int] = {}
+        for at in range(near - tolerance, near + tolerance + 1):
+            if not 0 <= at < fill.perimeter or side_of[at] != side_of[near]:
+                continue
+            other = far[at]
+            if side_of[other] != side_of[end] or abs(other - end) > tolerance:
+                continue
+            # A strand goes by the smaller of its two places.
+            strand = min(at, other)
+            off = abs(at - near) + abs(other - end)
+            found[strand] = min(off, found.get(strand, off))
+        choices.append(found)
+    return _least_sum(choices, set())
+
+
+def _least_sum(choices: Sequence[dict[int, int]], taken: set[int]) -> int | None:
+    """The least sum with a different strand for each."""
+    if not choices:
+        return 0
+    sums: list[int] = []
+    for strand, off in choices[0].items():
+        if strand not in taken:
+            rest = _least_sum(choices[1:], taken | {strand})
+            if rest is not None:
+                sums.append(off + rest)
+    return min(sums, default=None)

@@ -1,22 +1,92 @@
 """Many patterns at once: which of them the strokes leave, and the best widths of each.
 
-The kernels run over rows of a class, whose boundary labels lie one after the other in one
-array; each thread takes its share of the rows. What a row's answer is does not depend on the
-others, nor on the number of threads.
+A boundary and strokes become a :class:`Question` in the patterns' own terms: lengths, weights and
+strokes, once per orientation. The kernels run over rows of a table, whose boundary labels lie one
+after the other in one array; each thread takes its share of the rows. What a row's answer is does
+not depend on the others, nor on the number of threads.
 """
 
 from __future__ import annotations
 
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
-from query.solving.carry import carry, may_carry
-from query.solving.flow import chord_ends
-from query.solving.threads import share_out
+from query.boundary import Boundary
+from query.orientation import orientations, sides_seen
+from query.solving.evenness import MAX_WEIGHT
+from query.solving.strokes import carry, chord_ends, flows_seen, may_carry
+from query.stroke import Stroke
+
+#: The weight of a square where all edges are equally long: fine enough to tell proportions.
+EVEN_WEIGHT = 16
+
+
+def asked(boundary: Boundary, strokes: Sequence[Stroke], tolerance: int) -> Asked:
+    """The boundary and the strokes in every orientation; see :mod:`query.orientation`."""
+    n = max(boundary.n_sides, 1)
+    sides = sides_seen(n)
+    lengths = np.array(boundary.lengths, np.int32)
+    weights = side_weights(boundary)
+    return Asked(
+        lengths=np.ascontiguousarray(lengths[sides]),
+        weights=np.ascontiguousarray(weights[sides[:, :, None], sides[:, None, :]]),
+        flows=np.stack([flows_seen(strokes, boundary, o) for o in orientations(n)]),
+        tolerance=tolerance,
+    )
+
+
+def side_weights(boundary: Boundary) -> Int32Array:
+    """(n, n) int32: what the square of a width counts for strands between two sides.
+
+    1 where the boundary has no points. Else in proportion to the sum of the squares of the
+    sides' edge lengths: then the most even widths are those that take equal lengths of the
+    boundary, not equal numbers of edges.
+    """
+    n = len(boundary.lengths)
+    if boundary.points is None:
+        return np.ones((n, n), np.int32)
+    steps = np.linalg.norm(np.roll(boundary.points, -1, axis=0) - boundary.points, axis=1)
+    starts = np.array(boundary.side_starts)
+    squares = (np.add.reduceat(steps, starts[:-1]) / np.diff(starts)) ** 2
+    sums = squares[:, None] + squares[None, :]
+    weights = np.rint(EVEN_WEIGHT * sums / (2 * squares.mean()))
+    return np.clip(weights, 1, MAX_WEIGHT).astype(np.int32)
+
+
+def share_out(run: Callable[[int], None], tasks: range, threads: int | None) -> None:
+    """Call ``run`` for every task, on at most so many threads (None: one a processor).
+
+    Each thread takes the next task when it is done with the last: tasks differ much in their
+    work. The calling thread takes part.
+    """
+    ahead = iter(tasks)
+
+    def work() -> None:
+        for task in ahead:
+            run(task)
+
+    others = min(threads or os.cpu_count() or 1, len(tasks)) - 1
+    if others <= 0:
+        return work()
+    helpers = [_pool(others).submit(work) for _ in range(others)]
+    work()
+    for helper in helpers:
+        helper.result()
+
+
+@cache
+def _pool(threads: int) -> ThreadPoolExecutor:
+    """Threads that stay: starting one takes longer than many a query."""
+    return ThreadPoolExecutor(threads, thread_name_prefix="patterndb-query")
+
 
 #: Rows that a thread takes at a time: some milliseconds of work, for which handing it over is
 #: worth while.
@@ -44,7 +114,7 @@ class Asked:
 
     lengths: (o, n) int32 edges of every side in the pattern's order.
     weights: (o, n, n) int32, what the square of a width counts between two sides.
-    flows:   (o, s, 4) int32, see :func:`query.solving.flow.flows_seen`.
+    flows:   (o, s, 4) int32, see :func:`query.solving.strokes.flows_seen`.
     tolerance: edges that a strand's end may be off.
     """
 

@@ -20,9 +20,9 @@ from patterndb.core.label import split_word
 from patterndb.errors import MissingExtraError
 from query.errors import InvalidQueryError, SolverError
 from query.solving.batch import Asked, Labels, Solved
-from query.solving.chords import Chords
 from query.solving.evenness import OFF
 from query.solving.solve import NO_FLOWS, Flows, Solutions
+from query.solving.systems import Chords
 
 
 def _cp_model() -> Any:

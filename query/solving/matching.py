@@ -1,13 +1,33 @@
-"""Kernels for the uncapacitated b-matching on the sides of one pattern.
+"""The uncapacitated b-matching on the sides of one pattern: is there one, and which are there?
 
 Given slack_i >= 0 for every side and classes that join sides (i, j), find integers
 y_ij >= 0 with sum_j y_ij + 2 y_ii = slack_i: how much wider than 1 the polychords of each
-class are in sum. ``search`` lists the solutions depth-first; ``choose`` says where it
-branches and within which bounds, and ``balanced`` (:mod:`.colouring`) rejects by parity.
+class are in sum.
 
-Source: the integer program of Marcias et al. 2015, section 4. Differs from the paper: an
-own search instead of a general solver, over classes instead of single polychords, since
-one class is one variable to the sides.
+:func:`search` lists the solutions depth-first; :func:`choose` says where it branches and within
+which bounds, and :func:`query.solving.systems.is_balanced` rejects by parity. Source: the integer
+program of Marcias et al. 2015, section 4. Differs from the paper: an own search instead of a
+general solver, over classes instead of single polychords, since one class is one variable to the
+sides.
+
+:func:`is_matchable` decides whether there is a solution at all. A flow (:mod:`.halves`) gives a
+matching with halves. Rounding the halves down leaves some sides short by a few units. The rest is
+a matching problem in an ordinary graph, solved by augmenting paths (Edmonds, "Paths, trees, and
+flowers", 1965), so that the decision is exact and takes polynomial time.
+
+Give each side as many *copies* as it has slack, and join two copies wherever a class joins
+their sides (two copies of one side if that side is joined to itself). A matching of the
+sides is a perfect matching of the copies; one that leaves sides short leaves copies single.
+If a perfect matching exists, then from every single copy there leads an augmenting path:
+the difference of the two matchings. So one search from one single copy either shortens the
+deficit or proves that there is no matching at all.
+
+The copies need not all be made: two pairs of each class are enough, and one of a class
+that joins a side to itself. Let a shortest augmenting path walk through two pairs of one
+class in the same direction, (i', j') first and (i'', j'') later, and let x be the copy
+before i'. Then x is joined to i'' as well, since copies of one side have the same
+neighbours, and the path that goes from x to i'' at once is shorter. So each direction
+occurs at most once; a class of a side with itself has only one.
 """
 
 from __future__ import annotations
@@ -17,9 +37,261 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
-from query.solving.colouring import balanced, two_colour
-from query.solving.rounding import soluble
-from query.solving.transport import tighten
+from query.solving.halves import meet, tighten
+from query.solving.systems import Int16Array, balanced, list_neighbours, order_classes, two_colour
+
+#: Pairs of a class that a shortest augmenting path may use: one in each direction.
+PAIRS = 2
+
+
+@kernel(inline="always")
+def matchable(
+    slack: Int32Array,
+    row: int,
+    first: Int32Array,
+    class_i: Int16Array,
+    class_j: Int16Array,
+    near_first: Int32Array,
+    near: Int16Array,
+    flow: Int32Array,
+    scratch: Int32Array,
+) -> int:
+    """Is there a matching that gives every side its slack? Return 0 if so.
+
+    Arguments and result are those of :func:`query.solving.halves.meet`, but that the result is
+    -1 where only halves would do. flow: overwritten.
+    """
+    cut = meet(slack, row, first, class_i, class_j, near_first, near, flow, scratch)
+    if cut > 0:
+        return cut
+    odd = False
+    for k in range(first[row], first[row + 1]):
+        i = class_i[k]
+        j = class_j[k]
+        odd |= (flow[i, j] if i == j else flow[i, j] + flow[j, i]) & 1 != 0
+    if not odd:
+        return 0
+    if _round(row, first, class_i, class_j, near_first, near, flow, scratch[0]):
+        return 0
+    return -1
+
+
+@kernel
+def soluble(
+    slack: Int32Array,
+    class_i: Int32Array,
+    class_j: Int32Array,
+    n_classes: int,
+    closed: NDArray[np.bool_],
+) -> bool:
+    """Do the open classes meet the slack? Exact, where :func:`.halves.transport` has halves.
+
+    slack: (w,) >= 0; class_i, class_j: (m,) int32, several may join the same sides; closed:
+    (m,) bool.
+    """
+    w = len(slack)
+    joined = np.zeros((w, w), np.bool_)
+    for k in range(n_classes):
+        if not closed[k]:
+            joined[class_i[k], class_j[k]] = True
+            joined[class_j[k], class_i[k]] = True
+    ordered_i = np.empty(w * (w + 1) // 2, np.int16)
+    ordered_j = np.empty(w * (w + 1) // 2, np.int16)
+    scratch = np.empty((5, w), np.int32)
+    first = np.zeros(2, np.int32)
+    first[1] = order_classes(joined, ordered_i, ordered_j, scratch[0])
+    near_first = np.empty((1, w + 1), np.int32)
+    near = np.empty(w * w, np.int16)
+    list_neighbours(joined, near_first[0], near, 0)
+    flow = np.empty((w, w), np.int32)
+    cut = matchable(slack, 0, first, ordered_i, ordered_j, near_first, near, flow, scratch)
+    return cut == 0
+
+
+@kernel
+def _round(
+    row: int,
+    first: Int32Array,
+    class_i: Int16Array,
+    class_j: Int16Array,
+    near_first: Int32Array,
+    near: Int16Array,
+    y: Int32Array,
+    short: Int32Array,
+) -> bool:
+    """Turn the flow y into a matching, symmetric; False where there is none. short: (w,)."""
+    w = len(short)
+    short[:] = 0
+    for k in range(first[row], first[row + 1]):
+        i = class_i[k]
+        j = class_j[k]
+        twice = y[i, j] if i == j else y[i, j] + y[j, i]
+        y[i, j] = twice >> 1
+        y[j, i] = twice >> 1
+        short[i] += twice & 1
+        short[j] += twice & 1
+    for s in range(w):
+        # Two halves each.
+        short[s] >>= 1
+    for k in range(first[row], first[row + 1]):
+        i = class_i[k]
+        j = class_j[k]
+        more = short[i] >> 1 if i == j else min(short[i], short[j])
+        y[i, j] += more
+        short[i] -= more
+        short[j] -= more
+        y[j, i] = y[i, j]
+    for s in range(w):
+        while short[s] > 0:
+            if not _augment(s, near_first[row], near, y, short):
+                return False
+    return True
+
+
+@kernel
+def _augment(
+    root_side: int, near_first: Int32Array, near: Int16Array, y: Int32Array, short: Int32Array
+) -> bool:
+    """Make the side and another one, or itself once more, less short by one each.
+
+    y: (w, w) int32 symmetric, short: (w,) int32; both updated. False where no augmenting
+    path begins at the side: then there is no matching.
+    """
+    start, side_of, mate = _copies(near_first, near, y, short)
+    n = len(mate)
+    # For a copy at odd distance from the root, the copy before it on an alternating path.
+    by = np.full(n, -1, np.int32)
+    base = np.arange(n).astype(np.int32)
+    even = np.zeros(n, np.bool_)
+    mark = np.empty(n, np.bool_)
+    queue = np.empty(n, np.int32)
+    root = start[root_side]
+    while mate[root] >= 0:
+        root += 1
+    even[root] = True
+    queue[0] = root
+    head = 0
+    tail = 1
+    while head < tail:
+        v = queue[head]
+        head += 1
+        for a in range(near_first[side_of[v]], near_first[side_of[v] + 1]):
+            for u in range(start[near[a]], start[near[a] + 1]):
+                if base[u] == base[v] or mate[v] == u:
+                    continue
+                if u == root or (mate[u] >= 0 and by[mate[u]] >= 0):
+                    tail = _contract(u, v, mate, by, base, even, mark, queue, tail)
+                elif by[u] < 0:
+                    by[u] = v
+                    if mate[u] >= 0:
+                        even[mate[u]] = True
+                        queue[tail] = mate[u]
+                        tail += 1
+                        continue
+                    short[root_side] -= 1
+                    short[side_of[u]] -= 1
+                    while u >= 0:
+                        before = int(by[u])
+                        after = int(mate[before])
+                        _widen(int(side_of[u]), int(side_of[before]), 1, y)
+                        if after >= 0:
+                            _widen(int(side_of[before]), int(side_of[after]), -1, y)
+                        u = after
+                    return True
+    return False
+
+
+@kernel
+def _widen(i: int, j: int, by: int, y: Int32Array) -> None:
+    y[i, j] += by
+    if i != j:
+        y[j, i] += by
+
+
+@kernel
+def _copies(
+    near_first: Int32Array, near: Int16Array, y: Int32Array, short: Int32Array
+) -> tuple[Int32Array, Int32Array, Int32Array]:
+    """The copies that a shortest augmenting path may need, those of side s from start[s] on.
+
+    Returns ((w + 1,) int32 start, and for every copy its side and its mate or -1).
+    """
+    w = len(short)
+    start = np.zeros(w + 1, np.int32)
+    for i in range(w):
+        count = short[i]
+        for a in range(near_first[i], near_first[i + 1]):
+            if near[a] == i:
+                # One pair, both of this side.
+                count += 2 * min(y[i, i], 1)
+            else:
+                count += min(y[i, near[a]], PAIRS)
+        start[i + 1] = start[i] + count
+    side_of = np.empty(start[w], np.int32)
+    mate = np.full(start[w], -1, np.int32)
+    free = start[:w].copy()
+    for i in range(w):
+        side_of[start[i] : start[i + 1]] = i
+        for a in range(near_first[i], near_first[i + 1]):
+            j = near[a]
+            if j < i:
+                continue
+            for _ in range(min(y[i, j], PAIRS if i != j else 1)):
+                one = free[i]
+                free[i] += 1
+                other = free[j]
+                free[j] += 1
+                mate[one] = other
+                mate[other] = one
+    return start, side_of, mate
+
+
+@kernel
+def _contract(
+    u: int,
+    v: int,
+    mate: Int32Array,
+    by: Int32Array,
+    base: Int32Array,
+    even: NDArray[np.bool_],
+    mark: NDArray[np.bool_],
+    queue: Int32Array,
+    tail: int,
+) -> int:
+    """Shrink the odd cycle that the edge (u, v) closes; its copies are all even now.
+
+    Returns the new end of the queue.
+    """
+    n = len(mate)
+    mark[:] = False
+    a = base[u]
+    while True:
+        mark[a] = True
+        if mate[a] < 0:
+            break
+        a = base[by[mate[a]]]
+    stem = base[v]
+    while not mark[stem]:
+        stem = base[by[mate[stem]]]
+    mark[:] = False
+    for end in range(2):
+        a = v if end == 0 else u
+        child = u if end == 0 else v
+        while base[a] != stem:
+            mark[base[a]] = True
+            mark[base[mate[a]]] = True
+            by[a] = child
+            child = mate[a]
+            a = by[child]
+    for c in range(n):
+        if mark[base[c]]:
+            base[c] = stem
+            if not even[c]:
+                even[c] = True
+                queue[tail] = c
+                tail += 1
+    return tail
+
 
 #: ``choose`` found every class decided, or that no solution is left.
 DONE = -1

@@ -13,16 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
 from query.errors import InvalidQueryError
-from query.solving.carry import carry
-from query.solving.chords import Chords
-from query.solving.flow import FLOW_COLUMNS, chord_ends
+from query.solving.evenness import spread
 from query.solving.matching import search
-from query.solving.spread import spread
+from query.solving.strokes import FLOW_COLUMNS, carry, chord_ends
+from query.solving.systems import Chords
 
 
 @dataclass(frozen=True, slots=True)
 class Flows:
-    """Strokes as a pattern sees them, see :func:`query.solving.flow.flows_seen`.
+    """Strokes as a pattern sees them, see :func:`query.solving.strokes.flows_seen`.
 
     rows:      (s, 4) int32 side, edge, side, edge.
     tolerance: K >= 0, edges that a strand's end may be off.

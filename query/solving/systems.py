@@ -1,20 +1,178 @@
-"""The systems of a class, ready for testing: what does not depend on the boundary.
+"""The linear systems that widths solve: of one pattern, and of all signatures of a class.
 
-Every signature stands for one system, a graph whose nodes are the sides and whose edges
-are the classes of polychords that join them; see :mod:`query.solving.matching`.
+For every side s the widths of the polychords that end on it add up to the edges asked
+for; a polychord with both ends on s counts twice (Marcias et al. 2015, section 4). The
+polychords of one pattern that join the same two sides form a *class*: only the sum of
+their widths matters to the sides. With slack = edges asked for - base length, the sums
+solve an uncapacitated b-matching on the sides (:mod:`query.solving.matching`).
+
+:class:`Chords` is the system of one pattern. :class:`Systems` has those of a class of patterns
+ready for testing: every signature stands for one system, a graph whose nodes are the sides and
+whose edges are the classes of polychords that join them. What parity says of a system,
+:func:`two_colour` and :func:`is_balanced` tell.
 """
 
 from __future__ import annotations
 
 import weakref
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
-from query.solving.colouring import two_colour
+
+
+@dataclass(frozen=True, slots=True)
+class Chords:
+    """Open polychords in label order, and their classes in order of (i, j).
+
+    n_sides: number of sides, at least 1 (one closed side is a side like any other).
+    edges:   (2 n,) int32, the polychord that crosses each edge when all widths are 1, side by
+             side.
+    side_start: (n_sides + 1,) int32, where each side begins in ``edges``.
+    sides:   (n, 2) int32, the two sides i <= j that each polychord joins.
+    class_i, class_j: (m,) int32, the sides that each class joins.
+    class_n: (m,) int32 >= 1, how many polychords the class has.
+    class_of: (n,) int32, the class of each polychord.
+    """
+
+    n_sides: int
+    edges: Int32Array
+    side_start: Int32Array
+    sides: Int32Array
+    class_i: Int32Array
+    class_j: Int32Array
+    class_n: Int32Array
+    class_of: Int32Array
+
+    @classmethod
+    def from_label(cls, label: Sequence[Sequence[int]]) -> Chords:
+        """From a boundary label: per side, the polychord that crosses each edge."""
+        edges = np.array([chord for side in label for chord in side], np.int32)
+        start = np.cumsum([0, *map(len, label)]).astype(np.int32)
+        side_of = np.repeat(np.arange(len(label), dtype=np.int32), np.diff(start))
+        # The two edges of each polychord stand together once sorted by polychord.
+        pairs = side_of[np.argsort(edges, kind="stable")].reshape(-1, 2)
+        n_sides = len(label)
+        key, class_of, count = np.unique(
+            pairs[:, 0] * n_sides + pairs[:, 1], return_inverse=True, return_counts=True
+        )
+        return cls(
+            n_sides,
+            edges,
+            start,
+            pairs,
+            (key // n_sides).astype(np.int32),
+            (key % n_sides).astype(np.int32),
+            count.astype(np.int32),
+            class_of.ravel().astype(np.int32),
+        )
+
+    @classmethod
+    def from_sides(cls, n_sides: int, sides: ArrayLike) -> Chords:
+        """From the two sides, in either order, of every polychord; (n, 2).
+
+        Along every side they come in the order given: right where only sums matter.
+        """
+        label: list[list[int]] = [[] for _ in range(n_sides)]
+        for chord, pair in enumerate(np.asarray(sides, np.int32).reshape(-1, 2).tolist()):
+            for side in pair:
+                label[side].append(chord)
+        return cls.from_label(label)
+
+    @property
+    def n(self) -> int:
+        """How many open polychords there are."""
+        return len(self.sides)
+
+    def base_lengths(self) -> Int32Array:
+        """(n_sides,) int32 edges of every side when all widths are 1."""
+        return np.bincount(self.sides.ravel(), minlength=self.n_sides).astype(np.int32)
+
+    def side_lengths(self, widths: ArrayLike) -> NDArray[np.int64]:
+        """(n_sides,) int64 edges of every side with the given widths (n,)."""
+        ends = np.repeat(np.asarray(widths, np.int64), 2)
+        lengths = np.zeros(self.n_sides, np.int64)
+        np.add.at(lengths, self.sides.ravel(), ends)
+        return lengths
+
+
+@kernel
+def two_colour(
+    class_i: Int32Array,
+    class_j: Int32Array,
+    n_classes: int,
+    closed: NDArray[np.bool_],
+    component: Int32Array,
+    colour: Int32Array,
+    stack: Int32Array,
+) -> None:
+    """Write each side's component under the open classes, and its colour there.
+
+    component: (w,) number of the component's first side; colour: (w,) 1 or -1 such that
+    classes join unlike colours, 0 where the component has no such colouring. stack: (w,)
+    scratch.
+    """
+    n_sides = len(component)
+    for s in range(n_sides):
+        component[s] = -1
+    for root in range(n_sides):
+        if component[root] >= 0:
+            continue
+        component[root] = root
+        colour[root] = 1
+        stack[0] = root
+        head = 0
+        tail = 1
+        bipartite = True
+        while head < tail:
+            s = stack[head]
+            head += 1
+            for k in range(n_classes):
+                if closed[k]:
+                    continue
+                if class_i[k] == s:
+                    other = class_j[k]
+                elif class_j[k] == s:
+                    other = class_i[k]
+                else:
+                    continue
+                if component[other] < 0:
+                    component[other] = root
+                    colour[other] = -colour[s]
+                    stack[tail] = other
+                    tail += 1
+                elif colour[other] == colour[s]:
+                    bipartite = False
+        if not bipartite:
+            for at in range(tail):
+                colour[stack[at]] = 0
+
+
+@kernel
+def balanced(
+    residual: Int32Array, component: Int32Array, colour: Int32Array, sums: Int32Array
+) -> bool:
+    """May the classes absorb the residual, component by component, by parity?
+
+    A class takes as much from one end as from the other. So in a component whose sides
+    are two-coloured both colours must add up to the same; in any other the sum must be
+    even. component, colour: of :func:`two_colour`; sums: (w,) scratch.
+    """
+    n_sides = len(residual)
+    for s in range(n_sides):
+        sums[s] = 0
+    for s in range(n_sides):
+        sums[component[s]] += residual[s] if colour[s] == 0 else colour[s] * residual[s]
+    for s in range(n_sides):
+        if component[s] == s and (sums[s] % 2 != 0 if colour[s] == 0 else sums[s] != 0):
+            return False
+    return True
+
 
 Int16Array = NDArray[np.int16]
 
@@ -46,7 +204,7 @@ class Systems(NamedTuple):
     base:       (s, w) int16 base length of every side.
     perimeter:  (s,) int32 sum of the base lengths.
     looped:     (s, w) bool is the side joined to itself?
-    component, colour: (s, w) int16 of :func:`query.solving.colouring.two_colour`.
+    component, colour: (s, w) int16 of :func:`query.solving.systems.two_colour`.
     parity:     (s,) bool can parity refuse an even perimeter? Not in a graph that is in one
                 piece and has an odd cycle.
     """

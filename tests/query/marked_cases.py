@@ -14,10 +14,10 @@ from patterndb.core.code import canonical_code
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from query import Boundary
+from query.expand import Expanded, expand_marked
 from query.families.family import family
 from query.marks.bestmarked import BestMarked, MarkedIndex, family_index
-from query.marks.expandmarked import Expanded, expand_marked
-from query.marks.marking import family_marked, family_table
+from query.marks.marked import family_marked, family_table
 
 
 @contextmanager

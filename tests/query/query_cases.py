@@ -22,7 +22,7 @@ from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from query import Boundary, Fill, Fills
 from query.boundary import CornerKind
-from query.solving.chords import Chords
+from query.solving.systems import Chords
 
 KIND: dict[int, CornerKind] = {1: "convex", 3: "reflex"}
 

@@ -22,7 +22,7 @@ from query.construct import PartFill, constructed
 from query.construct.plan import carry_out, least
 from query.construct.planner import Planner
 from query.errors import InvalidQueryError
-from query.listing.familylookup import FamilyLookup
+from query.listing.construction import FamilyLookup
 from query.recognise import irregular_counts, quad_counts
 
 LOOKUP = FamilyLookup.shared()

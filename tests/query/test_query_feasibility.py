@@ -20,11 +20,11 @@ from query_cases import (
 
 from patterndb.core.pattern import Pattern
 from query import Boundary
-from query.listing.asking import asked
 from query.listing.filters import Filters
 from query.listing.table import strict_table
 from query.solving import cpsat, feasibility
-from query.solving.chords import Chords
+from query.solving.batch import asked
+from query.solving.systems import Chords
 
 
 def fits_somehow(pattern: Pattern, boundary: Boundary) -> bool:

@@ -36,8 +36,7 @@ from query import Boundary, Fill
 from query.boundary import CornerKind
 from query.errors import InvalidQueryError
 from query.identity import is_mesh
-from query.listing.filters import NO_DOUBLETS, Filters
-from query.listing.reason import why_impossible
+from query.listing.filters import NO_DOUBLETS, Filters, why_impossible
 from query.solving import batch, feasibility
 
 #: As a query is without options.

@@ -11,8 +11,8 @@ import pytest
 from query_cases import Widths, brute_force
 
 from query.solving import cpsat, solve
-from query.solving.chords import Chords
 from query.solving.solve import Flows, Solutions
+from query.solving.systems import Chords
 
 #: Random systems to compare all solvers on; a release is held to 5,000.
 SYSTEMS = int(os.environ.get("QUERY_SYSTEMS", "300"))

@@ -23,9 +23,9 @@ from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from query import Boundary
 from query.errors import InvalidQueryError
+from query.expand import expand_marked
 from query.marks.bestmarked import BOUNDARY_CAP, MarkedIndex, best_marked, family_index
-from query.marks.expandmarked import expand_marked
-from query.marks.marking import family_marked, family_table, marked_class
+from query.marks.marked import family_marked, family_table, marked_class
 from query.marks.patterntable import PatternTable
 from query.orientation import Orientation
 

@@ -15,11 +15,10 @@ from patterndb.core.code import rooted_code
 from patterndb.core.quadmesh import QuadMesh
 from query import Boundary
 from query.errors import InvalidQueryError
+from query.expand import expand_marked
 from query.families.family import family
-from query.marks.expandmarked import expand_marked
-from query.marks.marked import MarkedClass
-from query.marks.marking import family_marked, family_table, marked_class
-from query.marks.strands import Partings
+from query.marks.marked import MarkedClass, family_marked, family_table, marked_class
+from query.marks.markplaces import Partings
 from query.orientation import Orientation
 
 

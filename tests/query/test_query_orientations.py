@@ -14,9 +14,8 @@ from query import Boundary
 from query.listing.filters import Filters
 from query.orientation import orientations
 from query.solving import cpsat, feasibility
-from query.solving.chords import Chords
-from query.solving.screen import LANES, is_refused, lane_of, negative, words
-from query.solving.systems import systems_of
+from query.solving.feasibility import LANES, is_refused, lane_of, negative, words
+from query.solving.systems import Chords, systems_of
 
 
 def fitting_orientations(pattern: Pattern, boundary: Boundary) -> list[bool]:

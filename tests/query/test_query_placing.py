@@ -16,8 +16,8 @@ from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.quadshape import flipped, plane_normal
 from query import Fill
 from query.placing import laid, place, quality
-from query.placing.foldover import energy
 from query.placing.laplace import centred
+from query.placing.untangle import energy
 
 CASES = st.tuples(st.sampled_from(range(len(CONVEX))), st.integers(0, 2**32))
 

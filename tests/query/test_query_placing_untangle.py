@@ -16,10 +16,8 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from query import Fill
 from query.placing import Surface, enclosed, place
-from query.placing.foldover import flipped_corners
-from query.placing.projection import laid_on_disk, normals_at
-from query.placing.untangle import pieces, untangled
-from query.placing.whole import settled_whole
+from query.placing.projection import laid_on_disk, normals_at, settled_whole
+from query.placing.untangle import flipped_corners, pieces, untangled
 
 Height = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 

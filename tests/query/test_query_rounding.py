@@ -13,10 +13,9 @@ from query_cases import brute_force
 
 from patterndb.core.halfedge import Int32Array
 from query.solving import cpsat, solve
-from query.solving.chords import Chords
 from query.solving.halves import COPY_BY, QUEUE
-from query.solving.rounding import matchable, soluble
-from query.solving.systems import make_systems
+from query.solving.matching import matchable, soluble
+from query.solving.systems import Chords, make_systems
 
 Edges = list[tuple[int, int]]
 

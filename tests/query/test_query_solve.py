@@ -13,10 +13,10 @@ from query_cases import Widths, brute_force, random_system
 
 from query.errors import InvalidQueryError
 from query.solving import cpsat, solve
-from query.solving.chords import Chords
+from query.solving.evenness import even_cost
 from query.solving.matching import MANY, splits
 from query.solving.solve import Solutions
-from query.solving.spread import even_cost
+from query.solving.systems import Chords
 
 #: Random systems to compare all solvers on; a release is held to 5,000.
 SYSTEMS = int(os.environ.get("QUERY_SYSTEMS", "300"))

@@ -15,11 +15,11 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from query import Boundary, Stroke
 from query.errors import InvalidQueryError
-from query.listing.edgesoff import edges_off
-from query.listing.loops import loop_widths
+from query.listing.lane import loop_widths
 from query.listing.measured import symmetries
 from query.listing.ranking import ORDERS, Order
 from query.placing import flow_distance, laid, quality
+from query.placing.strand import edges_off
 
 HEXAGON = Boundary((4, 3, 4, 3, 4, 4))
 

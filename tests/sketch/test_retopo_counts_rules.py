@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.counts import (
 )
 from query.boundary import Boundary
 from query.engine import PatternSource, fills
-from query.listing.familylookup import FamilyLookup
+from query.listing.construction import FamilyLookup
 
 
 @pytest.mark.parametrize(("n_sides", "longest"), [(2, 30), (3, 14), (4, 7), (5, 5), (6, 3)])

@@ -15,8 +15,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.filling import Choice
 from patterndb_sketch.retopo.filling.expansion import Expansion
 from query.engine import PatternSource, fills
-from query.identity import quads_key
-from query.weld import weld
+from query.identity import quads_key, weld
 
 
 def split(choice: Choice, half: int) -> tuple[Int32Array, list[int]]:

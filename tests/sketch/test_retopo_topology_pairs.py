@@ -21,7 +21,7 @@ from patterndb_sketch.retopo.filling import completed, irregular_vertices, welde
 from patterndb_sketch.retopo.network import Network, equal
 from patterndb_sketch.retopo.tools.movepair import least_changes, move_pair
 from query.engine import PatternSource, fills
-from query.solving.chords import Chords
+from query.solving.systems import Chords
 
 
 @pytest.fixture(scope="module")

@@ -20,8 +20,7 @@ from patterndb_sketch.retopo.filling import (
 )
 from patterndb_sketch.retopo.network import Network, check
 from query.engine import PatternSource
-from query.identity import quads_key
-from query.weld import weld
+from query.identity import quads_key, weld
 
 UP = np.array([0.0, 0.0, 1.0])
 

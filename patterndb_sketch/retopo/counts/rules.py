@@ -17,7 +17,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.counts.problem import CountsProblem
 from query.boundary import MAX_PERIMETER, Boundary
-from query.listing.familylookup import MOST_SIDES, FamilyLookup
+from query.listing.construction import MOST_SIDES, FamilyLookup
 
 #: Up to so many sides the inequalities are the family's own answer.
 SURE_SIDES = 6
@@ -60,7 +60,7 @@ def has_cheap_fill(lengths: tuple[int, ...]) -> bool:
 def family_rule(lengths: tuple[int, ...]) -> bool:
     """The same by the complete family itself, for 2 to 8 sides.
 
-    It is asked by :class:`query.listing.familylookup.FamilyLookup`, which takes 2 to 130
+    It is asked by :class:`query.listing.construction.FamilyLookup`, which takes 2 to 130
     microseconds and grows the family on first use: too much for a search that asks a million
     times, so that :func:`has_cheap_fill` answers there.
     """

@@ -16,8 +16,8 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import By, Choice
 from query.boundary import Boundary
 from query.expand import edges_of, expand_quads
+from query.identity import weld_quads
 from query.recognise import as_fill
-from query.weld import weld_quads
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -25,8 +25,8 @@ from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from query.engine import PatternSource
 from query.identity import is_mesh
 from query.placing.laplace import harmonic
-from query.solving.chords import Chords
 from query.solving.solve import solutions
+from query.solving.systems import Chords
 
 #: One step changes the width of a polychord by this much at most. Circuits of a graph, which the
 #: least changes are, pass an edge twice at most.

@@ -4,15 +4,58 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache, lru_cache
 
 from query.boundary import Boundary
 from query.construct import constructed
+from query.construct.plan import PartFill
+from query.expand import expand_marked
 from query.fill import Fill
-from query.listing.familylookup import FamilyLookup
 from query.listing.filters import Filters
 from query.listing.lane import Found, Search, Step
 from query.listing.ranking import Rank
+from query.marks.bestmarked import BOUNDARY_CAP, BestMarked, best_marked, family_index
 from query.stroke import Stroke
+
+#: Sides up to which the family has marked patterns worth looking through.
+MOST_SIDES = 8
+
+#: Boundaries whose answers are kept: constructions ask for the same parts many times.
+KEPT = 65_536
+
+
+class FamilyLookup:
+    """Best fills of boundaries with 2 to 8 sides; see :class:`query.construct.plan.Lookup`."""
+
+    max_sides = MOST_SIDES
+
+    def __init__(self) -> None:
+        self._found = lru_cache(maxsize=KEPT)(self._find)
+
+    @staticmethod
+    @cache
+    def shared() -> FamilyLookup:
+        """The one that all queries use."""
+        return FamilyLookup()
+
+    def count(self, boundary: Boundary, *, strict: bool = False) -> int | None:
+        found = self._found(boundary, strict)
+        return None if found is None else found.n_irregular
+
+    def best(self, boundary: Boundary, *, strict: bool = False) -> PartFill | None:
+        found = self._found(boundary, strict)
+        if found is None:
+            return None
+        marked = family_index(boundary.n_sides).marked
+        got = expand_marked(marked, found.row, found.strand_widths, found.orientation)
+        return PartFill(got.quads, found.n_irregular)
+
+    def _find(self, boundary: Boundary, strict: bool) -> BestMarked | None:
+        index = family_index(boundary.n_sides)
+        # Each reflex corner may cost one more than the marks of a convex boundary do.
+        most = index.marked.most + boundary.corners.count("reflex")
+        return best_marked(index, boundary, cap=0 if strict else BOUNDARY_CAP, most=most)
+
 
 #: Constructed fills come after all others with as many irregular vertices: their boundary ones
 #: count from here.
@@ -97,6 +140,6 @@ def _off(fill: Fill, search: Search, strokes: Sequence[Stroke]) -> int | None:
     """Edges by which the fill's strands miss the strokes; None beyond the tolerance."""
     if not strokes:
         return 0
-    from query.listing.edgesoff import edges_off
+    from query.placing.strand import edges_off
 
     return edges_off(fill, strokes, search.asked.tolerance)

@@ -1,9 +1,11 @@
-"""The pentagon of one interior vertex of valence 5, and where it can be cut off an outline.
+"""The parts that need no table: a pentagon and a rectangle, and where an outline has room for them.
 
-Straight lines from its middle meet every side. Side k is x_k + x_{k+2} edges long, x_k of
-them before the line that meets it, so x_k = S/2 - L_{k+1} - L_{k+2} with S the perimeter:
-the pentagon exists exactly if S is even and any two sides next to each other are shorter
-than half of it.
+The pentagon has one interior vertex, of valence 5; straight lines from it meet every side. Side k
+is x_k + x_{k+2} edges long, x_k of them before the line that meets it, so
+x_k = S/2 - L_{k+1} - L_{k+2} with S the perimeter: the pentagon exists exactly if S is even and any
+two sides next to each other are shorter than half of it.
+
+The rectangle is a grid laid anywhere in a boundary: the construction that never fails.
 """
 
 from __future__ import annotations
@@ -13,10 +15,11 @@ from functools import cache, lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Index, Int32Array
 from patterndb.core.pattern import Pattern
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.system.kernels import kernel
+from query.boundary import Boundary
 from query.expand import expand_quads
 
 #: Positions tried along a side; longer sides are tried in larger steps.
@@ -133,3 +136,61 @@ def _best_cut(
                 best = value
                 best_u, best_w, best_e = u, w, e
     return best, best_u, best_w, best_e
+
+
+def best_rectangle(boundary: Boundary) -> tuple[int, int, int]:
+    """The rectangle with fewest irregular vertices: (irregular, p, a).
+
+    Its corners fall on the boundary vertices p, p + a, p + P/2 and p + P/2 + a. Among equals
+    the nearest to a square. There is always one.
+    """
+    gain = np.zeros(boundary.perimeter, np.int64)
+    if boundary.n_sides:
+        # A grid's corner makes a convex corner regular; at a reflex one it only falls on a
+        # vertex that is irregular anyway.
+        counts = np.array(boundary.corner_counts)
+        gain[list(boundary.side_starts[:-1])] = np.where(counts == 1, 2, 1)
+    half = boundary.perimeter // 2
+    gained, p, a = best_places(gain[:half] + gain[half:])
+    return boundary.n_sides + 4 - int(gained), int(p), int(a)
+
+
+@kernel
+def best_places(gain: NDArray[np.int64]) -> tuple[Index, Index, Index]:
+    """(gain, p, a) of the best rectangle.
+
+    gain: (P/2,) what a pair of opposite corners at p and p + P/2 gains.
+    """
+    half = len(gain)
+    order = np.argsort(-gain, kind="mergesort")
+    best: tuple[Index, Index, Index] = (-1, 0, 0)
+    for i in range(half - 1):
+        x = order[i]
+        if gain[x] + gain[order[i + 1]] < best[0]:
+            break
+        for j in range(i + 1, half):
+            y = order[j]
+            both = gain[x] + gain[y]
+            if both < best[0]:
+                break
+            a = abs(y - x)
+            if both > best[0] or abs(2 * a - half) < abs(2 * best[2] - half):
+                best = (both, min(x, y), a)
+    return best
+
+
+def rectangle_quads(perimeter: int, p: int, a: int) -> Int32Array:
+    """(q, 4) int32 quads of the grid with corners p, p + a, p + P/2 and p + P/2 + a.
+
+    Boundary vertices are 0..perimeter - 1, interior ones follow.
+    """
+    b = perimeter // 2 - a
+    grid = np.empty((b + 1, a + 1), np.int32)
+    grid[0] = np.arange(a + 1)
+    grid[:, a] = a + np.arange(b + 1)
+    grid[b, ::-1] = a + b + np.arange(a + 1)
+    grid[::-1, 0] = (2 * a + b + np.arange(b + 1)) % perimeter
+    grid = np.where(grid < perimeter, (grid + p) % perimeter, grid).astype(np.int32)
+    grid[1:b, 1:a] = perimeter + np.arange((a - 1) * (b - 1)).reshape(b - 1, a - 1)
+    corners = (grid[:-1, :-1], grid[:-1, 1:], grid[1:, 1:], grid[1:, :-1])
+    return np.stack([c.ravel() for c in corners], axis=1)
