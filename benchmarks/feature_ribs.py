@@ -9,17 +9,21 @@ one rib, without its slice and samples: the paper has 300 ms for that.
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 
 from patterndb.geometry.polyline import sampled
-from patterndb_sketch.features.bodies import CARS, body, degrade
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import RADIUS, STITCH, build_ribs
 from patterndb_sketch.features.ribs.outline import repaired, sliced
 from patterndb_sketch.features.ribs.slicing import frame
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from bodies import CARS, body, degrade
 
 RIBS, RUNS, SEED = 100, 9, 1
 

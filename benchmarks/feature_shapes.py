@@ -12,20 +12,24 @@ are no part of its surface: the hidden ones and those along curves that nobody c
 from __future__ import annotations
 
 import argparse
+import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Floats
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.features.bodies import CARS, Body, body, degrade
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Registration, Template, box_template, register
 from patterndb_sketch.features.shapemodel import ErrorTable, ShapeModel, edit, error_table, moved
 from patterndb_sketch.features.splines import Spline
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from bodies import CARS, Body, body, degrade
 
 SEED = 1
 

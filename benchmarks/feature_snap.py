@@ -18,10 +18,12 @@ from __future__ import annotations
 
 import argparse
 import statistics
+import sys
 import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -30,12 +32,14 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb_sketch.features.bodies import CARS, Body, NamedCurve, body, degrade, stroke
 from patterndb_sketch.features.fishbone import Fishbone, cut, synchronised, terms
 from patterndb_sketch.features.initial import initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import build_ribs
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from bodies import CARS, Body, NamedCurve, body, degrade, stroke
 
 #: Strokes are up to this share of the diagonal off.
 ERROR = 0.01

@@ -19,8 +19,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from bodies import CARS, Body, NamedCurve, body, degrade, stroke
 
-from patterndb_sketch.features.bodies import CARS, Body, NamedCurve, body, degrade, stroke
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.files.strokesjson import write_strokes

@@ -109,8 +109,10 @@ Canvas.of(made.points, made.triangles).pick([0.5, 0.5, 5], [0, 0, -1])
 
 #: Feature curves: a stroke on a clean and on a messy body, snapped, dragged.
 FEATURES = """
+import os, sys
+sys.path.insert(0, os.path.dirname(example))
 from patterndb.geometry.polyline import sampled
-from patterndb_sketch.features.bodies import CARS, body, degrade, stroke
+from bodies import CARS, body, degrade, stroke
 from patterndb_sketch.features.drag import View, begin_drag, dragged
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import build_ribs

@@ -8,6 +8,7 @@ Needs no display.
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +19,12 @@ from PIL import Image
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.bodies import CARS, Body, body, random_body
-from patterndb_sketch.features.bodies.wheels import wheel
 from viewer import style
 from viewer.opengl import prepare_opengl
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from bodies import CARS, Body, body, random_body
+from bodies.clutter import wheel
 
 ROOT = Path(__file__).parents[1]
 

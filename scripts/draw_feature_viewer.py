@@ -16,12 +16,14 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from patterndb_sketch.features.bodies import Body, body, degrade, stroke
 from patterndb_sketch.features.model import Model
 from viewer.drawn import save_drawn
 from viewer.features import FeatureState
 from viewer.features.keys import KEYS
 from viewer.features.picture import Painter
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from bodies import Body, body, degrade, stroke
 
 ROOT = Path(__file__).parents[1]
 

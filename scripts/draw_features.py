@@ -10,6 +10,7 @@ is left out, and registration shows a generated body alone. Needs no display.
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,7 +37,6 @@ from PIL import Image
 
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.bodies import body, degrade, stroke
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.initial import initial_curve
@@ -47,6 +47,9 @@ from patterndb_sketch.features.snap import Snap, snap
 from patterndb_sketch.features.splines import Spline
 from viewer import style
 from viewer.opengl import prepare_opengl
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from bodies import body, degrade, stroke
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples" / "features"

@@ -16,7 +16,6 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from patterndb_sketch.features.bodies import CARS, body
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Template, box_template, register
 from patterndb_sketch.features.shapemodel import ShapeModel
@@ -29,6 +28,9 @@ from viewer.shapes.keys import KEYS
 from viewer.shapes.picture import compose
 from viewer.solid import Solid
 from viewer.view import View
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
+from bodies import CARS, body
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks"))

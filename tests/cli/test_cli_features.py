@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from bodies import body
 from commandline import assert_refused, run
 from featurecases import TEMPLATE, car_bodies, write_bodies
 
 from ingest.formats import read_mesh
-from patterndb_sketch.features.bodies import body
 from patterndb_sketch.features.files.curvesjson import read_curves
 from patterndb_sketch.features.initial import interpolating
 from patterndb_sketch.features.model import Model

@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from bodies import CARS, Body, body, random_body
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.features.bodies import CARS, Body, body, random_body
 
 #: Resolution of the bodies that all tests share.
 COARSE = 0.5

@@ -5,10 +5,10 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from bodies import Body, body
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.bodies import Body, body
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import (

@@ -7,12 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from body_cases import COARSE, NAMES, directed, made, near, sagitta, winding
-from scipy.spatial import KDTree
-
-from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.features.bodies import (
+from bodies import (
     CARS,
     COMPONENTS,
     Car,
@@ -22,9 +17,14 @@ from patterndb_sketch.features.bodies import (
     random_car,
     stroke,
 )
-from patterndb_sketch.features.bodies.body import shape
-from patterndb_sketch.features.bodies.coons import unit
-from patterndb_sketch.features.bodies.rounding import Ridge, rounded
+from bodies.body import shape
+from bodies.coons import unit
+from bodies.curves import Ridge, rounded
+from body_cases import COARSE, NAMES, directed, made, near, sagitta, winding
+from scipy.spatial import KDTree
+
+from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.errors import InvalidFeatureError
 
 

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bodies import EXTERIOR, INTERIOR, SURFACE, degrade
+from bodies.clutter import exterior_parts, interior_parts
 from body_cases import NAMES, made, near, sagitta, winding
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
-from patterndb_sketch.features.bodies import EXTERIOR, INTERIOR, SURFACE, degrade
-from patterndb_sketch.features.bodies.clutter import exterior_parts, interior_parts
 
 
 def test_without_faults_the_patches_are_the_clean_body() -> None:

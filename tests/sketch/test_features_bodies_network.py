@@ -6,9 +6,10 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from bodies import CARS, COMPONENTS
 from body_cases import NAMES, made
 
-from patterndb_sketch.features.bodies import BOXES, CARS, COMPONENTS, CORNERS
+from patterndb_sketch.features.registration.boxes import BOXES, CORNERS
 
 
 @pytest.mark.parametrize("name", NAMES)

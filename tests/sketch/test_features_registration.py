@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bodies import degrade
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from model_cases import sphere, together
@@ -23,7 +24,6 @@ from registration_cases import (
 )
 from scipy.optimize import lsq_linear
 
-from patterndb_sketch.features.bodies import degrade
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Chain, Part, Template, register

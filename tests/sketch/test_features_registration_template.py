@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 from registration_cases import R, car_template, laid, rim, sheet
 
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.features.bodies.network import CORNERS
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import (
     Chain,
@@ -21,6 +20,7 @@ from patterndb_sketch.features.registration import (
     resolved,
     template_of_name,
 )
+from patterndb_sketch.features.registration.boxes import CORNERS
 from patterndb_sketch.features.registration.template import edges, parts_of, sampled
 
 

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bodies import body, degrade
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from model_cases import soup, sphere, together
 from rib_cases import ACROSS, BOX, BOX_FACES, bumpy, sound, to_polyline, torus
 
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.features.bodies import body, degrade
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import build_rib, build_ribs, slice_model

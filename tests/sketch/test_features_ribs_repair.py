@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from bodies import body, degrade
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from model_cases import to_model
@@ -12,7 +13,6 @@ from shared import SHARED
 
 from ingest.formats import read_mesh
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.features.bodies import body, degrade
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
 from patterndb_sketch.features.ribs.outline import GAP

@@ -7,11 +7,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bodies import body, degrade, stroke
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb_sketch.features.bodies import body, degrade, stroke
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import initial_curve
 from patterndb_sketch.features.model import Model

@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bodies import body, stroke
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 from patterndb.system.documents import JsonValue, parse_json
-from patterndb_sketch.features.bodies import body, stroke
 from patterndb_sketch.features.curvesettings import (
     own_numbers,
     settings_numbers,

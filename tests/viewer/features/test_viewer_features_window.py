@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from bodies import body, degrade, stroke
 from events import Events, alike, can_draw, check_looking, read
 from tents import BESIDE, at, drawn, keys, opened, picked, tent
 
-from patterndb_sketch.features.bodies import body, degrade, stroke
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import Session, read_network, read_session
 from viewer import PictureFormatError

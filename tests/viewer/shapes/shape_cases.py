@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import cache
 
 import numpy as np
+from bodies import body
 
-from patterndb_sketch.features.bodies import body
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Registration, Template, box_template, register

@@ -1,4 +1,5 @@
-"""Bodies: the clean mesh of a car, with its named curves and the network that they form."""
+"""Bodies: the clean mesh of a car, with its named curves and the network that they form, and rough
+strokes along them, as users draw them."""
 
 from __future__ import annotations
 
@@ -6,19 +7,18 @@ from dataclasses import dataclass, field
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from bodies.car import CARS, Car, random_car
+from bodies.coons import MIRROR, Coons, blended, cut, grid_faces, weld
+from bodies.curves import Kind, Line, Ridge, lines, rounded
+from bodies.layout import Layout, joined, layout
+from bodies.outline import Outline, outline
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
-from patterndb_sketch.features.bodies.car import CARS, Car, random_car
-from patterndb_sketch.features.bodies.coons import MIRROR, Coons
-from patterndb_sketch.features.bodies.curves import Component, Kind, Line, lines
-from patterndb_sketch.features.bodies.grids import blended, cut, grid_faces, weld
-from patterndb_sketch.features.bodies.network import CORNERS, Corner
-from patterndb_sketch.features.bodies.outline import Outline, outline
-from patterndb_sketch.features.bodies.rounding import Ridge, rounded
-from patterndb_sketch.features.bodies.samples import Layout, joined, layout
+from patterndb.geometry.polyline import arc_length, at_lengths
+from patterndb.geometry.surface import Surface
 from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.registration.boxes import CORNERS, BoxCorner, Component
 
 #: Components in the order of :attr:`Body.components`.
 COMPONENTS: tuple[Component, ...] = ("roof", "body", "front_wheelhouse", "rear_wheelhouse")
@@ -68,9 +68,9 @@ class Body:
     car: Car
     points: Points = field(repr=False)
     faces: Int64Array = field(repr=False)
-    patches: NDArray[np.int64] = field(repr=False)
+    patches: Int64Array = field(repr=False)
     patch_names: tuple[str, ...] = field(repr=False)
-    components: NDArray[np.int64] = field(repr=False)
+    components: Int64Array = field(repr=False)
     features: tuple[NamedCurve, ...] = field(repr=False)
     corners: dict[str, Points] = field(repr=False)
     resolution: float
@@ -230,9 +230,45 @@ def _corners(features: tuple[NamedCurve, ...]) -> dict[str, Points]:
     return {corner.name: _meeting(corner, by_name) for corner in CORNERS}
 
 
-def _meeting(corner: Corner, by_name: dict[str, NamedCurve]) -> Points:
+def _meeting(corner: BoxCorner, by_name: dict[str, NamedCurve]) -> Points:
     """The end of a curve that lies nearest to the other curves of the corner."""
     first, *others = (by_name[name].points for name in corner.curves)
     ends = first[[0, -1]]
     apart = sum(np.linalg.norm(ends[:, None] - other[None], axis=2).min(axis=1) for other in others)
     return ends[int(np.argmin(apart))]
+
+
+#: A stroke has from FEWEST to MOST points, and begins and ends within this share of the length.
+FEWEST, MOST = 4, 8
+ENDS = 0.03
+
+
+def stroke(body: Body, feature: str, error: float = 0.01, seed: int = 0) -> Points:
+    """(k, 3) float64 points on the clean body near a feature, 4 to 8 of them in order.
+
+    error: the greatest distance from the feature across it, as a share of the diagonal; a point
+           is as far as a number drawn evenly up to it, then moves to the nearest surface point,
+           which is nowhere farther from its foot on the feature than twice the error.
+    Raises InvalidFeatureError for an unknown or hidden feature, or an error out of 0 to 0.1.
+    """
+    curve = body.feature(feature)
+    if curve.kind == "hidden":
+        raise InvalidFeatureError(f"the curve {feature!r} is hidden: nobody can draw along it")
+    if not 0.0 <= error <= 0.1:
+        raise InvalidFeatureError(f"the error {error} is not between 0 and 0.1 of the diagonal")
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(FEWEST, MOST + 1))
+    total = float(arc_length(curve.points)[-1])
+    inner = (np.arange(1, count - 1) + rng.uniform(-0.3, 0.3, count - 2)) / (count - 1)
+    shares = np.r_[rng.uniform(0.0, ENDS), inner, 1.0 - rng.uniform(0.0, ENDS)]
+    feet = at_lengths(curve.points, shares * total)
+    step = 1e-3 * total
+    ahead = at_lengths(curve.points, shares * total + step)
+    behind = at_lengths(curve.points, shares * total - step)
+    tangents = (ahead - behind) / np.linalg.norm(ahead - behind, axis=1, keepdims=True)
+    across = rng.normal(size=(count, 3))
+    across -= np.einsum("ij,ij->i", across, tangents)[:, None] * tangents
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    sizes = error * body.diagonal * rng.uniform(0.0, 1.0, count)
+    surface = Surface.from_arrays(body.points, body.triangles)
+    return surface.nearest(feet + sizes[:, None] * across).points

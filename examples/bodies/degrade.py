@@ -8,14 +8,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from bodies.body import WELD, Body, Shape, shape
+from bodies.clutter import exterior_parts, interior_parts
+from bodies.coons import MIRROR, blended, cut, extended, grid_faces, shrunk
+from bodies.layout import Layout, Piece, crowded, layout
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.bodies.body import WELD, Body, Shape, shape
-from patterndb_sketch.features.bodies.clutter import exterior_parts, interior_parts
-from patterndb_sketch.features.bodies.coons import MIRROR
-from patterndb_sketch.features.bodies.grids import blended, cut, extended, grid_faces, shrunk
-from patterndb_sketch.features.bodies.pieces import Piece
-from patterndb_sketch.features.bodies.samples import Layout, crowded, layout
 from patterndb_sketch.features.errors import InvalidFeatureError
 
 #: What a triangle belongs to.
@@ -43,8 +41,8 @@ class Mess:
 
     points: Points = field(repr=False)
     triangles: Int64Array = field(repr=False)
-    parts: NDArray[np.int64] = field(repr=False)
-    kinds: NDArray[np.int64] = field(repr=False)
+    parts: Int64Array = field(repr=False)
+    kinds: Int64Array = field(repr=False)
     reach: float
     flipped: NDArray[np.bool_] = field(repr=False)
 
