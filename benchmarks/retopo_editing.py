@@ -45,7 +45,12 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import check, genus_of, handles_of
 from patterndb_sketch.retopo.script import line_of
-from patterndb_sketch.retopo.sessionfile import Session, parse_session, session_bytes, surface_bytes
+from patterndb_sketch.retopo.sessionfile import (
+    RetopoSession,
+    parse_session,
+    session_bytes,
+    surface_bytes,
+)
 from query.engine import PatternSource
 
 #: Calls after which a new drawing is begun, and chains that are enough for one.
@@ -218,7 +223,7 @@ class Watch:
 
     def digest(self, state: State) -> str:
         """Tells states apart; written out, so that arrays changed in place would show."""
-        data = session_bytes(Session(self.editor.ground, state), self.surface)
+        data = session_bytes(RetopoSession(self.editor.ground, state), self.surface)
         return hashlib.sha256(data).hexdigest()
 
     def step(self, call: Call, rng: np.random.Generator) -> str:
@@ -275,7 +280,7 @@ class Watch:
         self.now = self.digest(self.editor.state)
 
     def save(self) -> None:
-        session = Session(self.editor.ground, self.editor.state, "a.obj")
+        session = RetopoSession(self.editor.ground, self.editor.state, "a.obj")
         data = session_bytes(session, self.surface)
         again = parse_session(data)
         assert again.state.same(session.state), "the session reads as another"

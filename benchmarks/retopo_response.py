@@ -19,12 +19,12 @@ import numpy as np
 
 import patterndb
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.filling import changed, chosen_anew, ranked
+from patterndb_sketch.retopo.filling import change_counts, choose_counts, rank_fills
 from patterndb_sketch.retopo.ground import Ground, cleaned
 from patterndb_sketch.retopo.network import check
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.autocomplete import completions
-from patterndb_sketch.retopo.tools.spine import spine_preview
+from patterndb_sketch.retopo.tools.autocomplete import find_completions
+from patterndb_sketch.retopo.tools.spine import preview_spine
 
 #: Columns and rows of patches, and the sheet's side.
 COLUMNS, ROWS, SIDE = 5, 4, 10.0
@@ -89,16 +89,16 @@ def recounted(
     """Counts of MANY patches, chosen anew and changed one by one."""
     editor = drawn(ground, source, *MANY)
     edge = editor.sizes.edge
-    network, _ = chosen_anew(editor.network, edge)
+    network, _ = choose_counts(editor.network, edge)
     name = f"{MANY[0] * MANY[1]} patches"
-    anew = timed(lambda: chosen_anew(network, edge), int, max(1, times // 4))
+    anew = timed(lambda: choose_counts(network, edge), int, max(1, times // 4))
     chance = np.random.default_rng(1)
     steps: list[float] = []
     most = 0
     for chain in chance.choice(sorted(network.chains), times + 1):
         count = max(1, network.chains[chain].count + int(chance.choice([-2, -1, 1, 2])))
         begun = time.perf_counter()
-        after, _ = changed(network, edge, {int(chain): count})
+        after, _ = change_counts(network, edge, {int(chain): count})
         steps.append(1000.0 * (time.perf_counter() - begun))
         others = sum(after.chains[c].count != network.chains[c].count for c in network.chains)
         most = max(most, others)
@@ -139,7 +139,9 @@ def main() -> None:
             editor.fill()
 
         def suggest() -> object:
-            return completions(editor.network, ground, at.points[0], at.normals[0], editor.sizes)
+            return find_completions(
+                editor.network, ground, at.points[0], at.normals[0], editor.sizes
+            )
 
         assert suggest()
         spine = cleaned(line((8.6, 3.2), (8.7, 6.0)), ground, editor.sizes, closed=False)
@@ -149,7 +151,7 @@ def main() -> None:
             (
                 "a spine's preview",
                 timed(
-                    lambda: spine_preview(editor.network, ground, spine, editor.sizes),
+                    lambda: preview_spine(editor.network, ground, spine, editor.sizes),
                     int,
                     given.times,
                 ),
@@ -157,7 +159,7 @@ def main() -> None:
             ("a count changed by 1", timed(count, undo, given.times)),
             (
                 "list of 40 fills of a patch",
-                timed(lambda: list(ranked(editor.network, edge, source)), int, given.times),
+                timed(lambda: list(rank_fills(editor.network, edge, source)), int, given.times),
             ),
         ]
         rows += recounted(ground, source, given.times)

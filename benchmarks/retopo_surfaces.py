@@ -28,9 +28,9 @@ from ingest.formats import read_mesh
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import FilledNetwork
-from patterndb_sketch.retopo.filling.report import hausdorff, report
+from patterndb_sketch.retopo.filling.report import hausdorff, report_mesh
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.script import Script, play, read_script
+from patterndb_sketch.retopo.script import Script, play_script, read_script
 
 ROOT = Path(__file__).parents[1]
 SCRIPTS = ROOT / "examples" / "retopo"
@@ -61,7 +61,7 @@ def played(script: Path, data: Path) -> Played | None:
     started = time.perf_counter()
     with patterndb.open() as database:
         editor = Editor(ground, database)
-        for line, outcome in play(wanted, editor, _no_export):
+        for line, outcome in play_script(wanted, editor, _no_export):
             for note in outcome.notes:
                 print(f"{script.name}, line {line.number}: {note}", file=sys.stderr)
         found = editor.fill()
@@ -70,7 +70,7 @@ def played(script: Path, data: Path) -> Played | None:
 
 def row(name: str, one: Played) -> str:
     """The table's row of a script."""
-    made = report(one.found, one.ground)
+    made = report_mesh(one.found, one.ground)
     sides = ", ".join(f"{count} of {corners}" for corners, count in made.patches.items())
     cells = (
         name,

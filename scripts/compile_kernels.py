@@ -140,16 +140,16 @@ shaded(skin, Seen(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
 RETOPO = """
 import numpy as np
 from patterndb_sketch.retopo.counts import CountsProblem, changed, choose
-from patterndb_sketch.retopo.filling.edgecounts import fewest_edges
+from patterndb_sketch.retopo.filling.edgecounts import count_fewest_edges
 from patterndb_sketch.retopo.ground import Ground, cleaned, geodesic, planar_cut
 from patterndb_sketch.retopo.network import Network, with_borders
 from patterndb_sketch.retopo.network.flooding import flooded
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.autocomplete import completions
-from patterndb_sketch.retopo.tools.corner import toggle
-from patterndb_sketch.retopo.tools.erase import erase_crossed
+from patterndb_sketch.retopo.tools.autocomplete import find_completions
+from patterndb_sketch.retopo.tools.corner import toggle_corner
+from patterndb_sketch.retopo.tools.erase import erase_crossed_chains
 from patterndb_sketch.retopo.tools.salience import Salience
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 x, y = np.meshgrid(np.linspace(0, 9, 28), np.linspace(0, 9, 28))
 vertices = np.stack([x, y, 0.1 * np.sin(x)], axis=-1).reshape(-1, 3)
 i = np.array([k for k in range(27 * 28) if k % 28 < 27])
@@ -160,15 +160,15 @@ network = with_borders(Network(longest=99.0), ground, sizes.sampling)
 ring = [(4 + np.cos(t), 4 + np.sin(t), 0) for t in np.linspace(0, 6.2, 50)]
 lines = [[(2, 4, 0), (7, 4, 0)], [(3, 2, 0), (3, 7, 0)], [(2, 2, 0), (2, 7, 0), (7, 7, 0)]]
 for line in (*lines, ring):
-    network = insert(network, ground, sizes, cleaned(line, ground, sizes)).network
+    network = insert_stroke(network, ground, sizes, cleaned(line, ground, sizes)).network
 ground.project([[4, 4, 9.0]], [[0, 0, 1.0]])
 one, two = ground.nearest([[1, 1, 0.0]]), ground.nearest([[8, 8, 0.0]])
 geodesic(ground, one, two).sampled(ground, sizes.sampling)
 planar_cut(ground, one, (1, 0.3, 0))
-completions(network, ground, (4.99, 4, 0), (0, 0, 1), sizes)
-network = toggle(network, sizes, (5, 4.1, 0), (0, 0, 1)).network
-erase_crossed(network, cleaned([(4.5, 3, 0), (4.5, 6, 0)], ground, sizes))
-fewest_edges(next(iter(network.chains.values())), sizes.edge)
+find_completions(network, ground, (4.99, 4, 0), (0, 0, 1), sizes)
+network = toggle_corner(network, sizes, (5, 4.1, 0), (0, 0, 1)).network
+erase_crossed_chains(network, cleaned([(4.5, 3, 0), (4.5, 6, 0)], ground, sizes))
+count_fewest_edges(next(iter(network.chains.values())), sizes.edge)
 flooded(ground, np.zeros(len(ground.triangles), bool), np.array([0], np.int32), 1e9)
 Salience.of(ground, sizes.edge).felt(ground.vertices[:2], ground.normals[:2], "both")
 patches = [[[0], [1], [2], [3]], [[1], [4], [4]]]

@@ -23,7 +23,7 @@ from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.filling import RetopoMesh, irregular_vertices, welded
+from patterndb_sketch.retopo.filling import RetopoMesh, find_irregular_vertices, weld_fills
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, script_of
@@ -128,7 +128,7 @@ def picture(
     plotter = pv.Plotter(off_screen=True, window_size=[FINER * size[0], FINER * size[1]])
     plotter.set_background(PAPER)  # pyright: ignore[reportCallIssue, reportArgumentType]
     filled = editor.fill()
-    mesh = welded(filled)
+    mesh = weld_fills(filled)
     at = ground.vertices
     if quads and len(mesh.quads):
         at = at - _depths(mesh, ground, edge)[:, None] * eye
@@ -190,7 +190,7 @@ def _closed(mesh: RetopoMesh) -> bool:
 def _quads(plotter: pv.Plotter, editor: Editor, points: Points, eye: Points, edge: float) -> None:
     """Quads in the colours of their patches, their edges, and irregular vertices; edge: the
     length that these are as large as."""
-    mesh = welded(editor.fill())
+    mesh = weld_fills(editor.fill())
     colour = colours(editor)
     body = pv.PolyData.from_regular_faces(points, mesh.quads)
     tints = [[int(colour[p][k : k + 2], 16) for k in (1, 3, 5)] for p in mesh.patch.tolist()]
@@ -199,7 +199,7 @@ def _quads(plotter: pv.Plotter, editor: Editor, points: Points, eye: Points, edg
         body, scalars="tint", rgb=True, show_edges=True, edge_color=EDGE,
         line_width=FINER * 0.8, ambient=0.35, specular=0.0,
     )  # fmt: skip
-    wrong, valences = irregular_vertices(mesh)
+    wrong, valences = find_irregular_vertices(mesh)
     for k, valence in zip(wrong.tolist(), valences.tolist(), strict=True):
         ball = pv.Sphere(radius=DOT * edge, center=points[k] + 1.2 * ABOVE * edge * eye)
         plotter.add_mesh(ball, color=VALENCES.get(valence, OTHER_VALENCE), lighting=False)

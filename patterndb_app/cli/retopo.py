@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from patterndb_sketch.retopo.editor import Editor, Outcome
     from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
     from patterndb_sketch.retopo.filling.report import Report
-    from patterndb_sketch.retopo.script import Line, Script
+    from patterndb_sketch.retopo.script import Script, ScriptLine
 
 
 @click.command()
@@ -122,17 +122,17 @@ def retopo(
             "--record out, or begin another session"
         )
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from patterndb_sketch.retopo.autosave import recoveries
+    from patterndb_sketch.retopo.autosave import find_recoveries
     from patterndb_sketch.retopo.script import Script, read_script, write_script
-    from patterndb_sketch.retopo.sessionfile import Session, write_session
+    from patterndb_sketch.retopo.sessionfile import RetopoSession, write_session
 
     wanted = None if script is None else read_script(script)
-    refused: list[tuple[Line, Outcome]] = []
-    done: list[Line] = []
+    refused: list[tuple[ScriptLine, Outcome]] = []
+    done: list[ScriptLine] = []
     with open_database(db) as database:
         start = begun(asked, wanted, database)
         editor, name = start.editor, Path(start.surface).name
-        for one in recoveries(session):
+        for one in find_recoveries(session):
             say(
                 f"a crash left work on this session: {one.path}; rename it to end in .retopo to "
                 "read it, or press R in the window"
@@ -149,7 +149,7 @@ def retopo(
             found = editor.fill()
         mesh = editor.mesh(found)
         if session is not None and wanted is not None and not view:
-            write_session(session, Session(start.ground, editor.state, name))
+            write_session(session, RetopoSession(start.ground, editor.state, name))
             say(f"written: {session}")
         if record is not None and not view:
             write_script(record, said)
@@ -166,9 +166,9 @@ def retopo(
         say(note)
     if nothing_else:
         return 0
-    from patterndb_sketch.retopo.filling.report import open_loops, report
+    from patterndb_sketch.retopo.filling.report import find_open_loops, report_mesh
 
-    made = report(found, start.ground, mesh)
+    made = report_mesh(found, start.ground, mesh)
     if as_json:
         document: dict[str, object] = {
             "surface": start.surface,
@@ -179,7 +179,7 @@ def retopo(
                 for line, outcome in refused
             ],
             **asdict(made),
-            "open_loops": [asdict(loop) for loop in open_loops(found.network)],
+            "open_loops": [asdict(loop) for loop in find_open_loops(found.network)],
             "seconds": round(seconds, 6),
             "notes": list(found.notes),
             "output": None if output is None else str(output),
@@ -193,16 +193,16 @@ def retopo(
 
 def _played(
     wanted: Script, editor: Editor, script: Path, lenient: bool
-) -> tuple[list[Line], list[tuple[Line, Outcome]]]:
+) -> tuple[list[ScriptLine], list[tuple[ScriptLine, Outcome]]]:
     """Play a script; the lines that did something, and those that were refused."""
-    from patterndb_sketch.retopo.script import play
+    from patterndb_sketch.retopo.script import play_script
 
     def export(name: str, found: FilledNetwork) -> None:
         _write(script.parent / name, editor.mesh(found))
 
-    done: list[Line] = []
-    refused: list[tuple[Line, Outcome]] = []
-    for line, outcome in play(wanted, editor, export, lenient=lenient):
+    done: list[ScriptLine] = []
+    refused: list[tuple[ScriptLine, Outcome]] = []
+    for line, outcome in play_script(wanted, editor, export, lenient=lenient):
         for note in outcome.notes:
             say(f"line {line.number}: {note}")
         if outcome.refused is None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from patterndb_sketch.retopo.editor import Editor
     from patterndb_sketch.retopo.ground import Ground
     from patterndb_sketch.retopo.script import Script
-    from patterndb_sketch.retopo.sessionfile import Session
+    from patterndb_sketch.retopo.sessionfile import RetopoSession
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +92,7 @@ def _from_quads(path: Path, database: Database) -> Editor:
     from ingest.formats import read_mesh
     from patterndb_sketch.retopo.editor import Editor
     from patterndb_sketch.retopo.errors import InvalidRetopoError
-    from patterndb_sketch.retopo.quadimport import imported
+    from patterndb_sketch.retopo.quadimport import import_quads
 
     mesh = read_mesh(path)
     quads, _ = mesh.quads()
@@ -103,12 +103,12 @@ def _from_quads(path: Path, database: Database) -> Editor:
             "alone, or leave --quads out and draw on it"
         )
     try:
-        return Editor.of_quads(imported(mesh.points, quads), database)
+        return Editor.of_quads(import_quads(mesh.points, quads), database)
     except InvalidRetopoError as error:
         raise InvalidRetopoError(f"{path}: {error}") from error
 
 
-def _refuse_another(kept: Session, script: Script, beside: Path) -> None:
+def _refuse_another(kept: RetopoSession, script: Script, beside: Path) -> None:
     """InvalidRetopoError if a script names another surface than the session has, where it is
     there to be looked at."""
     import numpy as np

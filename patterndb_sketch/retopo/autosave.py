@@ -6,7 +6,7 @@ in a given folder where there is none yet:
     spot.retopo  ->  spot.retopo.1234-5ef2c0d9.recovery        unnamed.1234-5ef2c0d9.recovery
 
 with the number of the process that writes it, and a number of its own, so that two windows do
-not take each other's. One whose process is gone was left by a crash: :func:`recoveries` finds
+not take each other's. One whose process is gone was left by a crash: :func:`find_recoveries` finds
 these. A clean end removes its own.
 """
 
@@ -23,7 +23,7 @@ from pathlib import Path
 
 from patterndb.system.files import replace_file
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.sessionfile import Session, session_bytes, surface_bytes
+from patterndb_sketch.retopo.sessionfile import RetopoSession, session_bytes, surface_bytes
 from patterndb_sketch.retopo.state import State
 
 #: Seconds between two writes, as in the released program of Takayama et al. 2013.
@@ -97,7 +97,7 @@ class Autosave:
         if self._surface is None:
             self._surface = surface_bytes(self._ground)
         replace_file(
-            self.path, session_bytes(Session(self._ground, state, self._name), self._surface)
+            self.path, session_bytes(RetopoSession(self._ground, state, self._name), self._surface)
         )
         self._kept = state
         return True
@@ -129,7 +129,7 @@ class Autosave:
                 self.path.unlink(missing_ok=True)
 
 
-def recoveries(session: Path | None = None, folder: Path | None = None) -> list[Recovery]:
+def find_recoveries(session: Path | None = None, folder: Path | None = None) -> list[Recovery]:
     """What crashes left of work on a session, or with None of unnamed work in a folder; the latest
     first. Files of programs that still run are not among them.
 

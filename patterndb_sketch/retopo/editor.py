@@ -14,19 +14,19 @@ from typing import Any
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import (
-    Cache,
     FilledNetwork,
+    PlacedCache,
     RetopoMesh,
-    completed,
-    let_go,
-    welded,
+    fill_network,
+    release_vertices,
+    weld_fills,
 )
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, with_borders
-from patterndb_sketch.retopo.quadimport import Imported
+from patterndb_sketch.retopo.quadimport import QuadImport
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.state import DEPTH, History, State
-from patterndb_sketch.retopo.symmetry import Half, Plane, half_of, mirrored
+from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half, mirror_mesh
 from patterndb_sketch.retopo.table import TOOLS
 from patterndb_sketch.retopo.tool import ToolWork
 from query.engine import PatternSource
@@ -73,13 +73,13 @@ class Editor:
         network = with_borders(network, ground, chosen.sampling)
         self._history = History(State(network, chosen))
         # What is placed, and where ridges are, depends on the ground: the half one has its own.
-        self._caches: dict[Plane | None, Cache] = {}
+        self._caches: dict[Plane | None, PlacedCache] = {}
         self._halves: dict[Plane, Half] = {}
         self._kept: dict[Hashable, Any] = {}
         self._filled: FilledNetwork | None = None
 
     @classmethod
-    def of_quads(cls, found: Imported, source: PatternSource) -> Editor:
+    def of_quads(cls, found: QuadImport, source: PatternSource) -> Editor:
         """On the ground of a mesh of quads, with its regular grids as patches."""
         editor = cls(found.ground, source, found.sizes)
         editor.restore(State(found.network, found.sizes))
@@ -105,7 +105,7 @@ class Editor:
         if plane is None:
             return None
         if plane not in self._halves:
-            self._halves[plane] = half_of(self.ground, plane)
+            self._halves[plane] = cut_half(self.ground, plane)
         return self._halves[plane]
 
     @property
@@ -153,7 +153,7 @@ class Editor:
             return Outcome(False, str(error))
         state = result.state
         if not tool.holds:
-            state = replace(state, network=let_go(self.network, state.network))
+            state = replace(state, network=release_vertices(self.network, state.network))
         if state.same(self.state):
             return Outcome(False, None, result.notes)
         self._history.step(state)
@@ -161,16 +161,16 @@ class Editor:
 
     def fill(self) -> FilledNetwork:
         """Counts, fills and places for all patches of the state now; it keeps them."""
-        cache = self._caches.setdefault(self.state.plane, Cache())
-        found = completed(self.network, self.ground_now, self.source, self.sizes.edge, cache)
+        cache = self._caches.setdefault(self.state.plane, PlacedCache())
+        found = fill_network(self.network, self.ground_now, self.source, self.sizes.edge, cache)
         self.adopt(self.network, found)
         return found
 
     def mesh(self, found: FilledNetwork) -> RetopoMesh:
         """The quads of the filled network as one mesh; while symmetry is on with their image."""
         plane = self.state.plane
-        mesh = welded(found)
-        return mesh if plane is None else mirrored(mesh, found.network, plane).mesh
+        mesh = weld_fills(found)
+        return mesh if plane is None else mirror_mesh(mesh, found.network, plane).mesh
 
     def adopt(self, network: Network, found: FilledNetwork) -> bool:
         """Keep what was filled elsewhere, if the network is still the one that it was made for."""

@@ -51,7 +51,7 @@ class Quads:
         return (self.valence != wanted) & (self.valence > 0)
 
 
-def quads_of(vertices: ArrayLike, quads: ArrayLike) -> Quads:
+def check_quads(vertices: ArrayLike, quads: ArrayLike) -> Quads:
     """Check (v, 3) vertices and (q, 4) quads, counter-clockwise seen from outside.
 
     Raises InvalidRetopoError, which names the face, edge or vertex, for arrays of another shape,
@@ -135,7 +135,7 @@ def _twins(quads: Int32Array) -> Int32Array:
 # == Separatrices: edges that cut a mesh of quads into regular grids.
 
 
-def separatrices(mesh: Quads) -> tuple[Bools, Bools]:
+def mark_separatrices(mesh: Quads) -> tuple[Bools, Bools]:
     """(4q,) bool, half-edges on curves between patches; (v,) bool, vertices that are corners.
 
     From every irregular vertex edges are followed straight ahead, to an irregular vertex or the
@@ -222,7 +222,7 @@ def _cut_regular(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Curves:
+class GridCurves:
     """Of c curves; half-curve 2 k runs along curve k, 2 k + 1 back.
 
     edges: (m,) int32 half-edges, those of curve k from start[k] to start[k + 1], in order.
@@ -251,12 +251,14 @@ class Curves:
         return int(mesh.twin[along[-1]]) if half & 1 else int(along[0])
 
 
-def curves(mesh: Quads, marked: NDArray[np.bool_], corner: NDArray[np.bool_]) -> Curves:
+def follow_curves(mesh: Quads, marked: NDArray[np.bool_], corner: NDArray[np.bool_]) -> GridCurves:
     """Follow marked edges from corner to corner."""
-    return Curves(*_followed(mesh.twin, mesh.tail, marked, corner))
+    return GridCurves(*_followed(mesh.twin, mesh.tail, marked, corner))
 
 
-def around_corners(mesh: Quads, corner: NDArray[np.bool_], found: Curves) -> dict[int, list[int]]:
+def list_corner_curves(
+    mesh: Quads, corner: NDArray[np.bool_], found: GridCurves
+) -> dict[int, list[int]]:
     """The half-curves that leave every corner, by vertex, counter-clockwise.
 
     At a border the first has the mesh on its left, and the last on its right.
@@ -317,7 +319,7 @@ KEPT = 4096
 
 
 @kernel
-def grid(twin: Int32Array, tail: Int32Array, h: Index, w: Index, n: Index) -> Int32Array:
+def read_grid(twin: Int32Array, tail: Int32Array, h: Index, w: Index, n: Index) -> Int32Array:
     """(n + 1, w + 1) the vertices of the grid of w x n quads whose first row begins with
     half-edge h: row 0 from its start on, ahead of it; rows lie one left of the other."""
     found = np.empty((n + 1, w + 1), np.int32)
@@ -340,21 +342,21 @@ def grid(twin: Int32Array, tail: Int32Array, h: Index, w: Index, n: Index) -> In
 
 
 @lru_cache(maxsize=KEPT)
-def regular_choice(w: int, n: int) -> tuple[Choice, Int32Array]:
+def make_grid_choice(w: int, n: int) -> tuple[Choice, Int32Array]:
     """The fill of a patch of w x n edges by a regular grid, as the query engine gives it, taken by
     the user; and (n + 1, w + 1) the numbers of its vertices, row 0 along side 0."""
-    fill = regular_fill(w, n)
+    fill = make_grid_fill(w, n)
     tail = fill.quads.ravel()
     head = np.roll(fill.quads, -1, axis=1).ravel()
     number = {(int(a), int(b)): h for h, (a, b) in enumerate(zip(tail, head, strict=True))}
     twin = np.array(
         [number.get((int(b), int(a)), -1) for a, b in zip(tail, head, strict=True)], np.int32
     )
-    vertices = grid(twin, tail, number[0, 1], w, n)
+    vertices = read_grid(twin, tail, number[0, 1], w, n)
     vertices.flags.writeable = False
     return Choice.of(fill, "user"), vertices
 
 
-def regular_fill(w: int, n: int) -> Fill:
+def make_grid_fill(w: int, n: int) -> Fill:
     """The pattern of one quad, expanded to w x n."""
     return expand(Pattern.from_code(np.zeros(4, np.uint16)), (w, n))

@@ -12,18 +12,18 @@ from patterndb.core.halfedge import Int32Array, next_edge
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import flipped
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.filling import Choice, FilledNetwork, Filling, Placed
+from patterndb_sketch.retopo.filling import Choice, FilledNetwork, Filling, PlacedPatch
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import BORDER, Chain, HalfChain, Network, Node, Patch, face
 from patterndb_sketch.retopo.quadgrids import (
-    Curves,
+    GridCurves,
     Quads,
-    around_corners,
-    curves,
-    grid,
-    quads_of,
-    regular_choice,
-    separatrices,
+    check_quads,
+    follow_curves,
+    list_corner_curves,
+    make_grid_choice,
+    mark_separatrices,
+    read_grid,
 )
 from patterndb_sketch.retopo.sizes import Sizes
 
@@ -32,7 +32,7 @@ LONGEST = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Imported:
+class QuadImport:
     """A mesh of quads as a network.
 
     network: its curves, with their counts, and a patch for every grid, whose fill holds all
@@ -52,7 +52,7 @@ class Imported:
     unused: int
 
 
-def imported(vertices: ArrayLike, quads: ArrayLike, ground: Ground | None = None) -> Imported:
+def import_quads(vertices: ArrayLike, quads: ArrayLike, ground: Ground | None = None) -> QuadImport:
     """Take a mesh of quads apart into patches of regular grids, to be edited as if drawn.
 
     vertices: (v, 3). quads: (q, 4), counter-clockwise seen from outside.
@@ -64,15 +64,15 @@ def imported(vertices: ArrayLike, quads: ArrayLike, ground: Ground | None = None
     regular vertices go when a curve that made them is erased.
 
     Raises InvalidRetopoError for what is no manifold mesh of quads all turned alike; see
-    :func:`~patterndb_sketch.retopo.quadgrids.quads_of`. Source: the retopology program of
+    :func:`~patterndb_sketch.retopo.quadgrids.check_quads`. Source: the retopology program of
     Takayama et al. 2013. Differs from it: see :mod:`.separatrices`; vertices are not projected
     where the mesh is the ground.
     """
-    mesh = quads_of(vertices, quads)
+    mesh = check_quads(vertices, quads)
     laid = _Laid.of(mesh, ground)
-    marked, corner = separatrices(mesh)
-    found = curves(mesh, marked, corner)
-    return _Builder(mesh, laid, found).done(around_corners(mesh, corner, found))
+    marked, corner = mark_separatrices(mesh)
+    found = follow_curves(mesh, marked, corner)
+    return _Builder(mesh, laid, found).done(list_corner_curves(mesh, corner, found))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -109,14 +109,14 @@ def triangles_of(mesh: Quads) -> Int32Array:
 
 
 class _Builder:
-    """The steps of :func:`imported`, which need the same things."""
+    """The steps of :func:`import_quads`, which need the same things."""
 
-    def __init__(self, mesh: Quads, laid: _Laid, found: Curves) -> None:
+    def __init__(self, mesh: Quads, laid: _Laid, found: GridCurves) -> None:
         self.mesh = mesh
         self.laid = laid
         self.found = found
 
-    def done(self, corners: dict[int, list[int]]) -> Imported:
+    def done(self, corners: dict[int, list[int]]) -> QuadImport:
         found = self.found
         # Ids: chains first, so that a half-curve's number is its half-chain's.
         node = {vertex: len(found) + k for k, vertex in enumerate(sorted(corners))}
@@ -143,7 +143,7 @@ class _Builder:
         unused = int((self.mesh.valence == 0).sum())
         laid = self.laid
         filled = FilledNetwork(network, placed, _told(placed, unused))
-        return Imported(network, laid.ground, laid.sizes, filled, vertex, unused)
+        return QuadImport(network, laid.ground, laid.sizes, filled, vertex, unused)
 
     def _chain(self, curve: int, node: dict[int, int]) -> Chain:
         """A curve with its edges divided into samples; the mesh's vertices are among them."""
@@ -197,15 +197,15 @@ class _Builder:
             raise InvalidRetopoError(f"the part of the mesh at quad {first} is no regular grid")
         w, n = counts[:2]
         first = self.found.first(self.mesh, loop[0])
-        choice, numbers = regular_choice(w, n)
+        choice, numbers = make_grid_choice(w, n)
         source = np.empty(choice.n_vertices, np.int32)
-        source[numbers] = grid(self.mesh.twin, self.mesh.tail, first, w, n)
+        source[numbers] = read_grid(self.mesh.twin, self.mesh.tail, first, w, n)
         filling = Filling(choice).with_moved(np.arange(len(source)), self.laid.points[source])
         return source, filling
 
     def _placed(
         self, patches: dict[int, Patch], vertex: dict[int, Int32Array]
-    ) -> dict[int, Placed]:
+    ) -> dict[int, PlacedPatch]:
         """All patches with their vertices where they were."""
         points, normals = self.laid.points, self.laid.normals
         fills = {patch: choice_of(one) for patch, one in patches.items()}
@@ -213,7 +213,7 @@ class _Builder:
         over = flipped(np.concatenate(rows), points, normals)
         parts = np.split(over, np.cumsum([len(row) for row in rows])[:-1])
         return {
-            patch: Placed(
+            patch: PlacedPatch(
                 fills[patch].faces,
                 points[vertex[patch]],
                 normals[vertex[patch]],
@@ -232,7 +232,7 @@ def choice_of(patch: Patch) -> Choice:
     return choice
 
 
-def _told(placed: dict[int, Placed], unused: int) -> tuple[str, ...]:
+def _told(placed: dict[int, PlacedPatch], unused: int) -> tuple[str, ...]:
     notes: list[str] = []
     if unused:
         notes.append(f"{unused} vertices that no quad uses are left out")

@@ -36,7 +36,7 @@ OPEN, EXPORT = "open", "export"
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class ScriptLine:
     """number: in the file, from 1 on. call: of a tool, or "export" with its path as "mesh"."""
 
     number: int
@@ -49,7 +49,7 @@ class Script:
     the surface's own quads."""
 
     surface: str
-    lines: tuple[Line, ...]
+    lines: tuple[ScriptLine, ...]
     quads: bool = False
 
 
@@ -67,7 +67,7 @@ def read_script(path: Path | str) -> Script:
 
 def script_of(lines: Sequence[str]) -> Script:
     """The script of some lines; raises InvalidRetopoError that names the line."""
-    found: list[Line] = []
+    found: list[ScriptLine] = []
     surface: str | None = None
     quads = False
     for number, text in enumerate(lines, 1):
@@ -81,10 +81,10 @@ def script_of(lines: Sequence[str]) -> Script:
             if call.tool == OPEN:
                 raise InvalidRetopoError("a script opens one surface, in its first line")
             if call.tool == EXPORT:
-                exported(call)
+                export_path(call)
         except InvalidRetopoError as error:
             raise InvalidRetopoError(f"line {number}: {error}") from error
-        found.append(Line(number, call))
+        found.append(ScriptLine(number, call))
     if surface is None:
         raise InvalidRetopoError('the script is empty; begin with {"tool": "open", "surface": ...}')
     return Script(surface, tuple(found), quads)
@@ -103,7 +103,7 @@ def line_of(call: Call) -> str:
     return json.dumps({"tool": call.tool, **_plain(call.arguments)}, allow_nan=False)
 
 
-def exported(call: Call) -> str:
+def export_path(call: Call) -> str:
     """The path of an export call."""
     path = call.arguments.get("mesh")
     if set(call.arguments) - {"mesh"} or not isinstance(path, str) or not path:
@@ -126,13 +126,13 @@ def surface_path(script: Script, beside: Path) -> Path:
     )
 
 
-def play(
+def play_script(
     script: Script,
     editor: Editor,
     export: Callable[[str, FilledNetwork], None],
     *,
     lenient: bool = False,
-) -> Iterator[tuple[Line, Outcome]]:
+) -> Iterator[tuple[ScriptLine, Outcome]]:
     """Do what a script says, line by line; yields every line with its outcome.
 
     export: writes the mesh to a path, as an export line names it. lenient: go on after a call
@@ -140,7 +140,7 @@ def play(
     """
     for line in script.lines:
         if line.call.tool == EXPORT:
-            export(exported(line.call), editor.fill())
+            export(export_path(line.call), editor.fill())
             yield line, Outcome(False)
             continue
         try:

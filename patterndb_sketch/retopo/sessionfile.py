@@ -37,7 +37,7 @@ from patterndb_sketch.retopo.sessionfills import entries_of
 from patterndb_sketch.retopo.sessionnetwork import network_document, network_of
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.state import State
-from patterndb_sketch.retopo.symmetry import Plane, half_of
+from patterndb_sketch.retopo.symmetry import Plane, cut_half
 
 #: How the name of a session's file ends.
 SUFFIX = ".retopo"
@@ -55,7 +55,7 @@ PACKING = 1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Session:
+class RetopoSession:
     """All that editing needs. ground: the whole one, whatever symmetry is. name: of the file that
     the surface came from, for titles."""
 
@@ -64,7 +64,7 @@ class Session:
     name: str = ""
 
 
-def read_session(path: Path | str) -> Session:
+def read_session(path: Path | str) -> RetopoSession:
     """The session in a file, bit for bit as it was written.
 
     Raises InvalidRetopoError that names the file and says what is wrong; OSError as reading does.
@@ -74,12 +74,12 @@ def read_session(path: Path | str) -> Session:
         return parse_session(read_limited(path, MAX_BYTES, InvalidRetopoError, "split the surface"))
 
 
-def write_session(path: Path | str, session: Session) -> None:
+def write_session(path: Path | str, session: RetopoSession) -> None:
     """Write a session; :func:`read_session` gives it back. OSError as writing does."""
     replace_file(Path(path), session_bytes(session))
 
 
-def session_bytes(session: Session, surface: bytes | None = None) -> bytes:
+def session_bytes(session: RetopoSession, surface: bytes | None = None) -> bytes:
     """The file of a session; the same session gives the same bytes.
 
     surface: what :func:`surface_bytes` gave for its ground, so that saving again and again need
@@ -111,7 +111,7 @@ def surface_bytes(ground: Ground) -> bytes:
     )
 
 
-def parse_session(data: bytes) -> Session:
+def parse_session(data: bytes) -> RetopoSession:
     """As :func:`read_session`, of a file's content; messages do not name a file."""
     content = _members(data, "a session of retopology")
     names = (JSON_NAME, SURFACE_NAME, NETWORK_NAME)
@@ -144,10 +144,10 @@ def parse_session(data: bytes) -> Session:
         )
     if state.plane is not None:
         try:
-            half_of(ground, state.plane)
+            cut_half(ground, state.plane)
         except PatternDBError as error:
             entries["plane"].fail(str(error))
-    return Session(ground, state, entries["name"].text("the name of a mesh file"))
+    return RetopoSession(ground, state, entries["name"].text("the name of a mesh file"))
 
 
 def _sizes(value: JsonValue) -> Sizes:

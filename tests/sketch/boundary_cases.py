@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from patterndb_sketch.retopo.tools.planar import Boundary
+from patterndb_sketch.retopo.tools.planar import PlanarBoundary
 
 #: Distance of vertices.
 STEP = 0.05
@@ -23,7 +23,7 @@ def path(text: str) -> Path:
     return found
 
 
-def boundary(text: str, closed: bool = False) -> Boundary:
+def boundary(text: str, closed: bool = False) -> PlanarBoundary:
     """A boundary along a path, with vertices every STEP."""
     given_ = path(text)
     if closed:
@@ -37,7 +37,7 @@ def boundary(text: str, closed: bool = False) -> Boundary:
     if not closed:
         points.append(np.array([given_[-1][:2]]))
         corner.append(np.array([given_[-1][2]]))
-    return Boundary(np.concatenate(points), np.concatenate(corner), closed)
+    return PlanarBoundary(np.concatenate(points), np.concatenate(corner), closed)
 
 
 def same_corners(found: np.ndarray, expected: list[tuple[float, float]], near: float) -> bool:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from boundary_cases import STEP, boundary
 
-from patterndb_sketch.retopo.tools.planar import Boundary
-from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggested
+from patterndb_sketch.retopo.tools.planar import PlanarBoundary
+from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggest_patch
 
 #: Of the cases: radius of what is looked at, snap radius.
 RADIUS, SNAP = 1.0, 0.25
@@ -16,7 +16,7 @@ RADIUS, SNAP = 1.0, 0.25
 NEAR = 2 * STEP + 1e-9
 
 
-def framed(boundaries: list[Boundary], cursor: tuple[float, float]) -> list[Boundary]:
+def framed(boundaries: list[PlanarBoundary], cursor: tuple[float, float]) -> list[PlanarBoundary]:
     """The boundaries about the vertex nearest to the cursor, u along what arrives there.
 
     Empty if no vertex is within the snap radius.
@@ -33,10 +33,14 @@ def framed(boundaries: list[Boundary], cursor: tuple[float, float]) -> list[Boun
     along = b.points[k] - b.points[k - 1] if k or b.closed else b.points[1] - b.points[0]
     along = along / np.linalg.norm(along)
     turn = np.array([along, [-along[1], along[0]]])
-    return [Boundary((o.points - b.points[k]) @ turn.T, o.corner, o.closed) for o in boundaries]
+    return [
+        PlanarBoundary((o.points - b.points[k]) @ turn.T, o.corner, o.closed) for o in boundaries
+    ]
 
 
-def back(points: np.ndarray, boundaries: list[Boundary], cursor: tuple[float, float]) -> np.ndarray:
+def back(
+    points: np.ndarray, boundaries: list[PlanarBoundary], cursor: tuple[float, float]
+) -> np.ndarray:
     """Points of the frame of :func:`framed` where the boundaries were drawn."""
     shown = framed(boundaries, cursor)
     a, b = boundaries[0].points[:2], shown[0].points[:2]
@@ -55,7 +59,7 @@ def asked(
 ) -> tuple[Suggestion | None, np.ndarray | None]:
     """What is suggested, and its corners where the boundaries were drawn."""
     boundaries = [boundary(text) for text in drawn]
-    found = suggested(framed(boundaries, cursor), size, triangle=triangle)
+    found = suggest_patch(framed(boundaries, cursor), size, triangle=triangle)
     if found is None:
         return None, None
     return found, back(found.patch.points, boundaries, cursor)

@@ -8,7 +8,7 @@ from editor_cases import (
     same_arrays,
 )
 
-from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh, lengths
+from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh, side_lengths
 from patterndb_sketch.retopo.network import Network, equal
 
 EDGE = SIZES.edge
@@ -27,7 +27,7 @@ def different(one: Network, two: Network) -> set[int]:
 
 def assert_even(network: Network) -> None:
     for patch in network.patches.values():
-        sides = lengths(network, patch)
+        sides = side_lengths(network, patch)
         assert min(sides) >= 1
         assert sum(sides) >= 4
         assert sum(sides) % 2 == 0

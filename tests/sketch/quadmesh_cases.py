@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.filling import suits, welded
+from patterndb_sketch.retopo.filling import has_suitable_fill, weld_fills
 from patterndb_sketch.retopo.network import BORDER, check
-from patterndb_sketch.retopo.quadimport import Imported, quads_of, separatrices
+from patterndb_sketch.retopo.quadimport import QuadImport, quads_of, separatrices
 
 Mesh = tuple[Points, Int32Array]
 
@@ -73,10 +73,10 @@ def cycles(quads: NDArray[np.integer]) -> list[tuple[int, ...]]:
     return sorted(map(tuple, np.take_along_axis(quads, (first + np.arange(4)) % 4, 1).tolist()))
 
 
-def is_again(found: Imported, mesh: Mesh) -> None:
+def is_again(found: QuadImport, mesh: Mesh) -> None:
     """The welded mesh is the one imported: the same vertices, bit for bit, and the same quads."""
     points, quads = mesh
-    made = welded(found.filled)
+    made = weld_fills(found.filled)
     rows = np.concatenate(
         [found.vertex[p][found.filled.placed[p].quads] for p in sorted(found.filled.placed)]
     )
@@ -123,7 +123,7 @@ def marked_edges(mesh: Mesh) -> set[frozenset[int]]:
     return marked
 
 
-def holds(found: Imported, mesh: Mesh) -> None:
+def holds(found: QuadImport, mesh: Mesh) -> None:
     """What always holds: the network's invariants, patches of four sides of one chain, T never,
     counts as they were, irregular vertices at nodes."""
     network = found.network
@@ -131,7 +131,7 @@ def holds(found: Imported, mesh: Mesh) -> None:
     for patch in network.patches.values():
         assert patch.corners == (0, 1, 2, 3)
         assert len(patch.loop) == 4
-        assert suits(network, patch)
+        assert has_suitable_fill(network, patch)
         assert not any(network.mark(half) for half in patch.loop)
     for node in network.nodes.values():
         outside = [h for h in node.ends if network.mark(h) == BORDER]

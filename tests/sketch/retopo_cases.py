@@ -12,7 +12,7 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground, Stroke
 from patterndb_sketch.retopo.network import Network, check, face
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 #: Sizes in the unit that is drawn in.
 SIZES = Sizes(snap=0.1, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.2, sampling=0.02)
@@ -62,7 +62,7 @@ def drawn(*strokes: ArrayLike, network: Network | None = None) -> Network:
     """A network of strokes on the plane, each a polyline of (k, 2) points."""
     at = Network() if network is None else network
     for stroke in strokes:
-        at = insert(at, plane(), SIZES, flat(stroke)).network
+        at = insert_stroke(at, plane(), SIZES, flat(stroke)).network
         check(at)
     return at
 

@@ -10,7 +10,7 @@ import trimesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import SYMMETRY, Network, with_borders
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.symmetry import Half, Plane, half_of
+from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half
 
 X = Plane()
 TILTED = Plane.of((0.3, 0.3, -0.3), (1.0, 2.0, 3.0))
@@ -38,7 +38,7 @@ def dome() -> Ground:
 
 @cache
 def half(name: str, plane: Plane) -> Half:
-    return half_of({"ball": ball, "dome": dome}[name](), plane)
+    return cut_half({"ball": ball, "dome": dome}[name](), plane)
 
 
 def empty(ground: Ground, sizes: Sizes) -> Network:

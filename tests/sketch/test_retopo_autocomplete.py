@@ -9,7 +9,11 @@ from plane_cases import SIZES, corners_of, plane_ground, polygons
 
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Network, check
-from patterndb_sketch.retopo.tools.autocomplete import autocomplete, complete, completions
+from patterndb_sketch.retopo.tools.autocomplete import (
+    autocomplete,
+    find_completions,
+    take_completion,
+)
 
 UP = (0.0, 0.0, 1.0)
 
@@ -42,10 +46,10 @@ def test_a_suggestion_becomes_a_patch(
     curves: int,
 ) -> None:
     before = polygons(*drawn)
-    found = completions(before, plane_ground(), (*cursor, 0.0), UP, SIZES)
+    found = find_completions(before, plane_ground(), (*cursor, 0.0), UP, SIZES)
     assert found[0].suggestion.case == case
     assert len(found[0].curves(SIZES)) == curves
-    edit = complete(before, found[0], SIZES)
+    edit = take_completion(before, found[0], SIZES)
     check(edit.network)
     assert len(edit.network.patches) == len(before.patches) + 1
     assert any(
@@ -92,18 +96,18 @@ def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network
 
 def test_nothing_far_from_all_patches_and_no_more_choices_than_there_are() -> None:
     network = polygons(LOW)
-    assert completions(network, plane_ground(), (0.0, 0.3, 0.0), UP, SIZES) == []
+    assert find_completions(network, plane_ground(), (0.0, 0.3, 0.0), UP, SIZES) == []
     with pytest.raises(RefusedError, match="nothing can be completed"):
         autocomplete(network, plane_ground(), (0.0, 0.3, 0.0), UP, SIZES)
-    count = len(completions(network, plane_ground(), (0.0, 0.1, 0.0), UP, SIZES))
+    count = len(find_completions(network, plane_ground(), (0.0, 0.1, 0.0), UP, SIZES))
     with pytest.raises(RefusedError, match=f"there are {count}"):
         autocomplete(network, plane_ground(), (0.0, 0.1, 0.0), UP, SIZES, choice=count)
 
 
 def test_all_choices_make_sound_networks() -> None:
     network = polygons(LOW, ROOF)
-    for one in completions(network, plane_ground(), (0.4, 0.1, 0.0), UP, SIZES):
-        edit = complete(network, one, SIZES)
+    for one in find_completions(network, plane_ground(), (0.4, 0.1, 0.0), UP, SIZES):
+        edit = take_completion(network, one, SIZES)
         check(edit.network)
         assert len(edit.network.patches) == 3
 

@@ -15,9 +15,14 @@ from editor_cases import SIZES, do, line
 from retopo_cases import plane
 
 from patterndb_sketch.retopo import autosave
-from patterndb_sketch.retopo.autosave import EVERY, Autosave, recoveries
+from patterndb_sketch.retopo.autosave import EVERY, Autosave, find_recoveries
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.sessionfile import Session, read_session, session_bytes, write_session
+from patterndb_sketch.retopo.sessionfile import (
+    RetopoSession,
+    read_session,
+    session_bytes,
+    write_session,
+)
 from query.engine import PatternSource
 
 
@@ -44,7 +49,7 @@ def left(session: Path | None, folder: Path | None = None) -> list[Path]:
     own = set(autosave._OWN)
     autosave._OWN.clear()
     try:
-        return [one.path for one in recoveries(session, folder)]
+        return [one.path for one in find_recoveries(session, folder)]
     finally:
         autosave._OWN.update(own)
 
@@ -75,7 +80,7 @@ def test_changes_are_written_every_half_minute(
     assert path.read_bytes() == written
     clock.now += 0.1
     assert kept.tick(editor.state)
-    assert path.read_bytes() == session_bytes(Session(editor.ground, editor.state, "a.obj"))
+    assert path.read_bytes() == session_bytes(RetopoSession(editor.ground, editor.state, "a.obj"))
     clock.now += EVERY
     assert not kept.tick(editor.state), "nothing changed since"
     editor.do(Call("undo"))
@@ -97,7 +102,7 @@ def test_saving_and_a_clean_end_leave_no_recovery_file(
     assert kept.tick(editor.state)
     assert left(None, tmp_path) == [first]
     session = tmp_path / "b.retopo"
-    write_session(session, Session(editor.ground, editor.state))
+    write_session(session, RetopoSession(editor.ground, editor.state))
     kept.saved(editor.state, session)
     assert not first.exists()
     clock.now += EVERY
@@ -145,7 +150,7 @@ def test_two_windows_do_not_take_each_others_files(
     clock.now += EVERY
     assert all(one.tick(editor.state) for one in both)
     assert both[0].path != both[1].path
-    assert recoveries(session) == [], "both are still worked on"
+    assert find_recoveries(session) == [], "both are still worked on"
     assert sorted(left(session)) == sorted(one.path for one in both if one.path is not None)
     both[0].close()
     assert len(list(tmp_path.iterdir())) == 1
@@ -170,15 +175,15 @@ def test_recoveries_are_those_of_programs_that_are_gone(tmp_path: Path) -> None:
         for k, name in enumerate(names):
             (tmp_path / name).touch()
             os.utime(tmp_path / name, (1e9 + k, 1e9 + k))
-        found = recoveries(session)
+        found = find_recoveries(session)
         # This process's number with a mark that is not its own: it was another's before.
         assert [one.path.name for one in found] == [names[7], names[1], names[0]]
         assert [one.written for one in found] == [1e9 + 7, 1e9 + 1, 1e9]
-        assert [one.path.name for one in recoveries(None, tmp_path)] == [names[3]]
+        assert [one.path.name for one in find_recoveries(None, tmp_path)] == [names[3]]
     finally:
         running.communicate(b"\n")
-    assert recoveries(tmp_path / "none" / "a.retopo") == []
-    assert recoveries() == []
+    assert find_recoveries(tmp_path / "none" / "a.retopo") == []
+    assert find_recoveries() == []
 
 
 CHILD = """
@@ -228,11 +233,11 @@ def test_a_kill_loses_half_a_minute_at_most(tmp_path: Path) -> None:
             break
         states.append(int(answer))
     assert len(states) == 33, "the child did not get there"
-    assert recoveries(session) == [], "the child still runs"
+    assert find_recoveries(session) == [], "the child still runs"
     child.send_signal(signal.SIGKILL)
     assert child.wait() == -signal.SIGKILL
     child.stdout.close()
-    (found,) = recoveries(session)
+    (found,) = find_recoveries(session)
     kept = len(read_session(found.path).state.network.chains)
     # An edit every ten seconds: the three before the kill may be lost, and no more.
     assert kept in states[-4:]

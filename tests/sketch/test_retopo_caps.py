@@ -19,11 +19,11 @@ from patterndb_sketch.retopo.network.flooding import flooded, wall_of
 from patterndb_sketch.retopo.network.patches import ROUNDNESS
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import autocomplete
-from patterndb_sketch.retopo.tools.corner import toggle
-from patterndb_sketch.retopo.tools.cylinder import cylinder
-from patterndb_sketch.retopo.tools.patch import drop_patch, loop_around, make_patch
-from patterndb_sketch.retopo.tools.spine import spine
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.corner import toggle_corner
+from patterndb_sketch.retopo.tools.cylinder import join_loops
+from patterndb_sketch.retopo.tools.patch import drop_patch, find_loop, make_patch
+from patterndb_sketch.retopo.tools.spine import draw_spine
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 
 def turned(profile: Points, sections: int = 48) -> Ground:
@@ -85,11 +85,11 @@ def ringed(ground: Ground, *heights: float, corners: int = 4) -> tuple[Network, 
     network = with_borders(Network(longest=2.0 * ground.diagonal), ground, sizes.sampling)
     for z in heights:
         stroke = cleaned(ring(z), ground, sizes, True)
-        network = insert(network, ground, sizes, stroke).network
+        network = insert_stroke(network, ground, sizes, stroke).network
         for k in range(corners):
             at = ring(z)[90 * k // corners]
             foot = ground.nearest(at[None])
-            network = toggle(network, sizes, foot.points[0], foot.normals[0]).network
+            network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
             check(network)
     assert genus(network) == 0
     return network, sizes
@@ -129,10 +129,10 @@ def test_a_ring_around_a_finger_has_its_tip_up_to_the_bound(z: float) -> None:
     sizes = Sizes.of(ground.diagonal)
     network = Network(longest=2.0 * ground.diagonal, ground=ground)
     stroke = cleaned(ring(z, radius), ground, sizes, True)
-    network = insert(network, ground, sizes, stroke).network
+    network = insert_stroke(network, ground, sizes, stroke).network
     for angle in (0.0, 2.0, 4.0):
         foot = feet(ground, radius * np.cos(angle), radius * np.sin(angle), z)
-        network = toggle(network, sizes, foot.points[0], foot.normals[0]).network
+        network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
     check(network)
     # Never the hand.
     assert left_of(network) == ([1.0] if ratio < ROUNDNESS else [])
@@ -157,10 +157,10 @@ def test_around_a_handle_there_is_no_end() -> None:
     sizes = Sizes.of(ground.diagonal)
     t = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
     line = np.c_[1.0 + 0.3 * np.cos(t), np.zeros(60), 0.3 * np.sin(t)]
-    network = insert(Network(), ground, sizes, cleaned(line, ground, sizes, True)).network
+    network = insert_stroke(Network(), ground, sizes, cleaned(line, ground, sizes, True)).network
     for at in line[::20]:
         foot = ground.nearest(at[None])
-        network = toggle(network, sizes, foot.points[0], foot.normals[0]).network
+        network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
     check(network)
     assert not network.patches
 
@@ -192,9 +192,9 @@ def test_the_cap_of_a_cylinder_knows_the_ends_of_limbs() -> None:
     network = Network(longest=2.0 * ground.diagonal)
     for z in (3.8, 2.0):
         stroke = cleaned(ring(z), ground, sizes, True)
-        network = insert(network, ground, sizes, stroke).network
+        network = insert_stroke(network, ground, sizes, stroke).network
     stroke = cleaned(np.array([[1.0, 0, 2.0], [1.0, 0, 2.9], [1.0, 0, 3.8]]), ground, sizes, False)
-    done = cylinder(network, ground, sizes, stroke).network
+    done = join_loops(network, ground, sizes, stroke).network
     check(done)
     # Four around, and the top; below there is more than an end.
     assert len(done.patches) == 5
@@ -218,11 +218,11 @@ def test_by_hand_any_loop_around_a_place_is_a_patch_and_none_again(height: float
 def test_a_patch_let_go_stays_so_while_others_are_drawn() -> None:
     network, sizes = ringed(tin(), 3.7)
     gone = drop_patch(network, tin(), feet(tin(), 0.0, 0.0, 4.0)).network
-    other = insert(gone, tin(), sizes, cleaned(ring(1.0), tin(), sizes, True)).network
+    other = insert_stroke(gone, tin(), sizes, cleaned(ring(1.0), tin(), sizes, True)).network
     assert not other.patches
     # Another corner on its loop, and it is looked at anew.
     foot = feet(tin(), *ring(3.7)[11])
-    again = toggle(other, sizes, foot.points[0], foot.normals[0]).network
+    again = toggle_corner(other, sizes, foot.points[0], foot.normals[0]).network
     assert left_of(again) == [1.0]
 
 
@@ -238,7 +238,7 @@ def test_what_can_be_no_patch_by_hand_is_refused() -> None:
         make_patch(plain, ground, feet(ground, -1, 0, 3))
     line = np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 2.0]])
     single, sizes = ringed(ground, 1.0)
-    stem = insert(single, ground, sizes, cleaned(line, ground, sizes, False)).network
+    stem = insert_stroke(single, ground, sizes, cleaned(line, ground, sizes, False)).network
     with pytest.raises(RefusedError, match="open end"):
         make_patch(stem, ground, feet(ground, 0.0, 1.0, 2.0))
 
@@ -247,7 +247,7 @@ def test_what_can_be_no_patch_by_hand_is_refused() -> None:
 @given(st.floats(0.0, 2.0 * np.pi), st.floats(0.1, 3.9))
 def test_the_loop_around_a_place_is_on_the_side_it_is_on(angle: float, z: float) -> None:
     network, _ = ringed(tin(), 2.0)
-    half = loop_around(network, tin(), feet(tin(), np.cos(angle), np.sin(angle), z))
+    half = find_loop(network, tin(), feet(tin(), np.cos(angle), np.sin(angle), z))
     points, normals = outline(network, face(network.nodes, network.chains, half)[0])
     along = np.roll(points, -1, axis=0) - points
     above = np.cross(normals, along)[:, 2].sum() > 0.0
@@ -259,7 +259,7 @@ def slit() -> tuple[Network, Ground, Sizes]:
     """On a tin, two rings with one curve between them; beyond them patches."""
     network, sizes = ringed(tin(), 0.3, 3.7)
     line = np.array([[1.0, 0.0, 0.3], [1.0, 0.0, 2.0], [1.0, 0.0, 3.7]])
-    network = insert(network, tin(), sizes, cleaned(line, tin(), sizes, False)).network
+    network = insert_stroke(network, tin(), sizes, cleaned(line, tin(), sizes, False)).network
     return network, tin(), sizes
 
 
@@ -268,7 +268,7 @@ def test_a_strip_closed_by_one_curve_is_open_to_spines_and_suggestions() -> None
     check(network)
     assert genus(network) == 0
     stroke = cleaned(np.array([[-0.9, 0.4, 0.3], [-0.9, 0.4, 1.2]]), ground, sizes, False)
-    drawn = spine(network, ground, stroke, sizes).network
+    drawn = draw_spine(network, ground, stroke, sizes).network
     check(drawn, patches=False)
     assert genus(drawn) == 0
     (new,) = [p for p in drawn.patches.values() if p.id not in network.patches and len(p.loop) <= 5]

@@ -9,8 +9,14 @@ from completion_cases import CASES, LINE, NEAR, RADIUS, SNAP, C, asked, framed
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.tools.planar import Boundary, NewSide, PlanarPatch, crossings, fault
-from patterndb_sketch.retopo.tools.suggestions import SIZES, suggested, suggestions
+from patterndb_sketch.retopo.tools.planar import (
+    NewSide,
+    PlanarBoundary,
+    PlanarPatch,
+    _find_crossings,
+    find_fault,
+)
+from patterndb_sketch.retopo.tools.suggestions import SIZES, suggest_patch, suggest_patches
 
 
 @pytest.mark.parametrize(
@@ -82,7 +88,7 @@ def test_no_triangle_at_a_corner_that_is_not_sharp() -> None:
 
 def test_the_largest_quad_comes_first_and_triangles_last() -> None:
     boundaries = framed([boundary("0,3 0,0o 3,0")], (0.5, 0))
-    found = suggestions(boundaries, RADIUS, SNAP)
+    found = suggest_patches(boundaries, RADIUS, SNAP)
     corners = [len(s.patch.corners) for s in found]
     assert corners == sorted(corners, reverse=True)
     assert {3, 4} == set(corners)
@@ -95,13 +101,13 @@ def test_the_largest_quad_comes_first_and_triangles_last() -> None:
 
 def test_suggestions_with_nearly_the_same_corners_are_one() -> None:
     # Every window from 0.5 on sees the same two corners.
-    found = suggestions(framed([boundary(C)], (0, 0)), RADIUS, SNAP)
+    found = suggest_patches(framed([boundary(C)], (0, 0)), RADIUS, SNAP)
     assert [s.case for s in found].count("c") == 1
 
 
 def test_a_closed_boundary_in_sight_is_a_patch_itself() -> None:
     square = boundary("-0.5,0o 0.5,0o 0.5,1o -0.5,1o", closed=True)
-    found = suggested(framed([square], (0, 0)), 1.0)
+    found = suggest_patch(framed([square], (0, 0)), 1.0)
     assert found is not None
     assert found.case == "loop"
     assert len(found.patch.corners) == 4
@@ -110,8 +116,8 @@ def test_a_closed_boundary_in_sight_is_a_patch_itself() -> None:
 
 def test_a_patch_off_the_parameterised_part_is_not_shown() -> None:
     boundaries = framed([boundary(LINE)], (0, 0))
-    sizes = [s.size for s in suggestions(boundaries, RADIUS, 0.01)]
-    low = suggestions(
+    sizes = [s.size for s in suggest_patches(boundaries, RADIUS, 0.01)]
+    low = suggest_patches(
         boundaries, RADIUS, 0.01, covered=lambda line: bool((line[:, 1] <= 1.0).all())
     )
     assert [s.size for s in low] == [size for size in sizes if size <= 0.5]
@@ -120,22 +126,22 @@ def test_a_patch_off_the_parameterised_part_is_not_shown() -> None:
 def test_curves_that_would_cross_a_boundary_are_not_shown() -> None:
     # A spur from the side reaches into the patch of case a, its end outside of the window.
     boundaries = framed([boundary(LINE), boundary("3,1 1.02,1")], (0, 0))
-    alone = suggested(boundaries[:1], 1.0)
+    alone = suggest_patch(boundaries[:1], 1.0)
     assert alone is not None
-    wall = Boundary(np.array([[0.0, 1.5], [3.0, 1.5]]), np.zeros(2, bool))
-    assert fault(alone.patch, boundaries[:1]) is None
-    assert fault(alone.patch, [boundaries[0], wall]) == "cross a curve that is there"
+    wall = PlanarBoundary(np.array([[0.0, 1.5], [3.0, 1.5]]), np.zeros(2, bool))
+    assert find_fault(alone.patch, boundaries[:1]) is None
+    assert find_fault(alone.patch, [boundaries[0], wall]) == "cross a curve that is there"
 
 
 def test_a_patch_inside_out_is_not_shown() -> None:
-    found = suggested(framed([boundary(LINE)], (0, 0)), 1.0)
+    found = suggest_patch(framed([boundary(LINE)], (0, 0)), 1.0)
     assert found is not None
     corners = found.patch.corners[::-1]
     sides = [
         (NewSide(np.array([a.point, b.point])),)
         for a, b in zip(corners, (*corners[1:], corners[0]), strict=True)
     ]
-    assert "inside out" in str(fault(PlanarPatch(corners, tuple(sides)), []))
+    assert "inside out" in str(find_fault(PlanarPatch(corners, tuple(sides)), []))
 
 
 def test_crossing_segments_are_those_that_pass_through_each_other() -> None:
@@ -144,7 +150,7 @@ def test_crossing_segments_are_those_that_pass_through_each_other() -> None:
     c = np.array([[0.0, 1.0], [0.0, 0.0], [2.0, 0.0], [0.5, 0.5], [0.5, 0.5]])
     d = np.array([[1.0, 0.0], [1.0, 0.0], [3.0, 1.0], [0.0, 2.0], [1.0, 0.0]])
     # The last two go on into each other across a b: one of them counts.
-    assert crossings(a, b, c, d).tolist() == [[True, False, False, False, True]]
+    assert _find_crossings(a, b, c, d).tolist() == [[True, False, False, False, True]]
 
 
 coordinates = st.tuples(
@@ -168,7 +174,7 @@ def test_whatever_is_drawn_suggestions_are_sound_and_turn_with_it(
         marked = [f"{x},{y}{'o' if corners >> k & 1 else ''}" for k, (x, y) in enumerate(points)]
         boundaries.append(boundary(" ".join(marked)))
     shown = framed(boundaries, (0.0, 0.0))
-    found = suggestions(shown, RADIUS, SNAP)
+    found = suggest_patches(shown, RADIUS, SNAP)
     for one in found:
         assert len(one.patch.corners) >= 2
         assert len(one.patch.sides) == len(one.patch.corners)
@@ -179,8 +185,8 @@ def test_whatever_is_drawn_suggestions_are_sound_and_turn_with_it(
             if corner.boundary is not None:
                 assert np.allclose(shown[corner.boundary].at(corner.place), corner.point, atol=1e-9)
     turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    turned = [Boundary(b.points @ turn.T, b.corner) for b in boundaries]
-    again = suggestions(framed(turned, (0.0, 0.0)), RADIUS, SNAP)
+    turned = [PlanarBoundary(b.points @ turn.T, b.corner) for b in boundaries]
+    again = suggest_patches(framed(turned, (0.0, 0.0)), RADIUS, SNAP)
     # Rounding may decide ties otherwise, but what is found is mostly the same.
     for one, other in zip(found, again, strict=False):
         if one.case == other.case and one.size == other.size:

@@ -8,9 +8,9 @@ from retopo_cases import SIZES, chain_between, drawn, flat, node_at, plane, squa
 
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Network, check, equal, with_borders, with_count
-from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle
-from patterndb_sketch.retopo.tools.erase import erase
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle_corner
+from patterndb_sketch.retopo.tools.erase import erase_chains
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 UP = (0.0, 0.0, 1.0)
 
@@ -21,12 +21,12 @@ def test_a_corner_of_a_square_is_toggled_away_and_back() -> None:
         network = with_count(network, chain, count)
     sides = [chain_between(network, (2, 0), end) for end in ((0, 0), (2, 1))]
     total = sum(network.chains[side].count for side in sides)
-    less = toggle(network, SIZES, (1.97, 0.02, 0), UP).network
+    less = toggle_corner(network, SIZES, (1.97, 0.02, 0), UP).network
     check(less)
     (patch,) = less.patches.values()
     assert len(patch.corners) == 3
     assert less.chains[chain_between(less, (0, 0), (2, 1))].count == total
-    again = toggle(less, SIZES, (2.01, -0.005, 0), UP).network
+    again = toggle_corner(less, SIZES, (2.01, -0.005, 0), UP).network
     check(again)
     (patch,) = again.patches.values()
     assert len(patch.corners) == 4
@@ -38,7 +38,7 @@ def test_a_corner_of_a_square_is_toggled_away_and_back() -> None:
 
 def test_a_corner_is_made_on_a_curve_for_both_sides() -> None:
     network = drawn([[1, 0], [1, 1]], network=square())
-    done = toggle(network, SIZES, (1.02, 0.5, 0), UP).network
+    done = toggle_corner(network, SIZES, (1.02, 0.5, 0), UP).network
     check(done)
     assert [len(patch.corners) for patch in done.patches.values()] == [5, 5]
     node = done.nodes[node_at(done, 1, 0.5)]
@@ -47,33 +47,33 @@ def test_a_corner_is_made_on_a_curve_for_both_sides() -> None:
 
 def test_toggling_is_refused_where_it_cannot_be() -> None:
     with pytest.raises(RefusedError, match="no curve is near"):
-        toggle(square(), SIZES, (3, 3, 0), UP)
+        toggle_corner(square(), SIZES, (3, 3, 0), UP)
     lens = drawn([[0, 0], [1, 0.3], [2, 0]], [[0, 0], [1, -0.3], [2, 0]])
     (patch,) = lens.patches.values()
     assert len(patch.corners) == 2
     with pytest.raises(RefusedError, match="at least 2 corners"):
-        toggle(lens, SIZES, (0, 0, 0), UP)
+        toggle_corner(lens, SIZES, (0, 0, 0), UP)
     tee = drawn([[0, 0], [1, 0]], [[0.5, 0], [0.5, 1]])
     with pytest.raises(RefusedError, match="several curves"):
-        toggle(tee, SIZES, (0.5, 0, 0), UP)
+        toggle_corner(tee, SIZES, (0.5, 0, 0), UP)
     # Just an open end is there.
     with pytest.raises(RefusedError, match="one ends"):
-        toggle(tee, SIZES, (-0.05, 0, 0), UP)
+        toggle_corner(tee, SIZES, (-0.05, 0, 0), UP)
 
 
 def test_a_corner_on_a_closed_chain_and_away_again() -> None:
     t = np.linspace(0, 2 * np.pi, 100, endpoint=False)
-    ring = insert(Network(), plane(), SIZES, flat(np.c_[np.cos(t), np.sin(t)], True)).network
-    one = toggle(ring, SIZES, (1.03, 0, 0), UP).network
+    ring = insert_stroke(Network(), plane(), SIZES, flat(np.c_[np.cos(t), np.sin(t)], True)).network
+    one = toggle_corner(ring, SIZES, (1.03, 0, 0), UP).network
     check(one)
     (node,) = one.nodes.values()
     (chain,) = one.chains.values()
     assert chain.start == chain.end == node.id and not one.patches
-    two = toggle(one, SIZES, (-1.03, 0, 0), UP).network
+    two = toggle_corner(one, SIZES, (-1.03, 0, 0), UP).network
     check(two)
     (patch,) = two.patches.values()
     assert len(patch.corners) == 2
-    none = toggle(one, SIZES, (1.03, 0, 0), UP).network
+    none = toggle_corner(one, SIZES, (1.03, 0, 0), UP).network
     check(none)
     (back,) = none.chains.values()
     (old,) = ring.chains.values()
@@ -88,7 +88,7 @@ def test_a_border_cannot_lose_the_corner_where_it_ends_at_another_curve() -> Non
     corner = network.nodes[node_at(network, 5, 1)]
     assert corner.valence == 3
     with pytest.raises(RefusedError, match="several curves"):
-        toggle(network, SIZES, (5, 1, 0), UP)
+        toggle_corner(network, SIZES, (5, 1, 0), UP)
 
 
 def two_under_one() -> Network:
@@ -140,10 +140,10 @@ def test_a_corner_that_the_user_made_of_a_t_junction_outlives_its_stem() -> None
     network = two_under_one()
     flipped = flip_wedge(network, SIZES, (1, 1.3, 0), (1, 1, 0), UP).network
     stem = chain_between(flipped, (1, 0), (1, 1))
-    done = erase(flipped, [stem]).network
+    done = erase_chains(flipped, [stem]).network
     check(done)
     assert done.nodes[node_at(done, 1, 1)].valence == 2
-    plain = erase(network, [chain_between(network, (1, 0), (1, 1))]).network
+    plain = erase_chains(network, [chain_between(network, (1, 0), (1, 1))]).network
     check(plain)
     assert not equal(plain, done)
     assert chain_between(plain, (0, 1), (2, 1))

@@ -20,9 +20,9 @@ from patterndb_sketch.retopo.network import (
     samples,
 )
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.cylinder import cylinder, rings
-from patterndb_sketch.retopo.tools.loop import loop, plane_of_line
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.cylinder import find_rings, join_loops
+from patterndb_sketch.retopo.tools.loop import cut_loop, plane_of_line
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 SIZES = Sizes(snap=0.15, spine=0.3, autocompletion=0.3, brush=0.3, edge=0.3, sampling=0.02)
 
@@ -43,7 +43,7 @@ def ball() -> Ground:
 def circle(ground: Ground, z: float, network: Network, radius: float = 1.0) -> Network:
     """With the loop at height z, by the loop tool."""
     start = ground.nearest([[radius, 0.0, z]])
-    return loop(network, ground, SIZES, start, (0.0, 0.0, 1.0)).network
+    return cut_loop(network, ground, SIZES, start, (0.0, 0.0, 1.0)).network
 
 
 def two_loops(ground: Ground, low: float, high: float) -> Network:
@@ -92,7 +92,7 @@ def test_a_plane_cuts_a_closed_loop() -> None:
 
 def test_a_plane_along_a_tube_cuts_from_border_to_border() -> None:
     ground = long_tube()
-    edit = loop(Network(), ground, SIZES, ground.nearest([[1.0, 0.0, 2.0]]), (0.0, 1.0, 0.0))
+    edit = cut_loop(Network(), ground, SIZES, ground.nearest([[1.0, 0.0, 2.0]]), (0.0, 1.0, 0.0))
     (chain,) = edit.network.chains.values()
     assert not chain.loose
     assert np.allclose(np.sort(chain.points[[0, -1], 2]), [0.0, 4.0])
@@ -103,17 +103,17 @@ def test_the_line_across_a_part_gives_the_plane() -> None:
     assert np.allclose(np.abs(normal) / np.linalg.norm(normal), (0.0, 0.0, 1.0))
     assert limit == 20.0
     ground = long_tube()
-    found = loop(Network(), ground, SIZES, ground.nearest([[0.0, -1.0, 2.0]]), normal, limit)
+    found = cut_loop(Network(), ground, SIZES, ground.nearest([[0.0, -1.0, 2.0]]), normal, limit)
     assert len(found.network.chains) == 1
     with pytest.raises(RefusedError, match="longer than its limit"):
-        loop(Network(), ground, SIZES, ground.nearest([[0.0, -1.0, 2.0]]), normal, 2.0)
+        cut_loop(Network(), ground, SIZES, ground.nearest([[0.0, -1.0, 2.0]]), normal, 2.0)
     with pytest.raises(RefusedError, match="no length"):
         plane_of_line((1.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
 
 
 def test_a_stroke_between_two_loops_makes_four_patches() -> None:
     ground = long_tube()
-    edit = cylinder(two_loops_of_tube(), ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3)))
+    edit = join_loops(two_loops_of_tube(), ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3)))
     network = edit.network
     check(network)
     assert [len(p.corners) for p in network.patches.values()] == [4] * 4
@@ -131,12 +131,12 @@ def two_loops_of_tube() -> Network:
 def test_corners_of_one_loop_are_carried_over_to_the_other() -> None:
     ground = long_tube()
     before = with_corners(two_loops_of_tube(), 1.0, [0, 90, 180])
-    network = cylinder(before, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3))).network
+    network = join_loops(before, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3))).network
     check(network)
     assert len(network.patches) == 3
     assert near_angles(angles(network, 3.0), [0, 90, 180])
     # The same from the other end.
-    turned = cylinder(before, ground, SIZES, drawn(ground, (1, 0, 3), (1, 0, 1))).network
+    turned = join_loops(before, ground, SIZES, drawn(ground, (1, 0, 3), (1, 0, 1))).network
     check(turned)
     assert near_angles(angles(turned, 3.0), [0, 90, 180])
 
@@ -146,7 +146,7 @@ def test_corners_of_both_loops_are_joined_in_order() -> None:
     before = with_corners(two_loops_of_tube(), 1.0, [0, 100, 200])
     before = with_corners(before, 3.0, [10, 130, 240])
     stroke = drawn(ground, (1, 0, 1), (np.cos(0.17), np.sin(0.17), 3))
-    network = cylinder(before, ground, SIZES, stroke).network
+    network = join_loops(before, ground, SIZES, stroke).network
     check(network)
     assert len(network.patches) == 3
     assert near_angles(angles(network, 3.0), [10, 130, 240])
@@ -157,7 +157,7 @@ def test_other_divisions() -> None:
     ground = long_tube()
     for division in (2, 3, 6):
         stroke = drawn(ground, (1, 0, 1), (1, 0, 3))
-        network = cylinder(two_loops_of_tube(), ground, SIZES, stroke, division).network
+        network = join_loops(two_loops_of_tube(), ground, SIZES, stroke, division).network
         check(network)
         assert len(network.patches) == division
         assert near_angles(angles(network, 1.0), [360.0 * j / division for j in range(division)])
@@ -166,8 +166,8 @@ def test_other_divisions() -> None:
 def test_a_second_cylinder_goes_on_from_the_first() -> None:
     ground = long_tube()
     network = circle(ground, 2.0, two_loops_of_tube())
-    network = cylinder(network, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 2))).network
-    network = cylinder(network, ground, SIZES, drawn(ground, (0, 1, 2), (0, 1, 3))).network
+    network = join_loops(network, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 2))).network
+    network = join_loops(network, ground, SIZES, drawn(ground, (0, 1, 2), (0, 1, 3))).network
     check(network)
     assert len(network.patches) == 8
     assert near_angles(angles(network, 2.0), [0, 90, 180, 270])
@@ -180,13 +180,13 @@ def test_on_a_ball_the_pole_gets_a_cap() -> None:
     c30, c70 = np.cos(np.deg2rad([30, 70]))
     mid = np.deg2rad(50)
     stroke = drawn(ground, (c30, 0, low), (np.cos(mid), 0, np.sin(mid)), (c70, 0, high))
-    network = cylinder(before, ground, SIZES, stroke).network
+    network = join_loops(before, ground, SIZES, stroke).network
     check(network)
     assert len(network.patches) == 5
     assert all(len(p.corners) == 4 for p in network.patches.values())
-    without = cylinder(before, ground, SIZES, stroke, caps="never").network
+    without = join_loops(before, ground, SIZES, stroke, caps="never").network
     assert len(without.patches) == 4
-    both = cylinder(before, ground, SIZES, stroke, caps="always").network
+    both = join_loops(before, ground, SIZES, stroke, caps="always").network
     check(both)
     assert len(both.patches) == 6
 
@@ -198,9 +198,9 @@ def test_nested_circles_of_a_plane_are_joined_and_the_inner_one_filled() -> None
         t = np.linspace(0, 2 * np.pi, 200, endpoint=False)
         points = np.c_[3 + radius * np.cos(t), 3 + radius * np.sin(t), 0 * t]
         closed = cleaned(points, ground, SIZES, closed=True)
-        network = insert(network, ground, SIZES, closed).network
+        network = insert_stroke(network, ground, SIZES, closed).network
     stroke = drawn(ground, (4, 3, 0), (5, 3, 0))
-    after = cylinder(network, ground, SIZES, stroke).network
+    after = join_loops(network, ground, SIZES, stroke).network
     check(after)
     assert len(after.patches) == 5
 
@@ -222,23 +222,23 @@ def test_what_cannot_be_is_refused_and_nothing_changes() -> None:
     ]
     for network, stroke, words in cases:
         with pytest.raises(RefusedError, match=words):
-            cylinder(network, ground, SIZES, stroke)
+            join_loops(network, ground, SIZES, stroke)
     assert equal(before, kept)
     with pytest.raises(InvalidRetopoError, match="division"):
-        cylinder(before, ground, SIZES, cases[0][1], division=1)
+        join_loops(before, ground, SIZES, cases[0][1], division=1)
 
 
 def test_curves_in_the_way_are_not_crossed() -> None:
     ground = long_tube()
     across = drawn(ground, (-0.3, -1, 2), (0.3, -1, 2))
-    network = insert(two_loops_of_tube(), ground, SIZES, across).network
+    network = insert_stroke(two_loops_of_tube(), ground, SIZES, across).network
     with pytest.raises(RefusedError, match="cross"):
-        cylinder(network, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3)))
+        join_loops(network, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3)))
 
 
 def test_a_loop_has_a_ring_on_either_side_until_patches_are_there() -> None:
     ground = long_tube()
     before = two_loops_of_tube()
-    assert len(rings(before)) == 4
-    after = cylinder(before, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3))).network
-    assert len(rings(after)) == 2
+    assert len(find_rings(before)) == 4
+    after = join_loops(before, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3))).network
+    assert len(find_rings(after)) == 2

@@ -33,8 +33,8 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.network.crossings import Step, first_order
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.erase import erase
-from patterndb_sketch.retopo.tools.stroke import DOUBLED, insert
+from patterndb_sketch.retopo.tools.erase import erase_chains
+from patterndb_sketch.retopo.tools.stroke import DOUBLED, insert_stroke
 
 
 def sound(network: Network) -> None:
@@ -44,7 +44,7 @@ def sound(network: Network) -> None:
 
 def after(network: Network, *points: ArrayLike) -> Network:
     for line in points:
-        network = insert(network, plane(), SIZES, flat(line)).network
+        network = insert_stroke(network, plane(), SIZES, flat(line)).network
         sound(network)
     return network
 
@@ -92,7 +92,7 @@ def test_a_curve_may_go_round_a_handle_of_the_ground() -> None:
     long = np.c_[1.4 * np.cos(turn), 1.4 * np.sin(turn), np.zeros(80)]
     network = Network()
     for line, goes_round in ((short, 0), (long, 1)):
-        network = insert(network, ring, sizes, cleaned(line, ring, sizes, True)).network
+        network = insert_stroke(network, ring, sizes, cleaned(line, ring, sizes, True)).network
         check(network)
         assert genus(network) == goes_round
     (node,) = network.nodes.values()
@@ -110,7 +110,7 @@ def test_a_stroke_along_a_curve_is_that_curve(seed: int, backwards: bool) -> Non
     aside = 0.5 * DOUBLED * SIZES.snap
     again = line + np.c_[np.zeros(30), rng.uniform(-aside, aside, 30)]
     with pytest.raises(RefusedError, match="lies on a curve that is there"):
-        insert(before, plane(), SIZES, flat(again[::-1] if backwards else again))
+        insert_stroke(before, plane(), SIZES, flat(again[::-1] if backwards else again))
     # What goes on beyond its end continues it: nothing is there twice.
     longer = np.r_[again, [[1.5, 0.4], [2.0, 0.0]]]
     done = after(before, longer[::-1] if backwards else longer)
@@ -125,7 +125,7 @@ def test_a_stroke_there_and_back_is_one_curve(times: int, aside: float) -> None:
     ends = [[0.0, k * aside] if k % 2 == 0 else [1.0, k * aside] for k in range(times + 1)]
     line = even(ends)
     stroke = cleaned(line, plane(), SIZES, False)
-    network = insert(Network(), plane(), SIZES, stroke).network
+    network = insert_stroke(Network(), plane(), SIZES, stroke).network
     sound(network)
     network = after(network, [[0.5, -0.5], [0.5, 0.5]])
     assert len([n for n in network.nodes.values() if n.point[0] < 0.2]) <= 2
@@ -159,7 +159,7 @@ def test_strokes_over_chains_that_lie_on_each_other_stay_whole(seed: int) -> Non
         begin, end = np.add(rng.uniform(-1, 1, (2, 2)), [[0.0, 1.5], [0.0, -1.5]])
         stroke = flat([begin, end])
         try:
-            made = insert(network, plane(), SIZES, stroke, Free(), Free())
+            made = insert_stroke(network, plane(), SIZES, stroke, Free(), Free())
         except RefusedError:
             continue
         sound(made.network)
@@ -213,7 +213,7 @@ def test_an_open_end_that_a_stroke_passes_is_joined(gap: float, x: float, closed
     if closed:
         line = [[-1.0, 0.0], [1.0, 0.0], [1.0, 1.0], [-1.0, 1.0]]
         network = after(Network(), stem)
-        network = insert(network, plane(), SIZES, flat(line, True)).network
+        network = insert_stroke(network, plane(), SIZES, flat(line, True)).network
         sound(network)
     else:
         network = after(Network(), stem, [[-1.0, 0.0], [1.0, 0.0]])
@@ -226,7 +226,7 @@ def test_an_open_end_that_a_stroke_passes_is_joined(gap: float, x: float, closed
     (left,) = [c for c in network.chains.values() if c.points[:, 1].min() < -0.5]
     assert left.points[:, 1].max() == pytest.approx(0.0, abs=1e-9)
     # Without the stem the stroke is one curve again.
-    done = erase(network, [left.id]).network
+    done = erase_chains(network, [left.id]).network
     sound(done)
     assert len(done.chains) == 1
 
@@ -257,6 +257,6 @@ def test_what_would_pass_through_a_curve_is_refused() -> None:
         Draft(kept).add_chain(through, up(through), AtNode(ends[0]), AtNode(ends[1]))
     # As a stroke it crosses the ring.
     stroke = Stroke(through, up(through), False)
-    made = insert(kept, plane(), SIZES, stroke, AtNode(ends[0]), AtNode(ends[1])).network
+    made = insert_stroke(kept, plane(), SIZES, stroke, AtNode(ends[0]), AtNode(ends[1])).network
     sound(made)
     assert not equal(made, kept)

@@ -30,7 +30,7 @@ from patterndb_sketch.retopo.arguments import (
 )
 from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.filling import completed
+from patterndb_sketch.retopo.filling import fill_network
 from patterndb_sketch.retopo.network import Network, equal
 from patterndb_sketch.retopo.state import History, State
 from query.engine import PatternSource
@@ -332,7 +332,7 @@ def test_what_was_filled_elsewhere_is_kept_for_its_own_network_alone(
 ) -> None:
     editor = drawn_grid(source, 2)
     network = editor.network
-    found = completed(network, editor.ground, source, editor.sizes.edge)
+    found = fill_network(network, editor.ground, source, editor.sizes.edge)
     do(editor, "sizes", edge=0.3)
     do(editor, "erase", at=[1, 0.5, 0])
     before = editor.state

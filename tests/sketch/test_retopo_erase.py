@@ -14,9 +14,13 @@ from retopo_cases import SIZES, chain_between, drawn, flat, genus, node_at, plan
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.network import Free, Network, check, equal, with_borders, with_count
-from patterndb_sketch.retopo.tools.erase import erase, erase_crossed, erase_open
+from patterndb_sketch.retopo.tools.erase import (
+    erase_chains,
+    erase_crossed_chains,
+    erase_open_chains,
+)
 from patterndb_sketch.retopo.tools.knot import clean_knot
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 UP = (0.0, 0.0, 1.0)
 
@@ -27,9 +31,9 @@ def shapes(network: Network, chains: Iterable[int]) -> list[bytes]:
 
 def test_a_chord_comes_and_goes() -> None:
     before = square()
-    made = insert(before, plane(), SIZES, flat([[1, 0], [1, 1]]))
+    made = insert_stroke(before, plane(), SIZES, flat([[1, 0], [1, 1]]))
     assert len(made.network.patches) == 2
-    done = erase_crossed(made.network, flat([[0.8, 0.5], [1.2, 0.6]])).network
+    done = erase_crossed_chains(made.network, flat([[0.8, 0.5], [1.2, 0.6]])).network
     check(done)
     (patch,) = done.patches.values()
     assert len(patch.corners) == 4
@@ -37,17 +41,17 @@ def test_a_chord_comes_and_goes() -> None:
     assert shapes(done, done.chains) == shapes(before, before.chains)
     assert done.nodes.keys() == before.nodes.keys()
     # Undo is the network that was kept.
-    again = insert(before, plane(), SIZES, flat([[1, 0], [1, 1]]))
+    again = insert_stroke(before, plane(), SIZES, flat([[1, 0], [1, 1]]))
     assert equal(again.network, made.network)
 
 
 def test_one_arm_of_a_cross_leaves_a_t_junction_and_two_leave_nothing() -> None:
     network = drawn([[0, 0], [1, 0]], [[0.5, -0.5], [0.5, 0.5]])
-    one = erase(network, [chain_between(network, (0.5, 0), (0.5, 0.5))]).network
+    one = erase_chains(network, [chain_between(network, (0.5, 0), (0.5, 0.5))]).network
     check(one)
     node = one.nodes[node_at(one, 0.5, 0)]
     assert sorted(node.flagged) == [False, True, True]
-    two = erase(one, [chain_between(one, (0.5, 0), (0.5, -0.5))]).network
+    two = erase_chains(one, [chain_between(one, (0.5, 0), (0.5, -0.5))]).network
     check(two)
     (chain,) = two.chains.values()
     assert chain.length == pytest.approx(1.0)
@@ -55,16 +59,16 @@ def test_one_arm_of_a_cross_leaves_a_t_junction_and_two_leave_nothing() -> None:
 
 def test_corners_that_were_drawn_as_such_stay() -> None:
     bent = drawn([[0, 0], [0.5, 0]])
-    bent = insert(bent, plane(), SIZES, flat([[0.5, 0], [1, 0.01]])).network
-    stem = insert(bent, plane(), SIZES, flat([[0.5, 0], [0.5, 0.5]])).network
-    done = erase(stem, [chain_between(stem, (0.5, 0), (0.5, 0.5))]).network
+    bent = insert_stroke(bent, plane(), SIZES, flat([[0.5, 0], [1, 0.01]])).network
+    stem = insert_stroke(bent, plane(), SIZES, flat([[0.5, 0], [0.5, 0.5]])).network
+    done = erase_chains(stem, [chain_between(stem, (0.5, 0), (0.5, 0.5))]).network
     check(done)
     assert len(done.chains) == 2
     assert done.nodes[node_at(done, 0.5, 0)].valence == 2
     # Two arms of different lines, which turn by more than 30 degrees, stay a corner, too.
     cross = drawn([[0, 0], [1, 0]], [[0.5, -0.5], [0.5, 0.5]])
     arms = [chain_between(cross, (0.5, 0), end) for end in ((0.5, 0.5), (1, 0))]
-    left = erase(cross, arms).network
+    left = erase_chains(cross, arms).network
     check(left)
     assert left.nodes[node_at(left, 0.5, 0)].valence == 2
 
@@ -87,7 +91,7 @@ def test_a_curve_that_was_cut_is_one_again_however_it_bends() -> None:
                     if end != [0, 0]
                 )
             ]
-            done = erase(network, stems).network
+            done = erase_chains(network, stems).network
             check(done)
             (chain,) = done.chains.values()
             assert chain.length == pytest.approx(2.0)
@@ -105,12 +109,12 @@ def test_drawing_curves_on_one_and_erasing_them_leaves_it_as_it_was(places, acro
     for x in apart:
         foot = [x, 0.1 * np.sin(7 * x)]
         begin = [x, -0.7] if across else foot
-        network = insert(network, plane(), SIZES, flat([begin, [x, 0.7]])).network
+        network = insert_stroke(network, plane(), SIZES, flat([begin, [x, 0.7]])).network
         check(network)
     (old,) = before.chains
     line = before.chains[old].points
     others = [chain.id for chain in network.chains.values() if abs(chain.points[:, 1]).max() > 0.5]
-    done = erase(network, others).network
+    done = erase_chains(network, others).network
     check(done)
     (left,) = done.chains.values()
     assert len(done.nodes) == 2
@@ -126,7 +130,7 @@ def test_counts_that_no_patch_uses_are_forgotten_but_for_chosen_ones() -> None:
     for chain in network.chains:
         network = with_count(network, chain, 5, chain == kept)
     gone = chain_between(network, (0, 0), (1, 0))
-    done = erase(network, [gone]).network
+    done = erase_chains(network, [gone]).network
     check(done)
     (patch,) = done.patches.values()
     used = {half >> 1 for half in patch.loop}
@@ -140,33 +144,33 @@ def test_merged_counts_add() -> None:
     for count, chain in enumerate(sorted(network.chains), 3):
         network = with_count(network, chain, count)
     counts = [network.chains[chain_between(network, a, (1, 0))].count for a in ((0, 0), (2, 0))]
-    done = erase(network, [chain_between(network, (1, 0), (1, 1))]).network
+    done = erase_chains(network, [chain_between(network, (1, 0), (1, 1))]).network
     assert done.chains[chain_between(done, (0, 0), (2, 0))].count == sum(counts)
 
 
 def test_borders_are_never_erased() -> None:
     network = with_borders(Network(), plane(), 0.02)
     (border,) = network.chains
-    for call in (lambda: erase(network, [border]), lambda: erase_open(network)):
+    for call in (lambda: erase_chains(network, [border]), lambda: erase_open_chains(network)):
         with pytest.raises(RefusedError):
             call()
     cut = drawn([[-5, 1], [5, 1]], network=network)
-    done = erase_crossed(cut, flat([[4.9, 0.9], [4.95, 1.1]])).network
+    done = erase_crossed_chains(cut, flat([[4.9, 0.9], [4.95, 1.1]])).network
     check(done)
     assert [chain.points.tobytes() for chain in done.chains.values()] != []
     (left,) = done.chains.values()
     assert left.loose and left.marked
-    both = erase_crossed(cut, flat([[4.9, 0.9], [4.95, 1.1], [6, 2]]))
+    both = erase_crossed_chains(cut, flat([[4.9, 0.9], [4.95, 1.1], [6, 2]]))
     assert both.notes
 
 
 def test_what_cannot_be_erased_is_refused() -> None:
     with pytest.raises(RefusedError, match="crosses no curve"):
-        erase_crossed(square(), flat([[5, 5], [4, 4]]))
+        erase_crossed_chains(square(), flat([[5, 5], [4, 4]]))
     with pytest.raises(InvalidRetopoError, match="no chain 999"):
-        erase(square(), [999])
+        erase_chains(square(), [999])
     with pytest.raises(RefusedError, match="open end"):
-        erase_open(square())
+        erase_open_chains(square())
 
 
 def test_erase_open_leaves_what_has_no_open_end() -> None:
@@ -177,7 +181,7 @@ def test_erase_open_leaves_what_has_no_open_end() -> None:
         [[3, 0], [4, 0]],
         network=square(),
     )
-    done = erase_open(network).network
+    done = erase_open_chains(network).network
     check(done)
     assert shapes(done, done.chains) == shapes(square(), square().chains)
     assert len(done.patches) == 1
@@ -191,12 +195,12 @@ def test_erasing_keeps_the_rest_in_its_place(seed: int) -> None:
         line = rng.uniform(-1, 1, (2, 2))
         if np.linalg.norm(line[1] - line[0]) > 0.3:
             with suppress(RefusedError):  # it may lie on another
-                network = insert(network, plane(), SIZES, flat(line)).network
+                network = insert_stroke(network, plane(), SIZES, flat(line)).network
     if not network.chains:
         return
     chosen = rng.choice(sorted(network.chains), rng.integers(1, len(network.chains) + 1), False)
     gone = {int(chain) for chain in chosen}
-    done = erase(network, gone).network
+    done = erase_chains(network, gone).network
     check(done)
     kept = sum(chain.length for chain in network.chains.values() if chain.id not in gone)
     assert sum(chain.length for chain in done.chains.values()) == pytest.approx(kept, abs=1e-9)
@@ -209,7 +213,7 @@ def test_a_knot_becomes_one_corner() -> None:
     lines = [[[-1, 0.01], [1, 0.01]], [[-0.5, -1], [0.55, 1]], [[-0.5, 1], [0.5, -1]]]
     network = drawn(*lines)
     stub = flat([[0.03, -0.02], [0.09, -0.02]])
-    network = insert(network, plane(), SIZES, stub, Free(), Free()).network
+    network = insert_stroke(network, plane(), SIZES, stub, Free(), Free()).network
     done = clean_knot(network, plane(), SIZES, (0, 0, 0), UP).network
     check(done)
     assert genus(done) == 0

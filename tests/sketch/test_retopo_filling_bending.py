@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sampled
-from patterndb_sketch.retopo.filling import changed, chosen_anew
-from patterndb_sketch.retopo.filling.edgecounts import SAGITTA, STRETCH, fewest_edges
+from patterndb_sketch.retopo.filling import change_counts, choose_counts
+from patterndb_sketch.retopo.filling.edgecounts import SAGITTA, STRETCH, count_fewest_edges
 from patterndb_sketch.retopo.network import Chain
 from query.engine import PatternSource
 
@@ -40,7 +40,7 @@ def cut_off(line: Points, edges: int) -> float:
 def test_edges_cut_off_the_allowed_sagitta_of_an_arc_and_are_no_more_than_that_asks_for(
     turn: float, edge: float
 ) -> None:
-    n = fewest_edges(chain(arc(turn)), edge)
+    n = count_fewest_edges(chain(arc(turn)), edge)
     # The chord of a whole arc is its sagitta e^2 kappa / 8 but for the fourth power of e.
     assert cut_off(arc(turn), n) <= SAGITTA * edge * 1.01 or n == 1
     by_bends = turn / np.sqrt(8.0 * SAGITTA * edge)
@@ -49,10 +49,10 @@ def test_edges_cut_off_the_allowed_sagitta_of_an_arc_and_are_no_more_than_that_a
 
 def test_a_straight_curve_and_one_with_a_sharp_corner_need_few() -> None:
     straight = np.linspace([0.0, 0.0, 0.0], [6.0, 0.0, 0.0], 50)
-    assert fewest_edges(chain(straight), 1.0) == np.ceil(6.0 / STRETCH)
+    assert count_fewest_edges(chain(straight), 1.0) == np.ceil(6.0 / STRETCH)
     corner = np.concatenate([straight[:25], straight[24] + straight[:25, [1, 0, 2]]])
-    assert fewest_edges(chain(corner), 1.0) == np.ceil(chain(corner).length / STRETCH)
-    assert fewest_edges(chain(straight[:2]), 1.0) == 1
+    assert count_fewest_edges(chain(corner), 1.0) == np.ceil(chain(corner).length / STRETCH)
+    assert count_fewest_edges(chain(straight[:2]), 1.0) == 1
 
 
 @pytest.mark.parametrize("edge", [0.2, 0.7, 2.0])
@@ -60,8 +60,8 @@ def test_a_closed_curve_turns_where_it_begins_too(edge: float) -> None:
     circle = arc(2 * np.pi, 401)[:-1]
     turned = np.roll(circle, 133, axis=0)
     wanted = np.ceil(max(2 * np.pi / np.sqrt(8 * SAGITTA * edge), 2 * np.pi / edge / STRETCH))
-    assert fewest_edges(chain(circle, True), edge) == wanted
-    assert fewest_edges(chain(turned, True), edge) == wanted
+    assert count_fewest_edges(chain(circle, True), edge) == wanted
+    assert count_fewest_edges(chain(turned, True), edge) == wanted
 
 
 def test_counts_keep_the_shapes_of_curves_and_a_user_may_ask_for_fewer(
@@ -69,13 +69,13 @@ def test_counts_keep_the_shapes_of_curves_and_a_user_may_ask_for_fewer(
 ) -> None:
     network = drawn_octants(source).fill().network
     edge = 1.2
-    network, notes = chosen_anew(network, edge)
+    network, notes = choose_counts(network, edge)
     assert notes == ()
     assert_even(network)
-    assert all(one.count >= fewest_edges(one, edge) > 1 for one in network.chains.values())
+    assert all(one.count >= count_fewest_edges(one, edge) > 1 for one in network.chains.values())
     one = min(network.chains)
-    fewer, _ = changed(network, edge, {one: 1})
+    fewer, _ = change_counts(network, edge, {one: 1})
     assert fewer.chains[one].count == 1
     # With another target edge all would have more: what is settled stays.
-    same, _ = changed(network, edge / 4, {one: network.chains[one].count + 2})
+    same, _ = change_counts(network, edge / 4, {one: network.chains[one].count + 2})
     assert sum(same.chains[c].count != network.chains[c].count for c in same.chains) == 1

@@ -17,13 +17,13 @@ from retopo_cases import plane
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import (
-    changed,
-    chosen_anew,
-    counted,
-    freed,
-    lengths,
-    strip,
-    welded,
+    change_counts,
+    choose_counts,
+    complete_counts,
+    find_strip,
+    free_counts,
+    side_lengths,
+    weld_fills,
 )
 from patterndb_sketch.retopo.network import Network, with_count
 from query.engine import PatternSource
@@ -38,10 +38,10 @@ def grid(source: PatternSource) -> Network:
 def test_a_square_grid_is_counted_by_its_lengths(grid: Network) -> None:
     used = {half >> 1 for patch in grid.patches.values() for half in patch.loop}
     assert {grid.chains[c].count for c in used} == {4}
-    assert all(lengths(grid, patch) == (4, 4, 4, 4) for patch in grid.patches.values())
+    assert all(side_lengths(grid, patch) == (4, 4, 4, 4) for patch in grid.patches.values())
     border = set(grid.chains) - used
     assert {grid.chains[c].count for c in border} == {0}, "no patch is beside it"
-    again, notes = counted(grid, EDGE)
+    again, notes = complete_counts(grid, EDGE)
     assert again is grid
     assert notes == ()
 
@@ -63,17 +63,17 @@ def test_pinned_counts_stay_and_others_do_not(grid: Network) -> None:
     pinned = chain_at(grid, 0.5, 0)
     other = chain_at(grid, 2.5, 0)
     network = with_count(with_count(grid, pinned, 8, pinned=True), other, 8)
-    chosen, notes = chosen_anew(network, EDGE)
+    chosen, notes = choose_counts(network, EDGE)
     assert notes == ()
     assert_even(chosen)
     assert chosen.chains[pinned].count == 8
     assert chosen.chains[other].count == 4
-    free = freed(chosen, [pinned])
+    free = free_counts(chosen, [pinned])
     assert free.chains[pinned].count == 8
     assert not free.chains[pinned].pinned
-    assert chosen_anew(free, EDGE)[0].chains[pinned].count == 4
+    assert choose_counts(free, EDGE)[0].chains[pinned].count == 4
     with pytest.raises(InvalidRetopoError, match="there is no chain 9999"):
-        freed(grid, [9999])
+        free_counts(grid, [9999])
 
 
 def test_pins_that_cannot_be_are_told_with_their_names(grid: Network) -> None:
@@ -82,40 +82,40 @@ def test_pins_that_cannot_be_are_told_with_their_names(grid: Network) -> None:
     network = grid
     for chain, count in zip(chains, (3, 4, 4, 4), strict=True):
         network = with_count(network, chain, count, pinned=True)
-    for made, notes in (counted(network, EDGE), chosen_anew(network, EDGE)):
+    for made, notes in (complete_counts(network, EDGE), choose_counts(network, EDGE)):
         (note,) = notes
         assert f"around patch {patch.id} add up to an odd number" in note
         assert all(str(chain) in note for chain in chains)
         assert all(made.chains[c].count == network.chains[c].count for c in chains)
         others = [p for p in made.patches.values() if p.id != patch.id]
-        assert all(sum(lengths(made, p)) % 2 == 0 for p in others)
+        assert all(sum(side_lengths(made, p)) % 2 == 0 for p in others)
 
 
 def test_one_count_more_changes_a_few_others(grid: Network) -> None:
     border = chain_at(grid, 0.5, 0)
-    made, notes = changed(grid, EDGE, {border: 5})
+    made, notes = change_counts(grid, EDGE, {border: 5})
     assert notes == ()
     assert_even(made)
     assert made.chains[border].count == 5
     assert made.chains[border].pinned
     assert len(different(grid, made) - {border}) <= 3
-    loosely, _ = changed(grid, EDGE, {border: 5}, pin=False)
+    loosely, _ = change_counts(grid, EDGE, {border: 5}, pin=False)
     assert not loosely.chains[border].pinned
     assert loosely.chains[border].count == 5
 
 
 def test_two_counts_more_change_nothing_else_where_that_is_even(grid: Network) -> None:
     border = chain_at(grid, 0.5, 0)
-    made, _ = changed(grid, EDGE, {border: 6})
+    made, _ = change_counts(grid, EDGE, {border: 6})
     assert_even(made)
     assert len(different(grid, made)) <= 4
 
 
 def test_counts_below_one_and_unknown_chains_are_refused(grid: Network) -> None:
     with pytest.raises(RefusedError, match="would have 0 edges; the least is 1"):
-        changed(grid, EDGE, {chain_at(grid, 0.5, 0): 0})
+        change_counts(grid, EDGE, {chain_at(grid, 0.5, 0): 0})
     with pytest.raises(InvalidRetopoError, match="there is no chain 9999"):
-        changed(grid, EDGE, {9999: 3})
+        change_counts(grid, EDGE, {9999: 3})
 
 
 def test_a_curve_of_no_patch_is_counted_too(source: PatternSource) -> None:
@@ -129,10 +129,10 @@ def test_a_curve_of_no_patch_is_counted_too(source: PatternSource) -> None:
 def test_strips_run_straight_through_quads(grid: Network) -> None:
     across = chain_at(grid, 0.5, 0)
     wanted = {chain_at(grid, 0.5, y) for y in range(4)}
-    assert set(strip(grid, across)) == wanted
-    assert strip(grid, across)[0] == across
+    assert set(find_strip(grid, across)) == wanted
+    assert find_strip(grid, across)[0] == across
     inner = chain_at(grid, 1, 1.5)
-    assert set(strip(grid, inner)) == {chain_at(grid, x, 1.5) for x in range(4)}
+    assert set(find_strip(grid, inner)) == {chain_at(grid, x, 1.5) for x in range(4)}
 
 
 def test_strips_end_where_sides_are_of_several_curves(source: PatternSource) -> None:
@@ -140,19 +140,19 @@ def test_strips_end_where_sides_are_of_several_curves(source: PatternSource) -> 
     do(editor, "stroke", points=line((1.5, 1), (1.5, 2)))
     network = editor.network
     # Of the cells above and below the one that is cut, the sides next to it are two curves each.
-    assert set(strip(network, chain_at(network, 1.5, 0))) == {chain_at(network, 1.5, 0)}
+    assert set(find_strip(network, chain_at(network, 1.5, 0))) == {chain_at(network, 1.5, 0)}
     cut = {chain_at(network, x, y) for x in (1.25,) for y in (1, 2)}
-    assert set(strip(network, chain_at(network, 1.25, 1))) == cut
-    along = strip(network, chain_at(network, 0, 1.5))
+    assert set(find_strip(network, chain_at(network, 1.25, 1))) == cut
+    along = find_strip(network, chain_at(network, 0, 1.5))
     assert set(along) == {chain_at(network, x, 1.5) for x in (0, 1, 1.5, 2, 3)}
 
 
 def test_a_loop_through_a_row_is_twelve_quads_more(source: PatternSource) -> None:
     editor = drawn_grid(source)
-    before = welded(editor.fill())
+    before = weld_fills(editor.fill())
     assert len(before.quads) == 9 * 16
     do(editor, "subdivide", at=[0.5, 0, 0], by=1, strip=True)
     found = editor.fill()
-    assert len(welded(found).quads) == len(before.quads) + 12
+    assert len(weld_fills(found).quads) == len(before.quads) + 12
     fives = [c for c, chain in found.network.chains.items() if chain.count == 5]
     assert set(fives) == {chain_at(found.network, 0.5, y) for y in range(4)}

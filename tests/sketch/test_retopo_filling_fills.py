@@ -21,19 +21,19 @@ from patterndb_sketch.retopo.filling import (
     Choice,
     Filling,
     Flow,
-    changed,
-    completed,
+    add_flow,
+    change_counts,
+    clear_flows,
+    fill_network,
     filling_of,
-    lengths,
-    ranked,
-    stepped,
-    suits,
-    taken,
-    welded,
-    with_flow,
-    without_flows,
+    has_suitable_fill,
+    rank_fills,
+    side_lengths,
+    step_fill,
+    take_fill,
+    weld_fills,
 )
-from patterndb_sketch.retopo.filling.location import patch_at
+from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.network import Network, equal, with_choice, with_count
 from query.engine import PatternSource
 
@@ -59,9 +59,9 @@ def test_every_patch_is_filled_for_its_counts(source: PatternSource) -> None:
         at = found.network.patches[patch]
         choice = filling_of(at).choice
         assert choice is not None
-        assert suits(found.network, at)
+        assert has_suitable_fill(found.network, at)
         assert choice.by == "program"
-        assert choice.lengths == lengths(found.network, at)
+        assert choice.lengths == side_lengths(found.network, at)
         assert same_arrays(choice.faces, placed.quads)
         assert placed.perimeter == choice.perimeter
         assert len(placed.flipped) == 0
@@ -72,26 +72,28 @@ def test_the_first_of_the_list_is_taken_and_others_on_demand(
     source: PatternSource, grid: Network
 ) -> None:
     patch = patch_around(grid, 1.5, 1.5)
-    network, _ = changed(grid, EDGE, {chain_at(grid, 1.5, 1): 6, chain_at(grid, 1, 1.5): 6})
-    listed = list(ranked(network, network.patches[patch], source))
+    network, _ = change_counts(grid, EDGE, {chain_at(grid, 1.5, 1): 6, chain_at(grid, 1, 1.5): 6})
+    listed = list(rank_fills(network, network.patches[patch], source))
     assert len(listed) > 4
     for number in (0, 3):
-        made = taken(network, patch, source, number)
+        made = take_fill(network, patch, source, number)
         assert filling_of(made.patches[patch]).choice == Choice.of(listed[number], "user")
-    flowing = with_flow(network, patch, np.array([[1.02, 1.4, 0], [1.5, 1.5, 0], [1.6, 1.98, 0]]))
+    flowing = add_flow(network, patch, np.array([[1.02, 1.4, 0], [1.5, 1.5, 0], [1.6, 1.98, 0]]))
     with pytest.raises(RefusedError, match="has no fill 900; its list is shorter"):
-        taken(flowing, patch, source, 900)
+        take_fill(flowing, patch, source, 900)
     # Stepping goes round the list, both ways.
-    first = taken(network, patch, source, 0)
-    assert equal(stepped(first, patch, source, 3), taken(network, patch, source, 3))
-    assert equal(stepped(first, patch, source, -1), taken(network, patch, source, len(listed) - 1))
-    assert equal(stepped(stepped(first, patch, source, 5), patch, source, -5), first)
-    assert equal(stepped(first, patch, source, len(listed)), first)
+    first = take_fill(network, patch, source, 0)
+    assert equal(step_fill(first, patch, source, 3), take_fill(network, patch, source, 3))
+    assert equal(
+        step_fill(first, patch, source, -1), take_fill(network, patch, source, len(listed) - 1)
+    )
+    assert equal(step_fill(step_fill(first, patch, source, 5), patch, source, -5), first)
+    assert equal(step_fill(first, patch, source, len(listed)), first)
     # From no fill, one on is the first, and one back the last.
     none = with_choice(network, patch, None)
-    assert equal(stepped(none, patch, source, 1), first)
-    last = taken(network, patch, source, len(listed) - 1)
-    assert equal(stepped(none, patch, source, -1), last)
+    assert equal(step_fill(none, patch, source, 1), first)
+    last = take_fill(network, patch, source, len(listed) - 1)
+    assert equal(step_fill(none, patch, source, -1), last)
 
 
 def test_what_the_user_took_is_kept_for_other_counts_where_it_fits(
@@ -101,7 +103,7 @@ def test_what_the_user_took_is_kept_for_other_counts_where_it_fits(
     do(editor, "subdivide", at=[1.5, 1, 0], count=6)
     editor.fill()
     do(editor, "choose", at=[1.5, 1.5, 0], number=2)
-    patch = patch_at(editor.network, editor.ground, [1.5, 1.5, 0])
+    patch = find_patch(editor.network, editor.ground, [1.5, 1.5, 0])
     chosen = filling_of(editor.network.patches[patch]).choice
     assert chosen is not None
     assert chosen.by == "user"
@@ -112,7 +114,7 @@ def test_what_the_user_took_is_kept_for_other_counts_where_it_fits(
     assert again.lengths != chosen.lengths
     fits = [
         fill
-        for fill in ranked(editor.network, editor.network.patches[patch], source)
+        for fill in rank_fills(editor.network, editor.network.patches[patch], source)
         if Choice.of(fill).code == chosen.code
     ]
     assert (again.by, again.code) == ("user", chosen.code) if fits else again.by == "program"
@@ -132,7 +134,7 @@ def test_flow_lines_lead_the_edges_until_they_are_cleared(source: PatternSource)
     assert filling.choice is not None
     assert filling.choice.code != former.code, "no regular grid turns from side to side"
     assert len(filling.flows) == 1
-    listed = ranked(found.network, found.network.patches[patch], source)
+    listed = rank_fills(found.network, found.network.patches[patch], source)
     assert next(listed).flow_distance is not None
     do(editor, "flow", clear=[1.5, 1.5, 0])
     assert filling_of(editor.network.patches[patch]).flows == ()
@@ -140,19 +142,19 @@ def test_flow_lines_lead_the_edges_until_they_are_cleared(source: PatternSource)
     assert cleared.choice == former
     assert editor.do(Call("flow", {"clear": [1.5, 1.5, 0]})).refused is not None
     with pytest.raises(RefusedError, match="has no flow lines"):
-        without_flows(editor.network, patch)
+        clear_flows(editor.network, patch)
 
 
 def test_a_flow_line_that_leads_nowhere_leaves_its_patch_empty_and_is_told(
     source: PatternSource, grid: Network
 ) -> None:
     patch = patch_around(grid, 0.5, 0.5)
-    made = with_flow(grid, patch, np.array([[0.45, 0.02, 0], [0.5, 0.05, 0], [0.48, 0.02, 0]]))
-    found = completed(made, plane(), source, EDGE)
+    made = add_flow(grid, patch, np.array([[0.45, 0.02, 0], [0.5, 0.05, 0], [0.48, 0.02, 0]]))
+    found = fill_network(made, plane(), source, EDGE)
     assert found.placed.keys() == grid.patches.keys() - {patch}
     (note,) = found.notes
     assert note.startswith(f"patch {patch} cannot be filled: the stroke")
-    assert len(welded(found).quads) == 8 * 16
+    assert len(weld_fills(found).quads) == 8 * 16
 
 
 def test_a_patch_of_an_odd_border_is_refused_and_told(source: PatternSource, grid: Network) -> None:
@@ -161,8 +163,8 @@ def test_a_patch_of_an_odd_border_is_refused_and_told(source: PatternSource, gri
     for half, count in zip(patch.loop, (3, 4, 4, 4), strict=True):
         network = with_count(network, half >> 1, count, pinned=True)
     with pytest.raises(RefusedError, match="has 15 edges around it, and a fill needs an even"):
-        ranked(network, network.patches[patch.id], source)
-    found = completed(network, plane(), source, EDGE)
+        rank_fills(network, network.patches[patch.id], source)
+    found = fill_network(network, plane(), source, EDGE)
     assert patch.id not in found.placed
     assert any("has 15 edges around it" in note for note in found.notes)
 

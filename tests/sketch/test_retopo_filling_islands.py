@@ -8,7 +8,7 @@ from editor_cases import SIZES, do, line
 from retopo_cases import plane
 
 from patterndb_sketch.retopo.editor import Editor
-from patterndb_sketch.retopo.filling import welded
+from patterndb_sketch.retopo.filling import weld_fills
 from query.engine import PatternSource
 
 
@@ -20,7 +20,7 @@ def square(editor: Editor, low: float, high: float) -> None:
 
 def covered(editor: Editor) -> float:
     """The area of all quads; all lie on the plane."""
-    mesh = welded(editor.fill())
+    mesh = weld_fills(editor.fill())
     corner = mesh.vertices[mesh.quads]
     assert (corner[..., 2] == 0.0).all()
     one, two = corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1]

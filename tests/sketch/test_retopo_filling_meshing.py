@@ -17,8 +17,13 @@ from editor_cases import (
 from filling_cases import EDGE, assert_welded, edges_of
 from retopo_cases import plane
 
-from patterndb_sketch.retopo.filling import completed, irregular_vertices, open_edges, welded
-from patterndb_sketch.retopo.filling.report import hausdorff, report
+from patterndb_sketch.retopo.filling import (
+    fill_network,
+    find_irregular_vertices,
+    find_open_edges,
+    weld_fills,
+)
+from patterndb_sketch.retopo.filling.report import hausdorff, report_mesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from query.engine import PatternSource
@@ -34,14 +39,14 @@ def test_neighbours_share_their_vertices(source: PatternSource) -> None:
     editor = drawn_grid(source)
     do(editor, "stroke", points=line((0, 0.5), (0.5, 1), (0.5, 1.5), (1, 2)))
     found = editor.fill()
-    mesh = welded(found)
+    mesh = weld_fills(found)
     assert_welded(found, mesh)
     assert len(np.unique(mesh.vertices, axis=0)) == len(mesh.vertices), "none is there twice"
     edges = edges_of(mesh)
     once = [e for e in edges if e[::-1] not in edges]
     outer = {c for c in found.network.chains if on_one_side(found.network, c)}
     around = sum(found.network.chains[c].count for c in outer)
-    assert len(once) == len(open_edges(mesh)) == around > 40
+    assert len(once) == len(find_open_edges(mesh)) == around > 40
     n_edges = (len(edges) + len(once)) // 2
     assert len(mesh.vertices) - n_edges + len(mesh.quads) == 1
     nodes = found.network.nodes
@@ -55,19 +60,19 @@ def test_neighbours_share_their_vertices(source: PatternSource) -> None:
 def test_a_ball_of_eight_patches_is_closed(source: PatternSource) -> None:
     editor = drawn_octants(source)
     found = editor.fill()
-    mesh = welded(found)
+    mesh = weld_fills(found)
     assert_welded(found, mesh)
     edges = edges_of(mesh)
     assert {(b, a) for a, b in edges} == edges
-    assert len(open_edges(mesh)) == 0
+    assert len(find_open_edges(mesh)) == 0
     assert len(mesh.vertices) - len(edges) // 2 + len(mesh.quads) == 2
     feet = editor.ground.nearest(mesh.vertices).points
     assert np.linalg.norm(feet - mesh.vertices, axis=1).max() < 1e-9
     assert all(len(placed.flipped) == 0 for placed in found.placed.values())
-    wrong, valence = irregular_vertices(mesh)
+    wrong, valence = find_irregular_vertices(mesh)
     assert valence.tolist() == [3] * 8
     assert (mesh.node[wrong] == -1).all()
-    told = report(found, editor.ground, mesh)
+    told = report_mesh(found, editor.ground, mesh)
     assert (told.patches, told.unfilled, told.irregular) == ({3: 8}, 0, {3: 8})
     assert (told.flipped, told.open_edges, told.tangled, told.euler) == (0, 0, 0, 2)
     assert (told.vertices, told.quads) == (len(mesh.vertices), len(mesh.quads))
@@ -75,10 +80,10 @@ def test_a_ball_of_eight_patches_is_closed(source: PatternSource) -> None:
 
 
 def test_an_empty_network_is_an_empty_mesh(source: PatternSource) -> None:
-    found = completed(Network(), plane(), source, EDGE)
-    mesh = welded(found)
+    found = fill_network(Network(), plane(), source, EDGE)
+    mesh = weld_fills(found)
     assert (mesh.vertices.shape, mesh.quads.shape) == ((0, 3), (0, 4))
-    told = report(found, plane())
+    told = report_mesh(found, plane())
     assert (told.patches, told.quads, told.euler, told.to_ground) == ({}, 0, 0, 1.0)
 
 
@@ -102,11 +107,11 @@ def test_distances_of_known_shapes() -> None:
 def test_quads_that_pass_an_edge_the_same_way_are_told(source: PatternSource) -> None:
     editor = drawn_grid(source, 2)
     found = editor.fill()
-    mesh = welded(found)
+    mesh = weld_fills(found)
     doubled = replace(
         mesh,
         quads=np.concatenate([mesh.quads, mesh.quads[:1]]),
         patch=np.concatenate([mesh.patch, mesh.patch[:1]]),
     )
-    assert report(found, editor.ground, mesh).tangled == 0
-    assert report(found, editor.ground, doubled).tangled > 0
+    assert report_mesh(found, editor.ground, mesh).tangled == 0
+    assert report_mesh(found, editor.ground, doubled).tangled > 0

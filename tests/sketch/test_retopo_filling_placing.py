@@ -19,8 +19,8 @@ from retopo_cases import plane, sphere
 
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import Cache, completed, divided, filling_of
-from patterndb_sketch.retopo.filling.location import patch_at
+from patterndb_sketch.retopo.filling import PlacedCache, divide_chain, fill_network, filling_of
+from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.network import Network, with_choice
 from query.engine import PatternSource
 
@@ -34,7 +34,7 @@ def grid(source: PatternSource) -> Network:
 def test_borders_are_divided_evenly_with_ends_that_are_exact(grid: Network) -> None:
     for chain in grid.chains.values():
         for count in (1, 2, 7):
-            points, normals = divided(replace(chain, count=count))
+            points, normals = divide_chain(replace(chain, count=count))
             assert points.shape == normals.shape == (count + 1, 3)
             around = chain.round
             assert same_arrays(points[[0, -1]], around[[0, -1]])
@@ -92,12 +92,12 @@ def test_vertices_moved_by_hand_stay_and_what_they_flip_is_told(
     patch = patch_around(grid, 1.5, 1.5)
     filling = filling_of(grid.patches[patch])
     assert filling.choice is not None
-    before = completed(grid, plane(), source, EDGE)
+    before = fill_network(grid, plane(), source, EDGE)
     inner = filling.choice.perimeter + 4
     near = before.placed[patch].vertices[inner] + [0.05, 0.05, 0]
     for place, flips in ((near, False), (np.array([2.4, 2.4, 0]), True)):
         network = with_choice(grid, patch, filling.with_moved([inner], [place]))
-        found = completed(network, plane(), source, EDGE)
+        found = fill_network(network, plane(), source, EDGE)
         placed = found.placed[patch]
         assert same_arrays(placed.vertices[inner], place)
         others = np.arange(len(placed.vertices)) != inner
@@ -106,7 +106,7 @@ def test_vertices_moved_by_hand_stay_and_what_they_flip_is_told(
         assert any("flipped" in note for note in found.notes) == flips
     every = before.placed[patch].vertices * [1, 1, 0] + [0, 0, 0.5]
     whole = filling.with_moved(np.arange(len(every)), every)
-    found = completed(with_choice(grid, patch, whole), plane(), source, EDGE)
+    found = fill_network(with_choice(grid, patch, whole), plane(), source, EDGE)
     assert same_arrays(found.placed[patch].vertices, every)
 
 
@@ -125,13 +125,13 @@ def test_what_was_placed_before_changes_no_result(source: PatternSource) -> None
         Call("redo"),
         Call("recount", {"edge": 0.15}),
     )
-    kept = Cache()
+    kept = PlacedCache()
     for call in calls:
         assert editor.do(call).changed
         network, ground, edge = editor.network, editor.ground, editor.sizes.edge
-        fresh = completed(network, ground, source, edge)
-        assert same_fills(fresh, completed(network, ground, source, edge, kept))
-        assert same_fills(fresh, completed(network, ground, source, edge, kept))
+        fresh = fill_network(network, ground, source, edge)
+        assert same_fills(fresh, fill_network(network, ground, source, edge, kept))
+        assert same_fills(fresh, fill_network(network, ground, source, edge, kept))
         assert same_fills(fresh, editor.fill())
 
 
@@ -139,16 +139,18 @@ def test_points_are_found_in_their_patches(source: PatternSource) -> None:
     editor = drawn_grid(source)
     for x, y in ((0.5, 0.5), (1.1, 2.9), (2.95, 0.05)):
         middle = (int(x) + 0.5, int(y) + 0.5)
-        assert patch_at(editor.network, plane(), [x, y, 0.3]) == patch_around(
+        assert find_patch(editor.network, plane(), [x, y, 0.3]) == patch_around(
             editor.network, *middle
         )
     for x, y in ((-1, -1), (-0.01, 0.5), (3.01, 2.99)):
         with pytest.raises(RefusedError, match="there is no patch here"):
-            patch_at(editor.network, plane(), [x, y, 0])
-    assert patch_at(editor.network, plane(), [0, 0.5, 0]) == patch_around(editor.network, 0.5, 0.5)
+            find_patch(editor.network, plane(), [x, y, 0])
+    assert find_patch(editor.network, plane(), [0, 0.5, 0]) == patch_around(
+        editor.network, 0.5, 0.5
+    )
     octants = drawn_octants(source)
     found = {
-        patch_at(octants.network, octants.ground, [x, y, z])
+        find_patch(octants.network, octants.ground, [x, y, z])
         for x in (-1, 1)
         for y in (-1, 1)
         for z in (-1, 1)

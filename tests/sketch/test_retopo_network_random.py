@@ -15,10 +15,10 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
 from patterndb_sketch.retopo.network import Edit, Network, check, equal, with_borders, with_count
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle
-from patterndb_sketch.retopo.tools.erase import erase_crossed, erase_open
+from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle_corner
+from patterndb_sketch.retopo.tools.erase import erase_crossed_chains, erase_open_chains
 from patterndb_sketch.retopo.tools.knot import clean_knot
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 #: Coarse for what is drawn, so that much is near to each other.
 SIZES = Sizes(snap=0.1, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.2, sampling=0.03)
@@ -54,13 +54,13 @@ def edited(rng: np.random.Generator, name: str, network: Network, ground: Ground
     match name:
         case "insert":
             smooth = (bool(rng.random() < 0.3), bool(rng.random() < 0.3))
-            made = insert(network, ground, SIZES, scribble(rng, ground), smooth=smooth)
+            made = insert_stroke(network, ground, SIZES, scribble(rng, ground), smooth=smooth)
         case "erase":
-            made = erase_crossed(network, scribble(rng, ground))
+            made = erase_crossed_chains(network, scribble(rng, ground))
         case "erase open":
-            made = erase_open(network)
+            made = erase_open_chains(network)
         case "toggle":
-            made = toggle(network, SIZES, point, normal)
+            made = toggle_corner(network, SIZES, point, normal)
         case "flip":
             made = flip_wedge(network, SIZES, point + rng.normal(0, 0.05, 3), point, normal)
         case "knot":
@@ -119,7 +119,7 @@ def test_the_order_around_nodes_is_that_of_a_drawing(ground, seed: int) -> None:
         height = 0.9 if on is sphere() else 0.0
         stroke = cleaned(np.c_[places, np.full(3, height)], on, SIZES)
         with suppress(RefusedError):  # it may lie on another
-            network = insert(network, on, SIZES, stroke).network
+            network = insert_stroke(network, on, SIZES, stroke).network
         check(network)
         assert genus(network) == 0
 

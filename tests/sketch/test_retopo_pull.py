@@ -37,8 +37,8 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.network.attaching import TOO_CLOSE, departure, turn
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.pull import held, pull, release
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.pull import find_held, pull_held, release_held
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 UP = (0.0, 0.0, 1.0)
 
@@ -46,7 +46,7 @@ UP = (0.0, 0.0, 1.0)
 def let_go(network: Network, at: tuple[float, float], to: tuple[float, float]) -> Edit:
     """Pull the node at a place to another and let it go."""
     old = {k: chain.points.tobytes() for k, chain in network.chains.items()}
-    done = release(network, plane(), SIZES, AtNode(node_at(network, *at)), (*to, 0.0), UP)
+    done = release_held(network, plane(), SIZES, AtNode(node_at(network, *at)), (*to, 0.0), UP)
     check(done.network)
     assert old == {k: chain.points.tobytes() for k, chain in network.chains.items()}
     return done
@@ -58,11 +58,11 @@ def corners(network: Network) -> list[int]:
 
 def test_a_press_takes_hold_of_a_corner_before_a_side() -> None:
     network = square()
-    assert held(network, SIZES, (0.06, 0.0, 0), UP) == AtNode(node_at(network, 0, 0))
-    at = held(network, SIZES, (1.0, 0.05, 0), UP)
+    assert find_held(network, SIZES, (0.06, 0.0, 0), UP) == AtNode(node_at(network, 0, 0))
+    at = find_held(network, SIZES, (1.0, 0.05, 0), UP)
     assert isinstance(at, AtChain) and at.chain == chain_between(network, (0, 0), (2, 0))
     with pytest.raises(RefusedError, match="no curve is near"):
-        held(network, SIZES, (1.0, 0.5, 0), UP)
+        find_held(network, SIZES, (1.0, 0.5, 0), UP)
 
 
 @settings(max_examples=30)
@@ -77,7 +77,7 @@ def test_a_side_follows_by_the_shares_that_are_said(seed: int) -> None:
     k = int(rng.integers(1, len(old) - 1))
     # So near that samples stay those that were.
     to = old[k] + np.r_[rng.uniform(-0.1, 0.1, 2), 0.0] * min(k, len(old) - k) / len(old)
-    edit = pull(network, plane(), SIZES, AtChain(side, k + rng.uniform(-0.4, 0.4)), to, UP)
+    edit = pull_held(network, plane(), SIZES, AtChain(side, k + rng.uniform(-0.4, 0.4)), to, UP)
     check(edit.network)
     new = edit.network.chains[side].points
     along = np.arange(len(old)) / (len(old) - 1.0)
@@ -97,7 +97,7 @@ def test_the_curves_of_a_corner_follow_evenly(seed: int) -> None:
     network = drawn([[1, 0], [1, 1]], network=square())
     chosen = network.nodes[int(rng.choice(sorted(network.nodes)))]
     move = np.r_[rng.uniform(-0.05, 0.05, 2), 0.0]
-    done = pull(network, plane(), SIZES, AtNode(chosen.id), chosen.point + move, UP).network
+    done = pull_held(network, plane(), SIZES, AtNode(chosen.id), chosen.point + move, UP).network
     check(done)
     assert done.patches == network.patches
     for node in network.nodes.values():
@@ -113,14 +113,18 @@ def test_the_curves_of_a_corner_follow_evenly(seed: int) -> None:
 def test_what_is_stretched_is_sampled_anew_and_a_closed_curve_bends_half_way_round() -> None:
     network = drawn([[0, 0], [0.5, 0]])
     (chain,) = network.chains
-    done = pull(network, plane(), SIZES, AtNode(node_at(network, 0.5, 0)), (2, 1, 0), UP).network
+    done = pull_held(
+        network, plane(), SIZES, AtNode(node_at(network, 0.5, 0)), (2, 1, 0), UP
+    ).network
     check(done)
     steps = np.diff(arc_length(done.chains[chain].points))
     assert steps.max() < 1.1 * SIZES.sampling and steps.min() > 0.9 * SIZES.sampling
     turn = np.linspace(0, 2 * np.pi, 100, endpoint=False)
-    ring = insert(Network(), plane(), SIZES, flat(np.c_[np.cos(turn), np.sin(turn)], True)).network
+    ring = insert_stroke(
+        Network(), plane(), SIZES, flat(np.c_[np.cos(turn), np.sin(turn)], True)
+    ).network
     (line,) = ring.chains.values()
-    bent = pull(ring, plane(), SIZES, AtChain(line.id, 0.0), (1.2, 0, 0), UP).network
+    bent = pull_held(ring, plane(), SIZES, AtChain(line.id, 0.0), (1.2, 0, 0), UP).network
     check(bent)
     off = np.linalg.norm(bent.chains[line.id].points - line.points, axis=1)
     assert off[0] == pytest.approx(0.2) and off[len(off) // 2] < 1e-9
@@ -132,10 +136,10 @@ def test_on_a_sphere_all_stays_on_the_ground() -> None:
     lines = [[[0.6, -0.5, 0.7], [0.7, 0.0, 0.7]], [[0.7, 0.0, 0.7], [0.4, 0.3, 0.8]]]
     network = Network()
     for line in lines:
-        network = insert(network, sphere(), sizes, cleaned(line, sphere(), sizes)).network
+        network = insert_stroke(network, sphere(), sizes, cleaned(line, sphere(), sizes)).network
     (corner,) = [node for node in network.nodes.values() if node.valence == 2]
     to = sphere().nearest([[0.9, 0.3, 0.3]])
-    edit = pull(network, sphere(), sizes, AtNode(corner.id), to.points[0], to.normals[0])
+    edit = pull_held(network, sphere(), sizes, AtNode(corner.id), to.points[0], to.normals[0])
     check(edit.network)
     assert np.allclose(edit.network.nodes[corner.id].point, to.points[0], atol=1e-9)
     for line in edit.network.chains.values():
@@ -149,7 +153,7 @@ def test_open_ends_meet_in_a_corner_or_smoothly() -> None:
     node = done.nodes[node_at(done, 1.5, 0)]
     assert node.flagged == (True, True) and len(done.chains) == 2
     at = AtNode(node_at(network, 1, 0))
-    smooth = release(network, plane(), SIZES, at, (1.45, 0.03, 0), UP, smooth=True).network
+    smooth = release_held(network, plane(), SIZES, at, (1.45, 0.03, 0), UP, smooth=True).network
     check(smooth)
     (chain,) = smooth.chains.values()
     assert len(smooth.nodes) == 2 and chain.length == pytest.approx(
@@ -163,7 +167,7 @@ def test_the_ends_of_an_open_curve_close_to_a_loop_if_it_goes_round() -> None:
     (node,), (chain,) = done.nodes.values(), done.chains.values()
     assert chain.start == chain.end == node.id and node.valence == 2
     at = AtNode(node_at(network, 0, 0.4))
-    smooth = release(network, plane(), SIZES, at, (0.02, 0.05, 0), UP, smooth=True).network
+    smooth = release_held(network, plane(), SIZES, at, (0.02, 0.05, 0), UP, smooth=True).network
     check(smooth)
     (chain,) = smooth.chains.values()
     assert chain.loose and not smooth.nodes
@@ -265,36 +269,36 @@ def test_what_cannot_be_joined_stays_where_it_is_dropped() -> None:
 
 def test_crossings_are_told() -> None:
     network = drawn([[3, 0], [3, 1]], network=square())
-    edit = pull(network, plane(), SIZES, AtNode(node_at(network, 2, 1)), (3.5, 1, 0), UP)
+    edit = pull_held(network, plane(), SIZES, AtNode(node_at(network, 2, 1)), (3.5, 1, 0), UP)
     check(edit.network)
     assert any("crosses" in note for note in edit.notes)
-    clear = pull(network, plane(), SIZES, AtNode(node_at(network, 2, 1)), (2.5, 1.2, 0), UP)
+    clear = pull_held(network, plane(), SIZES, AtNode(node_at(network, 2, 1)), (2.5, 1.2, 0), UP)
     assert clear.notes == ()
 
 
 def test_what_cannot_be_pulled_is_refused() -> None:
     bordered = with_borders(Network(), plane(), 0.02)
     (border,) = bordered.chains
-    for call in (pull, release):
+    for call in (pull_held, release_held):
         with pytest.raises(RefusedError, match="border"):
             call(bordered, plane(), SIZES, AtChain(border, 3.0), (0, 0, 0), UP)
-    line = insert(bordered, plane(), SIZES, flat([[5, 0], [4, 0]])).network
+    line = insert_stroke(bordered, plane(), SIZES, flat([[5, 0], [4, 0]])).network
     (tee,) = [node for node in line.nodes.values() if node.valence == 3]
     with pytest.raises(RefusedError, match="border"):
-        pull(line, plane(), SIZES, AtNode(tee.id), (4.5, 0, 0), UP)
+        pull_held(line, plane(), SIZES, AtNode(tee.id), (4.5, 0, 0), UP)
     # An open end may be let go on the border.
     (end,) = [node for node in line.nodes.values() if node.open]
-    done = release(line, plane(), SIZES, AtNode(end.id), (4.0, 4.97, 0), UP).network
+    done = release_held(line, plane(), SIZES, AtNode(end.id), (4.0, 4.97, 0), UP).network
     check(done)
     assert len(done.patches) == 2
     for at in (AtNode(999), AtChain(999, 0.0)):
         with pytest.raises(InvalidRetopoError, match="999"):
-            release(square(), plane(), SIZES, at, (0, 0, 0), UP)
+            release_held(square(), plane(), SIZES, at, (0, 0, 0), UP)
     short, chain = add_chain(Network(), [[0, 0, 0], [0.1, 0, 0]], [UP] * 2)
     with pytest.raises(RefusedError, match="too short"):
-        pull(short, plane(), SIZES, AtChain(chain, 0.5), (0, 1, 0), UP)
+        pull_held(short, plane(), SIZES, AtChain(chain, 0.5), (0, 1, 0), UP)
     with pytest.raises(RefusedError, match="no length"):
-        pull(short, plane(), SIZES, AtNode(node_at(short, 0.1, 0)), (0, 0, 0), UP)
+        pull_held(short, plane(), SIZES, AtNode(node_at(short, 0.1, 0)), (0, 0, 0), UP)
 
 
 def closest(network: Network) -> float:
@@ -318,7 +322,7 @@ def test_whatever_is_pulled_the_network_holds_and_stays_a_drawing(seed: int) -> 
         line = rng.uniform(-1, 1, (2, 2))
         if np.linalg.norm(line[1] - line[0]) > 0.3:
             with suppress(RefusedError):  # it may lie on another
-                network = insert(network, plane(), SIZES, flat(line)).network
+                network = insert_stroke(network, plane(), SIZES, flat(line)).network
     if closest(network) < TOO_CLOSE:
         return
     for _ in range(6):
@@ -337,11 +341,11 @@ def test_whatever_is_pulled_the_network_holds_and_stays_a_drawing(seed: int) -> 
                 + np.r_[rng.normal(0.0, 0.03, 2), 0.0]
             )
         try:
-            edit = release(network, plane(), SIZES, at, to, UP)
+            edit = release_held(network, plane(), SIZES, at, to, UP)
         except RefusedError:
             continue
         check(edit.network)
-        again = release(network, plane(), SIZES, at, to, UP)
+        again = release_held(network, plane(), SIZES, at, to, UP)
         assert equal(edit.network, again.network) and edit.notes == again.notes
         if any("crosses" in note for note in edit.notes):
             continue

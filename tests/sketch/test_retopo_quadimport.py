@@ -14,12 +14,12 @@ from shared import MESHES
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.quadimport import imported, quads_of, separatrices
+from patterndb_sketch.retopo.quadimport import import_quads, quads_of, separatrices
 
 
 def test_a_cube_of_four_has_six_patches() -> None:
     mesh = cube(4)
-    found = imported(*mesh)
+    found = import_quads(*mesh)
     assert len(found.network.patches) == 6
     assert [chain.count for chain in found.network.chains.values()] == [4] * 12
     assert len(found.network.nodes) == 8
@@ -44,7 +44,7 @@ def test_a_cube_of_four_has_six_patches() -> None:
 def test_parts_without_irregular_vertices_are_cut(mesh: Mesh, patches: int) -> None:
     """A torus whose lines close after one round is one patch; one whose lines wind is cut where
     they cross."""
-    found = imported(*mesh)
+    found = import_quads(*mesh)
     assert len(found.network.patches) == patches
     holds(found, mesh)
 
@@ -60,7 +60,7 @@ def test_border_vertices_of_three_quads_are_corners() -> None:
             if not (i >= 2 and j >= 2)
         ]
     )
-    found = imported(points, quads)
+    found = import_quads(points, quads)
     assert len(found.network.patches) == 3
     assert found.unused == 4
     assert found.filled.notes == ("4 vertices that no quad uses are left out",)
@@ -82,7 +82,7 @@ def test_any_mesh_is_taken_apart_and_put_together(seed: int, n: int, level: int)
     place = np.argsort(order)
     mesh = points[order], place[quads][rng.permutation(len(quads))].astype(np.int32)
     try:
-        found = imported(*mesh)
+        found = import_quads(*mesh)
     except InvalidRetopoError as error:
         # Triangles that were left may touch at a vertex only.
         assert "joins several fans" in str(error)
@@ -109,7 +109,7 @@ def test_any_mesh_is_taken_apart_and_put_together(seed: int, n: int, level: int)
 def test_real_meshes_come_back(name: str, patches: int) -> None:
     given_mesh = read_mesh(MESHES / f"{name}.obj")
     mesh = given_mesh.points, given_mesh.corners.reshape(-1, 4).astype(np.int32)
-    found = imported(*mesh)
+    found = import_quads(*mesh)
     assert len(found.network.patches) == patches
     holds(found, mesh)
 
@@ -141,4 +141,4 @@ def test_what_is_no_quad_mesh_is_named(
     points: Points, quads: list[list[int]], message: str
 ) -> None:
     with pytest.raises(ValueError, match=message):
-        imported(points, np.array(quads))
+        import_quads(points, np.array(quads))

@@ -10,12 +10,12 @@ from quadmesh_cases import cube, refined, thirds
 
 import patterndb
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.filling import completed, open_edges, welded
-from patterndb_sketch.retopo.filling.fills import stepped
+from patterndb_sketch.retopo.filling import fill_network, find_open_edges, weld_fills
+from patterndb_sketch.retopo.filling.fills import step_fill
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, check
-from patterndb_sketch.retopo.quadimport import imported
-from patterndb_sketch.retopo.tools.erase import erase
+from patterndb_sketch.retopo.quadimport import import_quads
+from patterndb_sketch.retopo.tools.erase import erase_chains
 
 
 def test_filling_leaves_what_was_imported() -> None:
@@ -23,26 +23,26 @@ def test_filling_leaves_what_was_imported() -> None:
     is beside it."""
     ball = trimesh.creation.icosphere(subdivisions=0)
     points, quads = refined(*thirds(ball.vertices, ball.faces), 2)
-    found = imported(points + 0.01 * np.random.default_rng(1).normal(size=points.shape), quads)
+    found = import_quads(points + 0.01 * np.random.default_rng(1).normal(size=points.shape), quads)
     assert len(found.network.patches) == 60
     with patterndb.open() as source:
-        whole = completed(found.network, found.ground, source, found.sizes.edge)
+        whole = fill_network(found.network, found.ground, source, found.sizes.edge)
         assert whole.network is found.network
-        assert welded(whole).vertices.tobytes() == welded(found.filled).vertices.tobytes()
+        assert weld_fills(whole).vertices.tobytes() == weld_fills(found.filled).vertices.tobytes()
         # The fill is the database's own: another can be taken, and the first again.
         patch = min(found.network.patches)
-        other = stepped(found.network, patch, source, 1)
+        other = step_fill(found.network, patch, source, 1)
         assert other.patches[patch].choice != found.network.patches[patch].choice
-        again = stepped(other, patch, source, -1)
+        again = step_fill(other, patch, source, -1)
         former = found.network.patches[patch].choice.choice
         assert again.patches[patch].choice.choice == former
         # Without one curve two patches are one.
-        edit = erase(found.network, [0])
+        edit = erase_chains(found.network, [0])
         check(edit.network)
         assert len(edit.network.patches) == 59
-        after = completed(edit.network, found.ground, source, found.sizes.edge)
-    made = welded(after)
-    assert len(open_edges(made)) == 0
+        after = fill_network(edit.network, found.ground, source, found.sizes.edge)
+    made = weld_fills(after)
+    assert len(find_open_edges(made)) == 0
     kept = found.network.patches.keys() & edit.network.patches.keys()
     assert len(kept) == 58
     for patch in kept:
@@ -61,10 +61,10 @@ def test_corners_that_were_regular_go_with_their_curves() -> None:
         if not (i >= 2 and j >= 2)
     ]
     # Without the limit to how long a loop may be, which this sheet's reach.
-    network: Network = replace(imported(points, np.array(every)).network, longest=np.inf)
+    network: Network = replace(import_quads(points, np.array(every)).network, longest=np.inf)
     inner = [chain.id for chain in network.chains.values() if not chain.marked]
     assert len(inner) == 2
-    after = erase(network, inner[:1]).network
+    after = erase_chains(network, inner[:1]).network
     check(after)
     assert len(after.nodes) == len(network.nodes) - 1
     assert len(after.patches) == 2
@@ -75,32 +75,32 @@ def test_on_another_surface_vertices_lie_on_it() -> None:
     ground = Ground.of(ball.vertices, ball.faces)
     points, quads = cube(4)
     points = 2.0 * points - 1.0
-    found = imported(points, quads, ground)
+    found = import_quads(points, quads, ground)
     check(found.network)
-    made = welded(found.filled)
+    made = weld_fills(found.filled)
     gaps = ground.nearest(made.vertices).points - made.vertices
     assert abs(gaps).max() < 1e-12
     for chain in found.network.chains.values():
         gaps = ground.nearest(chain.points).points - chain.points
         assert abs(gaps).max() < 1e-12
-    assert len(open_edges(made)) == 0
+    assert len(find_open_edges(made)) == 0
 
 
 def test_quads_follow_a_curve_that_is_pulled() -> None:
     """Held vertices of the patches beside it are let go; all others stay where they were."""
     points, quads = cube(4)
     with patterndb.open() as source:
-        editor = Editor.of_quads(imported(points, quads), source)
-        before = welded(editor.fill())
+        editor = Editor.of_quads(import_quads(points, quads), source)
+        before = weld_fills(editor.fill())
         outcome = editor.do(Call("pull", {"at": [1.0, 0.5, 0.0], "to": [1.0, 0.5, 0.2]}))
         assert outcome.changed, outcome.refused
         check(editor.network)
-        after = welded(editor.fill())
+        after = weld_fills(editor.fill())
         assert len(after.quads) == len(quads)
-        assert len(open_edges(after)) == 0
+        assert len(find_open_edges(after)) == 0
         one, two = ({tuple(p) for p in m.vertices.tolist()} for m in (before, after))
         kept = one & two
         # The two patches beside the cube's edge moved, the inner vertices of the others not.
         assert 4 * 9 <= len(kept) < len(before.vertices) - 2 * 9
         editor.do(Call("undo"))
-        assert np.array_equal(welded(editor.fill()).vertices, before.vertices)
+        assert np.array_equal(weld_fills(editor.fill()).vertices, before.vertices)

@@ -18,8 +18,8 @@ from patterndb_sketch.retopo.network import (
     with_choice,
     with_count,
 )
-from patterndb_sketch.retopo.tools.redraw import redraw
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.redraw import redraw_chain
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 
 def off_line(points: np.ndarray, line: np.ndarray) -> float:
@@ -40,7 +40,7 @@ def test_the_part_between_the_stroke_s_ends_runs_along_it_and_the_rest_stays() -
     old = network.chains[side]
     bow = [[0.5, 0.03], [1.0, -0.3], [1.5, -0.02]]
     for stroke in (flat(bow), flat(bow[::-1])):
-        edit = redraw(network, plane(), SIZES, stroke)
+        edit = redraw_chain(network, plane(), SIZES, stroke)
         check(edit.network)
         assert (edit.nodes, edit.chains, edit.patches, edit.notes) == ((), (), (), ())
         assert edit.network.patches == network.patches
@@ -63,7 +63,7 @@ def test_redrawing_along_the_curve_itself_changes_nothing_but_samples(seed: int)
     closed = bool(rng.random() < 0.5)
     turn = np.linspace(0.0, 2.0 * np.pi * (1.0 if closed else 0.7), 60, endpoint=not closed)
     shape = np.c_[1.3 * np.cos(turn), np.sin(turn)]
-    network = insert(Network(), plane(), SIZES, flat(shape, closed)).network
+    network = insert_stroke(Network(), plane(), SIZES, flat(shape, closed)).network
     (line,) = network.chains.values()
     n = len(line.points)
     begin = int(rng.integers(n))
@@ -74,7 +74,7 @@ def test_redrawing_along_the_curve_itself_changes_nothing_but_samples(seed: int)
     if len(k) < 8:
         return
     part = line.points[k] if rng.random() < 0.5 else line.points[k][::-1]
-    done = redraw(network, plane(), SIZES, flat(part[:, :2])).network
+    done = redraw_chain(network, plane(), SIZES, flat(part[:, :2])).network
     check(done)
     new = done.chains[line.id]
     assert off_line(new.points, line.round) < 1e-9
@@ -88,14 +88,16 @@ def test_redrawing_along_the_curve_itself_changes_nothing_but_samples(seed: int)
 
 def test_the_nearer_part_of_a_closed_curve_goes_with_a_node_or_without() -> None:
     turn = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
-    ring = insert(Network(), plane(), SIZES, flat(np.c_[np.cos(turn), np.sin(turn)], True)).network
-    stem = insert(ring, plane(), SIZES, flat([[1.0, 0.0], [1.6, 0.0]])).network
+    ring = insert_stroke(
+        Network(), plane(), SIZES, flat(np.c_[np.cos(turn), np.sin(turn)], True)
+    ).network
+    stem = insert_stroke(ring, plane(), SIZES, flat([[1.0, 0.0], [1.6, 0.0]])).network
     for network in (ring, stem):
         loop = max(network.chains.values(), key=lambda line: line.length)
         assert loop.loose == (network is ring)
         for sign in (1.0, -1.0):
             stroke = flat([[1.0, 0.0], [0.5, 0.5 * sign], [0.0, sign]])
-            done = redraw(network, plane(), SIZES, stroke).network
+            done = redraw_chain(network, plane(), SIZES, stroke).network
             check(done)
             new = done.chains[loop.id]
             area = _area(new)
@@ -112,7 +114,9 @@ def _area(line: Chain) -> float:
 def test_a_stroke_that_ends_near_a_corner_ends_in_it() -> None:
     network = square()
     side = chain_between(network, (0, 0), (2, 0))
-    done = redraw(network, plane(), SIZES, flat([[0.06, 0.05], [0.5, 0.3], [1.0, 0.0]])).network
+    done = redraw_chain(
+        network, plane(), SIZES, flat([[0.06, 0.05], [0.5, 0.3], [1.0, 0.0]])
+    ).network
     check(done)
     line = done.chains[side]
     ends = {tuple(line.points[0]), tuple(line.points[-1])}
@@ -132,15 +136,15 @@ def test_what_cannot_be_redrawn_is_refused() -> None:
         (flat([[0.5, 0], [1.5, 0.5], [0.7, 0.7], [1.5, 0]]), "cross"),
     ):
         with pytest.raises(RefusedError, match=why):
-            redraw(network, plane(), SIZES, stroke)
+            redraw_chain(network, plane(), SIZES, stroke)
     bordered = with_borders(Network(), plane(), 0.02)
     with pytest.raises(RefusedError, match="border"):
-        redraw(bordered, plane(), SIZES, flat([[5, 0], [4, 0.5], [5, 1]]))
+        redraw_chain(bordered, plane(), SIZES, flat([[5, 0], [4, 0.5], [5, 1]]))
 
 
 def test_leaving_a_corner_beside_another_curve_is_no_crossing() -> None:
     network = drawn([[0, 0], [2, 0]], [[0, 0], [2, 0.2]])
     low = chain_between(network, (0, 0), (2, 0))
-    done = redraw(network, plane(), SIZES, flat([[0, 0], [1, 0.05], [2, 0]])).network
+    done = redraw_chain(network, plane(), SIZES, flat([[0, 0], [1, 0.05], [2, 0]])).network
     check(done)
     assert done.chains[low].points[:, 1].max() == pytest.approx(0.05, abs=1e-3)

@@ -18,12 +18,12 @@ from retopo_cases import plane, sphere
 
 from patterndb_sketch.retopo.editor import Call, Editor, Outcome
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.filling import FilledNetwork, welded
+from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.script import (
-    Line,
     Script,
+    ScriptLine,
     line_of,
-    play,
+    play_script,
     read_script,
     script_of,
     surface_path,
@@ -148,7 +148,9 @@ def test_the_surface_is_beside_the_script_or_in_the_working_folder(
 def test_playing_tells_every_line_and_exports_what_there_is_then(source: PatternSource) -> None:
     editor = Editor(sphere(), source)
     exported: list[tuple[str, FilledNetwork]] = []
-    told = list(play(script_of(BALL), editor, lambda name, found: exported.append((name, found))))
+    told = list(
+        play_script(script_of(BALL), editor, lambda name, found: exported.append((name, found)))
+    )
     assert [one.number for one, _ in told] == [2, 3, 4, 6, 8, 9, 10, 11, 12, 13]
     ((name, found),) = exported
     assert name == "half.obj"
@@ -165,18 +167,18 @@ def test_a_refused_call_ends_a_script_unless_it_is_lenient(source: PatternSource
     lines = [OPEN, "#", '{"tool": "knot", "at": [3, 3, 0]}', BALL[-2]]
     script = script_of([*lines, line_of(Call("stroke", {"points": line((0, 0), (1, 0))}))])
     with pytest.raises(InvalidRetopoError, match=r"line 3: knot: nothing is within"):
-        list(play(script, Editor(plane(), source, SIZES), nowhere))
+        list(play_script(script, Editor(plane(), source, SIZES), nowhere))
     editor = Editor(plane(), source, SIZES)
-    told = [outcome for _, outcome in play(script, editor, nowhere, lenient=True)]
+    told = [outcome for _, outcome in play_script(script, editor, nowhere, lenient=True)]
     assert [outcome.changed for outcome in told] == [False, False, True]
     assert told[1] == Outcome(False, "there is nothing to undo")
     assert editor.undoable == 1
 
 
 def test_a_call_that_makes_no_sense_ends_even_a_lenient_script(source: PatternSource) -> None:
-    script = Script("a.obj", (Line(7, Call("knot", {"at": [0, 0]})),))
+    script = Script("a.obj", (ScriptLine(7, Call("knot", {"at": [0, 0]})),))
     with pytest.raises(InvalidRetopoError, match=r"line 7: knot: at is \[0, 0\]"):
-        list(play(script, Editor(plane(), source, SIZES), nowhere, lenient=True))
+        list(play_script(script, Editor(plane(), source, SIZES), nowhere, lenient=True))
 
 
 PLAYED = """
@@ -205,8 +207,8 @@ def test_the_same_script_gives_the_same_mesh_whatever_the_threads(
     # Without the line to flow along, whose fills take their time.
     path.write_text("\n".join(BALL[:-1]))
     editor = Editor(sphere(), source)
-    list(play(read_script(path), editor, lambda name, found: None))
-    mesh = welded(editor.fill())
+    list(play_script(read_script(path), editor, lambda name, found: None))
+    mesh = weld_fills(editor.fill())
     here = hashlib.sha256(mesh.vertices.tobytes() + mesh.quads.tobytes()).hexdigest()
     threads = ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
     checkout = Path(__file__).parents[2]

@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.filling import Filling
 from patterndb_sketch.retopo.network import Network, with_choice
 from patterndb_sketch.retopo.sessionfile import (
     MAX_BYTES,
-    Session,
+    RetopoSession,
     parse_session,
     read_session,
     session_bytes,
@@ -36,7 +36,7 @@ from query.engine import PatternSource
 
 
 @pytest.fixture(scope="module")
-def session(source: PatternSource) -> Session:
+def session(source: PatternSource) -> RetopoSession:
     """A drawing with all that there can be: T-junctions, open ends, loops, pins, fills that the
     user took, flow lines, moved vertices, a border; and ids that are gone."""
     editor = drawn_grid(source)
@@ -61,10 +61,10 @@ def session(source: PatternSource) -> Session:
     # A patch whose fill was taken back, and one that never had any.
     network = with_choice(network, patch_around(network, 1.5, 2.5), Filling())
     network = with_choice(network, patch_around(network, 0.5, 0.25), None)
-    return Session(editor.ground, State(network, editor.sizes), "a b.obj")
+    return RetopoSession(editor.ground, State(network, editor.sizes), "a b.obj")
 
 
-def assert_same(one: Session, two: Session) -> None:
+def assert_same(one: RetopoSession, two: RetopoSession) -> None:
     """All that there is, bit for bit, and in the same order."""
     assert one.name == two.name
     assert one.state.same(two.state)
@@ -76,7 +76,7 @@ def assert_same(one: Session, two: Session) -> None:
     assert one.ground.diagonal == two.ground.diagonal
 
 
-def test_what_is_written_is_read(session: Session, tmp_path: Path) -> None:
+def test_what_is_written_is_read(session: RetopoSession, tmp_path: Path) -> None:
     path = tmp_path / "a.retopo"
     write_session(path, session)
     again = read_session(path)
@@ -90,18 +90,20 @@ def test_what_is_written_is_read(session: Session, tmp_path: Path) -> None:
 
 
 def test_an_empty_network_and_an_endless_loop_limit_are_read() -> None:
-    session = Session(plane(), State(Network(), SIZES))
+    session = RetopoSession(plane(), State(Network(), SIZES))
     assert_same(session, parse_session(session_bytes(session)))
 
 
 def test_curved_surfaces_are_read_bit_for_bit(source: PatternSource) -> None:
     editor = drawn_octants(source)
     editor.fill()
-    session = Session(editor.ground, editor.state)
+    session = RetopoSession(editor.ground, editor.state)
     assert_same(session, parse_session(session_bytes(session)))
 
 
-def test_a_session_goes_on_as_if_never_closed(session: Session, source: PatternSource) -> None:
+def test_a_session_goes_on_as_if_never_closed(
+    session: RetopoSession, source: PatternSource
+) -> None:
     """The same calls and fills on what was read and on what was written."""
     editors: list[Editor] = []
     for one in (session, parse_session(session_bytes(session))):
@@ -114,17 +116,19 @@ def test_a_session_goes_on_as_if_never_closed(session: Session, source: PatternS
     assert editors[0].state.same(editors[1].state)
 
 
-def test_numbers_of_any_size_are_read_bit_for_bit(session: Session) -> None:
+def test_numbers_of_any_size_are_read_bit_for_bit(session: RetopoSession) -> None:
     sizes = type(session.state.sizes)(5e-324, 0.1 + 0.2, 1e300, 1 / 3, 2.0**-40, np.pi)
-    again = parse_session(session_bytes(Session(plane(), State(Network(longest=1e-300), sizes))))
+    again = parse_session(
+        session_bytes(RetopoSession(plane(), State(Network(longest=1e-300), sizes)))
+    )
     assert again.state.sizes == sizes
     assert again.state.network.longest == 1e-300
 
 
-def test_the_plane_of_symmetry_is_read_bit_for_bit(session: Session) -> None:
+def test_the_plane_of_symmetry_is_read_bit_for_bit(session: RetopoSession) -> None:
     for plane_of in (Plane(), Plane.of([0.1 + 0.2, 0, 0], [1, 2, 1 / 3]), Plane((-0.0, 0, 0))):
         state = State(session.state.network, session.state.sizes, plane_of)
-        again = parse_session(session_bytes(Session(session.ground, state)))
+        again = parse_session(session_bytes(RetopoSession(session.ground, state)))
         assert again.state.same(state)
         assert repr(again.state.plane) == repr(Plane(*map(floats, astuple(plane_of))))
 
@@ -133,12 +137,12 @@ def floats(row: tuple[float, float, float]) -> tuple[float, float, float]:
     return (float(row[0]), float(row[1]), float(row[2]))
 
 
-def test_a_choice_of_another_kind_is_an_error(session: Session) -> None:
+def test_a_choice_of_another_kind_is_an_error(session: RetopoSession) -> None:
     network = session.state.network
     patch = next(iter(network.patches))
     state = State(with_choice(network, patch, "blue"), session.state.sizes)
     with pytest.raises(InvalidRetopoError, match=f"patch {patch} has a choice that is no Filling"):
-        session_bytes(Session(session.ground, state))
+        session_bytes(RetopoSession(session.ground, state))
 
 
 def repacked(data: bytes, name: str, change: Callable[[bytes], bytes | None]) -> bytes:
@@ -242,7 +246,7 @@ CHANGES: list[tuple[str, Callable[[Any], object], str]] = [
     ("change", "message"), [row[1:] for row in CHANGES], ids=[row[0] for row in CHANGES]
 )
 def test_changed_documents_are_refused(
-    session: Session, change: Callable[[Any], object], message: str
+    session: RetopoSession, change: Callable[[Any], object], message: str
 ) -> None:
     with pytest.raises(InvalidRetopoError) as caught:
         parse_session(with_document(session_bytes(session), change))
@@ -278,7 +282,7 @@ def test_changed_documents_are_refused(
     ],
 )
 def test_changed_arrays_are_refused(
-    session: Session,
+    session: RetopoSession,
     entry: str,
     name: str,
     change: Callable[[np.ndarray], np.ndarray],
@@ -291,7 +295,7 @@ def test_changed_arrays_are_refused(
     assert message in text or (name == "moved" and "are damaged" in text)
 
 
-def test_files_of_another_kind_are_refused(session: Session, tmp_path: Path) -> None:
+def test_files_of_another_kind_are_refused(session: RetopoSession, tmp_path: Path) -> None:
     data = session_bytes(session)
     foreign = io.BytesIO()
     with zipfile.ZipFile(foreign, "w") as archive:
@@ -315,7 +319,7 @@ def test_files_of_another_kind_are_refused(session: Session, tmp_path: Path) -> 
         assert message in str(caught.value)
 
 
-def test_a_zip_that_unpacks_to_too_much_is_refused(session: Session) -> None:
+def test_a_zip_that_unpacks_to_too_much_is_refused(session: RetopoSession) -> None:
     file = io.BytesIO()
     with zipfile.ZipFile(file, "w") as archive:
         archive.writestr("session.json", b"{}")
@@ -329,7 +333,7 @@ def test_a_zip_that_unpacks_to_too_much_is_refused(session: Session) -> None:
 @settings(max_examples=150)
 @given(st.data())
 def test_damaged_files_are_refused_or_read_as_something_sound(
-    session: Session, data: st.DataObject
+    session: RetopoSession, data: st.DataObject
 ) -> None:
     """Bytes changed anywhere, in the zip or within its entries."""
     content = session_bytes(session)

@@ -19,8 +19,8 @@ from patterndb_sketch.retopo.network import (
     with_count,
 )
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.smooth import smooth, smooth_chain
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.smooth import smooth_chain, smooth_nearest
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 UP = (0.0, 0.0, 1.0)
 
@@ -38,7 +38,7 @@ def test_a_closed_curve_on_a_plane_keeps_its_middle_and_gets_no_rougher(seed: in
     n = int(rng.integers(3, 80))
     turn = 2.0 * np.pi * np.arange(n) / n
     ring = np.c_[np.cos(turn), np.sin(turn)] * rng.uniform(0.5, 1.5, (n, 1))
-    network = insert(Network(), plane(), SIZES, flat(ring, True)).network
+    network = insert_stroke(Network(), plane(), SIZES, flat(ring, True)).network
     if any(not line.loose for line in network.chains.values()):
         return
     (before,) = network.chains.values()
@@ -53,13 +53,13 @@ def test_a_closed_curve_on_a_plane_keeps_its_middle_and_gets_no_rougher(seed: in
 def test_a_straight_line_stays_and_a_jittered_one_gets_nearer_to_it() -> None:
     line = drawn([[0, 0], [1, 0]])
     (chain,) = line.chains.values()
-    done = smooth(line, plane(), SIZES, (0.5, 0.05, 0), UP).network
+    done = smooth_nearest(line, plane(), SIZES, (0.5, 0.05, 0), UP).network
     assert np.allclose(done.chains[chain.id].points, chain.points, atol=1e-12)
     rng = np.random.default_rng(1)
     points = chain.points.copy()
     points[1:-1, 1] += rng.normal(0.0, 0.01, len(points) - 2)
     rough, at = add_chain(Network(), points, chain.normals)
-    done = smooth(rough, plane(), SIZES, (0.5, 0.05, 0), UP)
+    done = smooth_nearest(rough, plane(), SIZES, (0.5, 0.05, 0), UP)
     after = done.network.chains[at]
     assert (after.points[[0, -1]] == points[[0, -1]]).all()
     assert np.abs(after.points[:, 1]).max() < 0.5 * np.abs(points[:, 1]).max()
@@ -86,7 +86,9 @@ def test_patches_keep_their_ids_counts_and_choices() -> None:
 def test_on_a_sphere_it_stays_on_the_ground() -> None:
     sizes = Sizes.of(sphere().diagonal)
     drawn_line = [[0.6, -0.5, 0.7], [0.7, 0.0, 0.7], [0.4, 0.3, 0.8]]
-    network = insert(Network(), sphere(), sizes, cleaned(drawn_line, sphere(), sizes)).network
+    network = insert_stroke(
+        Network(), sphere(), sizes, cleaned(drawn_line, sphere(), sizes)
+    ).network
     (chain,) = network.chains
     done = smooth_chain(network, sphere(), sizes, chain).network
     check(done)
@@ -98,12 +100,12 @@ def test_on_a_sphere_it_stays_on_the_ground() -> None:
 
 def test_what_cannot_be_smoothed_is_refused() -> None:
     with pytest.raises(RefusedError, match="no curve is near"):
-        smooth(square(), plane(), SIZES, (3, 3, 0), UP)
+        smooth_nearest(square(), plane(), SIZES, (3, 3, 0), UP)
     with pytest.raises(InvalidRetopoError, match="no chain 999"):
         smooth_chain(square(), plane(), SIZES, 999)
     bordered = with_borders(Network(), plane(), 0.02)
     with pytest.raises(RefusedError, match="border"):
-        smooth(bordered, plane(), SIZES, (5, 0, 0), UP)
+        smooth_nearest(bordered, plane(), SIZES, (5, 0, 0), UP)
     short, chain = add_chain(Network(), [[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]], [UP] * 3)
     with pytest.raises(RefusedError, match="fewer than 5"):
         smooth_chain(short, plane(), SIZES, chain)

@@ -25,9 +25,9 @@ from patterndb_sketch.retopo.network import (
     with_choice,
 )
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.align import align, align_chain, align_node, snake
+from patterndb_sketch.retopo.tools.align import align_chain, align_nearest, align_node, move_snake
 from patterndb_sketch.retopo.tools.salience import MODES, REACH, WIDTH, Mode, Salience, _sums
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 #: Of the edges of the cube.
 RADIUS = 0.1
@@ -89,9 +89,11 @@ def test_a_line_beside_a_rounded_edge_moves_to_its_ridge(
     ground, at = cube(*tessellation), sizes(edge)
     stroke = beside(ground, 2.0 * RADIUS)
     salience = Salience.of(ground, edge)
-    network = insert(Network(), ground, at, stroke).network
+    network = insert_stroke(Network(), ground, at, stroke).network
     (chain,) = network.chains
-    edit = align(network, ground, at, salience, stroke.points[60], stroke.normals[60], "ridge")
+    edit = align_nearest(
+        network, ground, at, salience, stroke.points[60], stroke.normals[60], "ridge"
+    )
     check(edit.network)
     line = edit.network.chains[chain]
     assert off_ridge(stroke.points).min() > 1.4 * RADIUS
@@ -111,7 +113,7 @@ def test_noise_of_the_triangles_hardly_matters() -> None:
     ground = Ground.of(smooth.vertices + shake, smooth.triangles)
     foot = ground.nearest(beside(smooth, 2.0 * RADIUS).points)
     salience = Salience.of(ground, at.edge)
-    points, _, _ = snake(foot.points, foot.normals, False, ground, at, salience, "ridge")
+    points, _, _ = move_snake(foot.points, foot.normals, False, ground, at, salience, "ridge")
     assert off_ridge(points[np.abs(points[:, 1]) < 0.05]).max() < 0.05 * RADIUS
 
 
@@ -120,7 +122,7 @@ def test_inside_out_the_edges_are_valleys(mode: Mode) -> None:
     ground, at = cube(2, 1, True), sizes(RADIUS)
     stroke = beside(ground, 1.5 * RADIUS)
     salience = Salience.of(ground, at.edge)
-    network = insert(Network(), ground, at, stroke).network
+    network = insert_stroke(Network(), ground, at, stroke).network
     (chain,) = network.chains
     if mode == "ridge":
         with pytest.raises(RefusedError, match="no ridge"):
@@ -159,7 +161,9 @@ def test_on_a_plane_a_line_stays() -> None:
     salience = Salience.of(plane(), SIZES.edge)
     line = even([[0.0, 0.0], [1.0, 0.7]])
     for mode in MODES:
-        points, normals, last = snake(line, plane_up(line), False, plane(), SIZES, salience, mode)
+        points, normals, last = move_snake(
+            line, plane_up(line), False, plane(), SIZES, salience, mode
+        )
         assert last < 1e-9
         assert np.abs(points - line).max() < 1e-9
         assert np.abs(normals - plane_up(line)).max() < 1e-9
@@ -249,9 +253,9 @@ def test_the_direction_of_a_curve_does_not_matter(seed: int) -> None:
         return
     line = cleaned(np.c_[ends, np.zeros(2)], ground, size, closed=False)
     mode: Mode = MODES[int(rng.integers(3))]
-    one, up, last = snake(line.points, line.normals, False, ground, size, salience, mode)
+    one, up, last = move_snake(line.points, line.normals, False, ground, size, salience, mode)
     back = line.points[::-1].copy(), line.normals[::-1].copy()
-    two, down, other = snake(*back, False, ground, size, salience, mode)
+    two, down, other = move_snake(*back, False, ground, size, salience, mode)
     assert np.abs(one - two[::-1]).max() < 1e-6
     assert np.abs(up - down[::-1]).max() < 1e-4
     assert last == pytest.approx(other, abs=1e-5)
@@ -293,14 +297,14 @@ def test_the_sides_of_a_thin_sheet_do_not_feel_each_other() -> None:
 def test_a_corner_moves_and_its_curves_follow() -> None:
     ground, at = cube(2, 1), sizes(RADIUS)
     stroke = beside(ground, 1.6 * RADIUS)
-    network = insert(Network(), ground, at, stroke).network
+    network = insert_stroke(Network(), ground, at, stroke).network
     across = even([[0.5 - 1.6 * RADIUS, 0.0, 0.5], [-0.2, 0.0, 0.5]], step=0.004)
-    network = insert(
+    network = insert_stroke(
         network, ground, at, Stroke(across, ground.nearest(across).normals, False)
     ).network
     (tee,) = [node for node in network.nodes.values() if node.valence == 3]
     salience = Salience.of(ground, at.edge)
-    edit = align(network, ground, at, salience, tee.point, tee.normal, "ridge")
+    edit = align_nearest(network, ground, at, salience, tee.point, tee.normal, "ridge")
     check(edit.network)
     assert (edit.nodes, edit.chains) == ((), ())
     moved = edit.network.nodes[tee.id]
@@ -319,7 +323,7 @@ def test_patches_stay_and_crossings_are_told() -> None:
     chains: list[int] = []
     for k in range(4):
         line = even(np.stack([corners[k], corners[(k + 1) % 4]]), step=0.004)
-        network = insert(
+        network = insert_stroke(
             network, ground, at, Stroke(line, ground.nearest(line).normals, False)
         ).network
     (patch,) = network.patches
@@ -341,10 +345,10 @@ def test_patches_stay_and_crossings_are_told() -> None:
 def test_what_cannot_be_aligned_is_refused() -> None:
     ground, at = cube(2, 1), sizes(RADIUS)
     salience = Salience.of(ground, at.edge)
-    network = insert(Network(), ground, at, beside(ground, 2 * RADIUS)).network
+    network = insert_stroke(Network(), ground, at, beside(ground, 2 * RADIUS)).network
     (chain,) = network.chains
     with pytest.raises(RefusedError, match="no curve is near"):
-        align(network, ground, at, salience, (-0.4, 0, 0.5), (0, 0, 1))
+        align_nearest(network, ground, at, salience, (-0.4, 0, 0.5), (0, 0, 1))
     with pytest.raises(InvalidRetopoError, match="ridge, valley, both"):
         align_chain(network, ground, at, salience, chain, "crest")  # pyright: ignore
     with pytest.raises(InvalidRetopoError, match="target edge"):
@@ -364,7 +368,7 @@ def test_what_cannot_be_aligned_is_refused() -> None:
     none = Salience.of(plane(), SIZES.edge)
     with pytest.raises(RefusedError, match="border"):
         align_chain(bordered, plane(), SIZES, none, border)
-    line = insert(bordered, plane(), SIZES, flat([[5, 0], [4, 0]])).network
+    line = insert_stroke(bordered, plane(), SIZES, flat([[5, 0], [4, 0]])).network
     (tee,) = [node for node in line.nodes.values() if node.valence == 3]
     (end,) = [node for node in line.nodes.values() if node.open]
     with pytest.raises(RefusedError, match="border"):

@@ -12,7 +12,7 @@ from plane_cases import SIZES, corners_of, plane_ground, polygons, stroke, t_jun
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Stroke
 from patterndb_sketch.retopo.network import Network, check, equal
-from patterndb_sketch.retopo.tools.spine import spine, spine_preview
+from patterndb_sketch.retopo.tools.spine import draw_spine, preview_spine
 
 Polygon = list[tuple[float, float, bool]]
 
@@ -55,7 +55,7 @@ def test_every_case_of_the_figure_has_its_patch(name: str) -> None:
     drawn, corners, junctions, curves = CASES[name]
     before = polygons(*drawn)
     kept = {patch: corners_of(before, patch) for patch in before.patches}
-    edit = spine(before, plane_ground(), SPINE, SIZES)
+    edit = draw_spine(before, plane_ground(), SPINE, SIZES)
     after = edit.network
     check(after)
     (made,) = (p for p in edit.patches if p not in kept and _is_new(after, p, kept))
@@ -73,7 +73,7 @@ def test_every_case_of_the_figure_has_its_patch(name: str) -> None:
             same_corners(corners_of(after, p), [tuple(c) for c in expected], 1e-9)
             for p in after.patches
         )
-    assert len(spine_preview(before, plane_ground(), SPINE, SIZES).curves(SIZES)) == curves
+    assert len(preview_spine(before, plane_ground(), SPINE, SIZES).curves(SIZES)) == curves
 
 
 def _is_new(network: Network, patch: int, kept: dict[int, np.ndarray]) -> bool:
@@ -83,16 +83,16 @@ def _is_new(network: Network, patch: int, kept: dict[int, np.ndarray]) -> bool:
 
 def test_the_patch_behind_gets_two_t_junctions() -> None:
     before = polygons(P)
-    after = spine(before, plane_ground(), SPINE, SIZES).network
+    after = draw_spine(before, plane_ground(), SPINE, SIZES).network
     behind = next(p for p in after.patches if (corners_of(after, p)[:, 1] < -3.9).any())
     found = sorted(t_junctions(after, behind))
     assert np.allclose(found, [(-1, -0.1), (1, -0.1)], atol=NEAR)
 
 
 def test_one_spine_after_the_other_shares_their_boundary() -> None:
-    network = spine(Network(), plane_ground(), SPINE, SIZES).network
+    network = draw_spine(Network(), plane_ground(), SPINE, SIZES).network
     for x in (1.9, 3.8, -1.9):
-        edit = spine(network, plane_ground(), stroke((x, 0.1), (x, 3.9)), SIZES)
+        edit = draw_spine(network, plane_ground(), stroke((x, 0.1), (x, 3.9)), SIZES)
         network = edit.network
         check(network)
         assert len(edit.chains) == 3
@@ -111,18 +111,18 @@ def test_one_spine_after_the_other_shares_their_boundary() -> None:
 )
 def test_what_is_no_spine_is_refused(drawn: Stroke, words: str) -> None:
     with pytest.raises(RefusedError, match=words):
-        spine(Network(), plane_ground(), drawn, SIZES)
+        draw_spine(Network(), plane_ground(), drawn, SIZES)
 
 
 def test_a_patch_across_a_curve_is_refused_and_nothing_changes() -> None:
     before = polygons([(-5.0, 1.9, True), (5.0, 1.9, True), (5.0, 2.1, True), (-5.0, 2.1, True)])
     kept = replace(before)
     with pytest.raises(RefusedError, match="cross"):
-        spine(before, plane_ground(), SPINE, SIZES)
+        draw_spine(before, plane_ground(), SPINE, SIZES)
     assert equal(before, kept)
 
 
 def test_a_stroke_beside_the_surface_border_is_refused_beyond_it() -> None:
     points = np.c_[np.linspace(7.5, 7.5, 40), np.linspace(-2, 2, 40), np.zeros(40)]
     with pytest.raises(RefusedError, match="beyond the surface"):
-        spine(Network(), plane_ground(), Stroke(points, up(points), False), SIZES)
+        draw_spine(Network(), plane_ground(), Stroke(points, up(points), False), SIZES)

@@ -9,8 +9,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.tools.planar import Boundary, NewSide, OldSide, PlanarPatch, stretch
-from patterndb_sketch.retopo.tools.spine import spine_patch
+from patterndb_sketch.retopo.tools.planar import (
+    NewSide,
+    OldSide,
+    PlanarBoundary,
+    PlanarPatch,
+    stretch_points,
+)
+from patterndb_sketch.retopo.tools.spine import plan_spine
 
 #: Of the cases: length of the stroke, half-width of the brush, snap radius; and how near corners
 #: have to be: vertices are so far apart.
@@ -21,9 +27,9 @@ BELOW = "-5,-0.1 5,-0.1"
 RIGHT = "0.8,-3 0.8,7"
 
 
-def made(*drawn: str) -> tuple[PlanarPatch, list[Boundary]]:
+def made(*drawn: str) -> tuple[PlanarPatch, list[PlanarBoundary]]:
     boundaries = [boundary(text) for text in drawn]
-    return spine_patch(boundaries, LENGTH, HALF, SNAP), boundaries
+    return plan_spine(boundaries, LENGTH, HALF, SNAP), boundaries
 
 
 def kinds(patch: PlanarPatch) -> list[str]:
@@ -117,12 +123,12 @@ def test_of_two_boundaries_side_by_side_the_nearer_counts() -> None:
 def test_a_loop_is_snapped_to_across_its_first_vertex() -> None:
     # A square hole's border, empty inside: the stroke starts on its lower edge's first vertex.
     hole = boundary("0,0 3,0o 3,4o -3,4o -3,0o", closed=True)
-    patch = spine_patch([hole], LENGTH, HALF, SNAP)
+    patch = plan_spine([hole], LENGTH, HALF, SNAP)
     assert kinds(patch) == ["o", "n", "o", "n"]
     assert same_corners(patch.points, [(-1, 0), (1, 0), (1, 4), (-1, 4)], NEAR)
     start = patch.sides[0][0]
     assert isinstance(start, OldSide)
-    assert np.allclose(stretch(hole, start)[[0, -1]], [(-1, 0), (1, 0)])
+    assert np.allclose(stretch_points(hole, start)[[0, -1]], [(-1, 0), (1, 0)])
 
 
 slants = st.floats(-0.4, 0.4)
@@ -132,7 +138,7 @@ slants = st.floats(-0.4, 0.4)
 def test_mirrored_boundaries_have_the_mirrored_patch(
     right: float, slant: float, left: float, lean: float, below: float
 ) -> None:
-    def drawn(sign: float) -> list[Boundary]:
+    def drawn(sign: float) -> list[PlanarBoundary]:
         sides = [
             (right - 3 * slant / 4, -3.0, right + 7 * slant / 4, 7.0),
             (-left + 7 * lean / 4, 7.0, -left - 3 * lean / 4, -3.0),
@@ -142,12 +148,12 @@ def test_mirrored_boundaries_have_the_mirrored_patch(
         for x0, y0, x1, y1 in sides:
             one = boundary(f"{sign * x0},{y0} {sign * x1},{y1}")
             points = one.points if sign > 0.0 else one.points[::-1]
-            found.append(Boundary(points.copy(), one.corner))
+            found.append(PlanarBoundary(points.copy(), one.corner))
         return found
 
     def patch(sign: float) -> PlanarPatch | None:
         try:
-            return spine_patch(drawn(sign), LENGTH, HALF, SNAP)
+            return plan_spine(drawn(sign), LENGTH, HALF, SNAP)
         except RefusedError:
             return None
 
@@ -179,7 +185,7 @@ def test_whatever_is_there_pieces_join_or_the_tool_refuses(
         for points, corners in drawn
     ]
     try:
-        patch = spine_patch(boundaries, LENGTH, HALF, SNAP)
+        patch = plan_spine(boundaries, LENGTH, HALF, SNAP)
     except RefusedError as error:
         assert "the spine's patch would" in str(error)
         return
@@ -187,7 +193,9 @@ def test_whatever_is_there_pieces_join_or_the_tool_refuses(
     at = patch.corners[0].point
     for part in patch.parts:
         points = (
-            part.points if isinstance(part, NewSide) else stretch(boundaries[part.boundary], part)
+            part.points
+            if isinstance(part, NewSide)
+            else stretch_points(boundaries[part.boundary], part)
         )
         assert np.allclose(points[0], at, atol=1e-6)
         at = points[-1]

@@ -42,7 +42,7 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.network.crossings import crossings, self_crossings
 from patterndb_sketch.retopo.network.samples import samples
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 
 def areas(network: Network) -> list[float]:
@@ -80,11 +80,11 @@ def test_ends_snap_to_open_ends_before_corners_before_sides() -> None:
     place = nearest_place(samples(network), [0.06, 0, 0], [0, 0, 1], 0.1)
     assert place is not None
     network, corner = cut_chain(network, place.chain, place.place)
-    done = insert(network, plane(), SIZES, flat([[0, 0], [0, -1]]))
+    done = insert_stroke(network, plane(), SIZES, flat([[0, 0], [0, -1]]))
     joined = done.network.nodes[node_at(done.network, -0.09, 0)]
     assert joined.valence == 2 and joined.flagged == (True, True)
     # Without the open end, the corner; without that, the side.
-    away = insert(network, plane(), SIZES, flat([[0.03, 0], [0.5, -1]])).network
+    away = insert_stroke(network, plane(), SIZES, flat([[0.03, 0], [0.5, -1]])).network
     assert away.nodes[corner].valence == 3
     side = drawn([[0.5, 0.07], [0.5, 1]], network=network)
     assert side.nodes[node_at(side, 0.5, 0)].valence == 3
@@ -92,7 +92,7 @@ def test_ends_snap_to_open_ends_before_corners_before_sides() -> None:
 
 def test_a_snapped_end_takes_the_stroke_along_less_and_less() -> None:
     network = drawn([[0, 0], [2, 0]])
-    made = insert(network, plane(), SIZES, flat([[2, 0.08], [2, 1.08]]))
+    made = insert_stroke(network, plane(), SIZES, flat([[2, 0.08], [2, 1.08]]))
     (chain,) = made.chains
     line = made.network.chains[chain].points
     assert line[0].tolist() == [2.0, 0.0, 0.0]
@@ -102,10 +102,10 @@ def test_a_snapped_end_takes_the_stroke_along_less_and_less() -> None:
 
 def test_a_joint_is_a_corner_or_smooth_on_request() -> None:
     network = drawn([[0, 0], [1, 0]])
-    sharp = insert(network, plane(), SIZES, flat([[1, 0], [2, 0]]))
+    sharp = insert_stroke(network, plane(), SIZES, flat([[1, 0], [2, 0]]))
     assert len(sharp.network.chains) == 2
     assert sharp.network.nodes[node_at(sharp.network, 1, 0)].flagged == (True, True)
-    smooth = insert(network, plane(), SIZES, flat([[1, 0], [2, 0]]), smooth=(True, False))
+    smooth = insert_stroke(network, plane(), SIZES, flat([[1, 0], [2, 0]]), smooth=(True, False))
     check(smooth.network)
     (chain,) = smooth.network.chains.values()
     assert len(smooth.network.nodes) == 2 and chain.length == pytest.approx(2.0)
@@ -115,7 +115,7 @@ def test_known_ends_are_taken_without_looking() -> None:
     network = square()
     chain = chain_between(network, (0, 0), (2, 0))
     corner = node_at(network, 2, 1)
-    made = insert(
+    made = insert_stroke(
         network,
         plane(),
         SIZES,
@@ -126,12 +126,12 @@ def test_known_ends_are_taken_without_looking() -> None:
     check(made.network)
     (new,) = [made.network.chains[c] for c in made.chains if made.network.chains[c].end == corner]
     assert new.points[0] == pytest.approx([1, 0, 0])
-    free = insert(network, plane(), SIZES, flat([[1, 0.05], [1, 0.95]]), Free(), Free())
+    free = insert_stroke(network, plane(), SIZES, flat([[1, 0.05], [1, 0.95]]), Free(), Free())
     assert len(free.nodes) == 2 and len(free.patches) == 0
     with pytest.raises(InvalidRetopoError, match="no node"):
-        insert(network, plane(), SIZES, flat([[1, 0], [1, 1]]), AtNode(999))
+        insert_stroke(network, plane(), SIZES, flat([[1, 0], [1, 1]]), AtNode(999))
     with pytest.raises(InvalidRetopoError, match="no ends"):
-        insert(network, plane(), SIZES, flat([[1, 0], [1, 1], [2, 1]], True), Free())
+        insert_stroke(network, plane(), SIZES, flat([[1, 0], [1, 1], [2, 1]], True), Free())
 
 
 def test_a_hand_that_overshoots_leaves_no_splinter() -> None:
@@ -164,12 +164,12 @@ def test_a_stroke_that_runs_over_the_samples_of_others_crosses_once_each() -> No
 def test_closed_strokes_snap_to_nothing_and_have_no_corner() -> None:
     t = np.linspace(0, 2 * np.pi, 200, endpoint=False)
     ring = np.c_[1 + 0.43 * np.cos(t), 0.5 + 0.43 * np.sin(t)]
-    inside = insert(square(), plane(), SIZES, flat(ring, True))
+    inside = insert_stroke(square(), plane(), SIZES, flat(ring, True))
     (chain,) = inside.chains
     assert inside.network.chains[chain].loose
     assert not inside.patches and len(inside.network.patches) == 1
     wide = np.c_[1 + 0.8 * np.cos(t), 0.5 + 0.8 * np.sin(t)]
-    done = insert(square(), plane(), SIZES, flat(wide, True)).network
+    done = insert_stroke(square(), plane(), SIZES, flat(wide, True)).network
     check(done)
     assert genus(done) == 0
     # Between the square's long sides, two caps beyond them, and two ends of the square.
@@ -180,7 +180,7 @@ def test_closed_strokes_snap_to_nothing_and_have_no_corner() -> None:
 def test_a_figure_eight_crosses_itself_once() -> None:
     t = np.linspace(0, 2 * np.pi, 300, endpoint=False)
     eight = np.c_[np.sin(t), np.sin(2 * t)]
-    network = insert(Network(), plane(), SIZES, flat(eight, True)).network
+    network = insert_stroke(Network(), plane(), SIZES, flat(eight, True)).network
     check(network)
     assert genus(network) == 0
     (node,) = network.nodes.values()
@@ -194,7 +194,7 @@ def test_an_open_stroke_with_loops_crosses_itself_at_each() -> None:
     curl = np.c_[0.1 * t + np.sin(t), np.cos(t)]
     line = even(curl, step=0.2)
     found = self_crossings(line, up(line), False)
-    network = insert(Network(), plane(), SIZES, Stroke(line, up(line), False)).network
+    network = insert_stroke(Network(), plane(), SIZES, Stroke(line, up(line), False)).network
     check(network)
     assert genus(network) == 0
     pairs = itertools.combinations(range(len(line) - 1), 2)
@@ -211,12 +211,12 @@ def test_the_two_sides_of_a_thin_sheet_do_not_cross() -> None:
     ground = Ground.of(vertices, [[4, 5, 6], [4, 6, 7], [0, 2, 1], [0, 3, 2]])
     top = even([[-0.5, 0, 0.01], [0.5, 0, 0.01]])
     below = even([[0, -0.5, 0], [0, 0.5, 0]])
-    network = insert(Network(), ground, SIZES, Stroke(top, up(top), False)).network
-    network = insert(network, ground, SIZES, Stroke(below, -up(below), False)).network
+    network = insert_stroke(Network(), ground, SIZES, Stroke(top, up(top), False)).network
+    network = insert_stroke(network, ground, SIZES, Stroke(below, -up(below), False)).network
     check(network)
     assert len(network.chains) == 2 and len(network.nodes) == 4
     other = even([[0, -0.5, 0.01], [0, 0.5, 0.01]])
-    network = insert(network, ground, SIZES, Stroke(other, up(other), False)).network
+    network = insert_stroke(network, ground, SIZES, Stroke(other, up(other), False)).network
     assert len(network.chains) == 1 + 4
 
 
@@ -224,7 +224,7 @@ def test_what_runs_beyond_a_border_is_left_out() -> None:
     network = with_borders(Network(), plane(), 0.02)
     line = even([[4, 0], [6, 0], [6, 1], [4, 1]])
     stroke = Stroke(line, up(line), False)
-    done = insert(network, plane(), SIZES, stroke, Free(), Free()).network
+    done = insert_stroke(network, plane(), SIZES, stroke, Free(), Free()).network
     check(done)
     inner = [chain for chain in done.chains.values() if not chain.marked]
     assert [round(chain.length, 6) for chain in inner] == [1.0, 1.0]
@@ -235,7 +235,7 @@ def test_a_stroke_from_a_corner_to_itself_without_length_is_refused() -> None:
     network = square()
     corner = AtNode(node_at(network, 0, 0))
     with pytest.raises(RefusedError, match="draw it longer"):
-        insert(network, plane(), SIZES, flat([[0, 0], [0.01, 0]]), corner, corner)
+        insert_stroke(network, plane(), SIZES, flat([[0, 0], [0.01, 0]]), corner, corner)
 
 
 def segments(draw: list[tuple[int, int, int, int]]) -> list[Points]:
@@ -274,7 +274,7 @@ def test_straight_strokes_make_their_arrangement(draw, random) -> None:
     for order in range(2):
         network = Network()
         for line in lines:
-            made = insert(network, plane(), SIZES, flat(line), Free(), Free())
+            made = insert_stroke(network, plane(), SIZES, flat(line), Free(), Free())
             network = made.network
         check(network)
         assert genus(network) == 0
@@ -293,7 +293,9 @@ def test_straight_strokes_make_their_arrangement(draw, random) -> None:
     # Mirrored strokes make the mirrored patches.
     mirrored = Network()
     for line in lines:
-        mirrored = insert(mirrored, plane(), SIZES, flat(line * [-1, 1]), Free(), Free()).network
+        mirrored = insert_stroke(
+            mirrored, plane(), SIZES, flat(line * [-1, 1]), Free(), Free()
+        ).network
     assert areas(mirrored) == pytest.approx(areas(two), abs=1e-5)
 
 
@@ -331,7 +333,7 @@ def test_great_circles_of_a_sphere_make_eight_triangles() -> None:
     for axis in range(3):
         ring = np.roll(flat_ring, axis, axis=1) @ tilted
         stroke = cleaned(ring, sphere(), SIZES, True)
-        network = insert(network, sphere(), SIZES, stroke).network
+        network = insert_stroke(network, sphere(), SIZES, stroke).network
         check(network)
         assert genus(network) == 0
     assert len(network.nodes) == 6 and len(network.chains) == 12
@@ -347,5 +349,5 @@ def test_a_refused_stroke_leaves_the_network_as_it_was() -> None:
     )
     corner = AtNode(node_at(network, 0, 0))
     with pytest.raises(RefusedError):
-        insert(network, plane(), SIZES, flat([[0, 0], [0.01, 0]]), corner, corner)
+        insert_stroke(network, plane(), SIZES, flat([[0, 0], [0.01, 0]]), corner, corner)
     assert equal(network, copy)

@@ -12,12 +12,12 @@ from shared import EXAMPLES, SHARED
 import patterndb
 from ingest.formats import read_mesh
 from patterndb_sketch.retopo.editor import Editor
-from patterndb_sketch.retopo.filling import FilledNetwork, welded
-from patterndb_sketch.retopo.filling.report import hausdorff, open_loops, report
+from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
+from patterndb_sketch.retopo.filling.report import find_open_loops, hausdorff, report_mesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import check
 from patterndb_sketch.retopo.network.faces import genus_of, handles_of
-from patterndb_sketch.retopo.script import play, read_script
+from patterndb_sketch.retopo.script import play_script, read_script
 
 SCRIPTS = EXAMPLES / "retopo"
 SURFACES = SHARED / "data" / "surfaces"
@@ -42,14 +42,14 @@ def played() -> tuple[Ground, FilledNetwork]:
     ground = Ground.of_polygons(read_mesh(SURFACES / Path(script.surface).name))
     with patterndb.open() as database:
         editor = Editor(ground, database)
-        for line, outcome in play(script, editor, lambda *_: None):
+        for line, outcome in play_script(script, editor, lambda *_: None):
             assert outcome.refused is None, line
         return ground, editor.fill()
 
 
 def test_the_mesh_of_quads_is_a_closed_surface_of_the_kind_of_the_ground() -> None:
     ground, found = played()
-    mesh = welded(found)
+    mesh = weld_fills(found)
     assert mesh.quads.shape[1] == 4
     assert all(len(set(quad)) == 4 for quad in mesh.quads.tolist())
     # Every edge has one quad on either side, which pass it in opposite ways.
@@ -76,7 +76,7 @@ def test_the_mesh_of_quads_is_a_closed_surface_of_the_kind_of_the_ground() -> No
 def test_every_patch_has_quads_none_is_flipped_and_the_report_says_the_same() -> None:
     ground, found = played()
     check(found.network)
-    made = report(found, ground)
+    made = report_mesh(found, ground)
     assert found.notes == ()
     assert (made.unfilled, made.flipped, made.open_edges, made.tangled) == (0, 0, 0, 0)
     assert made.euler == 2
@@ -87,7 +87,7 @@ def test_every_patch_has_quads_none_is_flipped_and_the_report_says_the_same() ->
 
 def test_quads_and_surface_are_near_to_each_other() -> None:
     ground, found = played()
-    mesh = welded(found)
+    mesh = weld_fills(found)
     assert max(hausdorff(mesh.vertices, mesh.quads, ground)) < NEAR
     # Vertices are on the surface, those of curves on chords between samples of these.
     off = np.linalg.norm(ground.nearest(mesh.vertices).points - mesh.vertices, axis=1)
@@ -116,7 +116,7 @@ def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
     handles = handles_of(ground)
     assert handles == 12
     assert genus_of(network.nodes, network.chains) == handles
-    assert not open_loops(network)
-    made = report(found, ground)
+    assert not find_open_loops(network)
+    made = report_mesh(found, ground)
     assert (made.unfilled, made.open_edges, made.tangled) == (0, 0, 0)
     assert made.euler == 2 - 2 * handles

@@ -16,7 +16,7 @@ from symmetry_cases import PLANES, X, ball, dome, empty, half, seam
 import patterndb
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.filling import FilledNetwork, completed, open_edges, welded
+from patterndb_sketch.retopo.filling import FilledNetwork, fill_network, find_open_edges, weld_fills
 from patterndb_sketch.retopo.ground import Ground, cleaned
 from patterndb_sketch.retopo.network import BORDER, Network, check
 from patterndb_sketch.retopo.sizes import Sizes
@@ -24,13 +24,13 @@ from patterndb_sketch.retopo.symmetry import (
     Half,
     MirroredMesh,
     Plane,
-    half_of,
-    mirrored,
-    proposed,
-    with_symmetry,
-    without_symmetry,
+    begin_symmetry,
+    cut_half,
+    end_symmetry,
+    mirror_mesh,
+    propose_plane,
 )
-from patterndb_sketch.retopo.tools.stroke import insert_on_half
+from patterndb_sketch.retopo.tools.stroke import insert_stroke_on_half
 
 
 def arc(plane: Plane, angle: float, begin: float = 0.0, end: float = 1.8) -> Points:
@@ -46,10 +46,10 @@ def arc(plane: Plane, angle: float, begin: float = 0.0, end: float = 1.8) -> Poi
 def quadrants(plane: Plane) -> tuple[Half, Sizes, Network]:
     """Four strokes on half of a sphere, from its pole across the plane."""
     at, sizes = half("ball", plane), Sizes.of(ball().diagonal)
-    network = with_symmetry(empty(ball(), sizes), at, sizes.sampling).network
+    network = begin_symmetry(empty(ball(), sizes), at, sizes.sampling).network
     for k in range(4):
         stroke = cleaned(arc(plane, 0.5 * np.pi * k), ball(), sizes)
-        edit = insert_on_half(network, at, sizes, stroke)
+        edit = insert_stroke_on_half(network, at, sizes, stroke)
         assert "1 parts of the stroke beyond the plane are left out" in edit.notes
         network = edit.network
         check(network)
@@ -60,8 +60,8 @@ def quadrants(plane: Plane) -> tuple[Half, Sizes, Network]:
 def filled(plane: Plane) -> tuple[FilledNetwork, MirroredMesh]:
     at, sizes, network = quadrants(plane)
     with patterndb.open() as source:
-        found = completed(network, at.ground, source, 3.0 * sizes.edge)
-    return found, mirrored(welded(found), found.network, plane)
+        found = fill_network(network, at.ground, source, 3.0 * sizes.edge)
+    return found, mirror_mesh(weld_fills(found), found.network, plane)
 
 
 def test_a_plane_says_what_is_wrong_with_it() -> None:
@@ -135,12 +135,12 @@ def test_a_plane_through_vertices_cuts_at_them() -> None:
     mesh = trimesh.creation.box()
     # Quadrants of the cube's faces, so that the plane passes edges, and along others.
     ground = Ground.of(*trimesh.remesh.subdivide(mesh.vertices, mesh.faces)[:2])
-    at = half_of(ground, X)
+    at = cut_half(ground, X)
     assert at.ground.surface.areas.sum() == pytest.approx(3.0)
     (run,) = at.seams()
     assert run.closed
     # A face in the plane is left out, and its rim is the seam.
-    flush = half_of(ground, Plane((-0.5, 0.0, 0.0)))
+    flush = cut_half(ground, Plane((-0.5, 0.0, 0.0)))
     assert flush.in_plane == 8
     assert flush.ground.surface.areas.sum() == pytest.approx(5.0)
     assert [run.closed for run in flush.seams()] == [True]
@@ -148,10 +148,10 @@ def test_a_plane_through_vertices_cuts_at_them() -> None:
 
 def test_nothing_above_the_plane_is_refused() -> None:
     with pytest.raises(RefusedError, match="turn the normal round"):
-        half_of(ball(), Plane((2.0, 0.0, 0.0)))
-    apart = half_of(ball(), Plane((-2.0, 0.0, 0.0)))
+        cut_half(ball(), Plane((2.0, 0.0, 0.0)))
+    apart = cut_half(ball(), Plane((-2.0, 0.0, 0.0)))
     assert apart.seams() == []
-    edit = with_symmetry(Network(), apart, 0.01)
+    edit = begin_symmetry(Network(), apart, 0.01)
     assert edit.notes == ("the plane does not cut the surface: its image lies apart",)
 
 
@@ -161,7 +161,7 @@ def test_four_quadrants_make_a_closed_sphere(plane: Plane) -> None:
     assert found.notes == ()
     assert len(found.network.patches) == 4
     mesh = both.mesh
-    assert len(open_edges(mesh)) == 0
+    assert len(find_open_edges(mesh)) == 0
     assert len(both.pinched) == 0
     assert len(mesh.vertices) - 2 * len(mesh.quads) + len(mesh.quads) == 2
     # Every vertex has its image, and the quads' images are quads.
@@ -190,7 +190,7 @@ def test_four_quadrants_make_a_closed_sphere(plane: Plane) -> None:
 def test_off_keeps_both_halves_and_on_again_the_one(plane: Plane) -> None:
     found, both = filled(plane)
     half_now, sizes = half("ball", plane), Sizes.of(ball().diagonal)
-    off = without_symmetry(found.network, ball(), sizes, plane).network
+    off = end_symmetry(found.network, ball(), sizes, plane).network
     check(off)
     assert genus(off) == 0
     assert seam(off) == []
@@ -201,16 +201,16 @@ def test_off_keeps_both_halves_and_on_again_the_one(plane: Plane) -> None:
         )
     # Counts and fills suit the images: nothing is chosen anew.
     with patterndb.open() as source:
-        again = completed(off, ball(), source, 3.0 * sizes.edge)
+        again = fill_network(off, ball(), source, 3.0 * sizes.edge)
     assert again.network is off
-    mesh = welded(again)
+    mesh = weld_fills(again)
     assert (len(mesh.vertices), len(mesh.quads)) == (len(both.mesh.vertices), len(both.mesh.quads))
-    assert len(open_edges(mesh)) == 0
+    assert len(find_open_edges(mesh)) == 0
     # The images of patches have the images' shapes: on a sphere, to how evenly it is cut.
     if plane is X:
         off_by = np.linalg.norm(mesh.vertices[:, None] - both.mesh.vertices[None], axis=2).min(1)
         assert off_by.max() < 0.01
-    edit = with_symmetry(off, half_now, sizes.sampling)
+    edit = begin_symmetry(off, half_now, sizes.sampling)
     back = edit.network
     check(back)
     assert any("4 curves on the other side" in note for note in edit.notes)
@@ -226,31 +226,31 @@ def test_off_keeps_both_halves_and_on_again_the_one(plane: Plane) -> None:
 def test_an_open_surface_has_borders_and_a_seam_between_them() -> None:
     ground, sizes = dome(), Sizes.of(dome().diagonal)
     at = half("dome", X)
-    network = with_symmetry(empty(ground, sizes), at, sizes.sampling).network
+    network = begin_symmetry(empty(ground, sizes), at, sizes.sampling).network
     check(network)
     (one,) = seam(network)
     assert {network.chains[one].start, network.chains[one].end} == set(network.nodes)
     stroke = np.array([[np.sin(t), 0.0, np.cos(t)] for t in np.linspace(-0.3, 1.7, 60)])
-    network = insert_on_half(network, at, sizes, cleaned(stroke, ground, sizes)).network
+    network = insert_stroke_on_half(network, at, sizes, cleaned(stroke, ground, sizes)).network
     check(network)
     assert genus(network) == 0
     assert len(network.patches) == 2
     with patterndb.open() as source:
-        found = completed(network, at.ground, source, 3.0 * sizes.edge)
-    both = mirrored(welded(found), found.network, X)
+        found = fill_network(network, at.ground, source, 3.0 * sizes.edge)
+    both = mirror_mesh(weld_fills(found), found.network, X)
     # A disk: its border is that of the dome, all around.
-    mesh, rim = both.mesh, open_edges(both.mesh)
+    mesh, rim = both.mesh, find_open_edges(both.mesh)
     edges = (4 * len(mesh.quads) + len(rim)) // 2
     assert len(mesh.vertices) - edges + len(mesh.quads) == 1
     lines = [c for c in found.network.chains.values() if BORDER in c.marks]
     ends = {node for line in lines for node in (line.start, line.end)}
     on_border = np.isin(mesh.chain, [c.id for c in lines]) | np.isin(mesh.node, sorted(ends))
     assert set(rim.ravel().tolist()) <= set(np.flatnonzero(on_border).tolist())
-    off = without_symmetry(found.network, ground, sizes, X).network
+    off = end_symmetry(found.network, ground, sizes, X).network
     check(off)
     assert genus(off) == 0
     assert len(off.patches) == 4
-    back = with_symmetry(off, at, sizes.sampling).network
+    back = begin_symmetry(off, at, sizes.sampling).network
     check(back)
     assert back.chains.keys() == found.network.chains.keys()
 
@@ -258,15 +258,15 @@ def test_an_open_surface_has_borders_and_a_seam_between_them() -> None:
 def test_an_edge_from_seam_to_seam_is_told() -> None:
     at, sizes, network = quadrants(X)
     with patterndb.open() as source:
-        found = completed(network, at.ground, source, 3.0 * sizes.edge)
-    mesh = welded(found)
-    assert len(mirrored(mesh, found.network, X).pinched) == 0
+        found = fill_network(network, at.ground, source, 3.0 * sizes.edge)
+    mesh = weld_fills(found)
+    assert len(mirror_mesh(mesh, found.network, X).pinched) == 0
     # The same with both ends of one edge, from the inside of a patch, put on the seam.
     inner = next(
         quad for quad in mesh.quads.tolist() if all(mesh.chain[v] == mesh.node[v] for v in quad)
     )
     mesh.chain[inner[:2]] = seam(found.network)[0]
-    assert mirrored(mesh, found.network, X).pinched.tolist() == [sorted(inner[:2])]
+    assert mirror_mesh(mesh, found.network, X).pinched.tolist() == [sorted(inner[:2])]
 
 
 def test_the_plane_of_a_turned_surface_is_found() -> None:
@@ -279,11 +279,11 @@ def test_the_plane_of_a_turned_surface_is_found() -> None:
         turn, _ = np.linalg.qr(rng.normal(size=(3, 3)))
         turn *= np.sign(np.linalg.det(turn))
         shift = 5.0 * rng.normal(size=3)
-        found = proposed(Ground.of(points @ turn.T + shift, body.faces))
+        found = propose_plane(Ground.of(points @ turn.T + shift, body.faces))
         assert found.off < 1e-3
         assert abs(turn[:, 0] @ np.array(found.plane.normal)) > 1.0 - 1e-4
         assert abs(found.plane.heights(shift[None])[0]) < 1e-2
     # In place, it is exactly the plane of the axes; a body without any is far off.
-    assert proposed(Ground.of(points, body.faces)).plane == X
+    assert propose_plane(Ground.of(points, body.faces)).plane == X
     crooked = points + 0.4 * np.stack([z * y, x * z, 0.0 * x], axis=1)
-    assert proposed(Ground.of(crooked, body.faces)).off > 0.005
+    assert propose_plane(Ground.of(crooked, body.faces)).off > 0.005

@@ -15,13 +15,13 @@ from patterndb_sketch.retopo.network import SYMMETRY, add_chain, check
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
     Plane,
-    half_of,
-    parted,
+    begin_symmetry,
+    cut_half,
+    end_symmetry,
     refuse_beyond,
-    with_symmetry,
-    without_symmetry,
+    split_stroke,
 )
-from patterndb_sketch.retopo.tools.stroke import insert_on_half
+from patterndb_sketch.retopo.tools.stroke import insert_stroke_on_half
 
 
 def test_curves_drawn_before_are_cut_and_told() -> None:
@@ -33,18 +33,20 @@ def test_curves_drawn_before_are_cut_and_told() -> None:
     for level, radius in ((0.5, 1.0), (0.0, 1.0)):
         circle = np.stack([radius * np.cos(t), radius * np.sin(t), 0.0 * t + level], axis=1)
         stroke = cleaned(circle, ball(), sizes, True)
-        edit = insert_on_half(network, half_of(ball(), Plane((-9.0, 0.0, 0.0))), sizes, stroke)
+        edit = insert_stroke_on_half(
+            network, cut_half(ball(), Plane((-9.0, 0.0, 0.0))), sizes, stroke
+        )
         network = edit.network
         drawn += edit.chains
     # One on the far side alone, and one on the near side alone.
     for x in (-0.8, 0.8):
         small = np.stack([0.0 * t + x, 0.3 * np.cos(t), 0.3 * np.sin(t) + 0.7], axis=1)
         far = cleaned(small / np.linalg.norm(small, axis=1)[:, None], ball(), sizes, True)
-        network = insert_on_half(
-            network, half_of(ball(), Plane((-9.0, 0.0, 0.0))), sizes, far
+        network = insert_stroke_on_half(
+            network, cut_half(ball(), Plane((-9.0, 0.0, 0.0))), sizes, far
         ).network
     before = network
-    edit = with_symmetry(network, at, sizes.sampling)
+    edit = begin_symmetry(network, at, sizes.sampling)
     check(edit.network)
     assert genus(edit.network) == 0
     assert any(note.startswith("2 curves are cut at the plane") for note in edit.notes), edit.notes
@@ -57,9 +59,9 @@ def test_curves_drawn_before_are_cut_and_told() -> None:
     assert same
     assert all(edit.network.chains[c] is before.chains[c] for c in same)
     with pytest.raises(RefusedError, match="on already"):
-        with_symmetry(edit.network, at, sizes.sampling)
+        begin_symmetry(edit.network, at, sizes.sampling)
     with pytest.raises(RefusedError, match="off already"):
-        without_symmetry(before, ball(), sizes, X)
+        end_symmetry(before, ball(), sizes, X)
 
 
 def test_two_curves_across_one_place_are_refused() -> None:
@@ -70,7 +72,7 @@ def test_two_curves_across_one_place_are_refused() -> None:
         line = np.array([[-0.2, -shift, 1.0], [0.0, 0.0, 1.0], [0.2, shift, 1.0]])
         network, _ = add_chain(network, line, np.tile(up, (3, 1)))
     with pytest.raises(RefusedError, match="at one place"):
-        with_symmetry(network, half("ball", X), sizes.sampling)
+        begin_symmetry(network, half("ball", X), sizes.sampling)
 
 
 def test_closed_strokes_become_open_and_end_on_the_plane() -> None:
@@ -80,7 +82,7 @@ def test_closed_strokes_become_open_and_end_on_the_plane() -> None:
     circle = np.stack([np.cos(t), np.sin(t), wave], axis=1)
     circle /= np.linalg.norm(circle, axis=1)[:, None]
     stroke = cleaned(circle, ball(), sizes, True)
-    found = parted(stroke, at, sizes)
+    found = split_stroke(stroke, at, sizes)
     assert (len(found.parts), found.beyond) == (1, 1)
     (part,) = found.parts
     assert not part.stroke.closed
@@ -90,12 +92,12 @@ def test_closed_strokes_become_open_and_end_on_the_plane() -> None:
     # One that does not cross stays closed; one beyond is nothing.
     small = np.stack([0.0 * t + 0.8, 0.3 * np.cos(t), 0.3 * np.sin(t)], axis=1)
     near = cleaned(small, ball(), sizes, True)
-    assert [part.stroke.closed for part in parted(near, at, sizes).parts] == [True]
+    assert [part.stroke.closed for part in split_stroke(near, at, sizes).parts] == [True]
     far = cleaned(small * [-1.0, 1.0, 1.0], ball(), sizes, True)
-    assert parted(far, at, sizes).parts == ()
-    network = with_symmetry(empty(ball(), sizes), at, sizes.sampling).network
+    assert split_stroke(far, at, sizes).parts == ()
+    network = begin_symmetry(empty(ball(), sizes), at, sizes.sampling).network
     with pytest.raises(RefusedError, match="other side of the plane"):
-        insert_on_half(network, at, sizes, far)
+        insert_stroke_on_half(network, at, sizes, far)
     with pytest.raises(RefusedError, match="the spine crosses the plane"):
         refuse_beyond(stroke, at, "the spine")
     refuse_beyond(near, at, "the spine")
@@ -106,7 +108,7 @@ def test_a_stroke_along_the_plane_is_none() -> None:
     t = np.linspace(0.3, 1.5, 80)
     line = np.stack([0.2 * sizes.snap * np.sin(40.0 * t), np.cos(t), np.sin(t)], axis=1)
     stroke = Stroke(line, line.copy(), False)
-    found = parted(stroke, at, sizes)
+    found = split_stroke(stroke, at, sizes)
     assert found.parts == ()
     assert found.along > 3
 
@@ -119,7 +121,7 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
     plane = TILTED if tilted else X
     at = half(name, plane)
     sizes = Sizes.of(at.whole.diagonal)
-    whole = half_of(at.whole, Plane((-9.0, 0.0, 0.0)))
+    whole = cut_half(at.whole, Plane((-9.0, 0.0, 0.0)))
 
     def scribble() -> Stroke:
         places = rng.normal(size=(rng.integers(2, 5), 3))
@@ -133,8 +135,8 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
 
     network = empty(at.whole, sizes)
     for _ in range(2):
-        network = insert_on_half(network, whole, sizes, scribble()).network
-    network = with_symmetry(network, at, sizes.sampling).network
+        network = insert_stroke_on_half(network, whole, sizes, scribble()).network
+    network = begin_symmetry(network, at, sizes.sampling).network
     for _ in range(3):
         check(network)
         assert genus(network) == 0
@@ -144,10 +146,10 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
             if SYMMETRY in chain.marks:
                 assert abs(height).max() < 1e-12
         try:
-            network = insert_on_half(network, at, sizes, scribble()).network
+            network = insert_stroke_on_half(network, at, sizes, scribble()).network
         except RefusedError:
             continue
-    edit = without_symmetry(network, at.whole, sizes, plane)
+    edit = end_symmetry(network, at.whole, sizes, plane)
     off = edit.network
     check(off, patches=False)
     assert genus(off) == 0
@@ -155,7 +157,7 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
     if name == "ball":
         assert edit.notes == ()
         assert len(off.patches) == 2 * len(network.patches)
-    back = with_symmetry(off, at, sizes.sampling).network
+    back = begin_symmetry(off, at, sizes.sampling).network
     check(back, patches=False)
     if edit.notes:
         # The dome has no place for all images beyond a tilted plane.

@@ -21,11 +21,17 @@ import patterndb
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import Choice, irregular_vertices, lengths, ranked, welded
+from patterndb_sketch.retopo.filling import (
+    Choice,
+    find_irregular_vertices,
+    rank_fills,
+    side_lengths,
+    weld_fills,
+)
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, equal, with_count
-from patterndb_sketch.retopo.quadimport import imported
-from patterndb_sketch.retopo.tools.insertloop import edge_at, insert_loop, nearest_edge
+from patterndb_sketch.retopo.quadimport import import_quads
+from patterndb_sketch.retopo.tools.insertloop import find_edge_at, find_nearest_edge, insert_loop
 from query.engine import PatternSource
 
 
@@ -51,7 +57,7 @@ def test_a_loop_through_a_row_is_twelve_quads_more(
     assert {edit.network.chains[c].count for c, n in more.items() if n} == {5}
     # What it becomes is what the list would offer for these counts.
     patch = patch_around(filled_grid, 0.5, 1.5)
-    listed = ranked(edit.network, edit.network.patches[patch], source)
+    listed = rank_fills(edit.network, edit.network.patches[patch], source)
     assert choice_of(edit.network, patch) == Choice.of(next(listed))
 
 
@@ -71,16 +77,16 @@ def test_a_strip_that_comes_back_at_right_angles_makes_both_counts_grow(
     do(editor, "insertloop", at=[0.01, 0.3, 0])
     after = editor.fill()
     assert_sound(after.network)
-    assert_manifold(welded(after))
+    assert_manifold(weld_fills(after))
     assert editor.undoable == steps + 1
     for x, y in ((0.5, 0), (0, 0.5), (1, 0.5), (0.5, 1), (0.5, 2), (2, 0.5)):
         chain = chain_at(after.network, x, y)
         assert after.network.chains[chain].count == 5, (x, y)
-    both = lengths(after.network, after.network.patches[patch_around(after.network, 0.5, 0.5)])
+    both = side_lengths(after.network, after.network.patches[patch_around(after.network, 0.5, 0.5)])
     assert both == (5, 5, 5, 5)
     assert after.network.chains[bow].count == 8
     # Both ways through the corner cell, once through the others on the way.
-    assert len(welded(after).quads) - len(welded(before).quads) == 9 + 4 + 4 + 8
+    assert len(weld_fills(after).quads) - len(weld_fills(before).quads) == 9 + 4 + 4 + 8
     do(editor, "undo")
     assert equal(editor.network, before.network)
 
@@ -94,20 +100,20 @@ def test_a_strip_around_a_ball_is_closed(source: PatternSource) -> None:
     do(editor, "insertloop", at=at.tolist())
     after = editor.fill()
     assert_sound(after.network)
-    mesh, former = welded(after), welded(before)
+    mesh, former = weld_fills(after), weld_fills(before)
     assert_manifold(mesh)
     gained = {
         c: after.network.chains[c].count - one.count for c, one in before.network.chains.items()
     }
     assert gained[chain.id] >= 1
     grown = sum(gained.values())
-    sides = sum(sum(lengths(after.network, p)) for p in after.network.patches.values())
+    sides = sum(sum(side_lengths(after.network, p)) for p in after.network.patches.values())
     assert (
-        sides - sum(sum(lengths(before.network, p)) for p in before.network.patches.values())
+        sides - sum(sum(side_lengths(before.network, p)) for p in before.network.patches.values())
         == 2 * grown
     )
     assert len(mesh.vertices) - len(mesh.quads) == 2
-    assert same_poles(irregular_vertices(mesh)[1], irregular_vertices(former)[1])
+    assert same_poles(find_irregular_vertices(mesh)[1], find_irregular_vertices(former)[1])
 
 
 @settings(max_examples=12)
@@ -117,13 +123,13 @@ def test_loops_anywhere_keep_what_must_hold(source: PatternSource, seed: int) ->
     rng = np.random.default_rng(seed)
     editor = mixed(source)
     before = editor.fill()
-    former = welded(before)
+    former = weld_fills(before)
     at = rng.uniform(0.02, 1.98, 2)
     outcome = editor.do(Call("insertloop", {"at": [*at.tolist(), 0.0]}))
     assert outcome.refused is None and outcome.changed
     assert_sound(editor.network)
     after = editor.fill()
-    mesh = welded(after)
+    mesh = weld_fills(after)
     assert_manifold(mesh)
     assert after.network.patches.keys() == before.network.patches.keys()
     for patch in before.network.patches:
@@ -131,7 +137,7 @@ def test_loops_anywhere_keep_what_must_hold(source: PatternSource, seed: int) ->
         assert (one.code, one.by) == (two.code, two.by)
         assert one.lengths == two.lengths or sum(two.lengths) > sum(one.lengths)
     assert len(mesh.quads) > len(former.quads)
-    assert same_poles(irregular_vertices(mesh)[1], irregular_vertices(former)[1])
+    assert same_poles(find_irregular_vertices(mesh)[1], find_irregular_vertices(former)[1])
     editor.do(Call("undo"))
     assert equal(editor.network, before.network)
 
@@ -180,7 +186,7 @@ def test_edges_of_a_chain_are_told_by_arc_length(filled_grid: Network) -> None:
     for place in np.linspace(0, len(chain.points) - 1, 41):
         length = np.interp(place, np.arange(len(along)), along)
         wanted = min(int(4 * length / along[-1]), 3)
-        assert edge_at(chain, float(place)) == wanted
+        assert find_edge_at(chain, float(place)) == wanted
 
 
 def test_a_loop_through_an_imported_mesh_goes_on_to_its_borders(source: PatternSource) -> None:
@@ -190,7 +196,7 @@ def test_a_loop_through_an_imported_mesh_goes_on_to_its_borders(source: PatternS
     vertices[24, :2] += 0.03
     quads = [[7 * j + i, 7 * j + i + 1, 7 * j + i + 8, 7 * j + i + 7]
              for j in range(6) for i in range(6)]  # fmt: skip
-    found = imported(vertices, quads)
+    found = import_quads(vertices, quads)
     at, up = np.array([0.5, 0.02, 0.0]), UP
     edit = insert_loop(found.network, found.ground, source, found.sizes, at, up)
     assert_sound(edit.network)
@@ -202,7 +208,7 @@ def test_a_loop_through_an_imported_mesh_goes_on_to_its_borders(source: PatternS
 def test_the_nearest_edge_of_quads_is_the_nearest(source: PatternSource) -> None:
     placed = next(iter(drawn_grid(source, 1).fill().placed.values()))
     for x, y, middle in ((0.5, 0.38, (0.5, 0.375)), (0.49, 0.6, (0.5, 0.625))):
-        half = nearest_edge(placed, np.array([x, y, 0.0]))
+        half = find_nearest_edge(placed, np.array([x, y, 0.0]))
         tail = placed.quads.ravel()[half]
         head = np.roll(placed.quads, -1, axis=1).ravel()[half]
         at = (placed.vertices[tail] + placed.vertices[head]) / 2
@@ -214,7 +220,7 @@ def test_grounds_need_not_be_flat(source: PatternSource) -> None:
     editor = drawn_octants(source)
     editor.fill()
     do(editor, "insertloop", at=[0.0, 0.6, 0.8])
-    mesh = welded(editor.fill())
+    mesh = weld_fills(editor.fill())
     ground: Ground = editor.ground
     off = np.linalg.norm(ground.nearest(mesh.vertices).points - mesh.vertices, axis=1)
     assert off.max() < 1e-9

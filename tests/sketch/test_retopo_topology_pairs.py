@@ -17,9 +17,9 @@ from topology_cases import (
 from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import completed, irregular_vertices, welded
+from patterndb_sketch.retopo.filling import fill_network, find_irregular_vertices, weld_fills
 from patterndb_sketch.retopo.network import Network, equal
-from patterndb_sketch.retopo.tools.movepair import least_changes, move_pair
+from patterndb_sketch.retopo.tools.movepair import find_least_changes, move_pair
 from query.engine import PatternSource, fills
 from query.solving.systems import Chords
 
@@ -41,11 +41,11 @@ def pair_case(source: PatternSource) -> Editor:
 
 def inner_poles(network: Network, source: PatternSource) -> np.ndarray:
     """(k, 3) irregular vertices inside the patches, by valence."""
-    found = completed(network, plane(), source, SIZES.edge)
+    found = fill_network(network, plane(), source, SIZES.edge)
     assert found.network is network, "counts and fills are there"
-    mesh = welded(found)
+    mesh = weld_fills(found)
     assert_manifold(mesh)
-    which, valence = irregular_vertices(mesh)
+    which, valence = find_irregular_vertices(mesh)
     inside = (mesh.node[which] < 0) & (mesh.chain[which] < 0)
     return mesh.vertices[which[inside]][np.argsort(valence[inside], kind="stable")]
 
@@ -118,7 +118,7 @@ def test_least_changes_keep_all_sides_and_are_no_sums(source: PatternSource) -> 
     for sides in ((6, 6, 8, 8), (5, 4, 6, 3, 4), (4, 5, 4, 5)):
         for fill in fills(source, sides, limit=3, per_pattern=1, strict=True):
             chords = Chords.from_label(fill.pattern.label)
-            steps = least_changes(chords)
+            steps = find_least_changes(chords)
             assert all((chords.side_lengths(step) == 0).all() for step in steps)
             assert {(-step).tobytes() for step in steps} == {step.tobytes() for step in steps}
             if chords.n > 8:

@@ -13,12 +13,12 @@ from retopo_cases import plane
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.filling import RetopoMesh, completed, filling_of, welded
+from patterndb_sketch.retopo.filling import RetopoMesh, fill_network, filling_of, weld_fills
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Edit, Network, check, equal, with_count
-from patterndb_sketch.retopo.quadimport import imported
+from patterndb_sketch.retopo.quadimport import import_quads
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.brush import STILL, brush, relax
+from patterndb_sketch.retopo.tools.brush import STILL, drag_vertices, relax_vertices
 from query.engine import PatternSource
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -31,9 +31,9 @@ def grid(source: PatternSource) -> Network:
 
 
 def mesh_of(network: Network, ground: Ground, source: PatternSource) -> RetopoMesh:
-    found = completed(network, ground, source, SIZES.edge)
+    found = fill_network(network, ground, source, SIZES.edge)
     assert found.network is network, "counts and fills are there"
-    return welded(found)
+    return weld_fills(found)
 
 
 def wide(radius: float) -> Sizes:
@@ -72,7 +72,7 @@ def test_vertices_follow_by_the_shares_that_are_said(
     radius = float(rng.uniform(0.2, 0.8))
     drag = np.r_[rng.uniform(-0.08, 0.08, 2), 0.0]
     former = mesh_of(grid, plane(), source)
-    edit = brush(grid, plane(), source, wide(radius), at, UP, at + drag)
+    edit = drag_vertices(grid, plane(), source, wide(radius), at, UP, at + drag)
     assert_kept(grid, edit)
     mesh = mesh_of(edit.network, plane(), source)
     assert (mesh.quads == former.quads).all()
@@ -91,7 +91,9 @@ def test_vertices_follow_by_the_shares_that_are_said(
             # It passes where its vertices went; samples are as near as those of any curve.
             for point in wanted[on]:
                 assert np.linalg.norm(chain.points - point, axis=1).min() <= SIZES.sampling
-    again = brush(edit.network, plane(), source, wide(0.05), inside(mesh), UP, inside(mesh) + drag)
+    again = drag_vertices(
+        edit.network, plane(), source, wide(0.05), inside(mesh), UP, inside(mesh) + drag
+    )
     held = mesh_of(again.network, plane(), source)
     still = np.linalg.norm(mesh.vertices - inside(mesh), axis=1) >= 0.05
     assert np.array_equal(held.vertices[still], mesh.vertices[still])
@@ -104,12 +106,12 @@ def inside(mesh: RetopoMesh) -> Points:
 
 def test_no_drag_is_no_change(source: PatternSource, grid: Network) -> None:
     at = np.array([0.7, 0.7, 0.0])
-    assert brush(grid, plane(), source, SIZES, at, UP, at).network is grid
+    assert drag_vertices(grid, plane(), source, SIZES, at, UP, at).network is grid
     # A drag across the plane is none either.
-    lifted = brush(grid, plane(), source, SIZES, at, UP, at + UP)
+    lifted = drag_vertices(grid, plane(), source, SIZES, at, UP, at + UP)
     assert lifted.network is grid
     # And quads that are at rest are so after smoothing.
-    assert relax(grid, plane(), source, wide(0.4), at, UP).network is grid
+    assert relax_vertices(grid, plane(), source, wide(0.4), at, UP).network is grid
 
 
 @settings(max_examples=10)
@@ -120,12 +122,12 @@ def test_smoothing_takes_vertices_to_the_mean_of_all_around(
     """Corners and sides, too; as told by a plain count of neighbours."""
     rng = np.random.default_rng(seed)
     at = np.r_[rng.uniform(0.8, 1.2, 2), 0.0]
-    bent = brush(
+    bent = drag_vertices(
         grid, plane(), source, wide(0.5), at, UP, at + np.array([0.08, -0.05, 0.0])
     ).network
     former = mesh_of(bent, plane(), source)
     middle = np.r_[rng.uniform(0.7, 1.3, 2), 0.0]
-    edit = relax(bent, plane(), source, wide(0.6), middle, UP, rounds=1)
+    edit = relax_vertices(bent, plane(), source, wide(0.6), middle, UP, rounds=1)
     assert_kept(bent, edit)
     mesh = mesh_of(edit.network, plane(), source)
     share = shares(former.vertices, middle, 0.6)
@@ -148,7 +150,7 @@ def test_smoothing_takes_vertices_to_the_mean_of_all_around(
 
 def test_what_was_bent_is_smoothed_straight_again(source: PatternSource, grid: Network) -> None:
     at = np.array([1.0, 1.0, 0.0])
-    network = brush(
+    network = drag_vertices(
         grid, plane(), source, wide(0.6), at, UP, at + np.array([0.1, 0.07, 0.0])
     ).network
     straight = mesh_of(grid, plane(), source).vertices
@@ -158,7 +160,7 @@ def test_what_was_bent_is_smoothed_straight_again(source: PatternSource, grid: N
 
     off = [bent()]
     for _ in range(4):
-        network = relax(network, plane(), source, wide(2.0), at, UP, rounds=40).network
+        network = relax_vertices(network, plane(), source, wide(2.0), at, UP, rounds=40).network
         off.append(bent())
     assert off[0] > 0.05 and off[1] < 0.1 * off[0]
     # Placing is at rest to so much.
@@ -172,10 +174,10 @@ def test_on_a_ball_vertices_stay_on_it_and_those_behind_stay(source: PatternSour
     foot = ground.nearest(np.array([[0.1, 0.2, 1.0]]))
     sizes = replace(editor.sizes, brush=2.5)
     at, up = foot.points[0], foot.normals[0]
-    former = welded(found)
+    former = weld_fills(found)
     to = ground.nearest((at + np.array([0.1, 0.0, 0.0]))[None]).points[0]
-    edits = [brush(before, ground, source, sizes, at, up, to)]
-    edits.append(relax(edits[0].network, ground, source, sizes, at, up))
+    edits = [drag_vertices(before, ground, source, sizes, at, up, to)]
+    edits.append(relax_vertices(edits[0].network, ground, source, sizes, at, up))
     for edit in edits:
         assert_kept(before, edit)
         mesh = mesh_of(edit.network, ground, source)
@@ -239,7 +241,9 @@ def test_only_the_patches_under_the_brush_are_filled(source: PatternSource) -> N
     """Counts are chosen for all, which costs little."""
     editor = drawn_grid(source, 3)
     at = np.array([0.5, 0.5, 0.0])
-    edit = brush(editor.network, plane(), source, wide(0.2), at, UP, at + np.array([0.05, 0, 0]))
+    edit = drag_vertices(
+        editor.network, plane(), source, wide(0.2), at, UP, at + np.array([0.05, 0, 0])
+    )
     filled = {p for p in edit.network.patches if filling_of(edit.network.patches[p]).choice}
     assert filled == {patch_around(edit.network, 0.5, 0.5)}
 
@@ -250,18 +254,20 @@ def test_an_imported_mesh_keeps_all_its_other_vertices(source: PatternSource) ->
     vertices = np.array([[x, y, 0.0] for y in step for x in step])
     quads = [[7 * j + i, 7 * j + i + 1, 7 * j + i + 8, 7 * j + i + 7]
              for j in range(6) for i in range(6)]  # fmt: skip
-    found = imported(vertices, quads)
+    found = import_quads(vertices, quads)
     at = vertices[24]
     sizes = replace(found.sizes, brush=0.3)
-    former = welded(found.filled)
-    edit = brush(found.network, found.ground, source, sizes, at, UP, at + np.array([0.05, 0.02, 0]))
+    former = weld_fills(found.filled)
+    edit = drag_vertices(
+        found.network, found.ground, source, sizes, at, UP, at + np.array([0.05, 0.02, 0])
+    )
     mesh = mesh_of(edit.network, found.ground, source)
     rim = np.abs(former.vertices[:, :2] - 0.5).max(axis=1) > 0.5 - 1e-9
     wanted = former.vertices + shares(former.vertices, at, 0.3) * [0.05, 0.02, 0] * ~rim[:, None]
     assert np.allclose(mesh.vertices, wanted, atol=1e-9)
     # On a border they slide along it alone, and its corners stay.
     edge = np.array([0.45, 0.0, 0.0])
-    slid = relax(found.network, found.ground, source, sizes, edge, UP, rounds=1)
+    slid = relax_vertices(found.network, found.ground, source, sizes, edge, UP, rounds=1)
     mesh = mesh_of(slid.network, found.ground, source)
     on = np.flatnonzero(
         (former.vertices[:, 1] == 0.0) & (mesh.vertices != former.vertices).any(axis=1)
@@ -289,7 +295,7 @@ def test_what_cannot_be_filled_is_told_and_the_rest_moves(
         network = with_count(network, half >> 1, count, pinned=True)
     at = np.array([1.0, 0.5, 0.0])
     to = at + np.array([0.03, 0.0, 0.0])
-    edit = brush(network, plane(), source, wide(0.3), at, UP, to)
+    edit = drag_vertices(network, plane(), source, wide(0.3), at, UP, to)
     assert len(edit.notes) == 2 and all(str(patch) in note for note in edit.notes)
     other = filling_of(edit.network.patches[patch_around(edit.network, 1.5, 0.5)])
     assert len(other.moved_vertices[0]) > 0

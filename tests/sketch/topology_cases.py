@@ -12,11 +12,11 @@ from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.filling import (
     Choice,
     RetopoMesh,
-    completed,
+    fill_network,
     filling_of,
-    lengths,
-    suits,
-    welded,
+    has_suitable_fill,
+    side_lengths,
+    weld_fills,
 )
 from patterndb_sketch.retopo.network import Network, check
 from query.engine import PatternSource
@@ -35,8 +35,8 @@ def assert_sound(network: Network) -> None:
     """Every patch is even, and its fill a disk with its counts."""
     check(network)
     for patch in network.patches.values():
-        sides = lengths(network, patch)
-        assert sum(sides) % 2 == 0 and suits(network, patch)
+        sides = side_lengths(network, patch)
+        assert sum(sides) % 2 == 0 and has_suitable_fill(network, patch)
         choice = choice_of(network, patch.id)
         weld(choice.faces, choice.n_vertices, sum(sides))
 
@@ -56,16 +56,16 @@ def key(choice: Choice) -> bytes:
 
 def drawn_quads(source: PatternSource, network: Network) -> Int32Array:
     """The quads of the mesh, which must be manifold."""
-    found = completed(network, plane(), source, SIZES.edge)
+    found = fill_network(network, plane(), source, SIZES.edge)
     assert found.network is network, "counts and fills are there"
-    mesh = welded(found)
+    mesh = weld_fills(found)
     assert_manifold(mesh)
     return mesh.quads
 
 
 def around(network: Network) -> int:
     """Edges around all patches."""
-    return sum(sum(lengths(network, patch)) for patch in network.patches.values())
+    return sum(sum(side_lengths(network, patch)) for patch in network.patches.values())
 
 
 def same_poles(one: Int32Array, two: Int32Array) -> bool:

@@ -8,7 +8,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.editor import Editor
-from patterndb_sketch.retopo.filling import strip
+from patterndb_sketch.retopo.filling import find_strip
 from patterndb_sketch.retopo.ground import Feet
 from patterndb_sketch.retopo.tool import SNAP
 from patterndb_sketch.retopo.tools.loop import plane_of_line
@@ -93,7 +93,7 @@ class Aiming(Acting, Sight):
         if found is None:
             return ()
         whole = self.mode.gesture == "count" and self._told_options().get("strip") is True
-        return strip(self.network, found[0]) if whole else (found[0],)
+        return find_strip(self.network, found[0]) if whole else (found[0],)
 
     def patch_under(self) -> int | None:
         """The patch under the pointer, if it has quads."""

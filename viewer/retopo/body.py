@@ -13,8 +13,8 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
     RetopoMesh,
-    irregular_vertices,
-    open_edges,
+    find_irregular_vertices,
+    find_open_edges,
 )
 from patterndb_sketch.retopo.ground import Ground
 from viewer.skin import Skin
@@ -84,9 +84,9 @@ class Body:
         # Those that a patch has once are along its curves, which are drawn over them.
         named = named[uses > 1]
         pairs = named[:, 1:]
-        wrong, valences = irregular_vertices(mesh)
+        wrong, valences = find_irregular_vertices(mesh)
         border = np.zeros(len(at), np.bool_)
-        border[open_edges(mesh).ravel()] = True
+        border[find_open_edges(mesh).ravel()] = True
         inside = ~border[wrong]
         wrong, valences = wrong[inside], valences[inside]
         around = np.zeros(len(at), np.int32)

@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 from patterndb.errors import PatternDBError
 from patterndb_sketch.retopo.filling.choice import Choice, Flow
-from patterndb_sketch.retopo.filling.edgecounts import lengths
-from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, ranked
+from patterndb_sketch.retopo.filling.edgecounts import side_lengths
+from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, rank_fills
 from patterndb_sketch.retopo.network import Network, Patch
 from query.engine import PatternSource
 
@@ -73,11 +73,11 @@ class Lists:
 
 
 def _key(network: Network, patch: Patch) -> Key:
-    return patch.id, lengths(network, patch), filling_of(patch).flows
+    return patch.id, side_lengths(network, patch), filling_of(patch).flows
 
 
 def _listed(network: Network, patch: Patch, source: PatternSource) -> tuple[Choice, ...]:
     try:
-        return tuple(Choice.of(fill) for fill in ranked(network, patch, source))
+        return tuple(Choice.of(fill) for fill in rank_fills(network, patch, source))
     except PatternDBError:
         return ()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb_sketch.retopo.filling.choice import Choice
-from patterndb_sketch.retopo.filling.edgecounts import lengths
+from patterndb_sketch.retopo.filling.edgecounts import side_lengths
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.placing import fill_of
 from viewer import style
@@ -165,7 +165,7 @@ def _patch(writer: Writer, state: RetopoState) -> None:
     choice: Choice | None = filling_of(patch).choice
     writer.skip(0.3)
     writer.heading(f"patch of {plural(len(patch.corners), 'side')}")
-    writer.fact("edges", " ".join(map(str, lengths(state.network, patch))))
+    writer.fact("edges", " ".join(map(str, side_lengths(state.network, patch))))
     if choice is not None:
         place = state.place_in_list(patch.id)
         if place is None:

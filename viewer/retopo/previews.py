@@ -16,17 +16,17 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.editor import TOOLS, Call
 from patterndb_sketch.retopo.filling import RetopoMesh
-from patterndb_sketch.retopo.filling.fills import filled
-from patterndb_sketch.retopo.filling.location import patch_at
-from patterndb_sketch.retopo.filling.placing import divided
+from patterndb_sketch.retopo.filling.fills import fill_patch
+from patterndb_sketch.retopo.filling.location import find_patch
+from patterndb_sketch.retopo.filling.placing import divide_chain
 from patterndb_sketch.retopo.ground import Feet
 from patterndb_sketch.retopo.network import Network, nearest_place, samples
 from patterndb_sketch.retopo.tool import ToolWork
-from patterndb_sketch.retopo.tools.autocomplete import completions
-from patterndb_sketch.retopo.tools.insertloop import edge_at
-from patterndb_sketch.retopo.tools.loop import loop_preview
-from patterndb_sketch.retopo.tools.pull import held, pull
-from patterndb_sketch.retopo.tools.spine import spine_preview
+from patterndb_sketch.retopo.tools.autocomplete import find_completions
+from patterndb_sketch.retopo.tools.insertloop import find_edge_at
+from patterndb_sketch.retopo.tools.loop import preview_loop
+from patterndb_sketch.retopo.tools.pull import find_held, pull_held
+from patterndb_sketch.retopo.tools.spine import preview_spine
 from viewer.retopo.strips import nearest_edge, strip_line
 
 #: A vertex is where it was if it moves by less than this part of the ground's diagonal: placing
@@ -59,7 +59,7 @@ def completion(work: ToolWork, foot: Feet, radius: float, number: int) -> Previe
     network, point = work.network, foot.points[0]
     sizes = replace(work.state.sizes, autocompletion=radius)
     try:
-        found = completions(network, work.ground, point, foot.normals[0], sizes)
+        found = find_completions(network, work.ground, point, foot.normals[0], sizes)
         if not found:
             return Preview(network, point)
         number = min(number, len(found) - 1)
@@ -75,7 +75,7 @@ def spine(work: ToolWork, line: Points, width: float) -> Preview:
     network, sizes = work.network, replace(work.state.sizes, spine=width / 2.0)
     try:
         stroke = work.stroke_here(line, "the spine", False)
-        found = spine_preview(network, work.ground, stroke, sizes)
+        found = preview_spine(network, work.ground, stroke, sizes)
         return Preview(network, line[-1], tuple(found.curves(sizes)))
     except PatternDBError as error:
         return Preview(network, line[-1], refused=str(error))
@@ -86,7 +86,7 @@ def cut(work: ToolWork, point: Points, normal: Points, limit: float) -> Preview:
     network = work.network
     try:
         start = work.foot(point)
-        stroke = loop_preview(work.ground, work.state.sizes, start, normal, limit)
+        stroke = preview_loop(work.ground, work.state.sizes, start, normal, limit)
     except PatternDBError as error:
         return Preview(network, point, refused=str(error))
     line = stroke.points
@@ -100,8 +100,8 @@ def pulled(work: ToolWork, begun: Points, point: Points) -> Preview:
     network, sizes = work.network, work.state.sizes
     try:
         start, end = work.foot(begun), work.foot(point)
-        at = held(network, sizes, start.points[0], start.normals[0])
-        made = pull(network, work.ground, sizes, at, end.points[0], end.normals[0]).network
+        at = find_held(network, sizes, start.points[0], start.normals[0])
+        made = pull_held(network, work.ground, sizes, at, end.points[0], end.normals[0]).network
     except PatternDBError as error:
         return Preview(network, point, refused=str(error))
     moved = [c.round for k, c in made.chains.items() if network.chains.get(k) is not c]
@@ -117,11 +117,11 @@ def looped(work: ToolWork, mesh: RetopoMesh, foot: Feet) -> Preview:
     try:
         if near is not None and not sides.keys().isdisjoint((2 * near.chain, 2 * near.chain + 1)):
             chain = network.chains[near.chain]
-            ends, first = divided(chain)[0], edge_at(chain, near.place)
+            ends, first = divide_chain(chain)[0], find_edge_at(chain, near.place)
             point = ends[[first, first + 1]].mean(axis=0)
             which = np.arange(len(mesh.quads), dtype=np.int32)
         else:
-            patch = patch_at(network, work.ground, point)
+            patch = find_patch(network, work.ground, point)
             which = np.flatnonzero(mesh.patch == patch).astype(np.int32)
     except PatternDBError:
         return Preview(network, point)
@@ -144,7 +144,7 @@ def remade(work: ToolWork, mesh: RetopoMesh, call: Call, at: Points) -> Preview:
             chains = {half >> 1 for half in patch.loop}
             if same and all(after.chains[c] is network.chains.get(c) for c in chains):
                 continue
-            after, placed = filled(after, work.ground, work.source, number)
+            after, placed = fill_patch(after, work.ground, work.source, number)
             found.append(placed.vertices[placed.quads])
     except PatternDBError as error:
         return Preview(network, at, refused=str(error))

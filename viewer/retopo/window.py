@@ -13,12 +13,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
-from patterndb_sketch.retopo.autosave import Autosave, recoveries
+from patterndb_sketch.retopo.autosave import Autosave, find_recoveries
 from patterndb_sketch.retopo.editor import Call, Editor, State
 from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.script import Line, Script, write_script
-from patterndb_sketch.retopo.sessionfile import Session, read_session, write_session
+from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
+from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from viewer import saver
 from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect
@@ -139,7 +139,7 @@ class Writer:
 
     def find_lost(self, ground: Ground, folder: Path) -> str:
         """Read what a crash left of this work, if it did, and say so; "" if it did not."""
-        found = recoveries(self._session, folder)
+        found = find_recoveries(self._session, folder)
         if not found:
             return ""
         path = found[0].path
@@ -162,7 +162,7 @@ class Writer:
     def save_session(self, ground: Ground, state: State) -> str:
         """Replace the session's file, whole or not at all."""
         path = self._session or self.free("retopo", ".retopo")
-        write_session(path, Session(ground, state, Path(self._begun.surface).name))
+        write_session(path, RetopoSession(ground, state, Path(self._begun.surface).name))
         self._session = path
         if self._autosave is not None:
             self._autosave.saved(state, path)
@@ -191,7 +191,7 @@ class Writer:
         path = self._script or self.free("retopo", ".jsonl")
         before = self._begun.lines
         first = 2 + len(before)
-        lines = tuple(Line(number, call) for number, call in enumerate(calls, first))
+        lines = tuple(ScriptLine(number, call) for number, call in enumerate(calls, first))
         write_script(path, replace(self._begun, lines=(*before, *lines)))
         self._script = path
         return f"saved {path}"

@@ -22,7 +22,7 @@ FEWEST = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Numbering:
+class NumberedCounts:
     """A network's counts as a problem of :mod:`patterndb_sketch.retopo.counts`.
 
     chains: (c,) ids of the chains in the order of the problem. patches: ids, the same.
@@ -41,7 +41,7 @@ class Numbering:
         pinned: Mapping[int, int] | None = None,
         *,
         anew: bool = False,
-    ) -> Numbering:
+    ) -> NumberedCounts:
         """Of some patches, or all, and their chains.
 
         edge: target length of an edge. pinned: counts of chains by id to hold beside those that
@@ -95,12 +95,12 @@ def perimeter(network: Network, patch: Patch) -> int:
     return sum(network.chains[half >> 1].count for half in patch.loop)
 
 
-def lengths(network: Network, patch: Patch) -> tuple[int, ...]:
+def side_lengths(network: Network, patch: Patch) -> tuple[int, ...]:
     """Edges of every side of a patch."""
     return tuple(sum(network.chains[half >> 1].count for half in side) for side in patch.sides)
 
 
-def counted(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
+def complete_counts(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
     """The network with a count for every chain of a patch, all patches even; and notes.
 
     edge: target length of an edge. Chains that have a count keep it, and those without are
@@ -114,24 +114,24 @@ def counted(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
     }
     if new:
         settled = {c: chain.count for c, chain in network.chains.items() if chain.count}
-        part = Numbering.of(network, edge, new, settled, anew=True)
+        part = NumberedCounts.of(network, edge, new, settled, anew=True)
         network = part.put(network, choose(part.problem).counts)
     if all(_sound(network, patch) for patch in network.patches.values()):
         return network, ()
-    whole = Numbering.of(network, edge)
+    whole = NumberedCounts.of(network, edge)
     evened = fewest_changes(whole.problem, whole.counts(network))
     return whole.put(network, evened.counts), whole.told(evened.stuck)
 
 
-def chosen_anew(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
+def choose_counts(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
     """The network with all counts but pinned ones chosen anew, as near to the target edge and as
     regular as can be; and notes."""
-    whole = Numbering.of(network, edge, anew=True)
+    whole = NumberedCounts.of(network, edge, anew=True)
     found = choose(whole.problem)
     return whole.put(network, found.counts), whole.told(found.stuck)
 
 
-def changed(
+def change_counts(
     network: Network, edge: float, chains: Mapping[int, int], *, pin: bool = True
 ) -> tuple[Network, tuple[str, ...]]:
     """The network with the counts of some chains changed by the user; and notes.
@@ -153,27 +153,27 @@ def changed(
     if len(asked) == 1:
         # One alone is made room for around it.
         ((chain, count),) = asked.items()
-        network, _ = counted(network, edge)
-        whole = Numbering.of(network, edge)
+        network, _ = complete_counts(network, edge)
+        whole = NumberedCounts.of(network, edge)
         made = changed_counts(
             whole.problem, whole.counts(network), whole.chains.index(chain), count
         )
         network, notes = whole.put(network, made.counts), whole.told(made.stuck)
     elif asked:
-        network, _ = counted(network, edge)
-        held = Numbering.of(network, edge, None, asked)
+        network, _ = complete_counts(network, edge)
+        held = NumberedCounts.of(network, edge, None, asked)
         evened = fewest_changes(held.problem, held.counts(network))
         network, notes = held.put(network, evened.counts), held.told(evened.stuck)
     return _with_counts(network, asked, pin), notes
 
 
-def freed(network: Network, chains: Iterable[int]) -> Network:
+def free_counts(network: Network, chains: Iterable[int]) -> Network:
     """The network with some counts no longer pinned; they stay until they are chosen anew."""
     new = {c: replace(network.chain(c), pinned=False) for c in chains}
     return replace(network, chains={**network.chains, **new})
 
 
-def strip(network: Network, chain: int) -> tuple[int, ...]:
+def find_strip(network: Network, chain: int) -> tuple[int, ...]:
     """The chains on the strip of quads through a chain: opposite sides of four-sided patches, from
     patch to patch both ways, where each is one chain. The chain itself is the first.
     """
@@ -199,7 +199,7 @@ def strip(network: Network, chain: int) -> tuple[int, ...]:
 
 def _least(chain: Chain, edge: float, anew: bool) -> int:
     """The fewest edges that a chain may get so as to keep its shape."""
-    needed = fewest_edges(chain, edge)
+    needed = count_fewest_edges(chain, edge)
     return needed if anew else min(needed, chain.count)
 
 
@@ -244,7 +244,7 @@ STEPS = 4
 FEWEST_STEPS = 8
 
 
-def fewest_edges(chain: Chain, edge: float) -> int:
+def count_fewest_edges(chain: Chain, edge: float) -> int:
     """The fewest edges, 1 or more, with which a chain keeps its shape.
 
     edge: target length. Where curvature is even, every edge then cuts off SAGITTA at most; where it
@@ -253,13 +253,13 @@ def fewest_edges(chain: Chain, edge: float) -> int:
     """
     in_edges = chain.length / edge
     steps = max(FEWEST_STEPS, math.ceil(STEPS * in_edges))
-    bends = edges_for_bends(np.ascontiguousarray(chain.round), chain.loose, steps, edge)
+    bends = count_bend_edges(np.ascontiguousarray(chain.round), chain.loose, steps, edge)
     # A full circle's edges are a whole number but for rounding.
     return max(1, math.ceil(max(bends, in_edges / STRETCH) - 1e-9))
 
 
 @kernel
-def edges_for_bends(line: Points, closed: bool, steps: int, edge: float) -> float:
+def count_bend_edges(line: Points, closed: bool, steps: int, edge: float) -> float:
     """The integral of sqrt(curvature / (8 SAGITTA edge)) along a polyline (n, 3), in equal steps.
 
     closed: does the line, whose last point is its first, turn there, too?

@@ -11,8 +11,8 @@ import numpy as np
 from patterndb.errors import PatternDBError
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import By, Choice, Filling, Flow, pattern_code
-from patterndb_sketch.retopo.filling.edgecounts import lengths
-from patterndb_sketch.retopo.filling.placing import Placed, border, placed
+from patterndb_sketch.retopo.filling.edgecounts import side_lengths
+from patterndb_sketch.retopo.filling.placing import PlacedPatch, place_fill, trace_border
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, Patch, with_choice
 from query.boundary import Boundary
@@ -36,13 +36,13 @@ def filling_of(patch: Patch) -> Filling:
     return patch.choice if isinstance(patch.choice, Filling) else Filling()
 
 
-def suits(network: Network, patch: Patch) -> bool:
+def has_suitable_fill(network: Network, patch: Patch) -> bool:
     """Has the patch a fill, and for the counts that its chains have now?"""
     choice = filling_of(patch).choice
-    return choice is not None and choice.lengths == lengths(network, patch)
+    return choice is not None and choice.lengths == side_lengths(network, patch)
 
 
-def ranked(
+def rank_fills(
     network: Network, patch: Patch, source: PatternSource, limit: int = LISTED
 ) -> Iterator[Fill]:
     """The fills of a patch, best first, as the query engine ranks them.
@@ -50,39 +50,39 @@ def ranked(
     With flow lines those whose edges follow them; a line that ends where it began is a loop.
     Raises RefusedError for a patch that has no even boundary.
     """
-    sides = lengths(network, patch)
+    sides = side_lengths(network, patch)
     if sum(sides) % 2 or sum(sides) < 4 or min(sides) < 1:
         raise RefusedError(
             f"patch {patch.id} has {sum(sides)} edges around it, and a fill needs an even number "
             "of 4 or more; change a count beside it"
         )
-    points, _ = border(network, patch)
+    points, _ = trace_border(network, patch)
     with _refusing(patch):
         boundary = Boundary(sides, points=points)
         strokes = [_stroke(boundary, flow) for flow in filling_of(patch).flows]
         return fills(source, boundary, strokes=strokes, limit=limit)
 
 
-def filled(
+def fill_patch(
     network: Network, ground: Ground, source: PatternSource, patch: int
-) -> tuple[Network, Placed]:
+) -> tuple[Network, PlacedPatch]:
     """The network with a fill for a patch that suits its counts, and the fill placed.
 
     A fill that suits stays. A user's pattern is taken again if it fits other counts, too. Else
     it is the first of the list, or the first of the first few without flipped quads.
     """
     at = network.patches[patch]
-    if suits(network, at):
+    if has_suitable_fill(network, at):
         return network, _placed(network, ground, at)
     former = filling_of(at)
-    listed = ranked(network, at, source)
+    listed = rank_fills(network, at, source)
     if former.choice is not None and former.choice.by == "user":
         for fill in listed:
             if pattern_code(fill) == former.choice.code:
                 network = _with(network, at, fill, "user")
                 return network, _placed(network, ground, network.patches[patch])
-        listed = ranked(network, at, source)
-    best: tuple[Network, Placed] | None = None
+        listed = rank_fills(network, at, source)
+    best: tuple[Network, PlacedPatch] | None = None
     quads = 0
     for _, fill in zip(range(PLACED), listed, strict=False):
         tried = _with(network, at, fill, "program")
@@ -100,7 +100,7 @@ def filled(
     return best
 
 
-def let_go(before: Network, after: Network) -> Network:
+def release_vertices(before: Network, after: Network) -> Network:
     """The network after an edit, without vertices held by hand in patches whose curves took
     another course: they follow them."""
     for patch in list(after.patches.values()):
@@ -120,12 +120,12 @@ def _runs_elsewhere(before: Network, after: Network, chain: int) -> bool:
     return one is None or (one is not two and not np.array_equal(one.points, two.points))
 
 
-def stepped(network: Network, patch: int, source: PatternSource, by: int) -> Network:
+def step_fill(network: Network, patch: int, source: PatternSource, by: int) -> Network:
     """The network with the fill that comes after a patch's own in the list, or before it.
 
     by: how many on; the list begins again at its end.
     """
-    listed = list(ranked(network, network.patches[patch], source))
+    listed = list(rank_fills(network, network.patches[patch], source))
     if not listed:
         raise RefusedError(f"patch {patch} has no fill that follows its flow lines")
     now = filling_of(network.patches[patch]).choice
@@ -137,32 +137,32 @@ def stepped(network: Network, patch: int, source: PatternSource, by: int) -> Net
     return _with(network, network.patches[patch], listed[wanted], "user")
 
 
-def taken(network: Network, patch: int, source: PatternSource, number: int) -> Network:
+def take_fill(network: Network, patch: int, source: PatternSource, number: int) -> Network:
     """The network with a fill of a patch's list, by its number from 0 on."""
     at = network.patches[patch]
-    for k, fill in enumerate(ranked(network, at, source, max(LISTED, number + 1))):
+    for k, fill in enumerate(rank_fills(network, at, source, max(LISTED, number + 1))):
         if k == number:
             return _with(network, at, fill, "user")
     raise RefusedError(f"patch {patch} has no fill {number}; its list is shorter")
 
 
-def with_flow(network: Network, patch: int, line: np.ndarray) -> Network:
+def add_flow(network: Network, patch: int, line: np.ndarray) -> Network:
     """The network with another line (n, 3) that a patch's edges are to follow."""
     former = filling_of(network.patches[patch])
     new = replace(former.with_choice(None), flows=(*former.flows, Flow.of(line)))
     return with_choice(network, patch, new)
 
 
-def without_flows(network: Network, patch: int) -> Network:
+def clear_flows(network: Network, patch: int) -> Network:
     """The network without a patch's flow lines; it gets the first fill again."""
     if not filling_of(network.patches[patch]).flows:
         raise RefusedError(f"patch {patch} has no flow lines")
     return with_choice(network, patch, None)
 
 
-def _placed(network: Network, ground: Ground, patch: Patch) -> Placed:
+def _placed(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
     with _refusing(patch):
-        return placed(network, ground, patch)
+        return place_fill(network, ground, patch)
 
 
 @contextmanager

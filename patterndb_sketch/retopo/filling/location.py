@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.placing import Placed
+from patterndb_sketch.retopo.filling.placing import PlacedPatch
 from patterndb_sketch.retopo.ground import Feet, Ground
 from patterndb_sketch.retopo.network import Network, outline
 from patterndb_sketch.retopo.network.faces import joined_chains
@@ -20,7 +20,7 @@ from query.placing import enclosed
 ON_BORDER = 1e-9
 
 
-def patch_at(network: Network, ground: Ground, point: ArrayLike) -> int:
+def find_patch(network: Network, ground: Ground, point: ArrayLike) -> int:
     """The patch that a point (3,) of the ground is in.
 
     Patches are tried in the order of how near their borders are; the ground within each is
@@ -90,8 +90,8 @@ def left_of(points: Points, normals: Points, at: Points, up: Points) -> float:
 # == patches within; so it has none until a curve joins both, and makes other loops of them.
 
 
-def around_islands(
-    network: Network, ground: Ground, placed: Mapping[int, Placed]
+def find_islands(
+    network: Network, ground: Ground, placed: Mapping[int, PlacedPatch]
 ) -> dict[int, int]:
     """Placed patches within which others lie, of other parts of the network: for each one of
     those. Curves without a patch are no islands: they may be about to be joined."""
@@ -124,7 +124,7 @@ def _start(network: Network, patch: int) -> NDArray[np.float64]:
     return network.chains[half >> 1].directed(half)[0][0]
 
 
-def _near(placed: Placed, point: NDArray[np.float64]) -> bool:
+def _near(placed: PlacedPatch, point: NDArray[np.float64]) -> bool:
     """Is a point (3,) as near to a vertex of the quads as those on them are?"""
     corner = placed.vertices[placed.quads]
     across = max(

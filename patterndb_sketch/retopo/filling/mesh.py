@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.edgecounts import counted
-from patterndb_sketch.retopo.filling.fills import filled
-from patterndb_sketch.retopo.filling.location import around_islands
-from patterndb_sketch.retopo.filling.placing import Placed
+from patterndb_sketch.retopo.filling.edgecounts import complete_counts
+from patterndb_sketch.retopo.filling.fills import fill_patch
+from patterndb_sketch.retopo.filling.location import find_islands
+from patterndb_sketch.retopo.filling.placing import PlacedPatch
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, Patch
 from query.engine import PatternSource
@@ -27,18 +27,18 @@ class FilledNetwork:
     """
 
     network: Network
-    placed: dict[int, Placed]
+    placed: dict[int, PlacedPatch]
     notes: tuple[str, ...] = ()
 
 
 @dataclass(slots=True)
-class Cache:
+class PlacedCache:
     """Placed patches of networks before: after an edit only the patches concerned are placed
     anew. Results do not depend on it."""
 
-    _kept: dict[int, tuple[Patch, tuple[Chain, ...], Placed]] = field(default_factory=dict)
+    _kept: dict[int, tuple[Patch, tuple[Chain, ...], PlacedPatch]] = field(default_factory=dict)
 
-    def get(self, network: Network, patch: Patch) -> Placed | None:
+    def get(self, network: Network, patch: Patch) -> PlacedPatch | None:
         kept = self._kept.get(patch.id)
         if kept is None:
             return None
@@ -54,17 +54,17 @@ class Cache:
         )
         return placed if same else None
 
-    def put(self, network: Network, patch: Patch, placed: Placed) -> None:
+    def put(self, network: Network, patch: Patch, placed: PlacedPatch) -> None:
         chains = tuple(network.chains[half >> 1] for half in patch.loop)
         self._kept[patch.id] = patch, chains, placed
 
 
-def completed(
+def fill_network(
     network: Network,
     ground: Ground,
     source: PatternSource,
     edge: float,
-    cache: Cache | None = None,
+    cache: PlacedCache | None = None,
 ) -> FilledNetwork:
     """The network with counts and fills for all its patches, placed on the ground.
 
@@ -72,15 +72,15 @@ def completed(
     has no quads, and why, is in the notes: patches without a fill, and those within which others
     lie that no curve joins to them.
     """
-    cache = Cache() if cache is None else cache
-    network, notes = counted(network, edge)
-    placed: dict[int, Placed] = {}
+    cache = PlacedCache() if cache is None else cache
+    network, notes = complete_counts(network, edge)
+    placed: dict[int, PlacedPatch] = {}
     told = list(notes)
     for patch in sorted(network.patches):
         found = cache.get(network, network.patches[patch])
         if found is None:
             try:
-                network, found = filled(network, ground, source, patch)
+                network, found = fill_patch(network, ground, source, patch)
             except RefusedError as error:
                 told.append(str(error))
                 continue
@@ -88,7 +88,7 @@ def completed(
         placed[patch] = found
         if len(found.flipped):
             told.append(f"patch {patch} has {len(found.flipped)} flipped quads")
-    for patch, other in around_islands(network, ground, placed).items():
+    for patch, other in find_islands(network, ground, placed).items():
         del placed[patch]
         told.append(
             f"patch {patch} has no quads: patch {other} lies within it, joined to none of its "
@@ -114,7 +114,7 @@ class RetopoMesh:
     chain: Int32Array
 
 
-def welded(found: FilledNetwork) -> RetopoMesh:
+def weld_fills(found: FilledNetwork) -> RetopoMesh:
     """The patches as one mesh, welded by what the network says is one place, never by distance."""
     network = found.network
     name: dict[tuple[int, int], int] = {}
@@ -126,7 +126,7 @@ def welded(found: FilledNetwork) -> RetopoMesh:
     owner: list[Int32Array] = [np.empty(0, np.int32)]
     for patch in sorted(found.placed):
         placed = found.placed[patch]
-        keys = border_keys(network, network.patches[patch])
+        keys = name_border_vertices(network, network.patches[patch])
         number = np.empty(len(placed.vertices), np.int32)
         for k in range(len(placed.vertices)):
             key = keys[k] if k < len(keys) else None
@@ -152,7 +152,7 @@ def welded(found: FilledNetwork) -> RetopoMesh:
     )
 
 
-def border_keys(network: Network, patch: Patch) -> list[tuple[int, int]]:
+def name_border_vertices(network: Network, patch: Patch) -> list[tuple[int, int]]:
     """What each boundary vertex of a patch is: (node, -1), or (chain, its number along it)."""
     keys: list[tuple[int, int]] = []
     for half in patch.loop:
@@ -163,19 +163,19 @@ def border_keys(network: Network, patch: Patch) -> list[tuple[int, int]]:
     return keys
 
 
-def irregular_vertices(mesh: RetopoMesh) -> tuple[Int32Array, Int32Array]:
+def find_irregular_vertices(mesh: RetopoMesh) -> tuple[Int32Array, Int32Array]:
     """(k,) vertices whose number of quads is not 4 inside, or 2 on a border, and (k,) how many.
 
     Corners of an open border, with one quad, count.
     """
     valence = np.bincount(mesh.quads.ravel(), minlength=len(mesh.vertices))
     rim = np.zeros(len(mesh.vertices), np.bool_)
-    rim[open_edges(mesh).ravel()] = True
+    rim[find_open_edges(mesh).ravel()] = True
     wrong = np.flatnonzero((valence != np.where(rim, 2, 4)) & (valence > 0))
     return wrong.astype(np.int32), valence[wrong].astype(np.int32)
 
 
-def open_edges(mesh: RetopoMesh) -> Int32Array:
+def find_open_edges(mesh: RetopoMesh) -> Int32Array:
     """(e, 2) edges with one quad."""
     tail, head = mesh.quads.ravel(), np.roll(mesh.quads, -1, axis=1).ravel()
     low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)

@@ -24,7 +24,7 @@ from query.placing import enclosed, place
 # == The border of a patch: where its boundary vertices lie.
 
 
-def divided(chain: Chain) -> tuple[Points, Points]:
+def divide_chain(chain: Chain) -> tuple[Points, Points]:
     """(count + 1, 3) points and normals that divide a chain evenly by arc length.
 
     Ends are the chain's own, bit for bit: patches on both sides, and chains at one node, share
@@ -41,13 +41,13 @@ def divided(chain: Chain) -> tuple[Points, Points]:
     return points, normals
 
 
-def half_divided(network: Network, half: HalfChain) -> tuple[Points, Points]:
+def divide_half_chain(network: Network, half: HalfChain) -> tuple[Points, Points]:
     """The same in the direction of a half-chain."""
-    points, normals = divided(network.chains[half >> 1])
+    points, normals = divide_chain(network.chains[half >> 1])
     return (points[::-1], normals[::-1]) if half & 1 else (points, normals)
 
 
-def laid_border(network: Network, patch: Patch, ground: Ground) -> Points:
+def lay_border(network: Network, patch: Patch, ground: Ground) -> Points:
     """(P, 3) points around a patch, from its first corner on, each on the ground.
 
     Between its samples a chain cuts across the ground's edges; points of it are taken to the
@@ -56,7 +56,7 @@ def laid_border(network: Network, patch: Patch, ground: Ground) -> Points:
     """
     parts: list[Points] = []
     for half in patch.loop:
-        points, normals = half_divided(network, half)
+        points, normals = divide_half_chain(network, half)
         points, normals = points[:-1].copy(), normals[:-1]
         if len(points) > 1 and SYMMETRY not in network.chains[half >> 1].marks:
             points[1:] = ground.nearest_facing(points[1:], normals[1:]).points
@@ -64,9 +64,9 @@ def laid_border(network: Network, patch: Patch, ground: Ground) -> Points:
     return np.concatenate(parts)
 
 
-def border(network: Network, patch: Patch) -> tuple[Points, Points]:
+def trace_border(network: Network, patch: Patch) -> tuple[Points, Points]:
     """(P, 3) points and normals around a patch, from its first corner on."""
-    parts = [half_divided(network, half) for half in patch.loop]
+    parts = [divide_half_chain(network, half) for half in patch.loop]
     return (
         np.concatenate([points[:-1] for points, _ in parts]),
         np.concatenate([normals[:-1] for _, normals in parts]),
@@ -74,7 +74,7 @@ def border(network: Network, patch: Patch) -> tuple[Points, Points]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Placed:
+class PlacedPatch:
     """A patch's quads on the ground.
 
     quads:   (q, 4) int32, counter-clockwise; boundary vertices are 0..P - 1 from the patch's
@@ -91,7 +91,7 @@ class Placed:
     at_rest: bool
 
 
-def placed(network: Network, ground: Ground, patch: Patch) -> Placed:
+def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
     """The quads of a patch, which must have a choice that its counts suit, on the ground.
 
     Differs from the paper: smoothing and projection alternate until nothing moves by more than
@@ -108,18 +108,18 @@ def placed(network: Network, ground: Ground, patch: Patch) -> Placed:
         # As imported: there is nothing left to place.
         vertices, at_rest = np.empty_like(at), True
     else:
-        points = laid_border(network, patch, ground)
+        points = lay_border(network, patch, ground)
         found = place(fill_of(choice), points, enclosed(ground.surface, points))
         if not len(which):
             normals = ground.nearest(found.vertices).normals
-            return Placed(
+            return PlacedPatch(
                 quads, found.vertices, normals, choice.perimeter, found.flipped, found.at_rest
             )
         vertices, at_rest = found.vertices.copy(), found.at_rest
     vertices[which] = at
     normals = ground.nearest(vertices).normals
     wrong = np.flatnonzero(flipped(quads, vertices, normals)).astype(np.int32)
-    return Placed(quads, vertices, normals, choice.perimeter, wrong, at_rest)
+    return PlacedPatch(quads, vertices, normals, choice.perimeter, wrong, at_rest)
 
 
 def fill_of(choice: Choice) -> Fill:

@@ -11,9 +11,9 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.filling.mesh import (
     FilledNetwork,
     RetopoMesh,
-    irregular_vertices,
-    open_edges,
-    welded,
+    find_irregular_vertices,
+    find_open_edges,
+    weld_fills,
 )
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import HalfChain, Network, face
@@ -47,14 +47,14 @@ class Report:
     from_ground: float
 
 
-def report(found: FilledNetwork, ground: Ground, mesh: RetopoMesh | None = None) -> Report:
+def report_mesh(found: FilledNetwork, ground: Ground, mesh: RetopoMesh | None = None) -> Report:
     """What the mesh of a filled network is like."""
-    mesh = welded(found) if mesh is None else mesh
+    mesh = weld_fills(found) if mesh is None else mesh
     corners: dict[int, int] = {}
     for patch in found.network.patches.values():
         n = len(patch.corners)
         corners[n] = corners.get(n, 0) + 1
-    _, valence = irregular_vertices(mesh)
+    _, valence = find_irregular_vertices(mesh)
     tail, head = mesh.quads.ravel(), np.roll(mesh.quads, -1, axis=1).ravel()
     directed = (tail.astype(np.int64) << 32) | head
     low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
@@ -68,7 +68,7 @@ def report(found: FilledNetwork, ground: Ground, mesh: RetopoMesh | None = None)
         quads=len(mesh.quads),
         irregular={int(v): int((valence == v).sum()) for v in np.unique(valence)},
         flipped=sum(len(placed.flipped) for placed in found.placed.values()),
-        open_edges=len(open_edges(mesh)),
+        open_edges=len(find_open_edges(mesh)),
         tangled=int((uses > 2).sum()) + twice,
         euler=len(mesh.vertices) - len(edges) + len(mesh.quads),
         to_ground=to_ground,
@@ -86,7 +86,7 @@ class OpenLoop:
     towards: tuple[float, float, float]
 
 
-def open_loops(network: Network) -> list[OpenLoop]:
+def find_open_loops(network: Network) -> list[OpenLoop]:
     """The sides of curves where no patch is and one may be: what is left to be closed.
 
     One for each loop of half-chains; those around all of what was drawn are among them.

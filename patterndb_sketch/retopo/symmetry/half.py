@@ -122,25 +122,25 @@ class Half:
     near: float
     in_plane: int
 
-    def seams(self) -> list[Run]:
+    def seams(self) -> list[SeamRun]:
         """The curves in which the plane cuts the ground."""
-        found: list[Run] = []
+        found: list[SeamRun] = []
         for loop in border_loops(self.ground):
             level = self.on[loop] & self.on[np.roll(loop, -1)]
             if level.all():
-                found.append(Run(loop, True))
+                found.append(SeamRun(loop, True))
                 continue
             # Begin where the border comes to the plane.
             starts = np.flatnonzero(level & ~np.roll(level, 1))
             for first in starts.tolist():
                 around = np.roll(loop, -first)
                 length = int(np.argmin(np.roll(level, -first)))
-                found.append(Run(around[: length + 1], False))
+                found.append(SeamRun(around[: length + 1], False))
         return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Run:
+class SeamRun:
     """Vertices (k,) along the cut, the half ground on the left; a closed one does not repeat
     its first."""
 
@@ -148,7 +148,7 @@ class Run:
     closed: bool
 
 
-def half_of(ground: Ground, plane: Plane) -> Half:
+def cut_half(ground: Ground, plane: Plane) -> Half:
     """Cut the ground by a plane, and keep the side that the plane's normal points to.
 
     Vertices within ON_PLANE of the plane are moved onto it. Triangles that the plane passes are
@@ -231,14 +231,14 @@ def _turned(
     return np.take_along_axis(triangles.astype(np.int64), k, 1), np.take_along_axis(middle, k, 1)
 
 
-def heights_of(half: Half, points: Points) -> NDArray[np.float64]:
+def measure_heights(half: Half, points: Points) -> NDArray[np.float64]:
     """(n,) heights of (n, 3) points above the plane, 0 for those on it."""
     height = half.plane.heights(points)
     height[np.abs(height) <= half.near] = 0.0
     return height
 
 
-def crossing_places(height: NDArray[np.float64], closed: bool) -> list[float]:
+def find_plane_crossings(height: NDArray[np.float64], closed: bool) -> list[float]:
     """Where a polyline with these heights (n,) crosses the plane or comes to run in it, or leaves
     it: places in samples, ascending. One that only touches it with a sample goes on."""
     off = np.flatnonzero(height)
@@ -275,7 +275,7 @@ SHORTEST = 2.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class StrokePart:
     """A part of a stroke on the half. on: is its start, and its end, on the plane?"""
 
     stroke: Stroke
@@ -283,37 +283,37 @@ class Part:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Parted:
+class SplitStroke:
     """What of a stroke is on the half.
 
     parts: in order; a closed stroke that crosses the plane becomes open ones. beyond: how many
     parts on the other side are left out. along: how many along the plane are.
     """
 
-    parts: tuple[Part, ...]
+    parts: tuple[StrokePart, ...]
     beyond: int
     along: int
 
 
-def parted(stroke: Stroke, half: Half, sizes: Sizes) -> Parted:
+def split_stroke(stroke: Stroke, half: Half, sizes: Sizes) -> SplitStroke:
     """Split a stroke, cleaned on the whole ground, at the plane.
 
     What is beyond the plane is dropped. Where it was cut it is exactly on the plane, as near as
     floating point gets, and points nearer to it than ``half.near`` are moved there.
     """
     line, up = stroke.points.copy(), stroke.normals
-    height = heights_of(half, line)
+    height = measure_heights(half, line)
     line[height == 0.0] = half.plane.flattened(line[height == 0.0])
-    places = crossing_places(height, stroke.closed)
+    places = find_plane_crossings(height, stroke.closed)
     n = len(line)
     if stroke.closed and places:
         bounds = [*places, places[0] + n]
     elif stroke.closed:
-        whole = Part(replace(stroke, points=line), (False, False))
-        return Parted((whole,) if (height > 0.0).any() else (), int((height < 0.0).any()), 0)
+        whole = StrokePart(replace(stroke, points=line), (False, False))
+        return SplitStroke((whole,) if (height > 0.0).any() else (), int((height < 0.0).any()), 0)
     else:
         bounds = sorted({0.0, *places, float(n - 1)})
-    parts: list[Part] = []
+    parts: list[StrokePart] = []
     beyond, along = 0, 0
     for begin, finish in pairwise(bounds):
         inner = np.arange(int(np.floor(begin)) + 1, int(np.ceil(finish)))
@@ -321,15 +321,15 @@ def parted(stroke: Stroke, half: Half, sizes: Sizes) -> Parted:
         for k, place in ((0, begin), (-1, finish)):
             if stroke.closed or place in places:
                 points[k] = half.plane.flattened(points[k][None])[0]
-        there = heights_of(half, points)
+        there = measure_heights(half, points)
         on = bool(there[0] == 0.0), bool(there[-1] == 0.0)
         if there.min() < 0.0:
             beyond += 1
         elif _along(points, there.max(), on, sizes):
             along += 1
         else:
-            parts.append(Part(Stroke(points, normals, False, stroke.missed), on))
-    return Parted(tuple(parts), beyond, along)
+            parts.append(StrokePart(Stroke(points, normals, False, stroke.missed), on))
+    return SplitStroke(tuple(parts), beyond, along)
 
 
 def _along(points: Points, highest: float, on: tuple[bool, bool], sizes: Sizes) -> bool:
@@ -341,7 +341,7 @@ def _along(points: Points, highest: float, on: tuple[bool, bool], sizes: Sizes) 
 
 def refuse_beyond(stroke: Stroke, half: Half, what: str) -> None:
     """Raise RefusedError if a stroke is partly beyond the plane; ``what`` is drawn, in words."""
-    if (heights_of(half, stroke.points) < 0.0).any():
+    if (measure_heights(half, stroke.points) < 0.0).any():
         raise RefusedError(
             f"{what} crosses the plane of symmetry, or is beyond it; draw it on the side that is "
             "worked on"

@@ -11,7 +11,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import Choice, Filling, Flow
-from patterndb_sketch.retopo.filling.mesh import RetopoMesh, open_edges
+from patterndb_sketch.retopo.filling.mesh import RetopoMesh, find_open_edges
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     NONE,
@@ -29,7 +29,7 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.half import Plane
 
 
-def without_symmetry(network: Network, ground: Ground, sizes: Sizes, plane: Plane) -> Edit:
+def end_symmetry(network: Network, ground: Ground, sizes: Sizes, plane: Plane) -> Edit:
     """The network with its image beside it, on the whole ground: both halves are curves to draw on.
 
     The curves of the half keep their ids, counts and patches, the seam too, without its marks.
@@ -56,7 +56,7 @@ class _Names:
 
 
 class _Images:
-    """The steps of :func:`without_symmetry`, which need the same things."""
+    """The steps of :func:`end_symmetry`, which need the same things."""
 
     def __init__(self, network: Network, ground: Ground, sizes: Sizes, plane: Plane) -> None:
         self.network = network
@@ -175,11 +175,11 @@ class _Images:
                 next(half for half in patch.loop if self.names.half(half) ^ 1 == loop[0])
             )
             counts = [both.chains[half >> 1].count for half in patch.loop]
-            choice = mirrored_filling(choice, patch, last, counts, self.plane)
+            choice = mirror_filling(choice, patch, last, counts, self.plane)
         return Patch(next(self.ids), loop, corners, choice)
 
 
-def mirrored_filling(
+def mirror_filling(
     filling: Filling, patch: Patch, last: int, counts: list[int], plane: Plane
 ) -> Filling:
     """The image of a patch's fill.
@@ -244,7 +244,7 @@ class MirroredMesh:
     pinched: Int32Array
 
 
-def mirrored(half: RetopoMesh, network: Network, plane: Plane) -> MirroredMesh:
+def mirror_mesh(half: RetopoMesh, network: Network, plane: Plane) -> MirroredMesh:
     """The mesh of a half and its image, welded where the network has a seam, never by distance.
 
     half: of ``network``, as welded. Vertices on the seam are moved exactly onto the plane, from
@@ -254,7 +254,7 @@ def mirrored(half: RetopoMesh, network: Network, plane: Plane) -> MirroredMesh:
     Differs from the program of Takayama et al. 2013, which welds what is near to the plane: a
     vertex that only comes near stays its own.
     """
-    seam = seam_vertices(half, network)
+    seam = find_seam_vertices(half, network)
     n, extra = len(half.vertices), int((~seam).sum())
     image = np.empty(n + extra, np.int32)
     image[:n][seam] = np.flatnonzero(seam)
@@ -274,7 +274,7 @@ def mirrored(half: RetopoMesh, network: Network, plane: Plane) -> MirroredMesh:
     return MirroredMesh(both, image, _pinched(half, seam))
 
 
-def seam_vertices(half: RetopoMesh, network: Network) -> np.ndarray:
+def find_seam_vertices(half: RetopoMesh, network: Network) -> np.ndarray:
     """(v,) bool: is a vertex of the half on a chain that is marked as the seam, or at its end?"""
     chains = [chain for chain in network.chains.values() if SYMMETRY in chain.marks]
     nodes = {node for chain in chains for node in (chain.start, chain.end)} - {NONE}
@@ -286,6 +286,6 @@ def _pinched(half: RetopoMesh, seam: np.ndarray) -> Int32Array:
     tail, head = half.quads.ravel(), np.roll(half.quads, -1, axis=1).ravel()
     both = seam[tail] & seam[head]
     edges = np.unique(np.sort(np.stack([tail[both], head[both]], axis=1), axis=1), axis=0)
-    rim = {(min(a, b), max(a, b)) for a, b in open_edges(half).tolist()}
+    rim = {(min(a, b), max(a, b)) for a, b in find_open_edges(half).tolist()}
     inner = [edge for edge in edges.tolist() if tuple(edge) not in rim]
     return np.array(inner, np.int32).reshape(-1, 2)

@@ -35,39 +35,44 @@ class Proposal:
     off: float
 
 
-def proposed(ground: Ground) -> Proposal:
+def propose_plane(ground: Ground) -> Proposal:
     """The plane in which the surface is most nearly its own image.
 
     Tried are the planes x, y and z = 0 through the origin, and planes through the middle of the
     surface: at right angles to its axes, its principal axes and directions all around, the best
     of which are made better by turns of finding nearest points and fitting a plane to them.
     """
-    points = spread(ground, POINTS)
+    points = spread_points(ground, POINTS)
     few = points[::3]
     middle = points.mean(axis=0)
     _, axes = np.linalg.eigh(np.cov((points - middle).T))
-    directions = np.concatenate([np.eye(3), axes.T, around(DIRECTIONS)])
-    tried = [Proposal(plane, off(ground, plane, few)) for plane in _through(middle, directions)]
+    directions = np.concatenate([np.eye(3), axes.T, spread_directions(DIRECTIONS)])
+    tried = [
+        Proposal(plane, measure_asymmetry(ground, plane, few))
+        for plane in _through(middle, directions)
+    ]
     tried.sort(key=lambda one: one.off)
     better = [_bettered(ground, one.plane, few) for one in tried[:BETTERED]]
     best = min(
-        (Proposal(plane, off(ground, plane, points)) for plane in better), key=lambda one: one.off
+        (Proposal(plane, measure_asymmetry(ground, plane, points)) for plane in better),
+        key=lambda one: one.off,
     )
     even = [
-        Proposal(plane, off(ground, plane, points)) for plane in _through(np.zeros(3), np.eye(3))
+        Proposal(plane, measure_asymmetry(ground, plane, points))
+        for plane in _through(np.zeros(3), np.eye(3))
     ]
     straight = min(even, key=lambda one: one.off)
     return straight if straight.off <= best.off + AXES else best
 
 
-def off(ground: Ground, plane: Plane, points: Points) -> float:
+def measure_asymmetry(ground: Ground, plane: Plane, points: Points) -> float:
     """How far the images of points (n, 3) are from the ground; see :class:`Proposal`."""
     images = plane.mirrored(points)
     gaps = ground.nearest(images).points - images
     return float(np.sqrt((gaps**2).sum(axis=1).mean()) / ground.diagonal)
 
 
-def spread(ground: Ground, about: int) -> Points:
+def spread_points(ground: Ground, about: int) -> Points:
     """(n, 3) points spread evenly over the surface by its area, the same ones every time."""
     areas = ground.surface.areas
     ends = np.cumsum(areas)
@@ -83,7 +88,7 @@ def spread(ground: Ground, about: int) -> Points:
     return np.einsum("ne,nec->nc", weights, corner)
 
 
-def around(n: int) -> NDArray[np.float64]:
+def spread_directions(n: int) -> NDArray[np.float64]:
     """(n, 3) directions spread evenly over a hemisphere, along a spiral."""
     k = np.arange(n)
     z = (k + 0.5) / n

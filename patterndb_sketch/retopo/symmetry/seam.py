@@ -23,7 +23,12 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.network.attaching import departure, turn
 from patterndb_sketch.retopo.network.samples import Samples, between, nearest_place, samples_of
-from patterndb_sketch.retopo.symmetry.half import Half, Run, crossing_places, heights_of
+from patterndb_sketch.retopo.symmetry.half import (
+    Half,
+    SeamRun,
+    find_plane_crossings,
+    measure_heights,
+)
 
 #: Directions at a node are taken over this many samples.
 SAMPLES_AHEAD = 2.0
@@ -36,7 +41,7 @@ NEAR_SEAM = 2.0
 AT_END = 1e-6
 
 
-def with_symmetry(network: Network, half: Half, sampling: float) -> Edit:
+def begin_symmetry(network: Network, half: Half, sampling: float) -> Edit:
     """The network on half of the ground: the cut is there as chains marked SYMMETRY.
 
     Curves that cross the plane are cut there, and what is beyond it goes, which is told; what
@@ -49,12 +54,12 @@ def with_symmetry(network: Network, half: Half, sampling: float) -> Edit:
     if any(SYMMETRY in chain.marks for chain in network.chains.values()):
         raise RefusedError("symmetry is on already; switch it off before you take another plane")
     draft = Draft(network)
-    parting = part(draft, half)
+    parting = cut_at_plane(draft, half)
     level = [draft.chains[chain] for chain in parting.level]
     # Nodes that have nothing but what lies in the plane are none of the seam.
     joined = [
         node
-        for node in on_plane(draft, half)
+        for node in find_nodes_on_plane(draft, half)
         if any(end >> 1 not in parting.level for end in draft.nodes[node].ends)
     ]
     lines = [_line(half, run, sampling) for run in half.seams()]
@@ -96,7 +101,7 @@ def _told(half: Half, beyond: int, cut: int, seams: int) -> list[str]:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class SeamLine:
     """Samples along the seam, the half ground on the left, with a view of them to search."""
 
     chain: Chain
@@ -107,7 +112,7 @@ class Line:
         return self.chain.loose
 
 
-def _line(half: Half, run: Run, sampling: float) -> Line:
+def _line(half: Half, run: SeamRun, sampling: float) -> SeamLine:
     """(n, 3) samples of a run, its vertices among them."""
     corners, up = half.ground.vertices[run.vertices], half.ground.normals[run.vertices]
     ends = np.roll(corners, -1, axis=0), np.roll(up, -1, axis=0)
@@ -123,11 +128,11 @@ def _line(half: Half, run: Run, sampling: float) -> Line:
         normals = np.concatenate([normals, up[-1:]])
     ends_at = NONE if run.closed else 0
     chain = Chain(0, ends_at, ends_at, half.plane.flattened(points), normals)
-    return Line(chain, samples_of({0: chain}))
+    return SeamLine(chain, samples_of({0: chain}))
 
 
 def _placed(
-    draft: Draft, nodes: list[int], lines: list[Line], reach: float, near: float
+    draft: Draft, nodes: list[int], lines: list[SeamLine], reach: float, near: float
 ) -> list[list[tuple[float, int]]]:
     """For every line of the seam the places and nodes of a draft that are on it, in order.
 
@@ -168,7 +173,7 @@ def _placed(
 
 
 def _add(
-    draft: Draft, half: Half, line: Line, places: list[tuple[float, int]], level: list[Chain]
+    draft: Draft, half: Half, line: SeamLine, places: list[tuple[float, int]], level: list[Chain]
 ) -> set[int]:
     """Add a line of the seam to a draft, from node to node; the chains of ``level`` that are in
     its place already stay, and are marked. Returns their ids."""
@@ -176,7 +181,7 @@ def _add(
     marks = ("", SYMMETRY)
     if not places:
         for chain in level:
-            if chain.loose and runs_alike(chain, points):
+            if chain.loose and is_alongside(chain, points):
                 return {_marked(draft, chain, points)}
         draft.add_loop(points, normals, marks=marks)
         return set()
@@ -196,7 +201,7 @@ def _add(
         same = [
             chain
             for chain in level
-            if {chain.start, chain.end} == {one, two} and runs_alike(chain, piece)
+            if {chain.start, chain.end} == {one, two} and is_alongside(chain, piece)
         ]
         if same:
             kept.add(_marked(draft, same[0], piece))
@@ -257,7 +262,7 @@ class Parting:
     cut: int
 
 
-def part(draft: Draft, half: Half) -> Parting:
+def cut_at_plane(draft: Draft, half: Half) -> Parting:
     """Cut the chains of a draft where they cross the plane, and drop what lies beyond it.
 
     Chains in the plane stay, for the caller to use or drop.
@@ -266,7 +271,7 @@ def part(draft: Draft, half: Half) -> Parting:
     beyond, cut = 0, 0
     for chain in sorted(draft.chains):
         old = draft.chains[chain]
-        height = heights_of(half, old.points)
+        height = measure_heights(half, old.points)
         if not height.any():
             level.append(chain)
             continue
@@ -274,13 +279,13 @@ def part(draft: Draft, half: Half) -> Parting:
             draft.remove_chain(chain)
             beyond += BORDER not in old.marks
             continue
-        places = crossing_places(height, old.loose)
+        places = find_plane_crossings(height, old.loose)
         for place in places:
             points, normals = between(old.points, old.normals, np.array([place]))
             draft.cut_chain(chain, place, (half.plane.flattened(points)[0], normals[0]))
         cut += bool(places) and BORDER not in old.marks
         for piece in sorted(draft.pieces([chain])):
-            there = heights_of(half, draft.chains[piece].points)
+            there = measure_heights(half, draft.chains[piece].points)
             if not there.any():
                 level.append(piece)
             elif there.sum() < 0.0:
@@ -288,18 +293,20 @@ def part(draft: Draft, half: Half) -> Parting:
     return Parting(tuple(level), beyond, cut)
 
 
-def on_plane(draft: Draft, half: Half) -> list[int]:
+def find_nodes_on_plane(draft: Draft, half: Half) -> list[int]:
     """The nodes of a draft that are on the plane."""
     ids = sorted(node for node, at in draft.nodes.items() if at.ends)
     if not ids:
         return []
     points: Points = np.array([draft.nodes[node].point for node in ids])
     return [
-        node for node, h in zip(ids, heights_of(half, points).tolist(), strict=True) if h == 0.0
+        node
+        for node, h in zip(ids, measure_heights(half, points).tolist(), strict=True)
+        if h == 0.0
     ]
 
 
-def runs_alike(one: Chain, line: Points) -> bool:
+def is_alongside(one: Chain, line: Points) -> bool:
     """Does a chain run as a polyline (n, 3) between the same places does, seen at its middle?"""
     middle, there = one.points[len(one.points) // 2], line[len(line) // 2]
     step = float(np.linalg.norm(np.diff(line, axis=0), axis=1).max()) if len(line) > 1 else 0.0

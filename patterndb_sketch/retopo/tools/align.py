@@ -18,8 +18,8 @@ from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import crossing_notes, evened, on_ground
-from patterndb_sketch.retopo.tools.pull import held, with_node_at
+from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_ground
+from patterndb_sketch.retopo.tools.pull import find_held, move_node_to
 from patterndb_sketch.retopo.tools.salience import MODES, Mode, Salience
 
 #: What the two targets of smoothing and the pull of the features weigh in a step.
@@ -53,7 +53,7 @@ FEWEST = 5
 FELT = math.radians(0.25)
 
 
-def align(
+def align_nearest(
     network: Network,
     ground: Ground,
     sizes: Sizes,
@@ -67,7 +67,7 @@ def align(
 
     point, normal: (3,) on the surface. Raises RefusedError if nothing is near.
     """
-    at = held(network, sizes, point, normal)
+    at = find_held(network, sizes, point, normal)
     if isinstance(at, AtNode):
         return align_node(network, ground, sizes, salience, at.node, mode)
     return align_chain(network, ground, sizes, salience, at.chain, mode)
@@ -98,14 +98,14 @@ def align_chain(
     feature, _ = salience.felt(line.points, line.normals, mode)
     if feature.max() < FELT:
         raise RefusedError(f"no {_what(mode)} is near the curve: draw it closer to one")
-    points, normals, last = snake(
+    points, normals, last = move_snake(
         line.points, line.normals, line.loose, ground, sizes, salience, mode
     )
-    points, normals = evened(points, normals, ground, sizes, line.loose)
+    points, normals = even_course(points, normals, ground, sizes, line.loose)
     draft = Draft(network)
     draft.reshape_chain(chain, points, normals)
     after = draft.finished()
-    notes = _on_its_way(last) + crossing_notes(network, after, [chain], sizes)
+    notes = _on_its_way(last) + note_crossings(network, after, [chain], sizes)
     return Edit.of(network, after, notes)
 
 
@@ -134,19 +134,19 @@ def align_node(
     for _ in range(MOST_STEPS):
         old = point
         pull = salience.felt(point, normal, mode)[1]
-        point, normal = on_ground(point + PART * _short(pull, sizes), normal, ground, sizes)
+        point, normal = take_to_ground(point + PART * _short(pull, sizes), normal, ground, sizes)
         last = float(np.linalg.norm(point - old)) / sizes.edge
         if last < REST:
             break
     draft = Draft(network)
-    with_node_at(draft, ground, sizes, node, point[0], normal[0])
+    move_node_to(draft, ground, sizes, node, point[0], normal[0])
     after = draft.finished()
     notes = _on_its_way(last)
-    notes += crossing_notes(network, after, [half >> 1 for half in at.ends], sizes)
+    notes += note_crossings(network, after, [half >> 1 for half in at.ends], sizes)
     return Edit.of(network, after, notes)
 
 
-def snake(
+def move_snake(
     points: Points,
     normals: Points,
     closed: bool,
@@ -181,7 +181,7 @@ def snake(
         pull = _averaged(fade[:, None] * _short(pull, sizes), wide, closed)
         middle, curved = targets(at, closed)
         step = WEIGHTS[0] * (middle - at) + WEIGHTS[1] * (curved - at) + WEIGHTS[2] * pull
-        moved, up = on_ground(at + PART / sum(WEIGHTS) * step, up, ground, sizes)
+        moved, up = take_to_ground(at + PART / sum(WEIGHTS) * step, up, ground, sizes)
         if not closed:
             moved[[0, -1]], up[[0, -1]] = points[[0, -1]], normals[[0, -1]]
         last = float(np.linalg.norm(moved - at, axis=1).max()) / sizes.edge
@@ -247,7 +247,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         work.kept[key] = Salience.of(work.ground, sizes.edge)
     point, normal = foot.points[0], foot.normals[0]
     return work.edited(
-        align(work.network, work.ground, sizes, work.kept[key], point, normal, a["mode"])
+        align_nearest(work.network, work.ground, sizes, work.kept[key], point, normal, a["mode"])
     )
 
 

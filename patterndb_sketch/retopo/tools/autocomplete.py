@@ -16,15 +16,15 @@ from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import (
-    Edge,
-    closed_patch,
-    edges_around,
-    mapped_around,
-    onto_ground,
-    sampled_line,
+    GroundBoundary,
+    close_patch,
+    find_boundaries,
+    lift_to_ground,
+    map_boundaries,
+    sample_line,
 )
-from patterndb_sketch.retopo.tools.planar import fault
-from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggestions
+from patterndb_sketch.retopo.tools.planar import find_fault
+from patterndb_sketch.retopo.tools.suggestions import Suggestion, suggest_patches
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,22 +32,22 @@ class Completion:
     """A suggested patch on the ground, for the network that it was made for."""
 
     suggestion: Suggestion
-    edges: tuple[Edge, ...]
+    edges: tuple[GroundBoundary, ...]
     onto: LocalMap
 
     def curves(self, sizes: Sizes) -> list[Points]:
         """Its new curves on the ground, each (m, 3)."""
         return [
-            onto_ground(self.onto, sampled_line(line, sizes.sampling))[0]
+            lift_to_ground(self.onto, sample_line(line, sizes.sampling))[0]
             for line in self.suggestion.patch.curves
         ]
 
     def corners(self) -> Points:
         """(k, 3) its corners on the ground."""
-        return onto_ground(self.onto, self.suggestion.patch.points)[0]
+        return lift_to_ground(self.onto, self.suggestion.patch.points)[0]
 
 
-def completions(
+def find_completions(
     network: Network, ground: Ground, point: ArrayLike, normal: ArrayLike, sizes: Sizes
 ) -> list[Completion]:
     """What can be closed around a point of the ground: the largest quad first, then smaller
@@ -59,7 +59,7 @@ def completions(
     if at.shape != (3,) or up.shape != (3,) or not np.isfinite([at, up]).all():
         raise InvalidRetopoError("give a point and a normal, three finite numbers each")
     radius, snap = sizes.autocompletion, sizes.snap_within(sizes.autocompletion)
-    edges = edges_around(network)
+    edges = find_boundaries(network)
     start = _nearest(edges, at, up, snap)
     if start is None:
         return []
@@ -70,22 +70,22 @@ def completions(
     if not np.linalg.norm(ahead) > 0.0:
         return []
     onto = local_map(ground, foot, ahead, Window.completion(radius))
-    boundaries, strokes = mapped_around(network, edges, onto)
+    boundaries, strokes = map_boundaries(network, edges, onto)
 
     def covered(line: Points) -> bool:
-        return bool(onto.at(sampled_line(line, sizes.sampling))[1].all())
+        return bool(onto.at(sample_line(line, sizes.sampling))[1].all())
 
-    found = suggestions(boundaries, radius, snap, covered=covered)
+    found = suggest_patches(boundaries, radius, snap, covered=covered)
     return [
         Completion(one, tuple(edges), onto)
         for one in found
-        if fault(one.patch, [*boundaries, *strokes]) is None
+        if find_fault(one.patch, [*boundaries, *strokes]) is None
     ]
 
 
-def complete(network: Network, completion: Completion, sizes: Sizes) -> Edit:
+def take_completion(network: Network, completion: Completion, sizes: Sizes) -> Edit:
     """The network with a suggested patch; it must be the one that the suggestion was made for."""
-    return closed_patch(
+    return close_patch(
         network, completion.suggestion.patch, completion.edges, completion.onto, sizes
     )
 
@@ -102,7 +102,7 @@ def autocomplete(
 
     Raises RefusedError if there are not so many.
     """
-    found = completions(network, ground, point, normal, sizes)
+    found = find_completions(network, ground, point, normal, sizes)
     if not found:
         raise RefusedError(
             "nothing can be completed here; point nearer to the border of a patch, or take "
@@ -112,12 +112,12 @@ def autocomplete(
         raise RefusedError(
             f"there is no suggestion {choice} here; there are {len(found)}, from 0 on"
         )
-    return complete(network, found[choice], sizes)
+    return take_completion(network, found[choice], sizes)
 
 
 def _nearest(
-    edges: list[Edge], point: Points, normal: Points, snap: float
-) -> tuple[Edge, int] | None:
+    edges: list[GroundBoundary], point: Points, normal: Points, snap: float
+) -> tuple[GroundBoundary, int] | None:
     """The vertex of a boundary nearest to a point of the ground, on its side of it."""
     best, found = snap, None
     for edge in edges:
@@ -129,7 +129,7 @@ def _nearest(
     return found
 
 
-def _along(edge: Edge, k: int) -> Points:
+def _along(edge: GroundBoundary, k: int) -> Points:
     """(3,) the direction in which a boundary arrives at a vertex, or leaves its first."""
     if k or edge.closed:
         return edge.points[k] - edge.points[k - 1]

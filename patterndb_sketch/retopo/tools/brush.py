@@ -15,16 +15,21 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import Argument, Number, Vector, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.edgecounts import counted
-from patterndb_sketch.retopo.filling.fills import filled, filling_of
-from patterndb_sketch.retopo.filling.location import patch_at
-from patterndb_sketch.retopo.filling.mesh import FilledNetwork, RetopoMesh, border_keys, welded
-from patterndb_sketch.retopo.filling.placing import border, divided
+from patterndb_sketch.retopo.filling.edgecounts import complete_counts
+from patterndb_sketch.retopo.filling.fills import fill_patch, filling_of
+from patterndb_sketch.retopo.filling.location import find_patch
+from patterndb_sketch.retopo.filling.mesh import (
+    FilledNetwork,
+    RetopoMesh,
+    name_border_vertices,
+    weld_fills,
+)
+from patterndb_sketch.retopo.filling.placing import divide_chain, trace_border
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Draft, Edit, Network, with_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import crossing_notes, evened, on_ground
+from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_ground
 from query.engine import PatternSource
 
 #: Rounds of smoothing at one call unless told otherwise.
@@ -34,7 +39,7 @@ ROUNDS = 5
 MOST_ROUNDS = 100
 
 
-def brush(
+def drag_vertices(
     network: Network,
     ground: Ground,
     source: PatternSource,
@@ -48,7 +53,7 @@ def brush(
     point, normal: (3,) on the surface, where the drag begins; to: (3,), where it ends. Vertices
     whose normals agree move by shares (1 - t)^4 (4 t + 1) of the drag, t their distance as a part
     of the radius, and are taken to the ground. What the network keeps of it: see
-    :meth:`Under.edited`. Vertices on borders and on the seam of symmetry stay.
+    :meth:`BrushedQuads.edited`. Vertices on borders and on the seam of symmetry stay.
 
     Counts and fills that are not chosen yet, and are needed, are chosen. Raises RefusedError if
     no quads are near or a curve would have no length. Source: the program of Takayama et al. 2013.
@@ -56,12 +61,12 @@ def brush(
     at, up = np.asarray(point, np.float64), np.asarray(normal, np.float64)
     if (np.asarray(to, np.float64) == at).all():
         return Edit.of(network, network)
-    under = Under.of(network, ground, source, sizes, at, up)
+    under = BrushedQuads.of(network, ground, source, sizes, at, up)
     foot = ground.nearest_facing(np.asarray(to, np.float64)[None], up[None])
     share = np.where(under.marked, 0.0, under.share)[:, None]
     points, normals = under.mesh.vertices.copy(), under.mesh.normals.copy()
     moves = share[:, 0] > 0.0
-    points[moves], normals[moves] = on_ground(
+    points[moves], normals[moves] = take_to_ground(
         (points + share * (foot.points[0] - at))[moves],
         units(normals + share * (foot.normals[0] - up))[moves],
         ground,
@@ -69,7 +74,7 @@ def brush(
     )
 
     def course(line: Chain) -> Points:
-        by = falloff(line.points, at, sizes.brush) * (line.normals @ up > 0.0)
+        by = weigh_falloff(line.points, at, sizes.brush) * (line.normals @ up > 0.0)
         # Ends that stay hold what is between them and the next vertex.
         over = by[[0, -1]] - under.vertices_on(line, share[:, 0])[[0, -1]]
         off = arc_length(line.points) / line.length * max(line.count, 1)
@@ -79,7 +84,7 @@ def brush(
     return under.edited(network, ground, sizes, points, normals, course)
 
 
-def relax(
+def relax_vertices(
     network: Network,
     ground: Ground,
     source: PatternSource,
@@ -90,7 +95,7 @@ def relax(
 ) -> Edit:
     """Smooth the vertices of the quads within the brush's radius of a point.
 
-    Each round takes every vertex, by the share of :func:`brush`, to the mean of its neighbours:
+    Each round takes every vertex, by the share of :func:`drag_vertices`, to the mean of its neighbours:
     for one on a side these are its two along the side and the inner ones of both patches, for a
     corner all around it. One on a curve that has quads on one side only goes to the middle
     between its neighbours along it, and stays on the curve; there, corners stay, and what is on
@@ -101,7 +106,7 @@ def relax(
     neighbour belongs to two patches, that is the mean of all.
     """
     at, up = np.asarray(point, np.float64), np.asarray(normal, np.float64)
-    under = Under.of(network, ground, source, sizes, at, up)
+    under = BrushedQuads.of(network, ground, source, sizes, at, up)
     start, neighbour = _neighbours(under.mesh)
     degree = np.diff(start)[:, None]
     free = np.flatnonzero((under.share > 0.0) & ~under.rim & ~under.marked)
@@ -110,7 +115,7 @@ def relax(
     for _ in range(rounds):
         mean = np.add.reduceat(points[neighbour], start[:-1], axis=0) / degree
         wanted = points + under.share[:, None] * (mean - points)
-        where, there = on_ground(wanted[free], normals[free], ground, sizes)
+        where, there = take_to_ground(wanted[free], normals[free], ground, sizes)
         middle = 0.5 * (points[before] + points[after]) - points[slide]
         slid = points[slide] + under.share[slide, None] * middle
         points, normals = points.copy(), normals.copy()
@@ -125,10 +130,10 @@ def relax(
     return under.edited(network, ground, sizes, points, normals, course, under.one_sided)
 
 
-def _smooth_course(under: Under, line: Chain, places: Points, rounds: int) -> Points:
+def _smooth_course(under: BrushedQuads, line: Chain, places: Points, rounds: int) -> Points:
     """(n, 3) samples of a chain whose vertices are at other places: along the smooth curve through
     these where smoothing had full effect, and moved alongside the vertices where it had less."""
-    old = divided(line)[0] if line.count else line.points[[0, -1]]
+    old = divide_chain(line)[0] if line.count else line.points[[0, -1]]
     moves = under.vertices_on(line, places - under.mesh.vertices)
     along = arc_length(line.points)
     number = np.arange(len(moves))
@@ -172,19 +177,19 @@ STILL = 1e-9
 Course = Callable[[Chain], Points]
 
 
-def falloff(points: Points, at: Points, radius: float) -> NDArray[np.float64]:
+def weigh_falloff(points: Points, at: Points, radius: float) -> NDArray[np.float64]:
     """(n,) shares (1 - t)^4 (4 t + 1) of points (n, 3), t their distance as a part of a radius."""
     t = np.minimum(np.linalg.norm(points - at, axis=1) / radius, 1.0)
     return (1.0 - t) ** 4 * (4.0 * t + 1.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Under:
+class BrushedQuads:
     """The quads under the brush.
 
     network: with their counts and fills. mesh: the patches that may have vertices under it,
     welded. number: of every vertex of their fills in the mesh, by patch. at: of what is on the
-    network, by its key, see :func:`border_keys`. share: (v,) by which each moves, 0 outside.
+    network, by its key, see :func:`name_border_vertices`. share: (v,) by which each moves, 0 outside.
     one_sided: chains with quads on one side. rim: (v,) is it on one, or on the corner of one?
     marked: (v,) the same of chains that stay, borders and the seam.
     """
@@ -208,18 +213,18 @@ class Under:
         sizes: Sizes,
         point: Points,
         normal: Points,
-    ) -> Under:
+    ) -> BrushedQuads:
         """Of those within ``sizes.brush`` of a point (3,), whose normals agree with its own."""
-        network, told = counted(network, sizes.edge)
+        network, told = complete_counts(network, sizes.edge)
         notes = list(told)
         found = FilledNetwork(network, {})
         for patch in _near(network, ground, point, sizes.brush + sizes.edge):
             try:
-                network, found.placed[patch] = filled(network, ground, source, patch)
+                network, found.placed[patch] = fill_patch(network, ground, source, patch)
             except RefusedError as error:
                 notes.append(str(error))
-        mesh = welded(replace(found, network=network))
-        share = falloff(mesh.vertices, point, sizes.brush) * (mesh.normals @ normal > 0.0)
+        mesh = weld_fills(replace(found, network=network))
+        share = weigh_falloff(mesh.vertices, point, sizes.brush) * (mesh.normals @ normal > 0.0)
         if not share.any():
             raise RefusedError("no quads are under the brush; point at some, or make it larger")
         number: dict[int, Int32Array] = {}
@@ -227,7 +232,7 @@ class Under:
         for patch, placed in found.placed.items():
             number[patch] = np.empty(len(placed.vertices), np.int32)
             number[patch][placed.quads] = mesh.quads[mesh.patch == patch]
-            keys = border_keys(network, network.patches[patch])
+            keys = name_border_vertices(network, network.patches[patch])
             at.update(zip(keys, number[patch][: len(keys)].tolist(), strict=True))
         halves = [half for patch in found.placed for half in network.patches[patch].loop]
         sides = np.bincount([half >> 1 for half in halves])
@@ -298,7 +303,7 @@ class Under:
                 whole = len(filling.moved_vertices[0]) == len(number)
                 which = np.arange(0 if whole else filling.choice.perimeter, len(number))
                 after = with_choice(after, patch, filling.with_moved(which, points[number[which]]))
-        told = crossing_notes(self.network, after, lines - still, sizes)
+        told = note_crossings(self.network, after, lines - still, sizes)
         return Edit.of(before, after, (*self.notes, *told))
 
     def vertices_on(self, line: Chain, values: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -317,10 +322,10 @@ class Under:
         points, normals = line.points.copy(), line.normals.copy()
         goes = np.any(wanted != points, axis=1)
         goes[[0, -1]] = False
-        points[goes], normals[goes] = on_ground(wanted[goes], normals[goes], ground, sizes)
+        points[goes], normals[goes] = take_to_ground(wanted[goes], normals[goes], ground, sizes)
         for k, node in ((0, line.start), (-1, line.end)):
             points[k], normals[k] = draft.nodes[node].point, draft.nodes[node].normal
-        draft.reshape_chain(chain, *evened(points, normals, ground, sizes, False))
+        draft.reshape_chain(chain, *even_course(points, normals, ground, sizes, False))
         if not draft.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: drag less far")
 
@@ -330,10 +335,10 @@ def _near(network: Network, ground: Ground, point: Points, radius: float) -> lis
     found = {
         patch.id
         for patch in network.patches.values()
-        if np.linalg.norm(border(network, patch)[0] - point, axis=1).min() < radius
+        if np.linalg.norm(trace_border(network, patch)[0] - point, axis=1).min() < radius
     }
     try:
-        found.add(patch_at(network, ground, point))
+        found.add(find_patch(network, ground, point))
     except RefusedError:
         if not found:
             raise RefusedError("no quads are near; point at some") from None
@@ -351,7 +356,7 @@ def _on(network: Network, mesh: RetopoMesh, chains: Set[int]) -> NDArray[np.bool
 def _drag(work: ToolWork, a: dict[str, Any]) -> Result:
     start, end = work.foot(a["at"]), work.foot(a["to"])
     return work.edited(
-        brush(
+        drag_vertices(
             work.network,
             work.ground,
             work.source,
@@ -366,7 +371,7 @@ def _drag(work: ToolWork, a: dict[str, Any]) -> Result:
 def _relax(work: ToolWork, a: dict[str, Any]) -> Result:
     start = work.foot(a["at"])
     return work.edited(
-        relax(
+        relax_vertices(
             work.network,
             work.ground,
             work.source,

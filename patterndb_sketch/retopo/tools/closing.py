@@ -23,17 +23,23 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.network.structure import NONE
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.tools.planar import Boundary, Corner, NewSide, OldSide, PlanarPatch
+from patterndb_sketch.retopo.tools.planar import (
+    NewSide,
+    OldSide,
+    PlanarBoundary,
+    PlanarCorner,
+    PlanarPatch,
+)
 
 #: How far behind its first place a stretch of a boundary is looked at, in samples, to see which
 #: chain it runs along: beyond where a cut may have been moved to a sample.
 BEYOND = 0.4
 
 
-def closed_patch(
+def close_patch(
     network: Network,
     patch: PlanarPatch,
-    edges: Sequence[Edge],
+    edges: Sequence[GroundBoundary],
     onto: LocalMap,
     sizes: Sizes,
 ) -> Edit:
@@ -56,7 +62,7 @@ def closed_patch(
     for k, (_, part, _) in enumerate(parts):
         start, end = nodes[k], nodes[(k + 1) % len(nodes)]
         if isinstance(part, NewSide):
-            points = onto_ground(onto, sampled_line(part.points, sizes.sampling))
+            points = lift_to_ground(onto, sample_line(part.points, sizes.sampling))
             leaving.append(2 * draft.add_chain(*points, AtNode(start), AtNode(end)))
         else:
             leaving.append(_leaving(draft, network, edges[part.boundary], part))
@@ -73,7 +79,7 @@ def closed_patch(
     return Edit.of(network, after, draft.notes)
 
 
-def onto_ground(onto: LocalMap, line: Points) -> tuple[Points, Points]:
+def lift_to_ground(onto: LocalMap, line: Points) -> tuple[Points, Points]:
     """(m, 3) points and normals of a line in the plane; RefusedError where there is no ground."""
     feet, found = onto.at(line)
     if not found.all():
@@ -84,40 +90,46 @@ def onto_ground(onto: LocalMap, line: Points) -> tuple[Points, Points]:
     return feet.points, feet.normals
 
 
-def _parts(patch: PlanarPatch) -> list[tuple[Corner, OldSide | NewSide, bool]]:
+def _parts(patch: PlanarPatch) -> list[tuple[PlanarCorner, OldSide | NewSide, bool]]:
     """Each part of the patch's border: where it begins, and is that a corner of the patch?"""
-    found: list[tuple[Corner, OldSide | NewSide, bool]] = []
+    found: list[tuple[PlanarCorner, OldSide | NewSide, bool]] = []
     for corner, side in zip(patch.corners, patch.sides, strict=True):
         at = corner
         for number, part in enumerate(side):
             if isinstance(part, OldSide):
-                at = Corner(at.point, part.boundary, part.start)
+                at = PlanarCorner(at.point, part.boundary, part.start)
             found.append((at, part, number == 0))
             if isinstance(part, OldSide):
-                at = Corner(at.point, part.boundary, part.end)
+                at = PlanarCorner(at.point, part.boundary, part.end)
             else:
-                at = Corner(part.points[-1])
+                at = PlanarCorner(part.points[-1])
     return found
 
 
 def _node(
-    draft: Draft, network: Network, corner: Corner, edges: Sequence[Edge], onto: LocalMap
+    draft: Draft,
+    network: Network,
+    corner: PlanarCorner,
+    edges: Sequence[GroundBoundary],
+    onto: LocalMap,
 ) -> int:
     if corner.boundary is not None:
         end = edges[corner.boundary].end(network, corner.place)
         return end.node if isinstance(end, AtNode) else draft.cut_chain(end.chain, end.place)
-    points, normals = onto_ground(onto, corner.point[None])
+    points, normals = lift_to_ground(onto, corner.point[None])
     return draft.add_node(points[0], normals[0])
 
 
-def _within(network: Network, part: OldSide | NewSide, edges: Sequence[Edge]) -> list[HalfChain]:
+def _within(
+    network: Network, part: OldSide | NewSide, edges: Sequence[GroundBoundary]
+) -> list[HalfChain]:
     """The half-chains that leave nodes inside a part."""
     if isinstance(part, NewSide):
         return []
     return edges[part.boundary].nodes_within(network, part.start, part.end)
 
 
-def _leaving(draft: Draft, network: Network, edge: Edge, part: OldSide) -> HalfChain:
+def _leaving(draft: Draft, network: Network, edge: GroundBoundary, part: OldSide) -> HalfChain:
     """The half-chain by which a stretch of a boundary leaves its first node, after cutting."""
     half, local = edge.located(network, part.start + min(BEYOND, (part.end - part.start) / 2.0))
     chain, _ = draft.located(half >> 1, local)
@@ -131,7 +143,7 @@ AT_NODE = 0.25
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Edge:
+class GroundBoundary:
     """A boundary of patches on the ground: half-chains in a row without a patch on their left.
 
     halves:  in order. starts: (h + 1,) the numbers of the vertices at which each begins, the last
@@ -185,7 +197,7 @@ class Edge:
         return found
 
 
-def edges_around(network: Network) -> list[Edge]:
+def find_boundaries(network: Network) -> list[GroundBoundary]:
     """All boundaries of what is there.
 
     A half-chain belongs to one if it has no patch on its left and may have one, and there is a
@@ -212,20 +224,20 @@ def edges_around(network: Network) -> list[Edge]:
     }
     following = {half: successor(network.nodes, network.chains, half)[0] for half in empty}
     before = {after: half for half, after in following.items() if after in empty}
-    found: list[Edge] = []
+    found: list[GroundBoundary] = []
     done: set[HalfChain] = set()
     # Open ones from where they begin, then the closed ones, in the order of their numbers.
     for half in (*sorted(empty - before.keys()), *sorted(empty)):
         if half not in done:
             row = list(_row(half, following, empty))
             done.update(row)
-            found.append(edge_of(network, row, closed=following[row[-1]] == half))
+            found.append(join_half_chains(network, row, closed=following[row[-1]] == half))
     return found
 
 
-def mapped_around(
-    network: Network, edges: Sequence[Edge], onto: LocalMap
-) -> tuple[list[Boundary], list[Boundary]]:
+def map_boundaries(
+    network: Network, edges: Sequence[GroundBoundary], onto: LocalMap
+) -> tuple[list[PlanarBoundary], list[PlanarBoundary]]:
     """In the plane of a map, the boundaries, and the chains that are on none of them: strokes in
     the way of new curves. Strokes that the map does not reach are left out."""
     taken = {half >> 1 for edge in edges for half in edge.halves}
@@ -238,11 +250,11 @@ def mapped_around(
     uv = onto.of_points(points, np.concatenate([line.normals for line in lines]))
     planes = [uv[a:b] for a, b in pairwise(starts.tolist())]
     boundaries = [
-        Boundary(plane, edge.corner, edge.closed)
+        PlanarBoundary(plane, edge.corner, edge.closed)
         for plane, edge in zip(planes, edges, strict=False)
     ]
     strokes = [
-        Boundary(plane, np.zeros(len(plane), np.bool_), chain.loose)
+        PlanarBoundary(plane, np.zeros(len(plane), np.bool_), chain.loose)
         for plane, chain in zip(planes[len(edges) :], others, strict=True)
         if np.isfinite(plane).any()
     ]
@@ -260,7 +272,7 @@ def _row(
             return
 
 
-def edge_of(network: Network, row: Sequence[HalfChain], *, closed: bool) -> Edge:
+def join_half_chains(network: Network, row: Sequence[HalfChain], *, closed: bool) -> GroundBoundary:
     """Half-chains in a row as one boundary."""
     points, normals, corner = [], [], []
     starts = [0]
@@ -278,7 +290,7 @@ def edge_of(network: Network, row: Sequence[HalfChain], *, closed: bool) -> Edge
         points.append(line[-1:])
         normals.append(up[-1:])
         corner.append(np.ones(1, bool))
-    return Edge(
+    return GroundBoundary(
         tuple(row),
         tuple(starts),
         closed,
@@ -288,7 +300,7 @@ def edge_of(network: Network, row: Sequence[HalfChain], *, closed: bool) -> Edge
     )
 
 
-def sampled_line(line: Points, spacing: float) -> Points:
+def sample_line(line: Points, spacing: float) -> Points:
     """(m, 2) a polyline with points about ``spacing`` apart, its own among them."""
     parts = [line[:1]]
     for a, b in pairwise(line):

@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 SAMPLES_AHEAD = 2.0
 
 
-def toggle(network: Network, sizes: Sizes, point: ArrayLike, normal: ArrayLike) -> Edit:
+def toggle_corner(network: Network, sizes: Sizes, point: ArrayLike, normal: ArrayLike) -> Edit:
     """Switch both wedges of what is pressed: the nearest corner between two chains within the
     snap radius, else the nearest place on a chain.
 
@@ -102,7 +102,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     foot = work.foot(a["at"])
     point, normal = foot.points[0], foot.normals[0]
     if a["wedge"] is None:
-        return work.edited(toggle(work.network, work.state.sizes, point, normal))
+        return work.edited(toggle_corner(work.network, work.state.sizes, point, normal))
     pressed = work.foot(a["wedge"]).points[0]
     return work.edited(flip_wedge(work.network, work.state.sizes, pressed, point, normal))
 

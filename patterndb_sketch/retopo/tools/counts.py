@@ -7,7 +7,13 @@ from typing import Any
 
 from patterndb_sketch.retopo.arguments import Argument, Flag, Number, Vector, optional_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.filling import changed, chosen_anew, counted, freed, strip
+from patterndb_sketch.retopo.filling import (
+    change_counts,
+    choose_counts,
+    complete_counts,
+    find_strip,
+    free_counts,
+)
 from patterndb_sketch.retopo.tool import LEAST_LENGTH, Control, Result, Tool, ToolWork
 
 #: Edges along a chain, at most, that a call may ask for.
@@ -25,13 +31,13 @@ def _subdivide(work: ToolWork, a: dict[str, Any]) -> Result:
     if a["at"] is None:
         raise InvalidRetopoError("subdivide needs at: a point of the surface near a curve")
     chain = work.chain_at(a["at"])
-    chains = strip(work.network, chain) if a["strip"] else (chain,)
+    chains = find_strip(work.network, chain) if a["strip"] else (chain,)
     if given == ["free"]:
-        return work.with_network(freed(work.network, chains))
-    network, _ = counted(work.network, edge)
+        return work.with_network(free_counts(work.network, chains))
+    network, _ = complete_counts(work.network, edge)
     now = {c: network.chains[c].count for c in chains}
     wanted = {c: a["count"] if a["by"] is None else n + a["by"] for c, n in now.items()}
-    network, notes = changed(network, edge, wanted, pin=a["pin"])
+    network, notes = change_counts(network, edge, wanted, pin=a["pin"])
     return work.with_network(network, notes)
 
 
@@ -59,7 +65,7 @@ def _recount(work: ToolWork, a: dict[str, Any]) -> Result:
     sizes = work.state.sizes
     if a["edge"] is not None:
         sizes = replace(sizes, edge=work.length("recount: edge", a["edge"], LEAST["edge"]))
-    network, notes = chosen_anew(work.network, sizes.edge)
+    network, notes = choose_counts(work.network, sizes.edge)
     return Result(replace(work.state, network=network, sizes=sizes), notes)
 
 

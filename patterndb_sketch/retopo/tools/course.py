@@ -24,7 +24,7 @@ UNEVEN = 2.0
 SAMPLES_AHEAD = 2.0
 
 
-def on_ground(
+def take_to_ground(
     points: Points, normals: Points, ground: Ground, sizes: Sizes
 ) -> tuple[Points, Points]:
     """(n, 3) points taken to the ground along normals (n, 3), with the ground's normals there."""
@@ -32,7 +32,7 @@ def on_ground(
     return done.points, done.normals
 
 
-def evened(
+def even_course(
     points: Points, normals: Points, ground: Ground, sizes: Sizes, closed: bool
 ) -> tuple[Points, Points]:
     """A course (n, 3) with samples at equal arc length if they have come too far apart, or too
@@ -46,13 +46,13 @@ def evened(
     wanted = np.linspace(0.0, along[-1], edges + 1)[: edges if closed else edges + 1]
     places = np.interp(wanted, along, np.arange(len(along)))
     up = between(points, normals, places)[1]
-    even, up = on_ground(at_lengths(line, wanted), up, ground, sizes)
+    even, up = take_to_ground(at_lengths(line, wanted), up, ground, sizes)
     if not closed:
         even[[0, -1]], up[[0, -1]] = points[[0, -1]], normals[[0, -1]]
     return even, up
 
 
-def crossed(network: Network, chains: Iterable[int], near: float) -> set[int]:
+def find_crossed(network: Network, chains: Iterable[int], near: float) -> set[int]:
     """The chains that some chains cross, these among them where they cross themselves or each
     other. Where two meet in a node, what is within ``near`` of it is no crossing."""
     found: set[int] = set()
@@ -71,22 +71,22 @@ def crossed(network: Network, chains: Iterable[int], near: float) -> set[int]:
     return found
 
 
-def crossing_notes(
+def note_crossings(
     before: Network, network: Network, chains: Iterable[int], sizes: Sizes
 ) -> list[str]:
     """What to say if chains that moved cross others now, and did not before."""
     moved = [chain for chain in set(chains) if chain in network.chains]
     kept = [chain for chain in moved if chain in before.chains]
     notes: list[str] = []
-    now = crossed(network, moved, sizes.sampling)
-    new = now - crossed(before, kept, sizes.sampling) if now else now
+    now = find_crossed(network, moved, sizes.sampling)
+    new = now - find_crossed(before, kept, sizes.sampling) if now else now
     if new:
         notes.append(
             f"the curve crosses {len(new)} others, or itself, now: move it back, or erase what it "
             "crosses"
         )
-    turned = disordered(network, moved)
-    if turned and turned - disordered(before, kept):
+    turned = _find_disordered(network, moved)
+    if turned and turned - _find_disordered(before, kept):
         notes.append(
             "the curve crosses another right at the corner where both end: move it back, or "
             "erase one"
@@ -94,7 +94,7 @@ def crossing_notes(
     return notes
 
 
-def disordered(network: Network, chains: Iterable[int]) -> set[int]:
+def _find_disordered(network: Network, chains: Iterable[int]) -> set[int]:
     """Nodes at which some chains end, around which curves leave in another order than they are
     kept in: one was moved past another there."""
     found: set[int] = set()

@@ -30,8 +30,8 @@ from patterndb_sketch.retopo.network.insertion import weave
 from patterndb_sketch.retopo.network.stops import Nearness
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.closing import Edge, edge_of
-from patterndb_sketch.retopo.tools.stroke import NODE_NEAR, dragged
+from patterndb_sketch.retopo.tools.closing import GroundBoundary, join_half_chains
+from patterndb_sketch.retopo.tools.stroke import NODE_NEAR, drag_to_ends
 
 #: Patches between two loops without corners, unless told. Source: the released program of
 #: Takayama et al. 2013.
@@ -46,7 +46,7 @@ CROSS = (
 )
 
 
-def cylinder(
+def join_loops(
     network: Network,
     ground: Ground,
     sizes: Sizes,
@@ -72,8 +72,8 @@ def cylinder(
         raise InvalidRetopoError(f"caps is {caps!r}; there are {', '.join(CAPS)}")
     draft = Draft(network, ground)
     one, other = _ends(network, stroke, sizes.snap)
-    pairs = paired(one, other, division)
-    capped = [ring for ring, _ in (one, other) if wants_cap(draft.before, ring, caps)]
+    pairs = _pair_places(one, other, division)
+    capped = [ring for ring, _ in (one, other) if _is_cap_wanted(draft.before, ring, caps)]
     nodes = [
         [_node(draft, network, ring, pair[k]) for pair in pairs]
         for k, (ring, _) in enumerate((one, other))
@@ -88,7 +88,7 @@ def cylinder(
     for k, (ring, _) in enumerate((one, other)):
         if ring in capped:
             beyond = [
-                flag_beyond(draft, node, 2 * chain + k)
+                _flag_beyond(draft, node, 2 * chain + k)
                 for node, chain in zip(nodes[k], joins, strict=True)
             ]
             also += beyond[:1]
@@ -105,7 +105,7 @@ def _ends(
     """The rings that the stroke joins, with the vertices it snaps to."""
     if stroke.closed:
         raise RefusedError("this stroke is closed; draw one from loop to loop")
-    found = rings(network)
+    found = find_rings(network)
     line, up = stroke.points, stroke.normals
     # The direction over a few samples: the first ones may run along the loop.
     ahead = min(len(line) - 1, 4)
@@ -121,7 +121,7 @@ def _ends(
 def _snapped(
     found: list[Ring], point: Points, normal: Points, direction: Points, snap: float, name: str
 ) -> tuple[Ring, int]:
-    at = ring_at(found, point, normal, direction, snap)
+    at = find_ring(found, point, normal, direction, snap)
     if at is None:
         raise RefusedError(
             f"there is no closed loop, empty towards the stroke, at its {name}; on a loop "
@@ -149,7 +149,7 @@ def _join(
         a, b = draft.nodes[one], draft.nodes[other]
         feet = [ground.nearest_facing(n.point[None], n.normal[None]).feet for n in (a, b)]
         stroke = geodesic(ground, feet[0], feet[1]).sampled(ground, sizes.sampling)
-    line, up = dragged(stroke.points, stroke.normals, draft, list(ends), project)
+    line, up = drag_to_ends(stroke.points, stroke.normals, draft, list(ends), project)
     near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (0.0, 0.0))
     made = weave(draft, line, up, *ends, near, project)
     if len(made) != 1:
@@ -160,7 +160,7 @@ def _join(
 # == Which points of one ring belong to which of the other.
 
 
-def paired(
+def _pair_places(
     first: tuple[Ring, int], second: tuple[Ring, int], division: int
 ) -> list[tuple[float, float]]:
     """Places on two rings that belong together, beginning with the vertices given.
@@ -214,7 +214,7 @@ Caps = Literal["auto", "always", "never"]
 CAPS = get_args(Caps)
 
 
-def wants_cap(network: Network, ring: Ring, caps: Caps) -> bool:
+def _is_cap_wanted(network: Network, ring: Ring, caps: Caps) -> bool:
     """Is there to be a patch on the other side of a ring?
 
     Never where that side has a patch, a mark or other curves; else always, or, by itself, where
@@ -231,7 +231,7 @@ def wants_cap(network: Network, ring: Ring, caps: Caps) -> bool:
     return caps == "always" or is_end(network, loop)
 
 
-def flag_beyond(draft: Draft, node: int, join: HalfChain) -> HalfChain:
+def _flag_beyond(draft: Draft, node: int, join: HalfChain) -> HalfChain:
     """Make the wedge at a node across from a join a corner; the half-chain on its right."""
     ends = draft.nodes[node].ends
     after = ends[(ends.index(join) + 1) % len(ends)]
@@ -250,7 +250,7 @@ class Ring:
     lengths: (n + 1,) float64 arc length at every vertex, and all around.
     """
 
-    edge: Edge
+    edge: GroundBoundary
     lengths: NDArray[np.float64]
 
     @property
@@ -271,7 +271,7 @@ class Ring:
         return float(np.interp(length % whole, self.lengths, np.arange(n + 1.0)))
 
 
-def rings(network: Network) -> list[Ring]:
+def find_rings(network: Network) -> list[Ring]:
     """All rings of a network, those of lower half-chains first."""
     taken = network.patch_of()
     done: set[HalfChain] = set()
@@ -286,13 +286,13 @@ def rings(network: Network) -> list[Ring]:
                 continue
             if any(network.mark(one) for one in loop):
                 continue
-            edge = edge_of(network, list(loop), closed=True)
+            edge = join_half_chains(network, list(loop), closed=True)
             around = np.concatenate([edge.points, edge.points[:1]])
             found.append(Ring(edge, arc_length(around)))
     return found
 
 
-def ring_at(
+def find_ring(
     found: list[Ring], point: Points, normal: Points, direction: Points, snap: float
 ) -> tuple[Ring, int] | None:
     """The ring nearest to an end of a stroke, and the vertex it snaps to, or None.
@@ -318,7 +318,7 @@ def ring_at(
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     drawn = work.stroke_here(a["points"], "the stroke", False)
     return work.edited(
-        cylinder(work.network, work.ground, work.state.sizes, drawn, a["division"], a["caps"])
+        join_loops(work.network, work.ground, work.state.sizes, drawn, a["division"], a["caps"])
     )
 
 

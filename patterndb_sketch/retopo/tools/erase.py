@@ -24,8 +24,8 @@ STRAIGHT = math.radians(30.0)
 SAMPLES_AHEAD = 2.0
 
 
-def erase_crossed(network: Network, scribble: Stroke) -> Edit:
-    """Erase every chain that a scribble crosses, but marked ones; see :func:`erase`.
+def erase_crossed_chains(network: Network, scribble: Stroke) -> Edit:
+    """Erase every chain that a scribble crosses, but marked ones; see :func:`erase_chains`.
 
     Raises RefusedError if it crosses none that can be erased.
     """
@@ -33,10 +33,10 @@ def erase_crossed(network: Network, scribble: Stroke) -> Edit:
     chains = {int(chain) for chain in found.chain}
     if not chains:
         raise RefusedError("the scribble crosses no curve: draw it across what is to go")
-    return erase(network, chains)
+    return erase_chains(network, chains)
 
 
-def erase(network: Network, chains: Iterable[int]) -> Edit:
+def erase_chains(network: Network, chains: Iterable[int]) -> Edit:
     """Erase chains by their ids; marked ones, the borders and the seam of symmetry, stay.
 
     What an erased curve had cut is one chain again: where it had ended on another, which passes
@@ -66,7 +66,7 @@ def erase(network: Network, chains: Iterable[int]) -> Edit:
         if node in draft.nodes
         and (
             _one_curve(draft, network.nodes[node])
-            or (draft.nodes[node].cut and passed_straight(draft, node))
+            or (draft.nodes[node].cut and is_straight(draft, node))
         )
     ]
     for node in joints:
@@ -91,7 +91,7 @@ def _one_curve(draft: Draft, before: Node) -> bool:
     )
 
 
-def erase_open(network: Network) -> Edit:
+def erase_open_chains(network: Network) -> Edit:
     """Erase all chains with an open end, and those that get one by that, until none is open.
 
     Raises RefusedError if none is.
@@ -114,10 +114,10 @@ def erase_open(network: Network) -> Edit:
             loose.append(other)
     if not gone:
         raise RefusedError("no curve has an open end that could be erased")
-    return erase(network, gone)
+    return erase_chains(network, gone)
 
 
-def passed_straight(draft: Draft, node: int) -> bool:
+def is_straight(draft: Draft, node: int) -> bool:
     """Do just two chains end at a node, and does one continue the other?"""
     at: Node = draft.nodes[node]
     if at.valence != 2:
@@ -139,10 +139,10 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     if len(ways) != 1:
         raise InvalidRetopoError("erase needs one of points, at and open")
     if ways == ["open"]:
-        return work.edited(erase_open(work.network))
+        return work.edited(erase_open_chains(work.network))
     if ways == ["at"]:
-        return work.edited(erase(work.network, [work.chain_at(a["at"])]))
-    return work.edited(erase_crossed(work.network, work.stroke(a["points"], False)))
+        return work.edited(erase_chains(work.network, [work.chain_at(a["at"])]))
+    return work.edited(erase_crossed_chains(work.network, work.stroke(a["points"], False)))
 
 
 ERASE = Tool(

@@ -8,8 +8,14 @@ import numpy as np
 
 from patterndb_sketch.retopo.arguments import AT, Argument, Number, PointList, Vector
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.filling import counted, stepped, taken, with_flow, without_flows
-from patterndb_sketch.retopo.filling.location import patch_at
+from patterndb_sketch.retopo.filling import (
+    add_flow,
+    clear_flows,
+    complete_counts,
+    step_fill,
+    take_fill,
+)
+from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
 
@@ -18,13 +24,13 @@ def _flow(work: ToolWork, a: dict[str, Any]) -> Result:
         raise InvalidRetopoError("flow needs one of points, and clear: a point in the patch")
     if a["points"] is not None:
         drawn = work.stroke_here(a["points"], "the line")
-        patch = patch_at(work.network, work.ground, drawn.points[len(drawn.points) // 2])
+        patch = find_patch(work.network, work.ground, drawn.points[len(drawn.points) // 2])
         line = drawn.points
         if drawn.closed:
             line = np.concatenate([line, line[:1]])
-        return work.with_network(with_flow(work.network, patch, line))
+        return work.with_network(add_flow(work.network, patch, line))
     return work.with_network(
-        without_flows(work.network, patch_at(work.network, work.ground, a["clear"]))
+        clear_flows(work.network, find_patch(work.network, work.ground, a["clear"]))
     )
 
 
@@ -44,11 +50,11 @@ FLOW = Tool(
 def _choose(work: ToolWork, a: dict[str, Any]) -> Result:
     if (a["by"] is None) == (a["number"] is None):
         raise InvalidRetopoError("choose needs by, how many on in the list, or number")
-    network, notes = counted(work.network, work.state.sizes.edge)
-    patch = patch_at(network, work.ground, a["at"])
+    network, notes = complete_counts(work.network, work.state.sizes.edge)
+    patch = find_patch(network, work.ground, a["at"])
     if a["by"] is not None:
-        return work.with_network(stepped(network, patch, work.source, a["by"]), notes)
-    return work.with_network(taken(network, patch, work.source, a["number"]), notes)
+        return work.with_network(step_fill(network, patch, work.source, a["by"]), notes)
+    return work.with_network(take_fill(network, patch, work.source, a["number"]), notes)
 
 
 CHOOSE = Tool(

@@ -14,11 +14,11 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.edgecounts import counted, lengths
+from patterndb_sketch.retopo.filling.edgecounts import complete_counts, side_lengths
 from patterndb_sketch.retopo.filling.expansion import Expansion
-from patterndb_sketch.retopo.filling.fills import filled, filling_of, suits
-from patterndb_sketch.retopo.filling.location import patch_at
-from patterndb_sketch.retopo.filling.placing import Placed
+from patterndb_sketch.retopo.filling.fills import fill_patch, filling_of, has_suitable_fill
+from patterndb_sketch.retopo.filling.location import find_patch
+from patterndb_sketch.retopo.filling.placing import PlacedPatch
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     Chain,
@@ -62,18 +62,18 @@ def insert_loop(
     gains two edges, and fills are followed whatever they are.
     """
     before = network
-    network, notes = counted(network, sizes.edge)
+    network, notes = complete_counts(network, sizes.edge)
     walk = _Walk(network, ground, source)
     at = nearest_place(samples(network), point, normal, sizes.snap)
     if at is not None and not walk.patch_of.keys().isdisjoint((2 * at.chain, 2 * at.chain + 1)):
-        walk.through(2 * at.chain, edge_at(network.chains[at.chain], at.place))
+        walk.through(2 * at.chain, find_edge_at(network.chains[at.chain], at.place))
     else:
-        walk.through_patch(patch_at(network, ground, point), np.asarray(point, np.float64))
+        walk.through_patch(find_patch(network, ground, point), np.asarray(point, np.float64))
     after, told = walk.doubled()
     return Edit.of(before, after, (*notes, *told))
 
 
-def edge_at(chain: Chain, place: float) -> int:
+def find_edge_at(chain: Chain, place: float) -> int:
     """Which of a chain's edges, evenly divided, a place (in samples) lies on."""
     along = arc_length(chain.round)
     share = float(np.interp(place, np.arange(len(along)), along)) / float(along[-1])
@@ -91,7 +91,7 @@ class _Crossed:
         choice = filling_of(patch).choice
         assert choice is not None
         self.expansion = Expansion.of(choice)
-        self.edges = border_edges(network, patch)
+        self.edges = _list_border_edges(network, patch)
         self.number = {edge: k for k, edge in enumerate(self.edges)}
         self.chords: list[int] = []
         self.crossed: list[int] = []
@@ -128,10 +128,10 @@ class _Walk:
 
     def through_patch(self, patch: int, point: np.ndarray) -> None:
         """From the edge of a patch's quads that is nearest to a point (3,)."""
-        self.network, placed = filled(self.network, self.ground, self.source, patch)
+        self.network, placed = fill_patch(self.network, self.ground, self.source, patch)
         crossed = self._crossed(patch)
         expansion = crossed.expansion
-        first = half = nearest_edge(placed, point)
+        first = half = find_nearest_edge(placed, point)
         while True:
             after = int(expansion.twin[half])
             if after < 0:
@@ -152,7 +152,7 @@ class _Walk:
         network = replace(network, chains={**network.chains, **chains})
         notes: list[str] = []
         for patch, crossed in self.patches.items():
-            sides = lengths(network, network.patches[patch])
+            sides = side_lengths(network, network.patches[patch])
             if sum(sides) > MAX_PERIMETER:
                 raise RefusedError(
                     f"patch {patch} would have {sum(sides)} edges around it, and "
@@ -179,13 +179,13 @@ class _Walk:
 
     def _crossed(self, patch: int) -> _Crossed:
         if patch not in self.patches:
-            if not suits(self.network, self.network.patches[patch]):
-                self.network, _ = filled(self.network, self.ground, self.source, patch)
+            if not has_suitable_fill(self.network, self.network.patches[patch]):
+                self.network, _ = fill_patch(self.network, self.ground, self.source, patch)
             self.patches[patch] = _Crossed(self.network, self.network.patches[patch])
         return self.patches[patch]
 
 
-def border_edges(network: Network, patch: Patch) -> list[tuple[HalfChain, int]]:
+def _list_border_edges(network: Network, patch: Patch) -> list[tuple[HalfChain, int]]:
     """Of each boundary edge of a patch's fill, the half-chain that it is on, and its number
     along the chain as that runs forwards."""
     found: list[tuple[HalfChain, int]] = []
@@ -195,7 +195,7 @@ def border_edges(network: Network, patch: Patch) -> list[tuple[HalfChain, int]]:
     return found
 
 
-def nearest_edge(placed: Placed, point: np.ndarray) -> int:
+def find_nearest_edge(placed: PlacedPatch, point: np.ndarray) -> int:
     """The half-edge of placed quads whose edge is nearest to a point (3,)."""
     one = placed.vertices[placed.quads.ravel()]
     along = placed.vertices[np.roll(placed.quads, -1, axis=1).ravel()] - one

@@ -28,7 +28,7 @@ FEWEST_ROUND = 4
 
 
 @dataclass(frozen=True, slots=True)
-class Joint:
+class NodeJoint:
     """Two nodes that become one: that which was pulled, and goes, and that which stays."""
 
     pulled: int
@@ -39,7 +39,7 @@ def find_joint(
     network: Network, sizes: Sizes, node: int, point: Points, normal: Points
 ) -> AtNode | AtChain | None:
     """What a node that is let go at a point (3,) snaps to, None for nothing: see
-    :func:`~patterndb_sketch.retopo.tools.pull.release`."""
+    :func:`~patterndb_sketch.retopo.tools.pull.release_held`."""
     at = network.nodes[node]
     own = {half >> 1 for half in at.ends}
     far = {network.target(half) for half in at.ends} - {node}
@@ -59,7 +59,7 @@ def find_joint(
     return None if place is None else AtChain(place.chain, place.place)
 
 
-def joined(draft: Draft, sizes: Sizes, joint: Joint, smooth: bool = False) -> Draft | str:
+def join_nodes(draft: Draft, sizes: Sizes, joint: NodeJoint, smooth: bool = False) -> Draft | str:
     """A draft in which two nodes at one place are one, or why they cannot be.
 
     If a chain runs between them it collapses: its face loses a side, and a corner if both nodes

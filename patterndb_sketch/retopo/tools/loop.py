@@ -14,14 +14,14 @@ from patterndb_sketch.retopo.ground import Feet, Ground, Stroke, planar_cut
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.stroke import insert
+from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 #: A cut is given up when it is this many times as long as the line that the user drew across the
 #: part. Source: the released program of Takayama et al. 2013.
 TIMES_THE_LINE = 10.0
 
 
-def loop(
+def cut_loop(
     network: Network,
     ground: Ground,
     sizes: Sizes,
@@ -36,13 +36,13 @@ def loop(
     cut is given up, None for never. Where it crosses chains both are cut.
     Raises RefusedError if the plane only touches the surface, or the cut is too long.
     """
-    return insert(network, ground, sizes, loop_preview(ground, sizes, start, normal, limit))
+    return insert_stroke(network, ground, sizes, preview_loop(ground, sizes, start, normal, limit))
 
 
-def loop_preview(
+def preview_loop(
     ground: Ground, sizes: Sizes, start: Feet, normal: ArrayLike, limit: float | None = None
 ) -> Stroke:
-    """The curve that :func:`loop` would add; raises as that does."""
+    """The curve that :func:`cut_loop` would add; raises as that does."""
     return planar_cut(ground, start, normal, limit).sampled(ground, sizes.sampling)
 
 
@@ -61,7 +61,7 @@ def plane_of_line(begin: ArrayLike, end: ArrayLike, towards: ArrayLike) -> tuple
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     start = work.foot(a["at"])
-    found = loop(work.network, work.ground, work.state.sizes, start, a["normal"], a["limit"])
+    found = cut_loop(work.network, work.ground, work.state.sizes, start, a["normal"], a["limit"])
     return work.edited(found)
 
 

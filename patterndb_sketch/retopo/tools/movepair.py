@@ -13,11 +13,11 @@ from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling.edgecounts import counted
+from patterndb_sketch.retopo.filling.edgecounts import complete_counts
 from patterndb_sketch.retopo.filling.expansion import Expansion
-from patterndb_sketch.retopo.filling.fills import filled, filling_of
-from patterndb_sketch.retopo.filling.location import patch_at
-from patterndb_sketch.retopo.filling.placing import border
+from patterndb_sketch.retopo.filling.fills import fill_patch, filling_of
+from patterndb_sketch.retopo.filling.location import find_patch
+from patterndb_sketch.retopo.filling.placing import trace_border
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Edit, Network, with_choice
 from patterndb_sketch.retopo.sizes import Sizes
@@ -66,12 +66,12 @@ def move_pair(
     way = float(np.linalg.norm(by))
     if way == 0.0:
         return Edit.of(before, before)
-    network, told = counted(network, sizes.edge)
-    network, _ = filled(network, ground, source, patch)
+    network, told = complete_counts(network, sizes.edge)
+    network, _ = fill_patch(network, ground, source, patch)
     at = network.patches[patch]
     former = filling_of(at)
     assert former.choice is not None
-    points, _ = border(network, at)
+    points, _ = trace_border(network, at)
     moving = _Moving.of(Expansion.of(former.choice), points, np.asarray(point, np.float64), by)
     best: _Tried | None = None
     widths, along = moving.start, 0.0
@@ -144,7 +144,7 @@ class _Moving:
             pair.astype(np.int32),
             vertices[pair],
             drag / np.linalg.norm(drag),
-            least_changes(Chords.from_label(pattern.label)),
+            find_least_changes(Chords.from_label(pattern.label)),
             LEAST * float(np.linalg.norm(edge, axis=1).mean()),
         )
 
@@ -164,7 +164,7 @@ class _Moving:
         return best
 
 
-def least_changes(chords: Chords) -> Int32Array:
+def find_least_changes(chords: Chords) -> Int32Array:
     """(c, n) changes of open polychords' widths that leave all sides as long, least squares first.
 
     No sum of two of the same signs is among them: it is made by one after the other. They are
@@ -194,7 +194,7 @@ def _laid(
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     start, end = work.foot(a["at"]), work.foot(a["to"])
-    patch = patch_at(work.network, work.ground, a["at"])
+    patch = find_patch(work.network, work.ground, a["at"])
     point, drag = start.points[0], end.points[0] - start.points[0]
     return work.edited(
         move_pair(work.network, work.ground, work.source, work.state.sizes, patch, point, drag)

@@ -25,7 +25,7 @@ def make_patch(network: Network, ground: Ground, place: Feet) -> Edit:
     place: one foot. Raises RefusedError if no loop is around it, or several are; if the loop has
     an open end, a marked side or fewer than two corners; and if it is a patch already.
     """
-    half = loop_around(network, ground, place)
+    half = find_loop(network, ground, place)
     if half in network.patch_of():
         raise RefusedError("this is a patch already")
     draft = Draft(network, ground)
@@ -44,13 +44,13 @@ def drop_patch(network: Network, ground: Ground, place: Feet) -> Edit:
     It stays so until one of its curves is cut, joined or given another corner: then the loop is
     looked at anew, as any. Raises RefusedError if there is no patch.
     """
-    patch = network.patch_of().get(loop_around(network, ground, place))
+    patch = network.patch_of().get(find_loop(network, ground, place))
     if patch is None:
         raise RefusedError("there is no patch here; point into one")
     return Edit.of(network, without_patch(network, patch))
 
 
-def loop_around(network: Network, ground: Ground, place: Feet) -> HalfChain:
+def find_loop(network: Network, ground: Ground, place: Feet) -> HalfChain:
     """A half-chain of the loop around a place, one foot: the ground is flooded from there up to
     the curves. Raises RefusedError if none is met, or more than one loop."""
     chains = sorted(network.chains)

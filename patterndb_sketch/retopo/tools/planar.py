@@ -14,7 +14,7 @@ from patterndb.geometry.points import Points
 
 
 @dataclass(frozen=True, eq=False)
-class Boundary:
+class PlanarBoundary:
     """A boundary of patches in the plane of a local parameterisation, empty to its left.
 
     points: (n, 2) float64 u and v of its vertices in order, NaN where there are none.
@@ -54,11 +54,11 @@ ARC_POINTS = 17
 
 
 @dataclass(frozen=True, slots=True)
-class Corner:
+class PlanarCorner:
     """A corner of a suggested patch: a place on a boundary, or a new point.
 
     point: (2,) float64. boundary: the number of the boundary, or None if the point is new.
-    place: on it; see :meth:`Boundary.at`.
+    place: on it; see :meth:`PlanarBoundary.at`.
     """
 
     point: Points
@@ -85,18 +85,18 @@ class NewSide:
 Side = OldSide | NewSide
 
 
-def stretch(boundary: Boundary, side: OldSide) -> Points:
+def stretch_points(boundary: PlanarBoundary, side: OldSide) -> Points:
     """(m, 2) the points of an old side, ends included."""
     inner = np.arange(np.floor(side.start) + 1.0, np.ceil(side.end))
     return np.array([boundary.at(p) for p in (side.start, *inner, side.end)])
 
 
-def straight(start: Points, end: Points) -> NewSide:
+def make_line(start: Points, end: Points) -> NewSide:
     """A straight new curve."""
     return NewSide(np.array([start, end]))
 
 
-def arc(start: Points, leaving: Points, end: Points, arriving: Points) -> NewSide:
+def make_arc(start: Points, leaving: Points, end: Points, arriving: Points) -> NewSide:
     """A cubic from a point to another with given directions.
 
     leaving, arriving: (2,) unit vectors, of the curve at its start and at its end. The tangents
@@ -126,7 +126,7 @@ class PlanarPatch:
     that it consists of, each beginning where the one before it ends.
     """
 
-    corners: tuple[Corner, ...]
+    corners: tuple[PlanarCorner, ...]
     sides: tuple[tuple[Side, ...], ...]
 
     @property
@@ -144,14 +144,14 @@ class PlanarPatch:
         """The new curves, each (m, 2)."""
         return [side.points for side in self.parts if isinstance(side, NewSide)]
 
-    def outline(self, boundaries: Sequence[Boundary]) -> Points:
+    def outline(self, boundaries: Sequence[PlanarBoundary]) -> Points:
         """(m, 2) the patch's border, counter-clockwise, its first point not repeated."""
         return np.concatenate(
             [
                 (
                     part.points
                     if isinstance(part, NewSide)
-                    else stretch(boundaries[part.boundary], part)
+                    else stretch_points(boundaries[part.boundary], part)
                 )[:-1]
                 for part in self.parts
             ]
@@ -170,26 +170,26 @@ ROUNDNESS = 0.1
 APART = 1e-9
 
 
-def fault(patch: PlanarPatch, boundaries: Sequence[Boundary]) -> str | None:
+def find_fault(patch: PlanarPatch, boundaries: Sequence[PlanarBoundary]) -> str | None:
     """Why the patch cannot be, in words that end "the patch would ...", or None if it can."""
     if not _corners_apart(patch):
         return "have two corners in one place"
     curves = [_trimmed(curve) for curve in patch.curves]
     old = [np.concatenate(ends) for ends in zip(*(b.edges for b in boundaries), strict=True)]
     for curve in curves:
-        if old and crossings(curve[:-1], curve[1:], old[0], old[1]).any():
+        if old and _find_crossings(curve[:-1], curve[1:], old[0], old[1]).any():
             return "cross a curve that is there"
         if _crosses_itself(curve):
             return "cross itself"
     for a, b in combinations(curves, 2):
-        if crossings(a[:-1], a[1:], b[:-1], b[1:]).any():
+        if _find_crossings(a[:-1], a[1:], b[:-1], b[1:]).any():
             return "cross itself"
     if not _is_patch(patch.outline(boundaries)):
         return "be inside out, or have next to no area"
     return None
 
 
-def crossings(a: Points, b: Points, c: Points, d: Points) -> NDArray[np.bool_]:
+def _find_crossings(a: Points, b: Points, c: Points, d: Points) -> NDArray[np.bool_]:
     """(m, n) does segment a b (m, 2) pass through segment c d (n, 2)?
 
     What lies on a line counts as left of it, so a line through a common end of two segments
@@ -215,7 +215,7 @@ def _trimmed(points: Points) -> Points:
 
 def _crosses_itself(curve: Points) -> bool:
     tail, head = curve[:-1], curve[1:]
-    found = crossings(tail, head, tail, head)
+    found = _find_crossings(tail, head, tail, head)
     # Neighbours touch, and rounding may call that crossing.
     return bool(np.triu(found, 2).any())
 

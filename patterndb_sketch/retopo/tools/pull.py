@@ -19,14 +19,16 @@ from patterndb_sketch.retopo.network.samples import nearest_node, nearest_place,
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import crossing_notes, evened, on_ground
-from patterndb_sketch.retopo.tools.joining import Joint, find_joint, joined
+from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_ground
+from patterndb_sketch.retopo.tools.joining import NodeJoint, find_joint, join_nodes
 
 #: More chains than this end at no node.
 MOST_ENDS = 1 << 30
 
 
-def held(network: Network, sizes: Sizes, point: ArrayLike, normal: ArrayLike) -> AtNode | AtChain:
+def find_held(
+    network: Network, sizes: Sizes, point: ArrayLike, normal: ArrayLike
+) -> AtNode | AtChain:
     """What a press takes hold of: the nearest corner or open end within the snap radius, else the
     nearest place on a chain.
 
@@ -41,7 +43,7 @@ def held(network: Network, sizes: Sizes, point: ArrayLike, normal: ArrayLike) ->
     return AtChain(place.chain, place.place)
 
 
-def pull(
+def pull_held(
     network: Network,
     ground: Ground,
     sizes: Sizes,
@@ -66,7 +68,7 @@ def pull(
     draft = Draft(network)
     if isinstance(at, AtNode):
         moved = _chains_of(network, at.node)
-        with_node_at(draft, ground, sizes, at.node, to, up)
+        move_node_to(draft, ground, sizes, at.node, to, up)
     else:
         moved = {at.chain}
         _with_place_at(draft, ground, sizes, network.chain(at.chain), at.place, to, up)
@@ -74,10 +76,10 @@ def pull(
         if not draft.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: pull less far")
     after = draft.finished()
-    return Edit.of(network, after, crossing_notes(network, after, moved, sizes))
+    return Edit.of(network, after, note_crossings(network, after, moved, sizes))
 
 
-def release(
+def release_held(
     network: Network,
     ground: Ground,
     sizes: Sizes,
@@ -86,37 +88,37 @@ def release(
     normal: ArrayLike,
     smooth: bool = False,
 ) -> Edit:
-    """Let go what was pulled: as :func:`pull`, and a corner or an open end snaps to what is within
+    """Let go what was pulled: as :func:`pull_held`, and a corner or an open end snaps to what is within
     the snap radius of the point.
 
     It looks for the nearest open end, else the nearest corner at the far end of one of its own
     chains, which collapses, else another corner, else a side, which is cut there. The two corners
     become one, that which stayed. Curves that lie on each other then (within the snap radius)
     become one, too. Where the two cannot be one, it stays where it was dropped, and a note says
-    why; see :func:`~patterndb_sketch.retopo.tools.joining.joined`.
+    why; see :func:`~patterndb_sketch.retopo.tools.joining.join_nodes`.
 
     smooth: of two open ends, the curves become one; else there is a corner between.
-    Raises as :func:`pull` does. Source: the program of Takayama et al. 2013.
+    Raises as :func:`pull_held` does. Source: the program of Takayama et al. 2013.
     """
     if isinstance(at, AtChain):
-        return pull(network, ground, sizes, at, point, normal)
+        return pull_held(network, ground, sizes, at, point, normal)
     to, up = _on_surface(ground, sizes, point, normal)
     moved = _chains_of(network, at.node)
     target = find_joint(network, sizes, at.node, to, up)
     if target is None:
-        return pull(network, ground, sizes, at, point, normal)
+        return pull_held(network, ground, sizes, at, point, normal)
     draft = Draft(network)
     node = draft.end_node(target, to, up)
-    with_node_at(draft, ground, sizes, at.node, draft.nodes[node].point, draft.nodes[node].normal)
-    done = joined(draft, sizes, Joint(at.node, node), smooth)
+    move_node_to(draft, ground, sizes, at.node, draft.nodes[node].point, draft.nodes[node].normal)
+    done = join_nodes(draft, sizes, NodeJoint(at.node, node), smooth)
     if isinstance(done, str):
-        dropped = pull(network, ground, sizes, at, point, normal)
+        dropped = pull_held(network, ground, sizes, at, point, normal)
         return Edit.of(network, dropped.network, [f"not joined: {done}", *dropped.notes])
     after = done.finished()
-    return Edit.of(network, after, crossing_notes(network, after, moved, sizes))
+    return Edit.of(network, after, note_crossings(network, after, moved, sizes))
 
 
-def with_node_at(
+def move_node_to(
     draft: Draft, ground: Ground, sizes: Sizes, node: int, point: Points, normal: Points
 ) -> None:
     """Move a node to a point (3,) with its normal; its chains follow by even shares.
@@ -175,7 +177,7 @@ def _reshape(
 ) -> None:
     """Move the samples of a chain by shares (n,) of a move (3,), turning their normals."""
     part = share[:, None]
-    points, normals = on_ground(
+    points, normals = take_to_ground(
         old.points + part * move, units(old.normals + part * turn), ground, sizes
     )
     still = share == 0.0
@@ -183,7 +185,7 @@ def _reshape(
     if not old.loose:
         for k, node in ((0, old.start), (-1, old.end)):
             points[k], normals[k] = draft.nodes[node].point, draft.nodes[node].normal
-    draft.reshape_chain(old.id, *evened(points, normals, ground, sizes, old.loose))
+    draft.reshape_chain(old.id, *even_course(points, normals, ground, sizes, old.loose))
 
 
 def _chains_of(network: Network, node: int) -> set[int]:
@@ -199,7 +201,7 @@ def _refuse_marked(lines: Iterable[Chain]) -> None:
 def _on_surface(
     ground: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
 ) -> tuple[Points, Points]:
-    points, normals = on_ground(
+    points, normals = take_to_ground(
         np.asarray(point, np.float64)[None], np.asarray(normal, np.float64)[None], ground, sizes
     )
     return points[0], normals[0]
@@ -208,9 +210,11 @@ def _on_surface(
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     sizes = work.state.sizes
     start, end = work.foot(a["at"]), work.foot(a["to"])
-    at = held(work.network, sizes, start.points[0], start.normals[0])
+    at = find_held(work.network, sizes, start.points[0], start.normals[0])
     return work.edited(
-        release(work.network, work.ground, sizes, at, end.points[0], end.normals[0], a["smooth"])
+        release_held(
+            work.network, work.ground, sizes, at, end.points[0], end.normals[0], a["smooth"]
+        )
     )
 
 

@@ -19,11 +19,11 @@ from patterndb_sketch.retopo.network.samples import between, nearest_place, samp
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import crossed, on_ground
+from patterndb_sketch.retopo.tools.course import find_crossed, take_to_ground
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class _Part:
     """The part of a chain that goes: between the samples nearest to the stroke's ends.
 
     begin, end: numbers of samples, not descending; on a closed chain without a node, end may be
@@ -38,7 +38,7 @@ class Part:
     distance: float
 
 
-def redraw(network: Network, ground: Ground, sizes: Sizes, stroke: Stroke) -> Edit:
+def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: Stroke) -> Edit:
     """Let a chain run along a stroke, cleaned before, between the places where both its ends are
     within the snap radius of the chain.
 
@@ -73,14 +73,14 @@ def redraw(network: Network, ground: Ground, sizes: Sizes, stroke: Stroke) -> Ed
     edges = max(2, round(along[-1] / sizes.sampling))
     wanted = np.linspace(0.0, along[-1], edges + 1)
     up = between(way, up, np.interp(wanted, along, np.arange(len(along))))[1]
-    way, up = on_ground(at_lengths(way, wanted), up, ground, sizes)
+    way, up = take_to_ground(at_lengths(way, wanted), up, ground, sizes)
     way[[0, -1]], up[[0, -1]] = ends, above
     points, normals = _spliced(line, part, way, up)
     draft = Draft(network)
     draft.reshape_chain(line.id, points, normals)
     after = draft.finished()
-    before = crossed(network, [line.id], sizes.sampling)
-    if crossed(after, [line.id], sizes.sampling) - before:
+    before = find_crossed(network, [line.id], sizes.sampling)
+    if find_crossed(after, [line.id], sizes.sampling) - before:
         raise RefusedError(
             "the new course would cross a curve, or itself: draw it as a stroke of its own, or "
             "erase what it crosses first"
@@ -88,9 +88,9 @@ def redraw(network: Network, ground: Ground, sizes: Sizes, stroke: Stroke) -> Ed
     return Edit.of(network, after)
 
 
-def _part(network: Network, sizes: Sizes, stroke: Stroke) -> Part:
+def _part(network: Network, sizes: Sizes, stroke: Stroke) -> _Part:
     """The part of the chain that is nearest to both ends of a stroke."""
-    best: Part | None = None
+    best: _Part | None = None
     for chain, line in network.chains.items():
         of = samples_of({chain: line})
         found = [
@@ -110,15 +110,15 @@ def _part(network: Network, sizes: Sizes, stroke: Stroke) -> Part:
 
 def _between_places(
     line: Chain, one: float, two: float, distance: float, sizes: Sizes, stroke: Stroke
-) -> Part:
+) -> _Part:
     """The part of a chain between two places. Of a chain that is closed, with a node or without,
     there may be two: that which is nearer to the stroke."""
     n = len(line.points)
     if line.loose:
         begin, end = round(one) % n, round(two) % n
         ways = [
-            Part(line.id, begin, begin + (end - begin) % n, False, distance),
-            Part(line.id, end, end + (begin - end) % n, True, distance),
+            _Part(line.id, begin, begin + (end - begin) % n, False, distance),
+            _Part(line.id, end, end + (begin - end) % n, True, distance),
         ]
     else:
         begin, end = (_sample(line, place, sizes.snap) for place in (one, two))
@@ -127,7 +127,7 @@ def _between_places(
             # The node is at either end of the chain.
             begins, ends = ({k, *((0, n - 1) if k in (0, n - 1) else ())} for k in (begin, end))
             both = {(a, b) for a in begins for b in ends if {a, b} != {0, n - 1}}
-        ways = [Part(line.id, min(a, b), max(a, b), a > b, distance) for a, b in sorted(both)]
+        ways = [_Part(line.id, min(a, b), max(a, b), a > b, distance) for a, b in sorted(both)]
     tree = KDTree(stroke.points)
     off = [tree.query(line.points[np.arange(way.begin, way.end + 1) % n])[0].mean() for way in ways]
     return ways[int(np.argmin(off))]
@@ -144,7 +144,7 @@ def _sample(line: Chain, place: float, snap: float) -> int:
     return 0 if at <= along[-1] - at else last
 
 
-def _spliced(line: Chain, part: Part, way: Points, up: Points) -> tuple[Points, Points]:
+def _spliced(line: Chain, part: _Part, way: Points, up: Points) -> tuple[Points, Points]:
     """The chain's course with a way (k, 3) in the place of a part."""
     if line.loose:
         n = len(line.points)
@@ -159,7 +159,7 @@ def _spliced(line: Chain, part: Part, way: Points, up: Points) -> tuple[Points, 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     drawn = work.stroke_here(a["points"], "the stroke", False)
-    return work.edited(redraw(work.network, work.ground, work.state.sizes, drawn))
+    return work.edited(redraw_chain(work.network, work.ground, work.state.sizes, drawn))
 
 
 REDRAW = Tool(

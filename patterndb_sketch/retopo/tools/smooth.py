@@ -15,7 +15,7 @@ from patterndb_sketch.retopo.network.samples import nearest_place, samples
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.course import crossing_notes, on_ground
+from patterndb_sketch.retopo.tools.course import note_crossings, take_to_ground
 
 #: Rounds of smoothing at one call. Source: the released program of Takayama et al. 2013.
 ROUNDS = 25
@@ -24,7 +24,7 @@ ROUNDS = 25
 FEWEST_OPEN, FEWEST_CLOSED = 5, 3
 
 
-def smooth(
+def smooth_nearest(
     network: Network, ground: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
 ) -> Edit:
     """Smooth the chain nearest to a point within the snap radius; see :func:`smooth_chain`.
@@ -53,17 +53,17 @@ def smooth_chain(network: Network, ground: Ground, sizes: Sizes, chain: int) -> 
         raise RefusedError(f"the curve has fewer than {least} points: it is as smooth as can be")
     points, normals = line.points, line.normals
     for _ in range(ROUNDS):
-        points, normals = on_ground(smoothed(points, 1, line.loose), normals, ground, sizes)
+        points, normals = take_to_ground(smoothed(points, 1, line.loose), normals, ground, sizes)
     draft = Draft(network)
     draft.reshape_chain(chain, points, normals)
     after = draft.finished()
-    return Edit.of(network, after, crossing_notes(network, after, [chain], sizes))
+    return Edit.of(network, after, note_crossings(network, after, [chain], sizes))
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     foot = work.foot(a["at"])
     return work.edited(
-        smooth(work.network, work.ground, work.state.sizes, foot.points[0], foot.normals[0])
+        smooth_nearest(work.network, work.ground, work.state.sizes, foot.points[0], foot.normals[0])
     )
 
 

@@ -18,22 +18,22 @@ from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.closing import (
-    Edge,
-    closed_patch,
-    edges_around,
-    mapped_around,
-    onto_ground,
-    sampled_line,
+    GroundBoundary,
+    close_patch,
+    find_boundaries,
+    lift_to_ground,
+    map_boundaries,
+    sample_line,
 )
 from patterndb_sketch.retopo.tools.planar import (
-    Boundary,
-    Corner,
     NewSide,
     OldSide,
+    PlanarBoundary,
+    PlanarCorner,
     PlanarPatch,
     Side,
-    fault,
-    straight,
+    find_fault,
+    make_line,
 )
 
 #: Points that a spine's stroke must have: fewer have no direction in the middle.
@@ -45,18 +45,18 @@ class SpinePatch:
     """A patch about a stroke before it is in the network: what a preview shows."""
 
     patch: PlanarPatch
-    edges: tuple[Edge, ...]
+    edges: tuple[GroundBoundary, ...]
     onto: LocalMap
 
     def curves(self, sizes: Sizes) -> list[Points]:
         """Its new curves on the ground, each (m, 3)."""
         return [
-            onto_ground(self.onto, sampled_line(line, sizes.sampling))[0]
+            lift_to_ground(self.onto, sample_line(line, sizes.sampling))[0]
             for line in self.patch.curves
         ]
 
 
-def spine(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -> Edit:
+def draw_spine(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -> Edit:
     """The network with a four-sided patch whose midline is the stroke.
 
     The patch is ``sizes.spine`` wide to either side, less where a boundary is nearer. Raises
@@ -65,12 +65,12 @@ def spine(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -> Edi
 
     Source: sketch-based quad meshes paper, section 4, and section 5 on its parameterisation.
     """
-    found = spine_preview(network, ground, stroke, sizes)
-    return closed_patch(network, found.patch, found.edges, found.onto, sizes)
+    found = preview_spine(network, ground, stroke, sizes)
+    return close_patch(network, found.patch, found.edges, found.onto, sizes)
 
 
-def spine_preview(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -> SpinePatch:
-    """The patch that :func:`spine` would make; raises as that does."""
+def preview_spine(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -> SpinePatch:
+    """The patch that :func:`draw_spine` would make; raises as that does."""
     if stroke.closed:
         raise RefusedError("a spine has two ends; this stroke is closed")
     if len(stroke.points) < FEWEST_POINTS:
@@ -84,10 +84,10 @@ def spine_preview(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes
     seeds = ground.nearest_facing(stroke.points, stroke.normals).feet
     window = Window.spine(width, length)
     onto = local_map(ground, seeds, np.gradient(stroke.points, axis=0), window)
-    edges = edges_around(network)
-    boundaries, strokes = mapped_around(network, edges, onto)
-    patch = spine_patch(boundaries, length, width, snap)
-    wrong = fault(patch, [*boundaries, *strokes])
+    edges = find_boundaries(network)
+    boundaries, strokes = map_boundaries(network, edges, onto)
+    patch = plan_spine(boundaries, length, width, snap)
+    wrong = find_fault(patch, [*boundaries, *strokes])
     if wrong is not None:
         raise RefusedError(f"the spine's patch would {wrong}; erase that, or draw elsewhere")
     return SpinePatch(patch, tuple(edges), onto)
@@ -98,8 +98,8 @@ def spine_preview(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes
 # == Source: sketch-based quad meshes paper, section 4 and Fig. 4.
 
 
-def spine_patch(
-    boundaries: Sequence[Boundary], length: float, half_width: float, snap: float
+def plan_spine(
+    boundaries: Sequence[PlanarBoundary], length: float, half_width: float, snap: float
 ) -> PlanarPatch:
     """The four-sided patch about a stroke from (0, 0) to (0, length).
 
@@ -111,16 +111,16 @@ def spine_patch(
     Raises RefusedError for a patch that would cross a boundary or itself.
     """
     turned = [_turned(boundary, length) for boundary in boundaries]
-    start = snapped_end(boundaries, half_width, snap)
-    end = snapped_end(turned, half_width, snap)
+    start = _snap_end(boundaries, half_width, snap)
+    end = _snap_end(turned, half_width, snap)
     if end is not None:
         end = (_back(end[0], length), _back(end[1], length))
     low_right = _corner(boundaries, start and start[1], half_width, 0.0, snap)
     high_right = _corner(boundaries, end and end[0], half_width, length, snap)
     high_left = _turned_corner(turned, end and end[1], half_width, 0.0, snap, length)
     low_left = _turned_corner(turned, start and start[0], half_width, length, snap, length)
-    right = flank(boundaries, low_right, high_right, half_width)
-    left = flank(turned, _back(high_left, length), _back(low_left, length), half_width)
+    right = _plan_flank(boundaries, low_right, high_right, half_width)
+    left = _plan_flank(turned, _back(high_left, length), _back(low_left, length), half_width)
     patch = PlanarPatch(
         (low_left, low_right, high_right, high_left),
         (
@@ -130,7 +130,7 @@ def spine_patch(
             tuple(_turned_side(side, length) for side in left),
         ),
     )
-    wrong = fault(patch, boundaries)
+    wrong = find_fault(patch, boundaries)
     if wrong is not None:
         raise RefusedError(
             f"the spine's patch would {wrong}; draw the stroke elsewhere, or take a narrower brush"
@@ -139,36 +139,38 @@ def spine_patch(
 
 
 def _corner(
-    boundaries: Sequence[Boundary],
-    at_end: Corner | None,
+    boundaries: Sequence[PlanarBoundary],
+    at_end: PlanarCorner | None,
     half_width: float,
     v: float,
     snap: float,
-) -> Corner:
+) -> PlanarCorner:
     """The corner of the right flank at height v: where the end is, else where it snaps to."""
     if at_end is not None:
         return at_end
-    found = snapped_corner(boundaries, v, half_width, snap)
-    return Corner(np.array([half_width, v])) if found is None else found
+    found = _snap_corner(boundaries, v, half_width, snap)
+    return PlanarCorner(np.array([half_width, v])) if found is None else found
 
 
 def _turned_corner(
-    turned: Sequence[Boundary],
-    at_end: Corner | None,
+    turned: Sequence[PlanarBoundary],
+    at_end: PlanarCorner | None,
     half_width: float,
     v: float,
     snap: float,
     length: float,
-) -> Corner:
+) -> PlanarCorner:
     """The corner of the left flank that is at height v after half a turn."""
     if at_end is not None:
         return at_end
     return _back(_corner(turned, None, half_width, v, snap), length)
 
 
-def _end(stretch: tuple[Corner, Corner] | None, start: Corner, end: Corner) -> Side:
+def _end(
+    stretch: tuple[PlanarCorner, PlanarCorner] | None, start: PlanarCorner, end: PlanarCorner
+) -> Side:
     if stretch is None or stretch[0].boundary is None:
-        return straight(start.point, end.point)
+        return make_line(start.point, end.point)
     first, last = stretch[0].place, stretch[1].place
     return OldSide(stretch[0].boundary, first, last)
 
@@ -178,11 +180,11 @@ def _half_turn(points: Points, length: float) -> Points:
     return np.array([0.0, length]) - points
 
 
-def _turned(boundary: Boundary, length: float) -> Boundary:
+def _turned(boundary: PlanarBoundary, length: float) -> PlanarBoundary:
     return replace(boundary, points=_half_turn(boundary.points, length))
 
 
-def _back(corner: Corner, length: float) -> Corner:
+def _back(corner: PlanarCorner, length: float) -> PlanarCorner:
     return replace(corner, point=_half_turn(corner.point, length))
 
 
@@ -193,9 +195,9 @@ def _turned_side(side: Side, length: float) -> Side:
 # == The ends of a spine's patch: orthogonal snapping.
 
 
-def snapped_end(
-    boundaries: Sequence[Boundary], half_width: float, snap: float
-) -> tuple[Corner, Corner] | None:
+def _snap_end(
+    boundaries: Sequence[PlanarBoundary], half_width: float, snap: float
+) -> tuple[PlanarCorner, PlanarCorner] | None:
     """The stretch of a boundary that is the end of a patch at the origin, or None.
 
     The patch goes on in v and is up to half_width wide to either side. The nearest vertex that
@@ -218,7 +220,9 @@ def snapped_end(
     return (left, right) if left.point[0] < right.point[0] else None
 
 
-def _walk(number: int, boundary: Boundary, start: int, step: int, half_width: float) -> Corner:
+def _walk(
+    number: int, boundary: PlanarBoundary, start: int, step: int, half_width: float
+) -> PlanarCorner:
     """Where a walk along the boundary stops: at a corner, or where the patch is no wider."""
     n, at = len(boundary.points), start
     for _ in range(n):
@@ -231,11 +235,11 @@ def _walk(number: int, boundary: Boundary, start: int, step: int, half_width: fl
         if abs(there[0]) > half_width:
             edge = np.copysign(half_width, there[0])
             place = at + step * float((edge - here[0]) / (there[0] - here[0]))
-            return Corner(boundary.at(place), number, place)
+            return PlanarCorner(boundary.at(place), number, place)
         at = following
         if boundary.corner[at % n]:
             break
-    return Corner(boundary.at(at), number, float(at))
+    return PlanarCorner(boundary.at(at), number, float(at))
 
 
 # == The flanks of a spine's patch: parallel snapping.
@@ -249,7 +253,7 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Run:
+class _FlankRun:
     """A stretch of a boundary along the flank: places, and points (2,) of its ends."""
 
     boundary: int
@@ -259,14 +263,14 @@ class Run:
     high: Points
 
 
-def is_along(step: Points) -> NDArray[np.bool_]:
+def _is_along(step: Points) -> NDArray[np.bool_]:
     """(n,) do these steps (n, 2) go up, along the stroke?"""
     return (step[:, 1] > 0.0) & (np.abs(step[:, 0]) < np.tan(ALONG) * step[:, 1])
 
 
-def snapped_corner(
-    boundaries: Sequence[Boundary], v: float, half_width: float, snap: float
-) -> Corner | None:
+def _snap_corner(
+    boundaries: Sequence[PlanarBoundary], v: float, half_width: float, snap: float
+) -> PlanarCorner | None:
     """What the corner of the right flank at height v snaps to, or None.
 
     Of corners within the snap radius of that height, and under the brush, the one nearest to
@@ -286,19 +290,19 @@ def snapped_corner(
             low, high = float(run.low[1]), float(run.high[1])
             nearest = min(max(v, low), high)
             if abs(nearest - v) <= snap:
-                place = place_at(boundary, run, nearest)
+                place = _find_place(boundary, run, nearest)
                 places.append((abs(nearest - v), boundary.at(place)[0], number, place))
     if corners:
         _, number, k = min(corners)
-        return Corner(boundaries[number].points[k], number, float(k))
+        return PlanarCorner(boundaries[number].points[k], number, float(k))
     if places:
         _, _, number, place = min(places)
-        return Corner(boundaries[number].at(place), number, place)
+        return PlanarCorner(boundaries[number].at(place), number, place)
     return None
 
 
-def flank(
-    boundaries: Sequence[Boundary], low: Corner, high: Corner, half_width: float
+def _plan_flank(
+    boundaries: Sequence[PlanarBoundary], low: PlanarCorner, high: PlanarCorner, half_width: float
 ) -> tuple[Side, ...]:
     """The right flank of a patch from its corner below to the one above.
 
@@ -312,7 +316,7 @@ def flank(
             cut = _between(boundary, run, low, high)
             if cut is not None:
                 runs.append(cut)
-    kept: list[Run] = []
+    kept: list[_FlankRun] = []
     for run in sorted(runs, key=lambda run: _rank(run, low, high)):
         apart = (run.high[1] <= other.low[1] or run.low[1] >= other.high[1] for other in kept)
         if all(apart):
@@ -321,15 +325,15 @@ def flank(
     at = low.point
     for run in sorted(kept, key=lambda run: run.low[1]):
         if _apart(at, run.low, half_width):
-            sides.append(straight(at, run.low))
+            sides.append(make_line(at, run.low))
         sides.append(OldSide(run.boundary, run.start, run.end))
         at = run.high
     if _apart(at, high.point, half_width):
-        sides.append(straight(at, high.point))
+        sides.append(make_line(at, high.point))
     return tuple(sides)
 
 
-def place_at(boundary: Boundary, run: Run, v: float | np.floating) -> float:
+def _find_place(boundary: PlanarBoundary, run: _FlankRun, v: float | np.floating) -> float:
     """The place of a run at height v, which is between those of its ends."""
     k = np.arange(np.ceil(run.start), np.floor(run.end) + 1.0)
     places = np.unique(np.concatenate([[run.start], k, [run.end]]))
@@ -342,7 +346,7 @@ def _apart(a: Points, b: Points, half_width: float) -> bool:
     return bool(np.abs(a - b).max() > SAME * half_width)
 
 
-def _rank(run: Run, low: Corner, high: Corner) -> tuple[bool, float]:
+def _rank(run: _FlankRun, low: PlanarCorner, high: PlanarCorner) -> tuple[bool, float]:
     """Runs that begin or end at a corner of the patch go first, then those near the spine."""
     at_corner = any(
         corner.boundary == run.boundary
@@ -353,14 +357,14 @@ def _rank(run: Run, low: Corner, high: Corner) -> tuple[bool, float]:
     return not at_corner, float(run.low[0] + run.high[0])
 
 
-def _stretches(number: int, boundary: Boundary, half_width: float) -> Iterator[Run]:
+def _stretches(number: int, boundary: PlanarBoundary, half_width: float) -> Iterator[_FlankRun]:
     """Maximal runs of edges along the stroke that lie under the right half of the brush."""
     points, n = boundary.points, len(boundary.points)
     if n < 2:
         return
     under = (points[:, 0] > 0.0) & (points[:, 0] <= half_width)
     following = np.roll(points, -1, axis=0)
-    good = under & np.roll(under, -1) & is_along(following - points)
+    good = under & np.roll(under, -1) & _is_along(following - points)
     if not boundary.closed:
         good[-1] = False
     # Going up all the time, a run cannot be all of a closed boundary.
@@ -372,37 +376,39 @@ def _stretches(number: int, boundary: Boundary, half_width: float) -> Iterator[R
         # Where the next edge goes on along the stroke it leaves the brush: up to there.
         end += _rest(boundary, begin + length, 1, half_width)
         start -= _rest(boundary, begin, -1, half_width)
-        yield Run(number, start, end, boundary.at(start), boundary.at(end))
+        yield _FlankRun(number, start, end, boundary.at(start), boundary.at(end))
 
 
-def _rest(boundary: Boundary, at: int, step: int, half_width: float) -> float:
+def _rest(boundary: PlanarBoundary, at: int, step: int, half_width: float) -> float:
     """How much of the edge before or after a vertex is along the stroke and under the brush."""
     n = len(boundary.points)
     if not boundary.closed and not 0 <= at + step < n:
         return 0.0
     here, there = boundary.points[at % n], boundary.points[(at + step) % n]
-    if not is_along(np.array([step * (there - here)]))[0]:
+    if not _is_along(np.array([step * (there - here)]))[0]:
         return 0.0
     edge = half_width if there[0] > half_width else 0.0
     # Never onto the spine itself: u = 0 is on neither side.
     return float((edge - here[0]) / (there[0] - here[0])) if edge > 0.0 else 0.0
 
 
-def _between(boundary: Boundary, run: Run, low: Corner, high: Corner) -> Run | None:
+def _between(
+    boundary: PlanarBoundary, run: _FlankRun, low: PlanarCorner, high: PlanarCorner
+) -> _FlankRun | None:
     """The part of a run between the heights of two corners, or None."""
     if run.high[1] <= low.point[1] or run.low[1] >= high.point[1]:
         return None
     start, end = run.start, run.end
     if run.low[1] < low.point[1]:
-        start = _exactly(boundary, low, run, place_at(boundary, run, low.point[1]))
+        start = _exactly(boundary, low, run, _find_place(boundary, run, low.point[1]))
     if run.high[1] > high.point[1]:
-        end = _exactly(boundary, high, run, place_at(boundary, run, high.point[1]))
+        end = _exactly(boundary, high, run, _find_place(boundary, run, high.point[1]))
     if not start + SAME < end:
         return None
-    return Run(run.boundary, start, end, boundary.at(start), boundary.at(end))
+    return _FlankRun(run.boundary, start, end, boundary.at(start), boundary.at(end))
 
 
-def _exactly(boundary: Boundary, corner: Corner, run: Run, place: float) -> float:
+def _exactly(boundary: PlanarBoundary, corner: PlanarCorner, run: _FlankRun, place: float) -> float:
     """The place of a corner if it is this one, but for rounding and turns around the boundary."""
     if corner.boundary != run.boundary:
         return place
@@ -416,7 +422,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     if a["width"] is not None:
         sizes = replace(sizes, spine=work.length("spine: width", a["width"]) / 2.0)
     drawn = work.stroke_here(a["points"], "the spine", False)
-    return work.edited(spine(work.network, work.ground, drawn, sizes))
+    return work.edited(draw_spine(work.network, work.ground, drawn, sizes))
 
 
 SPINE = Tool(

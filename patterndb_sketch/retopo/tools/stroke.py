@@ -26,9 +26,9 @@ from patterndb_sketch.retopo.network.samples import (
 from patterndb_sketch.retopo.network.stops import Nearness, Project
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.symmetry.half import Half, Part, heights_of, parted
+from patterndb_sketch.retopo.symmetry.half import Half, StrokePart, measure_heights, split_stroke
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.tools.erase import erase
+from patterndb_sketch.retopo.tools.erase import erase_chains
 
 #: A crossing this near to a node, in samplings along the chain, is at the node.
 NODE_NEAR = 0.5
@@ -41,7 +41,7 @@ MOST_ENDS = 1 << 30
 DOUBLED = 0.5
 
 
-def insert(
+def insert_stroke(
     network: Network,
     ground: Ground,
     sizes: Sizes,
@@ -93,7 +93,7 @@ def insert(
             if not isinstance(joint, Free):
                 joint = AtNode(draft.end_node(joint, line[-k], up[-k]))
             ends.append(joint)
-        line, up = dragged(line, up, draft, ends, project)
+        line, up = drag_to_ends(line, up, draft, ends, project)
         made = weave(draft, line, up, ends[0], ends[1], near, project)
     drawn, made = made, undoubled(draft, made, DOUBLED * sizes.snap)
     if not made:
@@ -130,7 +130,7 @@ def find_end(
     return Free() if place is None else AtChain(place.chain, place.place)
 
 
-def dragged(
+def drag_to_ends(
     line: Points, up: Points, draft: Draft, ends: list[End], project: Project
 ) -> tuple[Points, Points]:
     """(n, 3) points and normals of a stroke taken along to the nodes that its ends are joined to.
@@ -160,7 +160,7 @@ def dragged(
 LEVEL = 0.5
 
 
-def insert_on_half(
+def insert_stroke_on_half(
     network: Network,
     half: Half,
     sizes: Sizes,
@@ -171,10 +171,10 @@ def insert_on_half(
 
     It is split at the plane, and what is beyond is dropped and told; parts end on the seam, at a
     node there within the snap radius, else where they cross. See
-    :func:`~patterndb_sketch.retopo.tools.stroke.insert` for the rest. Raises RefusedError if nothing of
+    :func:`~patterndb_sketch.retopo.tools.stroke.insert_stroke` for the rest. Raises RefusedError if nothing of
     it is on the half.
     """
-    split = parted(stroke, half, sizes)
+    split = split_stroke(stroke, half, sizes)
     if not split.parts:
         raise RefusedError(
             "the stroke lies on the other side of the plane of symmetry, or along it; draw it "
@@ -188,7 +188,7 @@ def insert_on_half(
         ends: list[End | None] = [
             _on_seam(after, part, k, sizes) if part.on[k] else None for k in (0, 1)
         ]
-        edit = insert(after, half.ground, sizes, part.stroke, ends[0], ends[1], smooth)
+        edit = insert_stroke(after, half.ground, sizes, part.stroke, ends[0], ends[1], smooth)
         after = _without_level(edit.network, edit.chains, half, sizes)
         notes += [note for note in edit.notes if note not in notes]
     return Edit.of(network, after, notes)
@@ -200,14 +200,14 @@ def _without_level(network: Network, chains: tuple[int, ...], half: Half, sizes:
     level: list[int] = []
     for chain in chains:
         line = network.chains[chain]
-        height = heights_of(half, line.points)
+        height = measure_heights(half, line.points)
         on = not line.loose and height[0] == 0.0 == height[-1]
         if on and not line.marked and height.max() <= LEVEL * sizes.sampling:
             level.append(chain)
-    return erase(network, level).network if level else network
+    return erase_chains(network, level).network if level else network
 
 
-def _on_seam(network: Network, part: Part, k: int, sizes: Sizes) -> End | None:
+def _on_seam(network: Network, part: StrokePart, k: int, sizes: Sizes) -> End | None:
     """Where a part's start (0) or end (1) joins the seam."""
     point, normal = part.stroke.points[-k], part.stroke.normals[-k]
     seam = {c: chain for c, chain in network.chains.items() if SYMMETRY in chain.marks}
@@ -227,8 +227,12 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     drawn = work.stroke(a["points"], a["closed"])
     smooth = (a["smooth"], a["smooth"])
     if work.half is not None:
-        return work.edited(insert_on_half(work.network, work.half, work.state.sizes, drawn, smooth))
-    return work.edited(insert(work.network, work.ground, work.state.sizes, drawn, smooth=smooth))
+        return work.edited(
+            insert_stroke_on_half(work.network, work.half, work.state.sizes, drawn, smooth)
+        )
+    return work.edited(
+        insert_stroke(work.network, work.ground, work.state.sizes, drawn, smooth=smooth)
+    )
 
 
 STROKE = Tool(

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.tools.planar import (
-    Boundary,
-    Corner,
     NewSide,
     OldSide,
+    PlanarBoundary,
+    PlanarCorner,
     PlanarPatch,
     Side,
-    arc,
-    fault,
-    straight,
+    find_fault,
+    make_arc,
+    make_line,
 )
 
 #: Windows that are looked at, from a tenth of the radius to all of it.
@@ -30,33 +30,33 @@ SIZES = 10
 Covered = Callable[[Points], bool]
 
 
-def everywhere(line: Points) -> bool:
+def is_finite(line: Points) -> bool:
     """The whole plane has a surface."""
     return bool(np.isfinite(line).all())
 
 
-def suggested(
-    boundaries: list[Boundary],
+def suggest_patch(
+    boundaries: list[PlanarBoundary],
     size: float,
     *,
     triangle: bool = False,
-    covered: Covered = everywhere,
+    covered: Covered = is_finite,
 ) -> Suggestion | None:
     """The patch suggested by what a window of one size shows, or None if there is none."""
-    found = suggestion(boundaries, sequences(boundaries, Window(size)), triangle=triangle)
-    if found is None or fault(found.patch, boundaries) is not None:
+    found = _suggest(boundaries, _find_sequences(boundaries, _Window(size)), triangle=triangle)
+    if found is None or find_fault(found.patch, boundaries) is not None:
         return None
     if not all(covered(curve) for curve in found.patch.curves):
         return None
     return replace(found, size=size)
 
 
-def suggestions(
-    boundaries: list[Boundary],
+def suggest_patches(
+    boundaries: list[PlanarBoundary],
     radius: float,
     snap: float,
     *,
-    covered: Covered = everywhere,
+    covered: Covered = is_finite,
 ) -> list[Suggestion]:
     """Patches around the origin, best first: the largest quad, smaller quads, then triangles.
 
@@ -72,7 +72,7 @@ def suggestions(
     triangles: list[Suggestion] = []
     for asked in (False, True):
         for size in sizes:
-            found = suggested(boundaries, size, triangle=asked, covered=covered)
+            found = suggest_patch(boundaries, size, triangle=asked, covered=covered)
             if found is None:
                 continue
             kept = triangles if len(found.patch.corners) == 3 else quads
@@ -117,34 +117,34 @@ class Suggestion:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class _Run:
     """A sequence on its boundary, as the cases see it."""
 
-    boundary: Boundary
-    sequence: Sequence
+    boundary: PlanarBoundary
+    sequence: _Sequence
 
-    def corner(self, number: int) -> Corner:
+    def corner(self, number: int) -> PlanarCorner:
         """A point of the sequence, 0 the first and -1 the last, as a corner of the patch."""
         number %= len(self.sequence.points)
         place = float(self.sequence.places[number])
-        return Corner(self.sequence.points[number], self.sequence.boundary, place)
+        return PlanarCorner(self.sequence.points[number], self.sequence.boundary, place)
 
-    def placed(self, place: float) -> Corner:
-        return Corner(self.boundary.at(place), self.sequence.boundary, place)
+    def placed(self, place: float) -> PlanarCorner:
+        return PlanarCorner(self.boundary.at(place), self.sequence.boundary, place)
 
     @property
-    def first(self) -> Corner:
+    def first(self) -> PlanarCorner:
         return self.corner(0)
 
     @property
-    def last(self) -> Corner:
+    def last(self) -> PlanarCorner:
         return self.corner(-1)
 
     @property
-    def corners(self) -> list[Corner]:
+    def corners(self) -> list[PlanarCorner]:
         return [self.corner(number) for number in self.sequence.corners]
 
-    def reached(self, index: int, distance: float, *, forward: bool) -> Corner:
+    def reached(self, index: int, distance: float, *, forward: bool) -> PlanarCorner:
         """What is at this distance from a corner, on the way out; X+ and X-."""
         number = self.sequence.corners[index]
         return self.placed(self.sequence.reach(number, distance, forward=forward))
@@ -170,14 +170,14 @@ class Run:
         return found
 
 
-def suggestion(
-    boundaries: list[Boundary], shown: list[Sequence], *, triangle: bool = False
+def _suggest(
+    boundaries: list[PlanarBoundary], shown: list[_Sequence], *, triangle: bool = False
 ) -> Suggestion | None:
     """The patch that the sequences in a window suggest, or None.
 
     triangle: rather a triangle, where a sharp corner allows one.
     """
-    runs = [Run(boundaries[sequence.boundary], sequence) for sequence in shown]
+    runs = [_Run(boundaries[sequence.boundary], sequence) for sequence in shown]
     if len(runs) == 1:
         if runs[0].sequence.whole:
             return _loop(runs[0])
@@ -187,7 +187,7 @@ def suggestion(
     return None
 
 
-def _loop(run: Run) -> Suggestion | None:
+def _loop(run: _Run) -> Suggestion | None:
     corners = run.corners
     if len(corners) < 2:
         return None
@@ -199,7 +199,7 @@ def _loop(run: Run) -> Suggestion | None:
     return Suggestion("loop", PlanarPatch(tuple(corners), tuple((side,) for side in sides)))
 
 
-def _beside_one(run: Run, triangle: bool) -> Suggestion | None:
+def _beside_one(run: _Run, triangle: bool) -> Suggestion | None:
     angles = run.angles()
     sharp = [0.0 < angle < SHARP for angle in angles]
     pointed = [0.0 < angle < VERY_SHARP for angle in angles]
@@ -221,7 +221,7 @@ def _beside_one(run: Run, triangle: bool) -> Suggestion | None:
 AHEAD_OF_BASE = 1.0
 
 
-def _one_corner(run: Run, sharp: bool, pointed: bool, triangle: bool) -> Suggestion | None:
+def _one_corner(run: _Run, sharp: bool, pointed: bool, triangle: bool) -> Suggestion | None:
     first, corner, last = run.first, run.corners[0], run.last
     before, after = _distance(corner, first), _distance(corner, last)
     if not sharp:
@@ -235,12 +235,12 @@ def _one_corner(run: Run, sharp: bool, pointed: bool, triangle: bool) -> Suggest
         one = run.reached(0, reach, forward=False)
         other = run.reached(0, reach, forward=True)
         return _closed_by_arc("b2", one, corner, other)
-    opposite = Corner(first.point + last.point - corner.point)
+    opposite = PlanarCorner(first.point + last.point - corner.point)
     return _closed_by_lines("b1", first, corner, last, opposite)
 
 
 def _two_corners(
-    run: Run, sharp: list[bool], pointed: list[bool], triangle: bool
+    run: _Run, sharp: list[bool], pointed: list[bool], triangle: bool
 ) -> Suggestion | None:
     first, last = run.first, run.last
     c0, c1 = run.corners
@@ -253,17 +253,17 @@ def _two_corners(
         far = run.reached(1, reach, forward=True)
         if pointed[1]:
             return _closed_by_arc("d2", c0, c1, far)
-        new = Corner(c0.point + reach * _unit(last.point - c1.point))
+        new = PlanarCorner(c0.point + reach * _unit(last.point - c1.point))
         return _closed_by_lines("d1", c0, c1, far, new)
     far = run.reached(0, reach, forward=False)
     if pointed[0]:
         return _closed_by_arc("d2", far, c0, c1)
-    new = Corner(c1.point + reach * _unit(first.point - c0.point))
+    new = PlanarCorner(c1.point + reach * _unit(first.point - c0.point))
     return _closed_by_lines("d1", far, c0, c1, new)
 
 
 def _three_corners(
-    run: Run, corners: list[Corner], sharp: list[bool], pointed: bool, at: int = 0
+    run: _Run, corners: list[PlanarCorner], sharp: list[bool], pointed: bool, at: int = 0
 ) -> Suggestion | None:
     """corners: three in a row, the first is number ``at`` of the sequence's."""
     c0, c1, c2 = corners
@@ -277,12 +277,12 @@ def _three_corners(
         return _closed_by_lines("g", c0, c1, c2, far)
     if pointed:
         return _closed_by_arc("f2", c0, c1, c2)
-    new = Corner(c0.point + c2.point - c1.point)
+    new = PlanarCorner(c0.point + c2.point - c1.point)
     return _closed_by_lines("f1", c0, c1, c2, new)
 
 
 def _four_corners(
-    run: Run, sharp: list[bool], pointed: list[bool], triangle: bool
+    run: _Run, sharp: list[bool], pointed: list[bool], triangle: bool
 ) -> Suggestion | None:
     corners = run.corners
     if sharp[1] and sharp[2]:
@@ -295,7 +295,7 @@ def _four_corners(
     return None
 
 
-def _between(near: Run, far: Run) -> Suggestion | None:
+def _between(near: _Run, far: _Run) -> Suggestion | None:
     """What closes between two sequences."""
     if len(near.sequence.corners) < len(far.sequence.corners):
         near, far = far, near
@@ -319,33 +319,37 @@ def _between(near: Run, far: Run) -> Suggestion | None:
     return None
 
 
-def _extruded(case: str, start: Corner, end: Corner, height: float) -> Suggestion:
+def _extruded(case: str, start: PlanarCorner, end: PlanarCorner, height: float) -> Suggestion:
     """A rectangle on a stretch of a boundary, on its left, ``height`` times as high as wide."""
     up = height * _distance(start, end) * _left(end.point - start.point)
-    return _closed_by_lines(case, start, end, Corner(end.point + up), Corner(start.point + up))
+    return _closed_by_lines(
+        case, start, end, PlanarCorner(end.point + up), PlanarCorner(start.point + up)
+    )
 
 
-def _closed_by_lines(case: str, *corners: Corner) -> Suggestion:
+def _closed_by_lines(case: str, *corners: PlanarCorner) -> Suggestion:
     return _closed(case, corners, [None] * len(corners))
 
 
-def _closed_by_arc(case: str, *corners: Corner) -> Suggestion:
+def _closed_by_arc(case: str, *corners: PlanarCorner) -> Suggestion:
     """A patch whose last side is an arc, upright on the sides that it joins."""
     curve = _arc(corners[-2], corners[-1], corners[0], corners[1])
     return _closed(case, corners, [*[None] * (len(corners) - 1), curve])
 
 
-def _bridged(case: str, a: Corner, b: Corner, c: Corner, d: Corner) -> Suggestion:
+def _bridged(
+    case: str, a: PlanarCorner, b: PlanarCorner, c: PlanarCorner, d: PlanarCorner
+) -> Suggestion:
     """A patch between two boundaries, from a to b and from c to d, with arcs between."""
     return _closed(case, (a, b, c, d), [None, _arc(a, b, c, d), None, _arc(c, d, a, b)])
 
 
-def _arc(a: Corner, b: Corner, c: Corner, d: Corner) -> NewSide:
+def _arc(a: PlanarCorner, b: PlanarCorner, c: PlanarCorner, d: PlanarCorner) -> NewSide:
     """An arc from b to c, upright on the sides from a to b and from c to d."""
-    return arc(b.point, _left(b.point - a.point), c.point, -_left(d.point - c.point))
+    return make_arc(b.point, _left(b.point - a.point), c.point, -_left(d.point - c.point))
 
 
-def _closed(case: str, corners: Many[Corner], curves: Many[NewSide | None]) -> Suggestion:
+def _closed(case: str, corners: Many[PlanarCorner], curves: Many[NewSide | None]) -> Suggestion:
     sides: list[Side] = []
     for k, (start, curve) in enumerate(zip(corners, curves, strict=True)):
         end = corners[(k + 1) % len(corners)]
@@ -358,11 +362,11 @@ def _closed(case: str, corners: Many[Corner], curves: Many[NewSide | None]) -> S
         ):
             sides.append(OldSide(start.boundary, start.place, end.place))
         else:
-            sides.append(straight(start.point, end.point))
+            sides.append(make_line(start.point, end.point))
     return Suggestion(case, PlanarPatch(tuple(corners), tuple((side,) for side in sides)))
 
 
-def _nearest(run: Sequence, point: Points) -> float:
+def _nearest(run: _Sequence, point: Points) -> float:
     """The place of a sequence nearest to a point."""
     tail, step = run.points[:-1], np.diff(run.points, axis=0)
     length = np.einsum("ij,ij->i", step, step)
@@ -372,7 +376,7 @@ def _nearest(run: Sequence, point: Points) -> float:
     return float(run.places[k] + part[k] * (run.places[k + 1] - run.places[k]))
 
 
-def _ahead(start: Points, direction: Points, run: Sequence) -> float:
+def _ahead(start: Points, direction: Points, run: _Sequence) -> float:
     """How far a sequence is in a direction; where that misses it, how far its nearest point is."""
     offset = run.points - start
     ahead, aside = offset @ direction, _cross(direction, offset)
@@ -385,7 +389,7 @@ def _ahead(start: Points, direction: Points, run: Sequence) -> float:
     return float(min(hits) if hits else np.linalg.norm(offset, axis=1).min())
 
 
-def _distance(a: Corner, b: Corner) -> float:
+def _distance(a: PlanarCorner, b: PlanarCorner) -> float:
     return float(np.linalg.norm(a.point - b.point))
 
 
@@ -411,7 +415,7 @@ BEHIND, AHEAD = 0.25, 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Window:
+class _Window:
     """What is looked at: abs(u) <= size, and v from -0.25 size to 2 size."""
 
     size: float
@@ -440,7 +444,7 @@ class Window:
 
 
 @dataclass(frozen=True, eq=False)
-class Sequence:
+class _Sequence:
     """A run of edges of a boundary, each with an end in the window.
 
     boundary: its number. places: (m,) float64, ascending, of its points on the boundary; the
@@ -491,14 +495,14 @@ class Sequence:
         return float(self.places[near])
 
 
-def sequences(boundaries: list[Boundary], window: Window) -> list[Sequence]:
+def _find_sequences(boundaries: list[PlanarBoundary], window: _Window) -> list[_Sequence]:
     """All sequences of the boundaries in a window."""
     return [
         run for number, boundary in enumerate(boundaries) for run in _runs(number, boundary, window)
     ]
 
 
-def _runs(number: int, boundary: Boundary, window: Window) -> Iterator[Sequence]:
+def _runs(number: int, boundary: PlanarBoundary, window: _Window) -> Iterator[_Sequence]:
     points, n = boundary.points, len(boundary.points)
     inside = window.has(points)
     if n < 2 or not inside.any():
@@ -512,7 +516,7 @@ def _runs(number: int, boundary: Boundary, window: Window) -> Iterator[Sequence]
         at = np.flatnonzero(boundary.corner)
         start = int(at[0]) if len(at) else 0
         order = (start + np.arange(n + 1)) % n
-        yield Sequence(
+        yield _Sequence(
             number,
             start + np.arange(n + 1, dtype=np.float64),
             points[order],
@@ -530,7 +534,9 @@ def _runs(number: int, boundary: Boundary, window: Window) -> Iterator[Sequence]
         yield _cut(number, boundary, window, int(begin), length)
 
 
-def _cut(number: int, boundary: Boundary, window: Window, begin: int, length: int) -> Sequence:
+def _cut(
+    number: int, boundary: PlanarBoundary, window: _Window, begin: int, length: int
+) -> _Sequence:
     """The run of ``length`` edges from vertex ``begin`` on, ends cut on the window's edge."""
     n = len(boundary.points)
     order = (begin + np.arange(length + 1)) % n
@@ -548,4 +554,4 @@ def _cut(number: int, boundary: Boundary, window: Window, begin: int, length: in
         places[-1] = places[-2] + part
         points[-1] = boundary.at(places[-1]) if part < 1.0 else after
     between = tuple(int(k) for k in corners if 0 < k < length)
-    return Sequence(number, places, points, between, before, after)
+    return _Sequence(number, places, points, between, before, after)

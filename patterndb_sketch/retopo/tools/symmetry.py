@@ -10,10 +10,10 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.symmetry import (
     Plane,
-    half_of,
-    proposed,
-    with_symmetry,
-    without_symmetry,
+    begin_symmetry,
+    cut_half,
+    end_symmetry,
+    propose_plane,
 )
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
@@ -32,13 +32,13 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     if a["find"] and named:
         raise InvalidRetopoError("symmetry needs either find, or point and normal")
     if a["find"]:
-        plane = proposed(work.ground).plane
+        plane = propose_plane(work.ground).plane
     else:
         point = (0.0, 0.0, 0.0) if a["point"] is None else a["point"]
         normal = (1.0, 0.0, 0.0) if a["normal"] is None else a["normal"]
         plane = Plane.of(point, normal)
-    half = half_of(work.ground, plane)
-    edit = with_symmetry(work.network, half, work.state.sizes.sampling)
+    half = cut_half(work.ground, plane)
+    edit = begin_symmetry(work.network, half, work.state.sizes.sampling)
     return Result(replace(work.state, network=edit.network, plane=plane), edit.notes)
 
 
@@ -47,7 +47,7 @@ def _switch_off(work: ToolWork, plane: Plane) -> Result:
     if not any(SYMMETRY in chain.marks for chain in chains):
         # The plane misses the surface: there is no seam, and nothing to mirror across it.
         return Result(replace(work.state, plane=None))
-    edit = without_symmetry(work.network, work.whole, work.state.sizes, plane)
+    edit = end_symmetry(work.network, work.whole, work.state.sizes, plane)
     return Result(replace(work.state, network=edit.network, plane=None), edit.notes)
 
 

@@ -11,7 +11,7 @@ from events import read
 from sheets import ASPECT, SQUARE, at, drag, hover, keys, opened, sheet, square, texts, tube
 
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.filling import welded
+from patterndb_sketch.retopo.filling import weld_fills
 from query.engine import PatternSource
 from viewer import PictureFormatError
 from viewer.retopo import RetopoState, draw
@@ -186,7 +186,7 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
     none = replace(shown.filled, placed={})
     for filled, made, told in (
         (found, body, "2 quads, in red"),
-        (none, Body.made_of(none, state.ground, welded(none)), "0, 1 patch without"),
+        (none, Body.made_of(none, state.ground, weld_fills(none)), "0, 1 patch without"),
     ):
         state._work.shown = replace(shown, filled=filled, body=made)
         assert told in texts(state)

@@ -7,7 +7,7 @@ import pytest
 from sheets import SQUARE, at, click, curves, drag, hover, keys, press, quads_of, sheet, square
 
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.filling import welded
+from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.network import equal
 from patterndb_sketch.retopo.table import TOOLS
 from query.engine import PatternSource
@@ -86,7 +86,7 @@ def test_calls_from_nearer_by_give_the_same_in_a_script(
         assert again.do(call).changed
         again.fill()
     assert equal(again.network, state.network) and again.sizes == state.sizes
-    assert np.array_equal(welded(again.fill()).vertices, state.shown.body.mesh.vertices)
+    assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
     assert quads_of(state) > 0
 
 

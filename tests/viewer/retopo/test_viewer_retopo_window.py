@@ -11,10 +11,10 @@ from sheets import SQUARE, at, drag, keys, opened, sheet, square, tube
 
 from patterndb_sketch.retopo.autosave import Autosave
 from patterndb_sketch.retopo.editor import Editor
-from patterndb_sketch.retopo.filling import RetopoMesh, welded
+from patterndb_sketch.retopo.filling import RetopoMesh, weld_fills
 from patterndb_sketch.retopo.network import equal
-from patterndb_sketch.retopo.script import Script, play, read_script
-from patterndb_sketch.retopo.sessionfile import Session, read_session, write_session
+from patterndb_sketch.retopo.script import Script, play_script, read_script
+from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from query.engine import PatternSource
 from viewer.drawn import save_drawn
 from viewer.keymap import Effect
@@ -52,8 +52,8 @@ def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: Pattern
     script = read_script(tmp_path / "retopo-1.jsonl")
     assert script.surface == "sheet.obj"
     again = Editor(sheet(), source)
-    assert len(list(play(script, again, lambda _path, _found: None))) == 4
-    assert np.array_equal(welded(again.fill()).vertices, state.shown.body.mesh.vertices)
+    assert len(list(play_script(script, again, lambda _path, _found: None))) == 4
+    assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
     assert read(tmp_path / "retopo-1.png").shape[:2] == (SIZE[1], SIZE[0])
     lost = writer(tmp_path / "no")
     state.files = lost
@@ -231,7 +231,7 @@ def left(folder: Path, source: PatternSource, name: str = "unnamed") -> tuple[Pa
     editor, now = Editor(sheet(), source), state.shown.state
     state.close()
     path = folder / f"{name}.999999999-abc.recovery"
-    write_session(path, Session(sheet(), now, "sheet.obj"))
+    write_session(path, RetopoSession(sheet(), now, "sheet.obj"))
     editor.restore(now)
     return path, editor
 
@@ -282,7 +282,7 @@ def test_what_a_crash_left_and_cannot_be_opened_stays(
     assert path.exists()
     # What was found and not opened stays, too.
     state.files = files = writer(tmp_path)
-    write_session(path, Session(sheet(), state.shown.state, ""))
+    write_session(path, RetopoSession(sheet(), state.shown.state, ""))
     assert "R opens it" in files.find_lost(state.ground, tmp_path) and files.lost is not None
     keys(state, "s")
     assert path.exists()

@@ -11,9 +11,9 @@ import pytest
 from sheets import SQUARE, at, click, drag, hover, keys, opened, quads_of, sheet, square, texts
 
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.filling import welded
+from patterndb_sketch.retopo.filling import weld_fills
 from patterndb_sketch.retopo.filling.choice import Choice
-from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, ranked
+from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, rank_fills
 from query.engine import PatternSource
 from viewer.keymap import Effect
 from viewer.retopo import RetopoState
@@ -58,7 +58,7 @@ def test_the_script_of_a_session_gives_the_same_mesh(
     for call in state.calls:
         assert again.do(call).changed
         again.fill()
-    one, other = state.shown.body.mesh, welded(again.fill())
+    one, other = state.shown.body.mesh, weld_fills(again.fill())
     assert np.array_equal(one.vertices, other.vertices)
     assert np.array_equal(one.quads, other.quads) and len(one.quads) > 0
 
@@ -177,7 +177,7 @@ def test_which_fill_of_its_list_a_patch_has_is_told(
     keys(state, "y")
     hover(state, (0.0, 0.0))
     (patch,) = state.network.patches.values()
-    listed = [Choice.of(fill) for fill in ranked(state.network, patch, source)]
+    listed = [Choice.of(fill) for fill in rank_fills(state.network, patch, source)]
     assert len(listed) > 2
     for _ in range(len(listed) + 1):
         (patch,) = state.network.patches.values()
@@ -195,7 +195,7 @@ def test_which_fill_of_its_list_a_patch_has_is_told(
     drag(state, (-1.4, 0.0), (1.4, 0.0))
     hover(state, (0.0, 0.1))
     (patch,) = state.network.patches.values()
-    following = [Choice.of(fill) for fill in ranked(state.network, patch, source)]
+    following = [Choice.of(fill) for fill in rank_fills(state.network, patch, source)]
     choice, place = filling_of(patch).choice, state.place_in_list(patch.id)
     assert choice is not None and place is not None and following != listed
     assert (place.number, place.count) == (following.index(choice), len(following))
