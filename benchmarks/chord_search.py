@@ -35,7 +35,7 @@ from patterndb_sketch.surfacing.chords import (
     search,
 )
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_network
 from patterndb_sketch.surfacing.sampling import CORNER_ANGLE, Loop, loop_of, sample
 

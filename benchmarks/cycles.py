@@ -39,10 +39,9 @@ import numpy as np
 from ortools.sat.python import cp_model
 
 from ingest.formats import read_mesh
-from patterndb_sketch.surfacing import Network, read_network, read_recorded_patches
+from patterndb_sketch.surfacing import CurveNetwork, read_network, read_recorded_patches
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.cycles.closing import candidate_cycles, half_curves
-from patterndb_sketch.surfacing.cycles.pruning import dangling
+from patterndb_sketch.surfacing.cycles.closing import candidate_cycles, dangling, half_curves
 from patterndb_sketch.surfacing.network import Cycle
 
 #: Closings per pair of curves for the bound: more find next to no further patch.
@@ -70,7 +69,7 @@ class SketchRow:
     seconds: float
 
 
-def patches_of(path: Path, network: Network) -> set[Strokes]:
+def patches_of(path: Path, network: CurveNetwork) -> set[Strokes]:
     """The sets of strokes that count."""
     drawn = {curve.stroke for curve in network.curves}
     return {
@@ -80,7 +79,7 @@ def patches_of(path: Path, network: Network) -> set[Strokes]:
     }
 
 
-def strokes_of(network: Network, curves: Sequence[int]) -> Strokes:
+def strokes_of(network: CurveNetwork, curves: Sequence[int]) -> Strokes:
     return frozenset(network.curves[curve].stroke for curve in curves)
 
 
@@ -89,7 +88,7 @@ def sketch_row(path: Path, bounds: bool = False) -> SketchRow:
     network = read_network(path)
     patches = patches_of(path, network)
     start = time.perf_counter()
-    result = find_cycles(Network(network.curves, network.nodes))
+    result = find_cycles(CurveNetwork(network.curves, network.nodes))
     seconds = time.perf_counter() - start
     found = [strokes_of(network, cycle.curves) for cycle in result.cycles]
     return SketchRow(
@@ -106,7 +105,7 @@ def sketch_row(path: Path, bounds: bool = False) -> SketchRow:
     )
 
 
-def has_walk(network: Network, strokes: Strokes) -> bool:
+def has_walk(network: CurveNetwork, strokes: Strokes) -> bool:
     """Is there a simple closed walk along curves of these strokes, of each at least one?"""
     at: dict[int, list[tuple[int, int]]] = {}
     first: list[int] = []
@@ -141,7 +140,7 @@ def has_walk(network: Network, strokes: Strokes) -> bool:
     return False
 
 
-def bound(network: Network, patches: set[Strokes]) -> int:
+def bound(network: CurveNetwork, patches: set[Strokes]) -> int:
     """The most patches that cycles can match together, two of them at a curve at most."""
     halves = half_curves(network, ~dangling(network))
     candidates, _ = candidate_cycles(network, halves, BOUND_CLOSINGS)
@@ -168,19 +167,19 @@ def bound(network: Network, patches: set[Strokes]) -> int:
     return math.floor(solver.best_objective_bound + 1e-6)
 
 
-def faces_network(points: np.ndarray, faces: Sequence[Sequence[int]]) -> Network:
+def faces_network(points: np.ndarray, faces: Sequence[Sequence[int]]) -> CurveNetwork:
     """The edges of faces as straight curves, the faces as cycles."""
     number: dict[tuple[int, int], int] = {}
     walks = [list(zip(face, [*face[1:], face[0]], strict=True)) for face in faces]
     for walk in walks:
         for a, b in walk:
             number.setdefault((min(a, b), max(a, b)), len(number))
-    network = Network.from_edges(points, list(number))
+    network = CurveNetwork.from_edges(points, list(number))
     cycles = tuple(Cycle(tuple((number[min(s), max(s)], s[0] > s[1]) for s in w)) for w in walks)
-    return Network(network.curves, network.nodes, cycles)
+    return CurveNetwork(network.curves, network.nodes, cycles)
 
 
-def torus(m: int, n: int) -> Network:
+def torus(m: int, n: int) -> CurveNetwork:
     """An m x n grid on a torus of radii 3 and 1."""
     u, v = np.meshgrid(2 * np.pi * np.arange(m) / m, 2 * np.pi * np.arange(n) / n, indexing="ij")
     radius = 3 + np.cos(v)
@@ -195,7 +194,7 @@ def torus(m: int, n: int) -> Network:
     return faces_network(points, faces)
 
 
-def prism(n: int) -> Network:
+def prism(n: int) -> CurveNetwork:
     """A regular prism, 1.3 high."""
     at = 2 * np.pi * np.arange(n) / n
     ground = np.stack([np.cos(at), np.sin(at), 0 * at], axis=1)
@@ -204,7 +203,7 @@ def prism(n: int) -> Network:
     return faces_network(np.concatenate([ground, ground + np.array([0, 0, 1.3])]), faces)
 
 
-def known(shared: Path) -> Iterator[tuple[str, Network]]:
+def known(shared: Path) -> Iterator[tuple[str, CurveNetwork]]:
     """Networks with all of their cycles."""
     for n in (3, 4, 5, 6, 8):
         yield f"prism, {n} sides", prism(n)
@@ -228,7 +227,7 @@ def main() -> None:
     for name, network in known(args.shared):
         if args.only in (None, name):
             start = time.perf_counter()
-            result = find_cycles(Network(network.curves, network.nodes))
+            result = find_cycles(CurveNetwork(network.curves, network.nodes))
             seconds = time.perf_counter() - start
             meant = {cycle.key for cycle in network.cycles}
             found = {cycle.key for cycle in result.cycles}

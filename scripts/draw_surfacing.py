@@ -25,11 +25,10 @@ import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb.store import Database
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.methods import Settings
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.networkfile import read_drawing
 from patterndb_sketch.surfacing.sampling import Loop
-from patterndb_sketch.surfacing.surfaceloop import Settings
 from viewer.drawn import save_drawn
 from viewer.surfacing import SurfacingState, draw
 from viewer.surfacing.keys import KEYS
@@ -90,7 +89,7 @@ class Place:
 
 
 def picture(
-    source: Drawing | Network, size: tuple[int, int], **options: Any
+    source: Drawing | CurveNetwork, size: tuple[int, int], **options: Any
 ) -> tuple[Image.Image, SurfacingState]:
     """One picture, and the state it is of."""
     with tempfile.TemporaryDirectory() as folder:
@@ -100,10 +99,10 @@ def picture(
             return image.convert("RGB"), state
 
 
-def network_of_loop(loop: Loop) -> Network:
+def network_of_loop(loop: Loop) -> CurveNetwork:
     """One closed curve, and the cycle around it."""
     points = np.concatenate([loop.points, loop.points[:1]])
-    return Network((Curve(points, (0, 0), 0, 0),), points[:1], (Cycle(((0, False),)),))
+    return CurveNetwork((Curve(points, (0, 0), 0, 0),), points[:1], (Cycle(((0, False),)),))
 
 
 def finer(points: Points, faces: list[list[int]]) -> tuple[Points, list[list[int]], dict]:
@@ -148,7 +147,7 @@ def finer(points: Points, faces: list[list[int]]) -> tuple[Points, list[list[int
     return np.concatenate([moved, on_edges, centres]), cut, within
 
 
-def network_of_cage(path: Path) -> Network:
+def network_of_cage(path: Path) -> CurveNetwork:
     """The edges of a cage as smooth curves, and its faces as cycles."""
     mesh = read_mesh(path)
     faces = [face.tolist() for face in np.split(mesh.corners, mesh.offsets[1:-1])]
@@ -172,7 +171,7 @@ def network_of_cage(path: Path) -> Network:
         )
         for f in faces
     )
-    return Network(curves, points[: len(mesh.points)], cycles)
+    return CurveNetwork(curves, points[: len(mesh.points)], cycles)
 
 
 def viewer(place: Place) -> None:

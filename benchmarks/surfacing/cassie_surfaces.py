@@ -20,7 +20,7 @@ from filling import Filling
 from synthetic_cycles import Fill, methods
 
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_network
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 from patterndb_sketch.surfacing.tessellation import area, find_self_intersections

@@ -25,12 +25,12 @@ from patterndb_app.cli.text import plural, say, shortened, table, write, write_j
 
 if TYPE_CHECKING:
     from patterndb_sketch.surfacing import (
+        CurveNetwork,
         Cycle,
         Drawing,
         FoundCycles,
-        Network,
-        Patch,
         Settings,
+        SurfacePatch,
         Surfacing,
     )
 
@@ -278,7 +278,7 @@ HEADS = (
 
 
 def _cycles(
-    network: Network,
+    network: CurveNetwork,
     afresh: bool,
     ban: tuple[tuple[str, ...], ...],
     keep: tuple[tuple[str, ...], ...],
@@ -301,7 +301,7 @@ def _cycles(
     return tuple(cycles), None
 
 
-def _told(network: Network, found: FoundCycles) -> dict[str, object]:
+def _told(network: CurveNetwork, found: FoundCycles) -> dict[str, object]:
     """What the search for cycles has to say, curves by their ids."""
 
     def ids(curves: Sequence[int]) -> list[object]:
@@ -328,11 +328,11 @@ def _say_found(found: FoundCycles, seconds: float) -> None:
         say(note)
 
 
-def _named(network: Network, cycle: Cycle) -> str:
+def _named(network: CurveNetwork, cycle: Cycle) -> str:
     return ",".join(str(name) for name in network.names(cycle))
 
 
-def _patch(made: Surfacing, patch: Patch) -> dict[str, object]:
+def _patch(made: Surfacing, patch: SurfacePatch) -> dict[str, object]:
     document: dict[str, object] = {
         "cycle": made.network.names(patch.cycle),
         "method": patch.method,
@@ -357,7 +357,7 @@ def _patch(made: Surfacing, patch: Patch) -> dict[str, object]:
     }
 
 
-def _row(network: Network, number: int, patch: Patch) -> tuple[object, ...]:
+def _row(network: CurveNetwork, number: int, patch: SurfacePatch) -> tuple[object, ...]:
     names = shortened(_named(network, patch.cycle), CURVES_WIDTH)
     result = patch.surface
     if result is None:

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.network import CurveId, Cycle, Network
+from patterndb_sketch.surfacing.network import CurveId, CurveNetwork, Cycle, InvalidNetworkError
 
 #: A step along a curve of the network: its number, and whether from its second node to its first.
 Step = tuple[int, bool]
@@ -16,7 +15,7 @@ Walks = Mapping[CurveId, Sequence[Sequence[Step]]]
 
 
 @dataclass(frozen=True, slots=True)
-class Named:
+class NamedCurve:
     """A curve in a cycle, by name.
 
     curve:    the id of the curve.
@@ -30,7 +29,7 @@ class Named:
     part: int | None = None
 
 
-def walks_of(network: Network) -> dict[CurveId, list[list[Step]]]:
+def walks_of(network: CurveNetwork) -> dict[CurveId, list[list[Step]]]:
     """The walks that curves of one id make, as far as each continues the one before."""
     walks: dict[CurveId, list[list[Step]]] = {}
     for number, curve in enumerate(network.curves):
@@ -43,7 +42,7 @@ def walks_of(network: Network) -> dict[CurveId, list[list[Step]]]:
 
 
 def named_cycle(
-    network: Network, names: Sequence[CurveId | Named], walks: Walks | None = None
+    network: CurveNetwork, names: Sequence[CurveId | NamedCurve], walks: Walks | None = None
 ) -> Cycle:
     """The cycle that passes the curves of these names in this order.
 
@@ -55,10 +54,10 @@ def named_cycle(
     and for curves that do not close or pass a node twice.
     """
     walks = walks_of(network) if walks is None else walks
-    entries = [name if isinstance(name, Named) else Named(name) for name in names]
+    entries = [name if isinstance(name, NamedCurve) else NamedCurve(name) for name in names]
     if not entries:
         raise InvalidNetworkError("a cycle needs at least one curve")
-    options = [_Options(network, entry, walks) for entry in entries]
+    options = [_CurveWalks(network, entry, walks) for entry in entries]
     joints = [sorted(options[i - 1].nodes & options[i].nodes) for i in range(len(options))]
     for i, shared in enumerate(joints):
         if not shared:
@@ -93,12 +92,12 @@ def named_cycle(
     return cycle
 
 
-class _Options:
+class _CurveWalks:
     """The walks along one named curve."""
 
     __slots__ = ("_backward", "_chains", "_network", "nodes")
 
-    def __init__(self, network: Network, entry: Named, walks: Walks) -> None:
+    def __init__(self, network: CurveNetwork, entry: NamedCurve, walks: Walks) -> None:
         chains = [list(walk) for walk in _walks_named(entry.curve, walks)]
         if entry.part is not None:
             parts = [step for chain in chains for step in chain]
@@ -156,7 +155,7 @@ def _walks_named(name: CurveId, walks: Walks) -> Sequence[Sequence[Step]]:
     raise InvalidNetworkError(f"there is no curve {name!r}; curves are {known or 'none'}")
 
 
-def parts_of(network: Network) -> list[int | None]:
+def parts_of(network: CurveNetwork) -> list[int | None]:
     """For every curve, which part of its id it is, None where the id is its own alone."""
     numbers: dict[CurveId, list[int]] = {}
     for number, curve in enumerate(network.curves):

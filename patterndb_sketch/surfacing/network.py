@@ -8,12 +8,16 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 
 #: A curve's name in the file it came from.
 CurveId = int | str
+
+
+class InvalidNetworkError(PatternDBError, ValueError):
+    """A curve network, or a cycle of one, is not what it must be."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,7 +74,7 @@ class Cycle:
 
 
 @dataclass(frozen=True, slots=True)
-class Network:
+class CurveNetwork:
     """Curves that meet at nodes.
 
     curves: the curves; a cycle names them by their place in this tuple.
@@ -92,7 +96,7 @@ class Network:
             self.walk(cycle)
 
     @classmethod
-    def from_edges(cls, points: ArrayLike, edges: ArrayLike) -> Network:
+    def from_edges(cls, points: ArrayLike, edges: ArrayLike) -> CurveNetwork:
         """The network whose curves are straight edges between points, such as a mesh's edges.
 
         points: (n, 3). edges: (m, 2) integers below n; curve i is edge i. Points without an
@@ -194,7 +198,7 @@ class Network:
         return f"node {node} ({x:.4g}, {y:.4g}, {z:.4g})"
 
 
-def curves_at(network: Network) -> list[list[tuple[int, bool]]]:
+def curves_at(network: CurveNetwork) -> list[list[tuple[int, bool]]]:
     """For every node the steps that leave it: (curve, backward), a closed curve both ways."""
     leaving: list[list[tuple[int, bool]]] = [[] for _ in range(len(network.nodes))]
     for number, curve in enumerate(network.curves):
@@ -221,6 +225,44 @@ def angles_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))
 
 
-def total_length(network: Network, curves: Sequence[int]) -> float:
+def total_length(network: CurveNetwork, curves: Sequence[int]) -> float:
     """The summed arc length of some curves of the network."""
     return float(sum(network.curves[curve].length for curve in curves))
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """A network as a file has it.
+
+    network: all of it.
+    stages:  the numbers of the curves that were drawn in every stage, in the order of drawing;
+             empty if the file does not say. A curve that a later one splits is in its parts
+             from the start.
+    notes:   what was left out or changed on the way, a sentence each.
+    """
+
+    network: CurveNetwork
+    stages: tuple[tuple[int, ...], ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def after(self, n_stages: int) -> CurveNetwork:
+        """The network as it was after some stages, 0 to all: their curves, in their order.
+
+        The nodes are those of the whole network, with the same numbers. A cycle that the file
+        gives is there as soon as all its curves are. Raises InvalidNetworkError for a number
+        of stages that the drawing does not have.
+        """
+        if not 0 <= n_stages <= len(self.stages):
+            raise InvalidNetworkError(
+                f"after {n_stages} stages: the drawing has {len(self.stages)}; give 0 to "
+                f"{len(self.stages)}"
+            )
+        drawn = sorted({curve for stage in self.stages[:n_stages] for curve in stage})
+        number = {curve: i for i, curve in enumerate(drawn)}
+        cycles = [
+            Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps))
+            for cycle in self.network.cycles
+            if all(curve in number for curve in cycle.curves)
+        ]
+        curves = tuple(self.network.curves[curve] for curve in drawn)
+        return CurveNetwork(curves, self.network.nodes, tuple(cycles))

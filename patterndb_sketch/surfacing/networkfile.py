@@ -4,9 +4,9 @@ read_network tells by the content what a file is:
 
 - plain JSON, see :mod:`patterndb_sketch.surfacing.files.networkjson`;
 - a stroke graph of CASSIE, see :mod:`patterndb_sketch.surfacing.files.cassie`;
-- polylines as drawn (.curves), see :mod:`patterndb_sketch.surfacing.files.strokelist`;
+- polylines as drawn (.curves), see :mod:`patterndb_sketch.surfacing.files.plaintext`;
 - a loop of B-splines (.lop) or patches with quadratic boundaries (.sdm), see
-  :mod:`patterndb_sketch.surfacing.files.salvi`.
+  :mod:`patterndb_sketch.surfacing.files.plaintext`.
 """
 
 from __future__ import annotations
@@ -17,8 +17,6 @@ from pathlib import Path
 
 from patterndb.system.documents import parse_json, read_limited
 from patterndb.system.files import replace_file
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.files.cassie import (
     RecordedPatch,
     is_stroke_graph,
@@ -26,16 +24,19 @@ from patterndb_sketch.surfacing.files.cassie import (
     stroke_graph_drawing,
 )
 from patterndb_sketch.surfacing.files.networkjson import drawing_of, network_document
-from patterndb_sketch.surfacing.files.salvi import loop_network, patches_network
-from patterndb_sketch.surfacing.files.strokelist import polylines_drawing
-from patterndb_sketch.surfacing.files.words import Words
-from patterndb_sketch.surfacing.network import Network
+from patterndb_sketch.surfacing.files.plaintext import (
+    NumberWords,
+    loop_network,
+    patches_network,
+    polylines_drawing,
+)
+from patterndb_sketch.surfacing.network import CurveNetwork, Drawing, InvalidNetworkError
 
 #: Bytes that a file may have: the largest sketches of the CASSIE data set have some 110,000.
 MAX_BYTES = 32_000_000
 
 
-def read_network(path: Path | str, tolerance: float | None = None) -> Network:
+def read_network(path: Path | str, tolerance: float | None = None) -> CurveNetwork:
     """The network in a file, with the cycles that the file gives.
 
     tolerance: how far apart curves may pass and still meet, in the network's unit; by default
@@ -65,7 +66,7 @@ def parse_drawing(data: bytes, tolerance: float | None = None) -> Drawing:
             return drawing_of(document, tolerance)
         _refuse_tolerance(tolerance)
         return stroke_graph_drawing(document)
-    words = Words(data)
+    words = NumberWords(data)
     if words.peek() == "v":
         return polylines_drawing(words, tolerance)
     _refuse_tolerance(tolerance)
@@ -88,7 +89,9 @@ def read_recorded_patches(path: Path | str) -> tuple[RecordedPatch, ...]:
         raise InvalidNetworkError(f"{path}: {error}") from None
 
 
-def write_network(path: Path | str, network: Network, stages: Sequence[Sequence[int]] = ()) -> None:
+def write_network(
+    path: Path | str, network: CurveNetwork, stages: Sequence[Sequence[int]] = ()
+) -> None:
     """Write the network, its cycles and maybe stages as plain JSON; reading gives them back.
 
     Raises as :func:`patterndb_sketch.surfacing.files.networkjson.network_document` does; OSError as

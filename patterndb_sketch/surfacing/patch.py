@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.sampling import Sampling
 
 #: chords: cut along chords into pieces that are nearly flat, each relaxed (the paper's way).
@@ -56,7 +56,7 @@ class LoopSurface:
 
 
 @dataclass(frozen=True, slots=True)
-class Patch:
+class SurfacePatch:
     """The surface of one cycle of a network.
 
     cycle:   the cycle it fills.
@@ -94,10 +94,10 @@ class Surfacing:
     notes:     what else a user should know of the whole.
     """
 
-    network: Network = field(repr=False)
+    network: CurveNetwork = field(repr=False)
     sampling: Sampling = field(repr=False)
     points: Points = field(repr=False)
-    patches: tuple[Patch, ...]
+    patches: tuple[SurfacePatch, ...]
     intersections: int
     notes: tuple[str, ...] = ()
 

@@ -12,8 +12,14 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sampled
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network, angles_between, turning_angles
+from patterndb_sketch.surfacing.network import (
+    Curve,
+    CurveNetwork,
+    Cycle,
+    InvalidNetworkError,
+    angles_between,
+    turning_angles,
+)
 
 #: A polyline that turns by more than this at a point has a corner there, in radians
 #: (Abbasinejad et al. 2013, section 3.1: 20 degrees).
@@ -65,7 +71,7 @@ class Loop:
     vertices: NDArray[np.int64] = field(repr=False)
 
 
-def default_spacing(network: Network, edges: int = EDGES_OF_MEDIAN_CURVE) -> float:
+def default_spacing(network: CurveNetwork, edges: int = EDGES_OF_MEDIAN_CURVE) -> float:
     """The spacing at which the median curve has so many edges.
 
     Raises InvalidNetworkError for a network without curves.
@@ -101,7 +107,7 @@ def edges_at(curve: Curve, spacing: float) -> list[int]:
 
 
 def sample(
-    network: Network,
+    network: CurveNetwork,
     spacing: float | None = None,
     edges: Sequence[Sequence[int]] | None = None,
 ) -> Sampling:
@@ -136,11 +142,11 @@ def sample(
     return Sampling(np.concatenate(points), tuple(along), np.concatenate(corners), spacing)
 
 
-def loop_of(network: Network, sampling: Sampling, cycle: Cycle) -> Loop:
+def loop_of(network: CurveNetwork, sampling: Sampling, cycle: Cycle) -> Loop:
     """The cycle's closed polyline of samples.
 
     At nodes, whether there is a corner is judged on the curves as drawn. Raises
-    InvalidNetworkError as :meth:`Network.walk` does, and for a cycle with fewer than three
+    InvalidNetworkError as :meth:`CurveNetwork.walk` does, and for a cycle with fewer than three
     vertices.
     """
     network.walk(cycle)
@@ -185,7 +191,9 @@ def _sampled(part: Points, count: int) -> Points:
     return sampled(part[::-1], count)[::-1]
 
 
-def _turning_between(network: Network, before: tuple[int, bool], step: tuple[int, bool]) -> float:
+def _turning_between(
+    network: CurveNetwork, before: tuple[int, bool], step: tuple[int, bool]
+) -> float:
     arriving = network.along(before)
     leaving = network.along(step)
     return float(

@@ -13,7 +13,7 @@ from commandline import assert_refused, run
 from shared import CHECKOUT
 
 from ingest.formats import read_mesh
-from patterndb_sketch.surfacing.network import Network
+from patterndb_sketch.surfacing.network import CurveNetwork
 from patterndb_sketch.surfacing.networkfile import write_network
 
 sys.path.insert(0, str(CHECKOUT / "tests" / "sketch"))
@@ -35,7 +35,7 @@ def with_cycles(tmp_path: Path) -> Path:
 def bare(tmp_path: Path) -> Path:
     path = tmp_path / "bare.json"
     network = cube()
-    write_network(path, Network(network.curves, network.nodes))
+    write_network(path, CurveNetwork(network.curves, network.nodes))
     return path
 
 
@@ -88,7 +88,7 @@ def test_finds_cycles_where_the_file_has_none(bare: Path) -> None:
 def test_finds_cycles_afresh_when_asked(tmp_path: Path) -> None:
     network = cube()
     path = tmp_path / "half.json"
-    write_network(path, Network(network.curves, network.nodes, network.cycles[:3]))
+    write_network(path, CurveNetwork(network.curves, network.nodes, network.cycles[:3]))
     assert len(document(path, "--cycles-only")["cycles"]) == 3
     assert faces(document(path, "--cycles-only", "--find-cycles")["cycles"]) == FACES
 

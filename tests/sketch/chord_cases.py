@@ -9,14 +9,14 @@ import numpy as np
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 
 #: Costs of the slow ways are within this of each other; they are sums of some ten terms.
 CLOSE = 1e-9
 
 
-def ring_network(curves: Sequence[Points]) -> tuple[Network, Cycle]:
+def ring_network(curves: Sequence[Points]) -> tuple[CurveNetwork, Cycle]:
     """The network of curves that follow each other round one cycle, and the cycle."""
     n = len(curves)
     starts = np.array([curve[0] for curve in curves])
@@ -25,7 +25,7 @@ def ring_network(curves: Sequence[Points]) -> tuple[Network, Cycle]:
         points = np.array(curve, float)
         points[-1] = starts[(i + 1) % n]
         made.append(Curve(points, (i, (i + 1) % n), i, i))
-    return Network(tuple(made), starts), Cycle(tuple((i, False) for i in range(n)))
+    return CurveNetwork(tuple(made), starts), Cycle(tuple((i, False) for i in range(n)))
 
 
 def ring(curves: Sequence[Points], spacing: float | None = None) -> Loop:

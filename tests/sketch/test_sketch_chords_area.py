@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb_sketch.surfacing.chords import added_area, affordable, decompose
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation import minimal_area
 

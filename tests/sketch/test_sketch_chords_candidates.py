@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from patterndb_sketch.surfacing.chords import candidate_chords, endpoints
 from patterndb_sketch.surfacing.chords.candidates import HUGGING, NEAR_EDGES, NEAR_SHARE
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 
 SLACK = 1e-6

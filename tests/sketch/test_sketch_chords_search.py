@@ -33,7 +33,7 @@ from patterndb_sketch.surfacing.chords import (
     search,
     within_budget,
 )
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 
 SEEDS = st.integers(0, 2**32 - 1)

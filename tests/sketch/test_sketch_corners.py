@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb_sketch.surfacing.chords import decompose, endpoints
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 
 
@@ -55,7 +55,7 @@ def test_a_corner_turns_by_more_than_20_degrees(degrees: float, corners: int) ->
 def test_corners_are_kept_where_a_curve_is_sampled(n: int, spacing: float) -> None:
     rng = np.random.default_rng(n)
     points = np.cumsum(rng.normal(size=(n, 3)), axis=0)
-    network = Network((Curve(points, (0, 1), 0, 0),), points[[0, -1]])
+    network = CurveNetwork((Curve(points, (0, 1), 0, 0),), points[[0, -1]])
     sampling = sample(network, spacing)
     steps = np.diff(points, axis=0)
     cosines = (steps[:-1] * steps[1:]).sum(axis=1) / (
@@ -65,7 +65,9 @@ def test_corners_are_kept_where_a_curve_is_sampled(n: int, spacing: float) -> No
     assert np.allclose(sampling.points[sampling.corners], drawn, atol=1e-12)
 
 
-def rewritten(network: Network, cycle: Cycle, rng: np.random.Generator) -> tuple[Network, Cycle]:
+def rewritten(
+    network: CurveNetwork, cycle: Cycle, rng: np.random.Generator
+) -> tuple[CurveNetwork, Cycle]:
     """The same curves in another order, some reversed, and the cycle begun elsewhere."""
     order = rng.permutation(len(network.curves))
     place = np.argsort(order)
@@ -82,7 +84,7 @@ def rewritten(network: Network, cycle: Cycle, rng: np.random.Generator) -> tuple
     steps = tuple((int(place[c]), bool(back) != bool(reverse[c])) for c, back in cycle.steps)
     start = int(rng.integers(len(steps)))
     again = Cycle(steps[start:] + steps[:start])
-    return Network(tuple(curves), network.nodes[nodes]), (
+    return CurveNetwork(tuple(curves), network.nodes[nodes]), (
         again.turned if rng.integers(2) else again
     )
 

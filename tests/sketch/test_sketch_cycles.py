@@ -11,9 +11,9 @@ from ingest.formats import read_mesh
 from patterndb.geometry.polyline import sampled
 from patterndb_sketch.surfacing import (
     Curve,
+    CurveNetwork,
     Cycle,
     InvalidNetworkError,
-    Network,
     find_cycles,
     read_network,
     read_recorded_patches,
@@ -25,22 +25,22 @@ CURVES = SHARED / "data" / "curves"
 SKETCHES = ("01-2-1", "01-2-2", "02-2-1", "04-2-2", "07-2-1", "08-2-1", "computer-mouse", "shield")
 
 
-def bare(network: Network) -> Network:
-    return Network(network.curves, network.nodes)
+def bare(network: CurveNetwork) -> CurveNetwork:
+    return CurveNetwork(network.curves, network.nodes)
 
 
 def keys(cycles: tuple[Cycle, ...]) -> set[object]:
     return {cycle.key for cycle in cycles}
 
 
-def cage(name: str) -> Network:
+def cage(name: str) -> CurveNetwork:
     """A coarse mesh's edges, with its faces as cycles."""
     mesh = read_mesh(MESHES / f"{name}.obj")
     faces = [face.tolist() for face in np.split(mesh.corners, mesh.offsets[1:-1])]
     return faces_network(mesh.points, faces)
 
 
-def exact() -> dict[str, Network]:
+def exact() -> dict[str, CurveNetwork]:
     """Networks whose patches are known."""
     return {
         "cube": cube(),
@@ -93,7 +93,7 @@ def test_how_finely_curves_are_drawn_changes_no_cycle(file: str, points: int) ->
     curves = tuple(
         Curve(sampled(c.points, points), c.nodes, c.id, c.stroke) for c in network.curves
     )
-    found = find_cycles(Network(curves, network.nodes))
+    found = find_cycles(CurveNetwork(curves, network.nodes))
     assert keys(found.cycles) == keys(network.cycles)
 
 
@@ -142,7 +142,7 @@ def test_banned_cycles_are_not_there_and_added_ones_are() -> None:
     assert count.max() <= 2
 
 
-def around(network: Network, curves: set[int]) -> Cycle:
+def around(network: CurveNetwork, curves: set[int]) -> Cycle:
     """The closed walk along curves that meet two by two."""
     walk = [(min(curves), False)]
     while len(walk) < len(curves):
@@ -168,21 +168,21 @@ def test_dangling_curves_bound_nothing_and_are_told() -> None:
     nodes = np.concatenate([network.nodes, far])
     lead = Curve(np.array([network.nodes[7], far[0]]), (7, 8), "lead", "lead")
     tip = Curve(far, (8, 9), "tip", "tip")
-    found = find_cycles(Network((*network.curves, lead, tip), nodes))
+    found = find_cycles(CurveNetwork((*network.curves, lead, tip), nodes))
     assert keys(found.cycles) == keys(network.cycles)
     assert found.dangling == (12, 13)
     assert any("dangle" in note for note in found.notes)
 
 
 def test_small_networks_have_what_closes() -> None:
-    assert find_cycles(Network((), np.zeros((0, 3)))).cycles == ()
+    assert find_cycles(CurveNetwork((), np.zeros((0, 3)))).cycles == ()
     t = np.linspace(0, 2 * np.pi, 32, endpoint=False)
     circle = ring(np.c_[np.cos(t), np.sin(t), 0 * t])
     assert keys(find_cycles(bare(circle)).cycles) == keys(circle.cycles)
     ends = np.array([[0.0, 0, 0], [1, 0, 0]])
     bow = Curve(np.array([[0.0, 0, 0], [0.5, 0.5, 0], [1, 0, 0]]), (0, 1), "bow", "bow")
     string = Curve(ends, (0, 1), "string", "string")
-    (digon,) = find_cycles(Network((bow, string), ends)).cycles
+    (digon,) = find_cycles(CurveNetwork((bow, string), ends)).cycles
     assert set(digon.curves) == {0, 1}
     one, other = cube(), cube()
     shift = np.array([5.0, 0, 0])
@@ -191,5 +191,5 @@ def test_small_networks_have_what_closes() -> None:
         Curve(c.points + shift, (c.nodes[0] + 8, c.nodes[1] + 8), f"b{c.id}", f"b{c.id}")
         for c in other.curves
     )
-    both = find_cycles(Network((*one.curves, *curves), np.concatenate([one.nodes, moved])))
+    both = find_cycles(CurveNetwork((*one.curves, *curves), np.concatenate([one.nodes, moved])))
     assert len(both.cycles) == 12

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from shared import SHARED
 
 from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
-from patterndb_sketch.surfacing.cycles.consistency import oriented, pinched, users
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.cycles.found import oriented, pinched, users
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_network
 
 CURVES = SHARED / "data" / "curves"
@@ -23,22 +22,22 @@ def keys(cycles: tuple[Cycle, ...]) -> set[object]:
     return {cycle.key for cycle in cycles}
 
 
-def names(network: Network, cycles: tuple[Cycle, ...]) -> set[frozenset[object]]:
+def names(network: CurveNetwork, cycles: tuple[Cycle, ...]) -> set[frozenset[object]]:
     return {frozenset(network.names(cycle)) for cycle in cycles}
 
 
-def bare(network: Network) -> Network:
-    return Network(network.curves, network.nodes)
+def bare(network: CurveNetwork) -> CurveNetwork:
+    return CurveNetwork(network.curves, network.nodes)
 
 
-def polygon_prism(n: int) -> Network:
+def polygon_prism(n: int) -> CurveNetwork:
     at = [2 * math.pi * i / n for i in range(n)]
     points = [[math.cos(a), math.sin(a), z] for z in (0.0, 1.3) for a in at]
     sides = [[i, (i + 1) % n, (i + 1) % n + n, i + n] for i in range(n)]
     return faces_network(points, [list(range(n))[::-1], list(range(n, 2 * n)), *sides])
 
 
-def checked(network: Network) -> FoundCycles:
+def checked(network: CurveNetwork) -> FoundCycles:
     """What is found, after all that must hold of any result."""
     found = find_cycles(bare(network))
     for cycle in found.cycles:
@@ -61,7 +60,7 @@ def checked(network: Network) -> FoundCycles:
     "network",
     [polygon_prism(4), polygon_prism(6), torus(4, 5), torus(5, 4), torus(6, 8), torus(12, 16)],
 )
-def test_faces_of_prisms_and_of_torus_grids_are_found_exactly(network: Network) -> None:
+def test_faces_of_prisms_and_of_torus_grids_are_found_exactly(network: CurveNetwork) -> None:
     found = checked(network)
     assert keys(found.cycles) == keys(network.cycles)
     assert found.proven and not found.notes
@@ -80,7 +79,7 @@ def test_order_sense_and_numbers_of_the_curves_do_not_matter(make: str, seed: in
         network = made[make]()
     else:
         network = read_network(CURVES / "cassie" / "graph" / f"{make}.json")
-    named = Network(
+    named = CurveNetwork(
         tuple(Curve(c.points, c.nodes, i, c.stroke) for i, c in enumerate(network.curves)),
         network.nodes,
     )
@@ -89,7 +88,7 @@ def test_order_sense_and_numbers_of_the_curves_do_not_matter(make: str, seed: in
     assert names(other, find_cycles(other).cycles) == names(named, expected)
     order = np.random.default_rng(seed).permutation(len(named.nodes))
     place = np.argsort(order).tolist()
-    renumbered = Network(
+    renumbered = CurveNetwork(
         tuple(
             Curve(c.points, (place[c.nodes[0]], place[c.nodes[1]]), c.id, c.stroke)
             for c in named.curves
@@ -112,7 +111,7 @@ def test_moved_turned_and_scaled_the_cycles_stay() -> None:
         points = moved(curve.points)
         points[0], points[-1] = nodes[curve.nodes[0]], nodes[curve.nodes[1]]
         curves.append(Curve(points, curve.nodes, curve.id, curve.stroke))
-    assert keys(find_cycles(Network(tuple(curves), nodes)).cycles) == keys(network.cycles)
+    assert keys(find_cycles(CurveNetwork(tuple(curves), nodes)).cycles) == keys(network.cycles)
 
 
 def test_the_same_network_gives_the_same_result() -> None:
@@ -173,11 +172,14 @@ def test_a_closed_curve_is_a_cycle() -> None:
 def test_two_closed_curves_at_a_node_are_two_cycles() -> None:
     left, right = circle(1.0), -circle(2.0)
     curves = (Curve(left, (0, 0), "left", "left"), Curve(right, (0, 0), "right", "right"))
-    assert [cycle.curves for cycle in checked(Network(curves, left[:1])).cycles] == [(0,), (1,)]
+    assert [cycle.curves for cycle in checked(CurveNetwork(curves, left[:1])).cycles] == [
+        (0,),
+        (1,),
+    ]
 
 
 def test_two_curves_on_one_another_enclose_nothing() -> None:
-    found = checked(Network.from_edges([[0, 0, 0], [1, 0, 0]], [[0, 1], [0, 1]]))
+    found = checked(CurveNetwork.from_edges([[0, 0, 0], [1, 0, 0]], [[0, 1], [0, 1]]))
     assert found.cycles == ()
     assert found.unused == (0, 1)
 
@@ -188,7 +190,7 @@ def test_parts_that_do_not_hang_together_are_found_each() -> None:
     shift = len(one.nodes)
     edges = [c.nodes for c in one.curves]
     edges += [(c.nodes[0] + shift, c.nodes[1] + shift) for c in other.curves]
-    found = checked(Network.from_edges(points, edges))
+    found = checked(CurveNetwork.from_edges(points, edges))
     expected = {frozenset(c.curves) for c in one.cycles}
     expected |= {frozenset(i + len(one.curves) for i in c.curves) for c in other.cycles}
     assert {frozenset(cycle.curves) for cycle in found.cycles} == expected
@@ -204,7 +206,7 @@ def test_the_boundary_of_an_open_sheet_is_not_filled() -> None:
     assert len(found.once) == 4 * (m - 1)
 
 
-def moebius_strip(n: int) -> Network:
+def moebius_strip(n: int) -> CurveNetwork:
     points: list[list[float]] = []
     for i in range(n):
         u = 2 * math.pi * i / n

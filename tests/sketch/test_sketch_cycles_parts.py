@@ -12,14 +12,17 @@ from hypothesis import strategies as st
 from networks import cube, torus
 from numpy.typing import NDArray
 
-from patterndb_sketch.surfacing.cycles.canonical import in_own_order
 from patterndb_sketch.surfacing.cycles.choosing import choose
-from patterndb_sketch.surfacing.cycles.closing import candidate_cycles, half_curves
-from patterndb_sketch.surfacing.cycles.consistency import oriented, pinched
-from patterndb_sketch.surfacing.cycles.cost import badness, folds
-from patterndb_sketch.surfacing.cycles.measures import least_area, measured
-from patterndb_sketch.surfacing.cycles.pruning import components, dangling
-from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.cycles.closing import (
+    candidate_cycles,
+    components,
+    dangling,
+    half_curves,
+)
+from patterndb_sketch.surfacing.cycles.find import in_own_order
+from patterndb_sketch.surfacing.cycles.found import oriented, pinched
+from patterndb_sketch.surfacing.cycles.measures import badness, folds, least_area, measured
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
 #: Curves, gains, costs, forced, excluded and full, as choose() has them.
 Packing = tuple[
@@ -83,14 +86,14 @@ def test_a_choice_below_what_it_should_be_worth_is_none() -> None:
     assert choice is not None and choice.chosen == (0, 1)
 
 
-def random_network(rng: np.random.Generator, n: int, m: int) -> Network:
+def random_network(rng: np.random.Generator, n: int, m: int) -> CurveNetwork:
     points = rng.normal(size=(n, 3))
     pairs = list(itertools.combinations(range(n), 2))
     edges = [pairs[i] for i in rng.choice(len(pairs), m, replace=False)]
-    return Network.from_edges(points, edges)
+    return CurveNetwork.from_edges(points, edges)
 
 
-def all_cycles(network: Network) -> dict[frozenset[int], float]:
+def all_cycles(network: CurveNetwork) -> dict[frozenset[int], float]:
     """All simple cycles of three curves or more, and their lengths."""
     at: dict[int, list[tuple[int, int]]] = {}
     for i, curve in enumerate(network.curves):
@@ -133,13 +136,13 @@ def test_the_shortest_cycles_of_every_pair_of_curves_are_candidates(seed: int) -
         assert tuple(sorted(cycle.curves)) == key
 
 
-def _beside(network: Network, key: list[int], a: int, b: int) -> bool:
+def _beside(network: CurveNetwork, key: list[int], a: int, b: int) -> bool:
     node = next(iter(set(network.curves[a].nodes) & set(network.curves[b].nodes)))
     return {c for c in key if node in network.curves[c].nodes} == {a, b}
 
 
 def test_every_curve_of_a_tree_dangles() -> None:
-    tree = Network.from_edges(
+    tree = CurveNetwork.from_edges(
         np.eye(6, 3) + np.arange(6)[:, None], [[0, 1], [1, 2], [1, 3], [3, 4]]
     )
     assert dangling(tree).all()
@@ -199,7 +202,7 @@ def test_a_curve_that_runs_into_the_surface_cuts_it() -> None:
     # A square of side 2 with one corner joined to its middle, and on to another side.
     points = [[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [1, 1, 0]]
     edges = [[0, 1], [1, 2], [2, 3], [3, 0], [0, 4], [4, 2]]
-    network = Network.from_edges(points, edges)
+    network = CurveNetwork.from_edges(points, edges)
     outer = Cycle(tuple((i, False) for i in range(4)))
     half = Cycle(((0, False), (1, False), (5, True), (4, True)))
     measures = measured(network, half_curves(network, np.ones(6, bool)), [outer, half])
@@ -212,7 +215,7 @@ def test_a_curve_that_runs_into_the_surface_cuts_it() -> None:
 def test_cycles_on_each_other_fold_and_cycles_beside_each_other_do_not() -> None:
     points = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [1, -1, 0], [0, -1, 0]]
     edges = [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2], [1, 4], [4, 5], [5, 0]]
-    network = Network.from_edges(points, edges)
+    network = CurveNetwork.from_edges(points, edges)
     square = Cycle(((0, False), (1, False), (2, False), (3, False)))
     triangle = Cycle(((0, False), (1, False), (4, True)))
     below = Cycle(((0, False), (5, False), (6, False), (7, False)))
@@ -250,7 +253,7 @@ def test_two_tetrahedra_that_share_a_corner_are_pinched() -> None:
     points = np.concatenate([points, -points[1:]])
     bodies = [(0, 1, 2, 3), (0, 4, 5, 6)]
     edges = [pair for body in bodies for pair in itertools.combinations(body, 2)]
-    network = Network.from_edges(points, edges)
+    network = CurveNetwork.from_edges(points, edges)
     number = {pair: i for i, pair in enumerate(edges)}
     cycles = []
     for body in bodies:

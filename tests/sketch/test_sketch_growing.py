@@ -7,8 +7,8 @@ import pytest
 from shared import CHECKOUT, SHARED
 
 from patterndb_sketch.surfacing import (
+    CurveNetwork,
     GrowingSketch,
-    Network,
     Settings,
     Surfacing,
     find_cycles,
@@ -30,7 +30,7 @@ def same(one: Surfacing, other: Surfacing) -> bool:
     )
 
 
-def from_scratch(network: Network, spacing: float) -> Surfacing:
+def from_scratch(network: CurveNetwork, spacing: float) -> Surfacing:
     return surface(network, find_cycles(network).cycles, spacing=spacing)
 
 

@@ -15,14 +15,13 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sampled
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.joining.junctions import (
     JoinedCurves,
     join_polylines,
     network_of_polylines,
 )
 from patterndb_sketch.surfacing.joining.meetings import find_nearest_of_edges, measure_deviation
-from patterndb_sketch.surfacing.network import Network, turning_angles
+from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError, turning_angles
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -85,7 +84,7 @@ def shuffled(drawn: list[Points], chance: np.random.Generator) -> list[Points]:
 
 
 def check_found(
-    network: Network,
+    network: CurveNetwork,
     nodes: dict[tuple[int, int], Points],
     pieces: list[tuple[Points, Points]],
     reach: float,
@@ -184,7 +183,7 @@ class TestKnownNetworks:
         one, other = (result.network for result in results)
         assert sorted(map(tuple, one.nodes)) == sorted(map(tuple, other.nodes))
 
-        def shapes(network: Network) -> list[bytes]:
+        def shapes(network: CurveNetwork) -> list[bytes]:
             return sorted(
                 min(c.points.tobytes(), np.ascontiguousarray(c.points[::-1]).tobytes())
                 for c in network.curves

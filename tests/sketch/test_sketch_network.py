@@ -6,8 +6,14 @@ import numpy as np
 import pytest
 from networks import cube, ring, shuffled, torus
 
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network, angles_between, curves_at
+from patterndb_sketch.surfacing.network import (
+    Curve,
+    CurveNetwork,
+    Cycle,
+    InvalidNetworkError,
+    angles_between,
+    curves_at,
+)
 
 
 def test_faces_of_a_cube_are_walks_of_four_nodes() -> None:
@@ -51,7 +57,7 @@ def test_parts_of_one_curve_in_a_row_are_named_once() -> None:
     curves = tuple(
         Curve(points[[a, b]], (a, b), name, name) for (a, b), name in zip(pairs, names, strict=True)
     )
-    network = Network(curves, points)
+    network = CurveNetwork(curves, points)
     cycle = Cycle(tuple((i, False) for i in range(4)))
     assert network.names(cycle) == ["long", "b"]
 
@@ -73,7 +79,7 @@ def test_walks_that_are_no_cycles_are_refused(
 
 def test_a_walk_that_passes_a_node_twice_is_refused() -> None:
     points = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0]])
-    network = Network.from_edges(points, [[0, 1], [1, 2], [2, 0], [0, 3], [3, 4], [4, 0]])
+    network = CurveNetwork.from_edges(points, [[0, 1], [1, 2], [2, 0], [0, 3], [3, 4], [4, 0]])
     network.walk(Cycle(((0, False), (1, False), (2, False))))
     with pytest.raises(InvalidNetworkError, match=r"passes node 0 .* twice"):
         network.walk(Cycle(tuple((i, False) for i in range(6))))
@@ -94,7 +100,7 @@ def test_curves_that_are_none_are_refused(
 ) -> None:
     ends = np.array([[0.0, 0, 0], [1, 0, 0]])
     with pytest.raises(InvalidNetworkError, match=message):
-        Network((Curve(np.array(points, float), nodes, "c", "c"),), ends)
+        CurveNetwork((Curve(np.array(points, float), nodes, "c", "c"),), ends)
 
 
 def test_angles_keep_their_precision_near_zero_and_half_a_turn() -> None:

@@ -14,11 +14,10 @@ from networkfile_cases import CROSSED, change, document, parsed
 from shared import SHARED
 
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.files.networkjson import network_document
 from patterndb_sketch.surfacing.joining.junctions import network_of_polylines
-from patterndb_sketch.surfacing.naming import Named, named_cycle
-from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.naming import NamedCurve, named_cycle
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_drawing, read_network, write_network
 
 CURVES = SHARED / "data" / "curves"
@@ -119,10 +118,12 @@ class TestPlainJson:
         whole = named_cycle(network, [0, 1, 2, 3])
         assert len(whole.steps) == 6
         with pytest.raises(InvalidNetworkError):
-            named_cycle(network, [Named(0, backward=True), Named(1, backward=False), 2, 3])
+            named_cycle(
+                network, [NamedCurve(0, backward=True), NamedCurve(1, backward=False), 2, 3]
+            )
 
 
-def same(one: Network, other: Network) -> bool:
+def same(one: CurveNetwork, other: CurveNetwork) -> bool:
     return (
         one.nodes.tobytes() == other.nodes.tobytes()
         and one.cycles == other.cycles
@@ -170,7 +171,7 @@ class TestWriting:
         for arc in arcs:
             turned = network.curves[arc].nodes[0] != network.curves[chord].nodes[1]
             cycles.append(Cycle(((chord, False), (arc, turned))))
-        whole = Network(network.curves, network.nodes, tuple(cycles))
+        whole = CurveNetwork(network.curves, network.nodes, tuple(cycles))
         assert same(parsed(network_document(whole)).network, whole)
 
     def test_a_stage_of_parts_is_refused(self) -> None:

@@ -11,9 +11,8 @@ from networkfile_cases import bezier, document, parsed
 from scipy.interpolate import BSpline
 from shared import SHARED
 
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.joining.meetings import measure_deviation
-from patterndb_sketch.surfacing.network import turning_angles
+from patterndb_sketch.surfacing.network import InvalidNetworkError, turning_angles
 from patterndb_sketch.surfacing.networkfile import parse_drawing, read_network
 
 CURVES = SHARED / "data" / "curves"

@@ -14,9 +14,8 @@ from networkfile_cases import bezier, change, document, drawing, parsed, square_
 from shared import SHARED
 
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.joining.meetings import measure_deviation
-from patterndb_sketch.surfacing.network import turning_angles
+from patterndb_sketch.surfacing.network import InvalidNetworkError, turning_angles
 from patterndb_sketch.surfacing.networkfile import (
     parse_drawing,
     read_drawing,

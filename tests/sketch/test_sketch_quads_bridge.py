@@ -12,7 +12,7 @@ from quads_cases import assert_closed, assert_disk_within, filled, loops, togeth
 
 import patterndb
 from patterndb.store import Database
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.quads import bridge, fill_with_quads
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 from patterndb_sketch.surfacing.tessellation import minimal_area

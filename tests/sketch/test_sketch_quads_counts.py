@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 from networks import cube, faces_network, prism, ring, shuffled, torus
 
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.quads import even_edges
 from patterndb_sketch.surfacing.sampling import edges_at, loop_of, sample, stretches
 
@@ -21,12 +20,12 @@ TETRAHEDRON = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]]
 WALKS = [[0, 1, 2, 3], [0, 2, 1, 3], [0, 1, 3, 2]]
 
 
-def totals(network: Network, edges: tuple[tuple[int, ...], ...]) -> list[int]:
+def totals(network: CurveNetwork, edges: tuple[tuple[int, ...], ...]) -> list[int]:
     """The number of edges around every cycle."""
     return [sum(sum(edges[curve]) for curve in cycle.curves) for cycle in network.cycles]
 
 
-def wanted(network: Network, spacing: float) -> list[tuple[float, int]]:
+def wanted(network: CurveNetwork, spacing: float) -> list[tuple[float, int]]:
     """Of every stretch of all curves how many edges are wanted, and the fewest."""
     result = []
     for curve in network.curves:
@@ -36,7 +35,7 @@ def wanted(network: Network, spacing: float) -> list[tuple[float, int]]:
     return result
 
 
-def least_cost(network: Network, spacing: float) -> float:
+def least_cost(network: CurveNetwork, spacing: float) -> float:
     """The least cost of even counts, of all that are near what is wanted or below six."""
     stretch = wanted(network, spacing)
     choices = [range(max(few, math.floor(w) - 1), max(math.ceil(w) + 2, 6)) for w, few in stretch]
@@ -54,13 +53,13 @@ def least_cost(network: Network, spacing: float) -> float:
     return float(cost[sound].min())
 
 
-def drawn(seed: int, faces: list[list[int]]) -> Network:
+def drawn(seed: int, faces: list[list[int]]) -> CurveNetwork:
     """Faces of random points."""
     points = np.random.default_rng(seed).uniform(-1, 1, (4, 3))
     return faces_network(points, faces)
 
 
-def lens(seed: int) -> Network:
+def lens(seed: int) -> CurveNetwork:
     """Three curves with two corners each between two nodes, and the cycles that they make."""
     rng = np.random.default_rng(seed)
     ends = np.array([[0, 0, 0], [3, 0, 0]], float)
@@ -70,7 +69,7 @@ def lens(seed: int) -> Network:
         points = np.concatenate([ends[:1], inner, ends[1:]])
         curves.append(Curve(points, (0, 1), number, number))
     cycles = tuple(Cycle(((a, False), (b, True))) for a, b in ((0, 1), (1, 2), (2, 0)))
-    return Network(tuple(curves), ends, cycles)
+    return CurveNetwork(tuple(curves), ends, cycles)
 
 
 @settings(max_examples=40)
@@ -100,7 +99,7 @@ def test_stretches_of_a_curve_share_its_change(seed: int, spacing: float) -> Non
     network = lens(seed)
     assert [len(stretches(curve)) for curve in network.curves] == [3, 3, 3]
     # Six cubed thrice is too much to try: one cycle of the three, and its two curves.
-    one = Network(network.curves[:2], network.nodes, network.cycles[:1])
+    one = CurveNetwork(network.curves[:2], network.nodes, network.cycles[:1])
     found = even_edges(one, one.cycles, spacing)
     assert found.cost == pytest.approx(least_cost(one, spacing), abs=1e-9)
     assert all(total % 2 == 0 and total >= 4 for total in totals(one, found.edges))
@@ -111,7 +110,7 @@ def test_stretches_of_a_curve_share_its_change(seed: int, spacing: float) -> Non
 @pytest.mark.parametrize("make", [cube, prism, torus, lambda: ring(circle(60))])
 @pytest.mark.parametrize("spacing", [0.13, 0.4, 1.7, 100.0])
 def test_every_loop_is_even_and_keeps_its_shape(make: object, spacing: float) -> None:
-    network: Network = make()  # pyright: ignore[reportCallIssue]
+    network: CurveNetwork = make()  # pyright: ignore[reportCallIssue]
     found = even_edges(network, network.cycles, spacing)
     assert found.least
     counts = [n for edges in found.edges for n in edges]
@@ -159,7 +158,7 @@ def test_what_is_refused() -> None:
         with pytest.raises(InvalidNetworkError, match="spacing"):
             even_edges(network, network.cycles, spacing)
     with pytest.raises(InvalidNetworkError, match="no curves"):
-        even_edges(Network((), np.zeros((0, 3))), ())
+        even_edges(CurveNetwork((), np.zeros((0, 3))), ())
     with pytest.raises(InvalidNetworkError, match="breaks"):
         even_edges(network, [Cycle(((0, False), (0, False)))])
 

@@ -9,12 +9,10 @@ import pytest
 from networks import cube, prism, ring, shuffled, torus
 
 import patterndb
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.memory import STAGES_KEPT, Memory
-from patterndb_sketch.surfacing.network import Network
+from patterndb_sketch.surfacing.methods import Settings, start_of, turned
+from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
-from patterndb_sketch.surfacing.surface import surface
-from patterndb_sketch.surfacing.surfaceloop import Settings, start_of, turned
+from patterndb_sketch.surfacing.surface import STAGES_KEPT, LoopMemory, surface
 from patterndb_sketch.surfacing.tessellation import area
 
 
@@ -57,7 +55,7 @@ def db() -> patterndb.Database:
 @pytest.mark.parametrize("method", ["chords", "area", "quads"])
 @pytest.mark.parametrize(("network", "euler"), [(cube(), 2), (prism(), 2), (torus(), 0)])
 def test_closed_networks_have_closed_surfaces(
-    network: Network, euler: int, method: str, db: patterndb.Database
+    network: CurveNetwork, euler: int, method: str, db: patterndb.Database
 ) -> None:
     made = surface(network, settings=Settings(method), db=db)
     assert [patch.method for patch in made.patches] == [method] * len(network.cycles)
@@ -107,7 +105,7 @@ def test_triangles_and_quads_have_the_same_vertices_on_the_curves(db: patterndb.
 
 
 def test_loops_met_before_are_not_surfaced_again() -> None:
-    memory = Memory()
+    memory = LoopMemory()
     network = cube()
     first = surface(network, memory=memory)
     assert not any(patch.reused for patch in first.patches)
@@ -119,7 +117,7 @@ def test_loops_met_before_are_not_surfaced_again() -> None:
 
 
 def test_loops_long_unmet_are_forgotten() -> None:
-    memory = Memory()
+    memory = LoopMemory()
     surface(cube(), memory=memory)
     known = len(memory)
     for _ in range(STAGES_KEPT):
@@ -132,7 +130,7 @@ def test_loops_long_unmet_are_forgotten() -> None:
 def test_a_cycle_that_cannot_be_surfaced_has_a_note_and_spares_the_others() -> None:
     # A curve there and a straight one back, on the same line: too few vertices to enclose.
     points = [[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]
-    network = Network.from_edges(points, [[0, 1], [1, 2], [2, 3], [3, 0], [0, 1]])
+    network = CurveNetwork.from_edges(points, [[0, 1], [1, 2], [2, 3], [3, 0], [0, 1]])
     from patterndb_sketch.surfacing.network import Cycle
 
     square = Cycle(tuple((i, False) for i in range(4)))
@@ -159,7 +157,7 @@ def test_a_search_too_large_is_answered_by_the_least_area() -> None:
 
 def test_slips_are_refused() -> None:
     network = cube()
-    bare = Network(network.curves, network.nodes)
+    bare = CurveNetwork(network.curves, network.nodes)
     with pytest.raises(InvalidNetworkError, match="no cycles"):
         surface(bare)
     with pytest.raises(InvalidNetworkError, match="pattern database"):

@@ -15,7 +15,7 @@ from scipy.spatial import cKDTree
 from tessellation_cases import check_disk, turned, wobbly
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation import (
     Tessellation,
     area,
@@ -23,10 +23,8 @@ from patterndb_sketch.surfacing.tessellation import (
     minimal_area,
     tessellate,
 )
-from patterndb_sketch.surfacing.tessellation.interior import filled, triangulated
-from patterndb_sketch.surfacing.tessellation.polygon import GRID, is_simple
-from patterndb_sketch.surfacing.tessellation.projection import area_vector, projected
-from patterndb_sketch.surfacing.tessellation.relaxation import harmonic_heights
+from patterndb_sketch.surfacing.tessellation.piece import area_vector, harmonic_heights, projected
+from patterndb_sketch.surfacing.tessellation.planar import GRID, filled, is_simple, triangulated
 
 
 def outline(corners: list[list[float]], spacing: float) -> Points:

@@ -14,8 +14,7 @@ from hypothesis import strategies as st
 from shared import SHARED
 from tessellation_cases import as_loop, check_disk, chorded, wobbly
 
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import loop_of, sample
 from patterndb_sketch.surfacing.tessellation import (
     find_self_intersections,
@@ -99,7 +98,7 @@ class TestPieces:
 
 
 @cache
-def trebol() -> Network:
+def trebol() -> CurveNetwork:
     """A closed network of 20 cycles, Euler characteristic 2."""
     read = json.loads(Path(TREBOL).read_text())
     nodes = np.array(read["nodes"], float)
@@ -112,7 +111,7 @@ def trebol() -> Network:
         Cycle(tuple((step["curve"], step["reversed"]) for step in cycle))
         for cycle in read["cycles"]
     ]
-    return Network(tuple(curves), nodes, tuple(cycles))
+    return CurveNetwork(tuple(curves), nodes, tuple(cycles))
 
 
 @pytest.mark.parametrize("method", ["laplacian", "area"])

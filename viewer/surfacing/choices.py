@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from patterndb.store import Database
-from patterndb_sketch.surfacing.surfaceloop import Settings
+from patterndb_sketch.surfacing.methods import Settings
 from viewer.surfacing.edits import Edits, next_method
 from viewer.surfacing.finding import Find
 from viewer.surfacing.surfaces import Surfaces

@@ -5,10 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.naming import Step
-from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing, InvalidNetworkError
 from patterndb_sketch.surfacing.patch import Method
 from viewer.surfacing.body import Key
 from viewer.surfacing.ink import Ink, with_curves
@@ -105,7 +103,7 @@ def next_method(method: Method, *, quads: bool) -> Method:
     return choices[(choices.index(method) + 1) % len(choices)] if method in choices else choices[0]
 
 
-def parts_of(network: Network, cycle: Cycle, curves: Sequence[int]) -> list[Cycle]:
+def parts_of(network: CurveNetwork, cycle: Cycle, curves: Sequence[int]) -> list[Cycle]:
     """The cycles that curves from side to side cut a cycle into; the cycle alone if none does.
 
     Each curve cuts the part that has both its ends.
@@ -128,7 +126,7 @@ def parts_of(network: Network, cycle: Cycle, curves: Sequence[int]) -> list[Cycl
 
 
 def _carried(
-    network: Network, cycles: Sequence[Cycle], walks: Sequence[tuple[Step, ...]]
+    network: CurveNetwork, cycles: Sequence[Cycle], walks: Sequence[tuple[Step, ...]]
 ) -> tuple[Cycle, ...]:
     """The cycles along what their curves have become; those that have broken are left out."""
     kept: list[Cycle] = []

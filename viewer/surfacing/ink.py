@@ -10,12 +10,16 @@ import numpy as np
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.joining.junctions import join_polylines
 from patterndb_sketch.surfacing.joining.polylines import move_ends
 from patterndb_sketch.surfacing.naming import Step
-from patterndb_sketch.surfacing.network import Curve, Network, without_repeats
+from patterndb_sketch.surfacing.network import (
+    Curve,
+    CurveNetwork,
+    Drawing,
+    InvalidNetworkError,
+    without_repeats,
+)
 from patterndb_sketch.surfacing.patch import Surfacing
 from viewer.surfacing.body import Body
 from viewer.view import View
@@ -127,7 +131,7 @@ def with_curves(drawing: Drawing, ink: Ink, reach: float, stage: int) -> Grown:
     added = tuple(dict.fromkeys(c for walk in made.walks[n:] for c, _ in walk))
     # Joined, curves are called by their number; they keep the names of before.
     curves = tuple(_renamed(curve, whole, new) for curve in made.network.curves)
-    after = Network(curves, made.network.nodes)
+    after = CurveNetwork(curves, made.network.nodes)
     stages: tuple[tuple[int, ...], ...] = ()
     if drawing.stages:
         moved = [
@@ -198,7 +202,7 @@ def _new_name(names: Sequence[int | str]) -> str:
     return f"drawn {count}"
 
 
-def _renamed(curve: Curve, before: Network, new: str) -> Curve:
+def _renamed(curve: Curve, before: CurveNetwork, new: str) -> Curve:
     number = curve.id
     assert isinstance(number, int)
     if number >= len(before.curves):

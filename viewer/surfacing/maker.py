@@ -9,12 +9,10 @@ from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field, replace
 
 from patterndb.store import Database
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.memory import Memory
-from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.methods import Settings
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import Method, Surfacing
-from patterndb_sketch.surfacing.surface import surface
-from patterndb_sketch.surfacing.surfaceloop import Settings
+from patterndb_sketch.surfacing.surface import LoopMemory, surface
 from viewer.surfacing.body import Body, Key, renumbered
 from viewer.surfacing.finding import Find
 
@@ -32,7 +30,7 @@ class Wish:
     """
 
     drawing: Drawing
-    network: Network
+    network: CurveNetwork
     numbers: tuple[int, ...]
     given: tuple[Cycle, ...] | None
     added: tuple[Cycle, ...]
@@ -77,7 +75,7 @@ class Made:
 class _Known:
     """What need not be done again if only the method or alpha changes."""
 
-    network: Network | None = None
+    network: CurveNetwork | None = None
     asked: tuple[list[Key], list[Key]] = field(default_factory=lambda: ([], []))
     cycles: tuple[Cycle, ...] = ()
     notes: tuple[str, ...] = ()
@@ -93,7 +91,7 @@ class Maker:
     def __init__(self, find: Find, db: Database | None) -> None:
         self._find = find
         self._db = db
-        self._memory = Memory()
+        self._memory = LoopMemory()
         self._known = _Known()
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="surfacing")
         self._asked: list[Future[Made]] = []

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from patterndb_sketch.surfacing.patch import Patch
+from patterndb_sketch.surfacing.patch import SurfacePatch
 from viewer import style
 from viewer.card import plural
 from viewer.panel import MARGIN, NAMES, PANEL, SIZE, Writer, begin_panel, hint
@@ -124,7 +124,7 @@ def _patch(writer: Writer, state: SurfacingState) -> None:
     _facts(writer, state, state.patches[under.number])
 
 
-def _facts(writer: Writer, state: SurfacingState, patch: Patch) -> None:
+def _facts(writer: Writer, state: SurfacingState, patch: SurfacePatch) -> None:
     writer.heading("Patch at the pointer")
     names = ", ".join(str(name) for name in state.network_made.names(patch.cycle))
     writer.fact("curves", names if len(names) < 46 else names[:44] + " …")

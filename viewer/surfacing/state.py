@@ -11,9 +11,8 @@ from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
 from patterndb.store import Database
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.network import Cycle, Network
-from patterndb_sketch.surfacing.surfaceloop import Settings
+from patterndb_sketch.surfacing.methods import Settings
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from viewer.camera import Camera
 from viewer.framing import framed
 from viewer.surfacing.body import Body
@@ -52,15 +51,16 @@ class SurfacingState(Choices, Camera):
 
     source: a drawing or a network. settings: the method and alpha to begin with. spacing: about
     how far vertices are apart; by default that of
-    :func:`patterndb_sketch.surfacing.surface.surface` for the whole drawing, in every stage. db: where
-    quads come from; without it there are none. afresh: find cycles even if the network has
-    some. added, banned: cycles that shall, or shall not, be patches. find: how cycles are found.
+    :func:`patterndb_sketch.surfacing.surface.surface` for the whole drawing, in every stage.
+    db: where quads come from; without it there are none. afresh: find cycles even if the
+    network has some. added, banned: cycles that shall, or shall not, be patches. find: how
+    cycles are found.
     toward, up: (3,) from where it is looked at, and what is upright.
     """
 
     def __init__(
         self,
-        source: Drawing | Network,
+        source: Drawing | CurveNetwork,
         *,
         settings: Settings | None = None,
         spacing: float | None = None,

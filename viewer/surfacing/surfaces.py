@@ -1,8 +1,9 @@
 """Edits and the surface that is made of them: the half of the viewer that asks.
 
-It computes nothing itself: cycles come from :func:`patterndb_sketch.surfacing.cycles.find_cycles`, patches
-from :func:`patterndb_sketch.surfacing.surface.surface`. Both run in a thread; whoever shows them asks
-:meth:`Surfaces.poll` now and then whether there is something new.
+It computes nothing itself: cycles come from
+:func:`patterndb_sketch.surfacing.cycles.find_cycles`, patches from
+:func:`patterndb_sketch.surfacing.surface.surface`. Both run in a thread; whoever shows them
+asks :meth:`Surfaces.poll` now and then whether there is something new.
 """
 
 from __future__ import annotations
@@ -13,15 +14,14 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.store import Database
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.network import Cycle, Network
-from patterndb_sketch.surfacing.patch import Patch
+from patterndb_sketch.surfacing.methods import Settings
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
+from patterndb_sketch.surfacing.patch import SurfacePatch
 from patterndb_sketch.surfacing.sampling import (
     EDGES_OF_MEDIAN_CURVE,
     EDGES_OF_MEDIAN_QUADS,
     default_spacing,
 )
-from patterndb_sketch.surfacing.surfaceloop import Settings
 from viewer.surfacing.body import Body
 from viewer.surfacing.edits import Edits
 from viewer.surfacing.finding import Find
@@ -53,7 +53,7 @@ class Surfaces:
         self._spacing = spacing
         self._failure: BaseException | None = None
         self._seen: tuple[object, ...] = ()
-        self._stages: tuple[Drawing, dict[int, tuple[Network, tuple[int, ...]]]]
+        self._stages: tuple[Drawing, dict[int, tuple[CurveNetwork, tuple[int, ...]]]]
         self._stages = edits.drawing, {}
         points = [curve.points for curve in edits.drawing.network.curves]
         self.all_points = np.concatenate(points) if points else np.zeros((0, 3))
@@ -65,12 +65,12 @@ class Surfaces:
         self._maker.close()
 
     @property
-    def network(self) -> Network:
+    def network(self) -> CurveNetwork:
         """The curves of this stage."""
         return self._at_stage()[0]
 
     @property
-    def network_made(self) -> Network:
+    def network_made(self) -> CurveNetwork:
         """The curves that the surface shown is of."""
         return self.network if self.made is None else self.made.wish.network
 
@@ -85,13 +85,13 @@ class Surfaces:
         return self._maker.busy
 
     @property
-    def patches(self) -> tuple[Patch, ...]:
+    def patches(self) -> tuple[SurfacePatch, ...]:
         """The patches that are there."""
         made = self.made
         return () if made is None or made.surfacing is None else made.surfacing.patches
 
     @property
-    def off(self) -> tuple[Patch, ...]:
+    def off(self) -> tuple[SurfacePatch, ...]:
         """Those that are switched off."""
         made = self.made
         return () if made is None or made.off is None else made.off.patches
@@ -197,7 +197,7 @@ class Surfaces:
         if self._failure is None:
             self.made = last.result()
 
-    def _at_stage(self) -> tuple[Network, tuple[int, ...]]:
+    def _at_stage(self) -> tuple[CurveNetwork, tuple[int, ...]]:
         """The network of this stage, and the numbers of its curves in the whole drawing."""
         drawing, stage = self.edits.drawing, self.edits.stage
         if self._stages[0] is not drawing:

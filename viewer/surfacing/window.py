@@ -8,10 +8,9 @@ from pathlib import Path
 from numpy.typing import ArrayLike
 
 from patterndb.store import Database
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.methods import Settings
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import Surfacing
-from patterndb_sketch.surfacing.surfaceloop import Settings
 from viewer import saver
 from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect
@@ -29,7 +28,7 @@ WriteObj = Callable[[Path, Surfacing], None]
 
 
 def show(
-    source: Drawing | Network,
+    source: Drawing | CurveNetwork,
     *,
     settings: Settings | None = None,
     spacing: float | None = None,
@@ -71,7 +70,7 @@ def show(
 
 
 def draw(
-    source: Drawing | Network,
+    source: Drawing | CurveNetwork,
     path: Path | str,
     size: tuple[int, int] = WINDOW,
     *,

@@ -3,18 +3,25 @@
 After Abbasinejad et al. 2013, section 3.
 """
 
-from patterndb_sketch.surfacing.chords.addedarea import AREA_PRICE, added_area, affordable
-from patterndb_sketch.surfacing.chords.candidates import Candidates, candidate_chords
+from patterndb_sketch.surfacing.chords.candidates import (
+    TURNING_BOUND,
+    Candidates,
+    candidate_chords,
+    endpoints,
+    loop_turning,
+)
 from patterndb_sketch.surfacing.chords.decompose import (
     ALPHA,
+    AREA_PRICE,
     MAX_SUBPROBLEMS,
     Decomposition,
+    added_area,
+    affordable,
     decompose,
     within_budget,
 )
-from patterndb_sketch.surfacing.chords.endpoints import TURNING_BOUND, endpoints, loop_turning
 from patterndb_sketch.surfacing.chords.flatness import Flatness, flatness, is_planar
-from patterndb_sketch.surfacing.chords.search import Cuts, search
+from patterndb_sketch.surfacing.chords.search import ChordCuts, search
 from patterndb_sketch.surfacing.chords.subcycles import MOST_COUNTED, n_subproblems
 
 __all__ = [
@@ -24,7 +31,7 @@ __all__ = [
     "MOST_COUNTED",
     "TURNING_BOUND",
     "Candidates",
-    "Cuts",
+    "ChordCuts",
     "Decomposition",
     "Flatness",
     "added_area",

@@ -18,7 +18,7 @@ SIDES = 2
 
 
 @dataclass(frozen=True, slots=True)
-class Choice:
+class CycleChoice:
     """What was chosen.
 
     chosen: numbers of the candidates, ascending. value: their gains less the costs of pairs.
@@ -40,7 +40,7 @@ def choose(
     full: Collection[int] = (),
     least: float | None = None,
     effort: float = 2.0,
-) -> Choice | None:
+) -> CycleChoice | None:
     """The candidates of the greatest value such that no curve is in more than SIDES of them.
 
     curves: the curves of every candidate. gains: (k,). costs: of pairs (i, j), >= 0, that are
@@ -100,7 +100,7 @@ def choose(
     if status not in (cp_model.OPTIMAL, cp_model.FEASIBLE):
         return None
     chosen = tuple(i for i, var in enumerate(x) if var is not None and solver.value(var))
-    return Choice(chosen, solver.objective_value * UNIT, status == cp_model.OPTIMAL)
+    return CycleChoice(chosen, solver.objective_value * UNIT, status == cp_model.OPTIMAL)
 
 
 def _whole(value: float) -> int:

@@ -12,12 +12,50 @@ from scipy.sparse.csgraph import dijkstra
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.cycles.pruning import curve_ends
-from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
 #: Paths that are begun, at most, to close one pair of curves. In all 28 CASSIE sketches with
 #: patches together, 132 pairs would need more for 8 closings; that is reported.
 MAX_PATHS = 3_000
+
+
+def curve_ends(network: CurveNetwork) -> NDArray[np.int64]:
+    """(m, 2) the nodes where every curve begins and ends."""
+    return np.array([curve.nodes for curve in network.curves], np.int64).reshape(-1, 2)
+
+
+def dangling(network: CurveNetwork) -> NDArray[np.bool_]:
+    """(m,) bool: which curves dangle, also after others that dangle are gone.
+
+    A closed curve never does.
+    """
+    ends = curve_ends(network)
+    gone = np.zeros(len(ends), bool)
+    while True:
+        degree = np.bincount(ends[~gone].ravel(), minlength=len(network.nodes))
+        more = ~gone & (degree[ends] == 1).any(axis=1)
+        if not more.any():
+            return gone
+        gone |= more
+
+
+def components(network: CurveNetwork, alive: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+    """The curves (m,) bool that are alive, in groups that hang together by nodes."""
+    parent = np.arange(len(network.nodes))
+
+    def root(node: int) -> int:
+        while parent[node] != node:
+            parent[node] = parent[parent[node]]
+            node = int(parent[node])
+        return node
+
+    ends = curve_ends(network)
+    for a, b in ends[alive].tolist():
+        parent[root(b)] = root(a)
+    groups: dict[int, list[int]] = {}
+    for curve in np.flatnonzero(alive).tolist():
+        groups.setdefault(root(int(ends[curve, 0])), []).append(curve)
+    return [np.array(group, np.int64) for group in groups.values()]
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +76,7 @@ class HalfCurves:
     distance: NDArray[np.float64] = field(repr=False)
 
 
-def half_curves(network: Network, alive: NDArray[np.bool_]) -> HalfCurves:
+def half_curves(network: CurveNetwork, alive: NDArray[np.bool_]) -> HalfCurves:
     """The curves (m,) bool that are alive, as half-curves."""
     ends = curve_ends(network)
     n = len(network.nodes)
@@ -124,7 +162,7 @@ def closing_paths(
 
 
 def candidate_cycles(
-    network: Network, halves: HalfCurves, closings: int
+    network: CurveNetwork, halves: HalfCurves, closings: int
 ) -> tuple[dict[tuple[int, ...], Cycle], int]:
     """The shortest cycles through each pair of curves at a node, ``closings`` of each pair.
 

@@ -8,16 +8,23 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb_sketch.surfacing.cycles.canonical import in_own_order
-from patterndb_sketch.surfacing.cycles.choosing import SIDES, Choice, choose
-from patterndb_sketch.surfacing.cycles.closing import candidate_cycles, half_curves
-from patterndb_sketch.surfacing.cycles.consistency import oriented, pinched, users
-from patterndb_sketch.surfacing.cycles.cost import REWARD, badness, folds
-from patterndb_sketch.surfacing.cycles.found import FoundCycles, told
-from patterndb_sketch.surfacing.cycles.measures import measured
-from patterndb_sketch.surfacing.cycles.pruning import components, dangling
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb.geometry.points import Points
+from patterndb_sketch.surfacing.cycles.choosing import SIDES, CycleChoice, choose
+from patterndb_sketch.surfacing.cycles.closing import (
+    candidate_cycles,
+    components,
+    dangling,
+    half_curves,
+)
+from patterndb_sketch.surfacing.cycles.found import FoundCycles, oriented, pinched, told, users
+from patterndb_sketch.surfacing.cycles.measures import REWARD, badness, folds, measured
+from patterndb_sketch.surfacing.network import (
+    Curve,
+    CurveNetwork,
+    Cycle,
+    InvalidNetworkError,
+    curves_at,
+)
 
 #: Closing paths per pair of curves at a node.
 CLOSINGS = 8
@@ -63,7 +70,7 @@ class _Part:
 
 
 def find_cycles(
-    network: Network,
+    network: CurveNetwork,
     *,
     added: Sequence[Cycle] = (),
     banned: Sequence[Cycle] = (),
@@ -84,8 +91,8 @@ def find_cycles(
     at little loss, they do: a closed surface. Elsewhere cycles worse than ``worst`` are left
     out unless they close a surface.
 
-    Raises InvalidNetworkError for added or banned cycles that :meth:`Network.walk` refuses, for
-    one that is both, and where a curve would bound more than two added ones.
+    Raises InvalidNetworkError for added or banned cycles that :meth:`CurveNetwork.walk`
+    refuses, for one that is both, and where a curve would bound more than two added ones.
 
     Abbasinejad et al. 2013 take cycles from their earlier "Surface patches from unorganized space
     curves" (2011). This is another way: candidates by closing paths, chosen by set packing.
@@ -115,7 +122,7 @@ def find_cycles(
     return told(network, turned.cycles, bool(turned.twisted), len(found), cut_short, proven)
 
 
-def _check(network: Network, added: Sequence[Cycle], banned: Sequence[Cycle]) -> None:
+def _check(network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle]) -> None:
     for cycle in (*added, *banned):
         network.walk(cycle)
     refused = {cycle.key for cycle in banned}
@@ -134,7 +141,7 @@ def _check(network: Network, added: Sequence[Cycle], banned: Sequence[Cycle]) ->
 
 
 def _parts(
-    network: Network,
+    network: CurveNetwork,
     alive: NDArray[np.bool_],
     found: dict[tuple[int, ...], Cycle],
     must: set[tuple[int, ...]],
@@ -171,7 +178,9 @@ def _parts(
     return parts
 
 
-def _chosen(network: Network, part: _Part, worst: float, effort: float) -> tuple[list[Cycle], bool]:
+def _chosen(
+    network: CurveNetwork, part: _Part, worst: float, effort: float
+) -> tuple[list[Cycle], bool]:
     """The cycles chosen in a part of the network, and whether no better choice is left."""
     best = _surface(network, part, effort)
     if best is None:
@@ -200,17 +209,17 @@ def _chosen(network: Network, part: _Part, worst: float, effort: float) -> tuple
     return kept, proven
 
 
-def _of(part: _Part, choice: Choice) -> list[Cycle]:
+def _of(part: _Part, choice: CycleChoice) -> list[Cycle]:
     return [part.cycles[i] for i in choice.chosen]
 
 
 def _surface(
-    network: Network,
+    network: CurveNetwork,
     part: _Part,
     effort: float,
     full: Sequence[int] = (),
     least: float | None = None,
-) -> Choice | None:
+) -> CycleChoice | None:
     """The best choice, mended until it can be oriented and has no pinch.
 
     Each choice that is no surface bars what is wrong with it, and the next is made with what is
@@ -238,7 +247,7 @@ def _surface(
             return None
         wrong = _wrong(network, part, choice.chosen)
         if not wrong:
-            return Choice(choice.chosen, choice.value, choice.proven and not mends)
+            return CycleChoice(choice.chosen, choice.value, choice.proven and not mends)
         if mends == MENDS:
             return None if full else _dropped(network, part, choice)
         mends += 1
@@ -255,7 +264,7 @@ def _surface(
 
 
 def _wrong(
-    network: Network, part: _Part, chosen: Sequence[int]
+    network: CurveNetwork, part: _Part, chosen: Sequence[int]
 ) -> list[tuple[tuple[int, ...], int | None]]:
     """Sets of chosen candidates that make no surface: strips that turn over, with None, and
     rings around a node, with the node that other cycles pass too."""
@@ -267,11 +276,61 @@ def _wrong(
     return [(group, node) for group, node in found if not part.forced.issuperset(group)]
 
 
-def _dropped(network: Network, part: _Part, choice: Choice) -> Choice:
+def _dropped(network: CurveNetwork, part: _Part, choice: CycleChoice) -> CycleChoice:
     """The choice without the least gainful cycle of everything that is wrong with it."""
     chosen = list(choice.chosen)
     while wrong := _wrong(network, part, chosen):
         group, _ = wrong[0]
         worst = min(set(group) - part.forced, key=lambda i: (part.gains[i], i))
         chosen.remove(worst)
-    return Choice(tuple(chosen), choice.value, False)
+    return CycleChoice(tuple(chosen), choice.value, False)
+
+
+@dataclass(frozen=True, slots=True)
+class OrderedNetwork:
+    """A network in its own order.
+
+    network: the network; it has no cycles.
+    curves:  for each of its curves the number in the network it came from.
+    turned:  whether it runs the other way there.
+    """
+
+    network: CurveNetwork
+    curves: tuple[int, ...]
+    turned: tuple[bool, ...]
+
+    def there(self, cycle: Cycle) -> Cycle:
+        """A cycle of this network in the one it came from."""
+        return Cycle(tuple((self.curves[c], back != self.turned[c]) for c, back in cycle.steps))
+
+    def here(self, cycle: Cycle) -> Cycle:
+        """A cycle of the network it came from in this one."""
+        place = {old: new for new, old in enumerate(self.curves)}
+        steps = ((place[c], back) for c, back in cycle.steps)
+        return Cycle(tuple((c, back != self.turned[c]) for c, back in steps))
+
+
+def in_own_order(network: CurveNetwork) -> OrderedNetwork:
+    """The network with nodes and curves ordered, and curves turned, by their points."""
+    used = [node for node, steps in enumerate(curves_at(network)) if steps]
+    order = sorted(used, key=lambda node: (tuple(network.nodes[node]), node))
+    place = {old: new for new, old in enumerate(order)}
+    made: list[tuple[object, Curve, int, bool]] = []
+    for number, curve in enumerate(network.curves):
+        first, last = (place[node] for node in curve.nodes)
+        forth, back = _flat(curve.points), _flat(curve.points[::-1])
+        turned = (last, back) < (first, forth)
+        points = np.ascontiguousarray(curve.points[::-1]) if turned else curve.points
+        nodes = (last, first) if turned else (first, last)
+        key = (nodes, min(forth, back), number)
+        made.append((key, Curve(points, nodes, curve.id, curve.stroke), number, turned))
+    made.sort(key=lambda one: one[0])  # type: ignore[arg-type, return-value]
+    return OrderedNetwork(
+        CurveNetwork(tuple(curve for _, curve, _, _ in made), network.nodes[order]),
+        tuple(number for _, _, number, _ in made),
+        tuple(turned for _, _, _, turned in made),
+    )
+
+
+def _flat(points: Points) -> tuple[float, ...]:
+    return tuple(points.ravel().tolist())

@@ -24,8 +24,6 @@ from scipy.sparse.csgraph import connected_components
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb.system.documents import JsonValue
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.files.splines import polylines_of
 from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
@@ -33,7 +31,13 @@ from patterndb_sketch.surfacing.joining.polylines import (
     measure_diagonal,
     move_ends,
 )
-from patterndb_sketch.surfacing.network import Curve, Network, without_repeats
+from patterndb_sketch.surfacing.network import (
+    Curve,
+    CurveNetwork,
+    Drawing,
+    InvalidNetworkError,
+    without_repeats,
+)
 
 KEYS = ("strokes", "segments", "nodes", "patches_created")
 STROKE_KEYS = ("id", "segments")
@@ -114,7 +118,7 @@ def stroke_graph_drawing(document: JsonValue) -> Drawing:
         for one in joining
     )
     stages = tuple(tuple(strokes[stroke]) for stroke in sorted(strokes))
-    return Drawing(Network(tuple(curves), nodes[kept]), stages, notes)
+    return Drawing(CurveNetwork(tuple(curves), nodes[kept]), stages, notes)
 
 
 def recorded_patches(document: JsonValue) -> tuple[RecordedPatch, ...]:

@@ -28,8 +28,6 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.system.documents import JsonValue
-from patterndb_sketch.surfacing.drawing import Drawing
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.joining.junctions import join_polylines
 from patterndb_sketch.surfacing.joining.polylines import (
     as_curve,
@@ -37,8 +35,22 @@ from patterndb_sketch.surfacing.joining.polylines import (
     measure_diagonal,
     move_ends,
 )
-from patterndb_sketch.surfacing.naming import Named, Step, Walks, named_cycle, parts_of, walks_of
-from patterndb_sketch.surfacing.network import Curve, CurveId, Cycle, Network
+from patterndb_sketch.surfacing.naming import (
+    NamedCurve,
+    Step,
+    Walks,
+    named_cycle,
+    parts_of,
+    walks_of,
+)
+from patterndb_sketch.surfacing.network import (
+    Curve,
+    CurveId,
+    CurveNetwork,
+    Cycle,
+    Drawing,
+    InvalidNetworkError,
+)
 
 KEYS = ("curves", "cycles", "stages", "tolerance", "nodes", "source")
 CURVE_KEYS = ("id", "points", "stroke", "nodes", "bezier")
@@ -89,10 +101,12 @@ def drawing_of(document: JsonValue, tolerance: float | None = None) -> Drawing:
         notes = found.notes
     cycles = [_cycle(network, cycle, walks) for cycle in _items(entries, "cycles")]
     stages = [_stage(stage, walks) for stage in _items(entries, "stages")]
-    return Drawing(Network(network.curves, network.nodes, tuple(cycles)), tuple(stages), notes)
+    return Drawing(CurveNetwork(network.curves, network.nodes, tuple(cycles)), tuple(stages), notes)
 
 
-def network_document(network: Network, stages: Sequence[Sequence[int]] = ()) -> dict[str, object]:
+def network_document(
+    network: CurveNetwork, stages: Sequence[Sequence[int]] = ()
+) -> dict[str, object]:
     """The network, its cycles and maybe stages (numbers of curves) as plain JSON has them.
 
     :func:`drawing_of` gives the same back, bit for bit. Raises InvalidNetworkError for stages
@@ -138,7 +152,7 @@ def _at_given_nodes(
     polylines: list[Points],
     ids: Sequence[CurveId],
     strokes: Sequence[CurveId],
-) -> Network:
+) -> CurveNetwork:
     places = as_places(np.array(nodes.points(), np.float64).reshape(-1, 3), "the list of nodes")
     reach = NEAR_NODE * measure_diagonal(polylines)
     curves: list[Curve] = []
@@ -161,7 +175,7 @@ def _at_given_nodes(
         if len(points) < 2:
             curve.fail("nothing is left of the curve between its nodes; leave it out")
         curves.append(Curve(points, (first, last), name, stroke))
-    return Network(tuple(curves), places)
+    return CurveNetwork(tuple(curves), places)
 
 
 def _node(value: JsonValue, n_nodes: int) -> int:
@@ -171,7 +185,7 @@ def _node(value: JsonValue, n_nodes: int) -> int:
     return node
 
 
-def _cycle(network: Network, cycle: JsonValue, walks: Walks) -> Cycle:
+def _cycle(network: CurveNetwork, cycle: JsonValue, walks: Walks) -> Cycle:
     names = [_named(step) for step in cycle.items("a list of curve ids")]
     try:
         return named_cycle(network, names, walks)
@@ -179,13 +193,13 @@ def _cycle(network: Network, cycle: JsonValue, walks: Walks) -> Cycle:
         raise InvalidNetworkError(f"{cycle.where}: {error}") from None
 
 
-def _named(step: JsonValue) -> Named:
+def _named(step: JsonValue) -> NamedCurve:
     if not step.is_object:
-        return Named(step.name("the id of a curve"))
+        return NamedCurve(step.name("the id of a curve"))
     entries = step.entries(STEP_KEYS)
     if "curve" not in entries:
         step.fail('"curve" is missing: the id of the curve')
-    return Named(
+    return NamedCurve(
         entries["curve"].name("the id of a curve"),
         entries["reversed"].truth() if "reversed" in entries else None,
         entries["part"].whole("the number of a part") if "part" in entries else None,
@@ -206,7 +220,7 @@ def _items(entries: dict[str, JsonValue], key: str) -> list[JsonValue]:
     return entries[key].items() if key in entries else []
 
 
-def _step_document(network: Network, step: Step, parts: list[int | None]) -> dict[str, object]:
+def _step_document(network: CurveNetwork, step: Step, parts: list[int | None]) -> dict[str, object]:
     curve, backward = step
     document: dict[str, object] = {"curve": network.curves[curve].id, "reversed": backward}
     if parts[curve] is not None:
@@ -214,7 +228,7 @@ def _step_document(network: Network, step: Step, parts: list[int | None]) -> dic
     return document
 
 
-def _stage_document(network: Network, stage: Sequence[int]) -> list[CurveId]:
+def _stage_document(network: CurveNetwork, stage: Sequence[int]) -> list[CurveId]:
     names = list(dict.fromkeys(network.curves[curve].id for curve in stage))
     whole = {i for i, curve in enumerate(network.curves) if curve.id in names}
     if whole != set(stage):

@@ -32,7 +32,6 @@ from scipy.sparse.csgraph import connected_components
 
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, sampled
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.joining.meetings import find_joins, measure_deviation
 from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
@@ -41,7 +40,13 @@ from patterndb_sketch.surfacing.joining.polylines import (
     move_ends,
 )
 from patterndb_sketch.surfacing.naming import Step
-from patterndb_sketch.surfacing.network import Curve, CurveId, Network, without_repeats
+from patterndb_sketch.surfacing.network import (
+    Curve,
+    CurveId,
+    CurveNetwork,
+    InvalidNetworkError,
+    without_repeats,
+)
 
 Reason = Literal["overshoot", "nothing", "twice"]
 
@@ -53,7 +58,6 @@ CROWDED = 2.0
 
 #: Less than this share of the diagonal is rounding, and not told as left out.
 ROUNDING = 1e-12
-
 _WHY: dict[Reason, str] = {
     "overshoot": "goes on beyond a node by less than the tolerance; that was left out",
     "nothing": "has a piece that stays within the tolerance of one node; it was left out",
@@ -108,7 +112,7 @@ class JoinedCurves:
     crowded:  nodes that gather places further apart than the tolerance, one by one.
     """
 
-    network: Network
+    network: CurveNetwork
     walks: tuple[tuple[Step, ...], ...]
     left_out: tuple[OmittedPart, ...] = ()
     crowded: tuple[CrowdedNode, ...] = ()
@@ -124,7 +128,7 @@ def network_of_polylines(
     ids: Sequence[CurveId] | None = None,
     strokes: Sequence[CurveId] | None = None,
     tolerance: float | None = None,
-) -> Network:
+) -> CurveNetwork:
     """Make the network of drawn curves; :func:`join_polylines` also tells what was left out."""
     return join_polylines(polylines, ids, strokes, tolerance).network
 
@@ -162,7 +166,7 @@ def join_polylines(
     if not (math.isfinite(tolerance) and tolerance >= 0):
         raise InvalidNetworkError(f"the tolerance is {tolerance}; give a length of 0 or more")
     if not drawn:
-        return JoinedCurves(Network((), np.empty((0, 3))), ())
+        return JoinedCurves(CurveNetwork((), np.empty((0, 3))), ())
     # At the size of 1: products of lengths must neither overflow nor vanish. Powers of two
     # change no digit.
     exponent = math.frexp(diagonal)[1]
@@ -413,7 +417,7 @@ def number_pieces(
     names: list[CurveId],
     strokes: list[CurveId],
     exponent: int,
-) -> tuple[Network, tuple[tuple[Step, ...], ...], dict[int, int]]:
+) -> tuple[CurveNetwork, tuple[tuple[Step, ...], ...], dict[int, int]]:
     """Make the network, curves and nodes in the order in which the curves were given.
 
     Returns it, the walks of the curves, and the new numbers of the nodes that remain.
@@ -443,4 +447,4 @@ def number_pieces(
     named = tuple(
         tuple((placed[piece][0], way != placed[piece][1]) for piece, way in walk) for walk in walks
     )
-    return Network(tuple(curves), at), named, numbers
+    return CurveNetwork(tuple(curves), at), named, numbers

@@ -17,7 +17,7 @@ import numpy as np
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 
 #: Pairs of edges within the tolerance that are looked at: 40 bytes each.
 MAX_CONTACTS = 5_000_000

@@ -10,8 +10,7 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.network import without_repeats
+from patterndb_sketch.surfacing.network import InvalidNetworkError, without_repeats
 
 #: Coordinates beyond this are refused: the squares of their distances must remain numbers.
 MAX_COORDINATE = 1e100

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from patterndb.geometry.polyline import MIN_EDGES, arc_length
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import default_spacing, edges_at, stretches
 
 #: The solver takes whole numbers: so many for a cost of 1. A curve costs less than log(5) squared,
@@ -44,7 +43,7 @@ class EvenEdges:
 
 
 def even_edges(
-    network: Network,
+    network: CurveNetwork,
     cycles: Sequence[Cycle],
     spacing: float | None = None,
     most_work: float = MOST_WORK,
@@ -60,7 +59,7 @@ def even_edges(
     even numbers everywhere all cycles are even.
 
     Raises InvalidNetworkError for a spacing that is not above 0, a network without curves, and
-    cycles that :meth:`Network.walk` refuses.
+    cycles that :meth:`CurveNetwork.walk` refuses.
     """
     spacing = default_spacing(network) if spacing is None else spacing
     if not (math.isfinite(spacing) and spacing > 0):
@@ -79,7 +78,7 @@ def even_edges(
 
 
 @dataclass(frozen=True, slots=True)
-class _Choice:
+class _EdgeChoice:
     """One way to number a curve's edges: of all with the same sum, the one of least cost."""
 
     edges: tuple[int, ...]
@@ -90,7 +89,7 @@ class _Choice:
         return sum(self.edges)
 
 
-def _choices(curve: Curve, spacing: float, in_cycle: bool) -> list[_Choice]:
+def _choices(curve: Curve, spacing: float, in_cycle: bool) -> list[_EdgeChoice]:
     """What the least counts may have for a curve, the cheapest first.
 
     That is the nearest whole numbers, and one edge more or one fewer. Two further from the
@@ -104,7 +103,7 @@ def _choices(curve: Curve, spacing: float, in_cycle: bool) -> list[_Choice]:
     ]
     nearest = [_nearest(length) for length in wanted]
     total = sum(nearest)
-    first = _Choice(tuple(nearest), _cost(nearest, wanted))
+    first = _EdgeChoice(tuple(nearest), _cost(nearest, wanted))
     if not in_cycle:
         return [first]
     found = [first]
@@ -115,10 +114,10 @@ def _choices(curve: Curve, spacing: float, in_cycle: bool) -> list[_Choice]:
     ]
     if options:
         edges = min(options, key=lambda edges: _cost(edges, wanted))
-        found.append(_Choice(tuple(edges), _cost(edges, wanted)))
+        found.append(_EdgeChoice(tuple(edges), _cost(edges, wanted)))
     for more in range(1, max(1, MIN_EDGES + 1 - total) + 1):
         edges = _raised(nearest, wanted, more)
-        found.append(_Choice(edges, _cost(edges, wanted)))
+        found.append(_EdgeChoice(edges, _cost(edges, wanted)))
     found.sort(key=lambda choice: choice.cost)
     if total < MIN_EDGES:
         return found
@@ -155,7 +154,7 @@ def _raised(nearest: Sequence[int], wanted: Sequence[float], more: int) -> tuple
 
 
 def _chosen(
-    choices: Sequence[Sequence[_Choice]], cycles: Sequence[Cycle], most_work: float
+    choices: Sequence[Sequence[_EdgeChoice]], cycles: Sequence[Cycle], most_work: float
 ) -> tuple[list[int], bool]:
     """The place of every curve's choice, and whether it is proven that these cost least."""
     if all(_sound(choices, cycle, [0] * len(choices)) for cycle in cycles):
@@ -198,12 +197,12 @@ def _chosen(
     return chosen, status == cp_model.OPTIMAL
 
 
-def _even(options: Sequence[_Choice]) -> int:
+def _even(options: Sequence[_EdgeChoice]) -> int:
     """The cheapest choice that serves any cycle: an even one, of four edges or more."""
     wanted = [at for at, c in enumerate(options) if c.total % 2 == 0 and c.total >= MIN_EDGES]
     return wanted[0] if wanted else 0
 
 
-def _sound(choices: Sequence[Sequence[_Choice]], cycle: Cycle, chosen: Sequence[int]) -> bool:
+def _sound(choices: Sequence[Sequence[_EdgeChoice]], cycle: Cycle, chosen: Sequence[int]) -> bool:
     total = sum(choices[curve][chosen[curve]].total for curve in cycle.curves)
     return total % 2 == 0 and total >= MIN_EDGES

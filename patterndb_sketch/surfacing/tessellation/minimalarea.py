@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points, as_points
 from patterndb.system.kernels import kernel
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 
 #: The most vertices of a polyline that is triangulated. The table takes 8 n**2 bytes (32 MB
 #: here), and time grows with n**3: some three seconds here (benchmarks/minimal_area.py).

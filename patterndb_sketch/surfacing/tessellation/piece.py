@@ -9,15 +9,23 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.geometry.points import Points, as_points
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
-from patterndb_sketch.surfacing.tessellation.interior import filled, triangulated
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Points, as_points, tangents
+from patterndb.system.kernels import kernel
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation.minimalarea import minimal_area
-from patterndb_sketch.surfacing.tessellation.projection import projected
-from patterndb_sketch.surfacing.tessellation.relaxation import harmonic_heights, stretch
+from patterndb_sketch.surfacing.tessellation.planar import (
+    GRID,
+    filled,
+    following,
+    is_simple,
+    preceding,
+    triangulated,
+    turn,
+)
 
 #: How a piece was made: relaxed over a plane, or as the triangulation of least area.
-Method = Literal["laplacian", "area"]
+PieceMethod = Literal["laplacian", "area"]
 
 #: What is done with a piece that is not relaxed over a plane, and why it is not.
 INSTEAD = "triangulated with the least area instead, without points inside"
@@ -25,7 +33,17 @@ CROSSES = (
     "the boundary crosses or touches itself in its own plane and in that of its principal axes; "
     + INSTEAD
 )
+
 BARRED = f"too thin: its mesh in the plane joins points of one chord; {INSTEAD}"
+
+#: An area vector below this part of the squared extent has no direction: rounding.
+NO_AREA = 1e-12
+
+#: The residual is brought below this part of its scale: rounding, nearly.
+PRECISION = 1e-13
+
+#: Steps per inner vertex. In exact arithmetic one each would do; rounding costs a few more.
+STEPS_EACH = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +59,7 @@ class Tessellation:
 
     inner: Points = field(repr=False)
     triangles: NDArray[np.int64] = field(repr=False)
-    method: Method
+    method: PieceMethod
     note: str = ""
 
 
@@ -108,3 +126,205 @@ def checked_spacing(spacing: float) -> None:
     """Raises InvalidNetworkError for a spacing that is not above 0."""
     if not (math.isfinite(spacing) and spacing > 0):
         raise InvalidNetworkError(f"the spacing is {spacing}; give a length above 0")
+
+
+@dataclass(frozen=True, slots=True)
+class Projection:
+    """A closed polyline in a plane, snapped to a grid, where it is a simple polygon.
+
+    grid:    (m, 2) int64 in 0..GRID, counter-clockwise.
+    heights: (m,) float64, of the points above the plane.
+    origin:  (3,) where grid point (0, 0) is; axes: (2, 3) orthonormal; normal: (3,), with the
+             axes right-handed.
+    step:    the length of one step of the grid, in the units of the points.
+    """
+
+    grid: Int64Array = field(repr=False)
+    heights: NDArray[np.float64] = field(repr=False)
+    origin: Points
+    axes: Points
+    normal: Points
+    step: float
+
+    def lifted(self, grid: Int64Array, heights: NDArray[np.float64]) -> Points:
+        """(k, 3) points over grid points (k, 2) at these heights (k,)."""
+        return self.origin + self.step * grid @ self.axes + heights[:, None] * self.normal
+
+
+def area_vector(points: Points) -> Points:
+    """(3,) the area vector of a closed polyline (m, 3): its length is the area of its shadow
+    along itself, the largest of any direction (Newell's method)."""
+    spokes = points - points.mean(axis=0)
+    x, y, z = spokes.T
+    after = np.concatenate([spokes[1:], spokes[:1]])
+    u, v, w = after.T
+    return 0.5 * np.array([y @ w - z @ v, z @ u - x @ w, x @ v - y @ u])
+
+
+def projected(points: Points) -> Projection | None:
+    """The polyline (m, 3) in the first plane where it is simple; None if it is in neither.
+
+    The planes are that of its area vector, then that of its two longest principal axes.
+    """
+    spokes = points - points.mean(axis=0)
+    extent = float(np.abs(spokes).max())
+    if extent == 0.0:
+        return None
+    area = area_vector(points)
+    size = float(np.linalg.norm(area))
+    if size > NO_AREA * extent * extent:
+        seen = _seen_along(points, spokes, area / size)
+        if seen is not None:
+            return seen
+    least = np.linalg.eigh(spokes.T @ spokes)[1][:, 0]
+    # The side from which the polyline runs counter-clockwise.
+    return _seen_along(points, spokes, -least if least @ area < 0.0 else least)
+
+
+def _seen_along(points: Points, spokes: Points, normal: Points) -> Projection | None:
+    axes = tangents(normal[None])[0]
+    flat = spokes @ axes.T
+    steps = np.concatenate([flat[1:], flat[:1]]) - flat
+    # A hexagonal lattice looks the same six times in a turn: lay its rows along the boundary.
+    edges = steps[:, 0] + 1j * steps[:, 1]
+    lengths = np.abs(edges)
+    sixfold = (edges**6)[lengths > 0.0] / lengths[lengths > 0.0] ** 5
+    turned = np.exp(1j * np.angle(sixfold.sum()) / 6.0)
+    axes = np.array([[turned.real, turned.imag], [-turned.imag, turned.real]]) @ axes
+    flat = spokes @ axes.T
+    low = flat.min(axis=0)
+    step = float(np.ptp(flat, axis=0).max()) / GRID
+    if step == 0.0:
+        return None
+    grid = np.rint((flat - low) / step).astype(np.int64)
+    if not is_simple(grid):
+        return None
+    origin = points.mean(axis=0) + low @ axes
+    return Projection(grid, spokes @ normal, origin, axes, normal, step)
+
+
+@kernel
+def harmonic_heights(
+    at: Int64Array, tail: Int64Array, twin: Int64Array, boundary: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """(v,) heights above the plane that solve Laplace's equation on a planar mesh.
+
+    at: (v, 2); tail, twin: half-edges of its constrained Delaunay triangulation; boundary:
+    (m,) heights of the first m vertices, which are kept. By conjugate gradients.
+
+    The weights are the cotangents of the angles in the plane. On a constrained Delaunay
+    triangulation none is negative, so that every height is a mean of its neighbours' heights:
+    none is above the highest or below the lowest of the boundary. With them, a vertex in its
+    place in the plane is at rest too; therefore only the heights are solved for, the surface
+    is a graph over the plane, and no piece crosses itself. (Uniform weights would pull vertices
+    across the boundary at concave corners.)
+
+    Source: Pinkall and Polthier 1993, "Computing discrete minimal surfaces and their
+    conjugates": the membrane's energy on the planar mesh, which for small heights is the area.
+    """
+    m, v = len(boundary), len(at)
+    heights = np.empty(v)
+    heights[:m] = boundary
+    heights[m:] = boundary.mean()
+    if v == m:
+        return heights
+    first, second, weights = _inner_edges(at, tail, twin)
+    diagonal = np.zeros(v)
+    for e in range(len(weights)):
+        diagonal[first[e]] += weights[e]
+        diagonal[second[e]] += weights[e]
+    residual = np.zeros(v)
+    product = np.zeros(v)
+    toward = np.zeros(v)
+    _apply(first, second, weights, m, heights, product)
+    squared = 0.0
+    extent = boundary.max() - boundary.min()
+    scale = 0.0
+    for i in range(m, v):
+        residual[i] = -product[i]
+        toward[i] = residual[i] / diagonal[i]
+        squared += residual[i] * toward[i]
+        scale += diagonal[i] * extent * extent
+    steps = 0
+    while squared > PRECISION * PRECISION * scale and steps < STEPS_EACH * (v - m) + 10:
+        steps += 1
+        _apply(first, second, weights, m, toward, product)
+        curve = 0.0
+        for i in range(m, v):
+            curve += product[i] * toward[i]
+        if curve <= 0.0:
+            break
+        alpha = squared / curve
+        after = 0.0
+        for i in range(m, v):
+            heights[i] += alpha * toward[i]
+            residual[i] -= alpha * product[i]
+            after += residual[i] * residual[i] / diagonal[i]
+        beta = after / squared
+        squared = after
+        for i in range(m, v):
+            toward[i] = residual[i] / diagonal[i] + beta * toward[i]
+    return heights
+
+
+@kernel
+def _inner_edges(
+    at: Int64Array, tail: Int64Array, twin: Int64Array
+) -> tuple[Int64Array, Int64Array, NDArray[np.float64]]:
+    """The ends of every inner edge, and the sum of the cotangents opposite to it."""
+    first = np.empty(len(tail) // 2, np.int64)
+    second = np.empty(len(tail) // 2, np.int64)
+    weights = np.empty(len(tail) // 2)
+    count = 0
+    for h in range(len(tail)):
+        if twin[h] > h:
+            first[count] = tail[h]
+            second[count] = tail[following(h)]
+            # Below 0 by rounding only.
+            weights[count] = max(_cotangent(at, tail, h) + _cotangent(at, tail, twin[h]), 0.0)
+            count += 1
+    return first[:count], second[:count], weights[:count]
+
+
+@kernel
+def _cotangent(at: Int64Array, tail: Int64Array, h: int) -> float:
+    """Of the angle opposite half-edge h in its triangle."""
+    a, b, c = tail[h], tail[following(h)], tail[preceding(h)]
+    along = 0.0
+    for d in range(2):
+        along += float(at[a, d] - at[c, d]) * float(at[b, d] - at[c, d])
+    return along / float(turn(at, a, b, c))
+
+
+@kernel
+def _apply(
+    first: Int64Array,
+    second: Int64Array,
+    weights: NDArray[np.float64],
+    m: int,
+    values: NDArray[np.float64],
+    product: NDArray[np.float64],
+) -> None:
+    """The Laplacian of the values (v,) in the product's rows from m on."""
+    product[:] = 0.0
+    for e in range(len(weights)):
+        a, b = first[e], second[e]
+        flow = weights[e] * (values[a] - values[b])
+        product[a] += flow
+        product[b] -= flow
+
+
+@kernel
+def stretch(at: Int64Array, tail: Int64Array, heights: NDArray[np.float64], step: float) -> float:
+    """How many times as large as in the plane a mesh is at these heights: the root of areas."""
+    flat, real = 0.0, 0.0
+    for h in range(0, len(tail), 3):
+        a, b, c = tail[h], tail[h + 1], tail[h + 2]
+        area = float(turn(at, a, b, c)) * step * step
+        ux, uy = (at[b, 0] - at[a, 0]) * step, (at[b, 1] - at[a, 1]) * step
+        vx, vy = (at[c, 0] - at[a, 0]) * step, (at[c, 1] - at[a, 1]) * step
+        uz, vz = heights[b] - heights[a], heights[c] - heights[a]
+        x, y = uy * vz - uz * vy, uz * vx - ux * vz
+        flat += area
+        real += math.sqrt(area * area + x * x + y * y)
+    return math.sqrt(real / flat)

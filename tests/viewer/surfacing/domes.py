@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from patterndb_sketch.surfacing.drawing import Drawing
 from patterndb_sketch.surfacing.naming import named_cycle
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
 from viewer.keymap import Effect
 from viewer.surfacing.keys import KEYS
 from viewer.surfacing.picture import compose
@@ -23,7 +22,7 @@ CYCLES = tuple(Cycle(((i, False), (4 + (i + 1) % 4, False), (4 + i, True))) for 
 WAVES = 0.2
 
 
-def dome(cycles: Sequence[Cycle] = CYCLES) -> Network:
+def dome(cycles: Sequence[Cycle] = CYCLES) -> CurveNetwork:
     """Curves 0 to 3 are the wavy rim from node to node, 4 to 7 lead from there to the top."""
     turn = np.linspace(0.0, np.pi / 2.0, 17)
     nodes = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1]], np.float64)
@@ -36,7 +35,7 @@ def dome(cycles: Sequence[Cycle] = CYCLES) -> Network:
         return Curve(points, (a, b), f"{a}-{b}", f"{a}-{b}")
 
     curves = [arc(i, (i + 1) % 4) for i in range(4)] + [arc(i, 4) for i in range(4)]
-    return Network(tuple(curves), nodes, tuple(cycles))
+    return CurveNetwork(tuple(curves), nodes, tuple(cycles))
 
 
 def growing_dome() -> Drawing:
@@ -51,7 +50,7 @@ class Finder:
         self.calls = 0
 
     def __call__(
-        self, network: Network, added: Sequence[Cycle], banned: Sequence[Cycle]
+        self, network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle]
     ) -> tuple[Sequence[Cycle], Sequence[str]]:
         self.calls += 1
         names = {curve.id for curve in network.curves}

@@ -8,7 +8,7 @@ from domes import Finder, at, click, dome, drag, growing_dome, keys, opened
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb_sketch.surfacing.network import Cycle, Network
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 from query.placing import Surface
 from viewer.keymap import Effect
 from viewer.surfacing.edits import parts_of
@@ -105,7 +105,7 @@ def test_a_new_curve_is_a_stage_of_its_own(growing: SurfacingState) -> None:
 
 def test_parts_of_a_cycle() -> None:
     square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
-    network = Network.from_edges(square, [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]])
+    network = CurveNetwork.from_edges(square, [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]])
     around = Cycle(((0, False), (1, False), (2, False), (3, False)))
     for cycle in (around, around.turned):
         one, other = parts_of(network, cycle, [4])

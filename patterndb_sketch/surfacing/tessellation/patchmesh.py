@@ -10,10 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sampled
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation.minimalarea import minimal_area
-from patterndb_sketch.surfacing.tessellation.piece import Method, checked_spacing, tessellate
+from patterndb_sketch.surfacing.tessellation.piece import PieceMethod, checked_spacing, tessellate
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +30,7 @@ class PatchMesh:
 
     points: Points = field(repr=False)
     faces: tuple[NDArray[np.int64], ...] = field(repr=False)
-    methods: tuple[Method, ...]
+    methods: tuple[PieceMethod, ...]
     notes: tuple[str, ...] = ()
 
     @property
@@ -67,7 +67,7 @@ def tessellate_patch(
     outline = np.concatenate([loop.points, *points])
     count = len(outline)
     faces: list[NDArray[np.int64]] = []
-    methods: list[Method] = []
+    methods: list[PieceMethod] = []
     notes: list[str] = []
     for number, (around, barred) in enumerate(_outlines(pieces, along, n)):
         made = tessellate(outline[around], spacing, barred)

@@ -1,24 +1,17 @@
-"""Boundaries of transfinite patches as P. Salvi's program "transfinite" has them.
-
-A loop (.lop): the number of curves, and for each its degree, "K" and K knots, "C" and C control
-points of a B-spline. Each begins where the one before ends; together they are one cycle.
-
-Patches (.sdm): the number of patches, and for each the number n of its sides and 2 n + 1
-points: n corners, n middle control points and a centre. Side i is the quadratic Bezier from
-corner i - 1 to corner i by middle i. Each patch is a cycle, and what patches share is one curve.
-"""
+"""Text files of numbers, word by word, with the line for messages."""
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
+from typing import NoReturn
 
 import numpy as np
 from scipy.interpolate import BSpline
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
 from patterndb_sketch.surfacing.files.splines import beziers_of, polylines_of
-from patterndb_sketch.surfacing.files.words import Words
+from patterndb_sketch.surfacing.joining.junctions import join_polylines
 from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
     as_curve,
@@ -27,7 +20,13 @@ from patterndb_sketch.surfacing.joining.polylines import (
     measure_diagonal,
     move_ends,
 )
-from patterndb_sketch.surfacing.network import Curve, Cycle, Network
+from patterndb_sketch.surfacing.network import (
+    Curve,
+    CurveNetwork,
+    Cycle,
+    Drawing,
+    InvalidNetworkError,
+)
 
 #: The highest degree of a B-spline. Programs that model shapes have 3, rarely more than 7; far
 #: beyond, the Beziers of a B-spline lose digits.
@@ -37,7 +36,116 @@ MAX_DEGREE = 11
 JOIN = 1e-4
 
 
-def loop_network(words: Words) -> Network:
+class NumberWords:
+    """The words of a text in order; lines matter for messages only.
+
+    data: the bytes of the text. Raises InvalidNetworkError if they are no UTF-8.
+    """
+
+    __slots__ = ("_lines", "_next", "_numbers", "_words")
+
+    def __init__(self, data: bytes) -> None:
+        try:
+            text = data.decode()
+        except UnicodeDecodeError as error:
+            raise InvalidNetworkError(
+                f"byte {error.start}: this is no list of numbers: the text is not UTF-8"
+            ) from None
+        lines = enumerate(text.splitlines(), 1)
+        self._lines = [(number, line.split()) for number, line in lines if line.strip()]
+        self._words = [word for _, words in self._lines for word in words]
+        self._numbers = [number for number, words in self._lines for _ in words]
+        self._next = 0
+
+    @property
+    def left(self) -> int:
+        """How many words are left."""
+        return len(self._words) - self._next
+
+    def peek(self) -> str:
+        """The next word, empty after the last."""
+        return self._words[self._next] if self.left else ""
+
+    def line(self, index: int) -> list[str]:
+        """The words of one line, blank ones not counted; none after the last."""
+        return self._lines[index][1] if index < len(self._lines) else []
+
+    def word(self, what: str) -> str:
+        """The next word; ``what`` should be there."""
+        if not self.left:
+            raise InvalidNetworkError(
+                f"the text ends where {what} should follow; is the file complete?"
+            )
+        self._next += 1
+        return self._words[self._next - 1]
+
+    def count(self, what: str, least: int, words_each: int = 1) -> int:
+        """The next word, the number of things to follow of so many words each."""
+        word = self.word(what)
+        # Longer than any number of things, and than Python reads.
+        if len(word) > 18 or not (word.isascii() and word.isdigit()):
+            self.fail(f"{_shown(word)} is not {what}")
+        number = int(word)
+        if number < least:
+            self.fail(f"{what} is {number}; there must be {least} at least")
+        if number * words_each > self.left:
+            self.fail(
+                f"{what} is {number:,}, but only {self.left:,} words follow; is the file complete?"
+            )
+        return number
+
+    def number(self, what: str) -> float:
+        """The next word, a finite number."""
+        word = self.word(what)
+        try:
+            number = float(word)
+        except ValueError:
+            self.fail(f"{_shown(word)} is not {what}")
+        if not math.isfinite(number):
+            self.fail(f"{_shown(word)} is not a finite number")
+        return number
+
+    def points(self, count: int, what: str) -> list[list[float]]:
+        """The next points [x, y, z]."""
+        return [[self.number(f"a coordinate of {what}") for _ in range(3)] for _ in range(count)]
+
+    def end(self) -> None:
+        """Raise InvalidNetworkError if words are left."""
+        if self.left:
+            self.fail(
+                f"the text goes on with {_shown(self.word(''))} where it should end; are the "
+                "counts before it right?"
+            )
+
+    def fail(self, message: str) -> NoReturn:
+        """Raise InvalidNetworkError with the line of the word read last."""
+        number = self._numbers[max(self._next - 1, 0)] if self._numbers else 1
+        raise InvalidNetworkError(f"line {number}: {message}")
+
+
+def _shown(word: str) -> str:
+    return repr(word if len(word) <= 40 else word[:39] + "…")
+
+
+def polylines_drawing(words: NumberWords, tolerance: float | None = None) -> Drawing:
+    """The drawing whose strokes are the polylines, each named by its place in the file.
+
+    tolerance: how far apart strokes may pass and still meet. They were drawn in their order:
+    each is a stage. Raises InvalidNetworkError that names the line or the stroke.
+    """
+    polylines: list[Points] = []
+    while words.left:
+        name = f"stroke {len(polylines)}"
+        if words.word("a polyline") != "v":
+            words.fail('a polyline begins with "v" and the number of its points')
+        count = words.count("the number of points", 2, words_each=3)
+        polylines.append(as_curve(words.points(count, name), name))
+    found = join_polylines(polylines, tolerance=tolerance)
+    stages = tuple(tuple(dict.fromkeys(curve for curve, _ in walk)) for walk in found.walks)
+    return Drawing(found.network, stages, found.notes)
+
+
+def loop_network(words: NumberWords) -> CurveNetwork:
     """The network of one closed loop of B-splines, and its cycle.
 
     Raises InvalidNetworkError that names the line, or the curves that do not join.
@@ -71,10 +179,10 @@ def loop_network(words: Words) -> Network:
             raise InvalidNetworkError(f"nothing is left of curve {i} between its ends")
         curves.append(Curve(moved, (i, last), i, i))
     cycle = Cycle(tuple((i, False) for i in range(n_curves)))
-    return Network(tuple(curves), nodes, (cycle,))
+    return CurveNetwork(tuple(curves), nodes, (cycle,))
 
 
-def patches_network(words: Words) -> Network:
+def patches_network(words: NumberWords) -> CurveNetwork:
     """The network of the boundaries of all patches, a cycle for each.
 
     Curves and nodes are numbered as they first come. Raises InvalidNetworkError that names
@@ -119,10 +227,10 @@ def patches_network(words: Words) -> Network:
             steps.append((curve, curves[curve].nodes != (first, last)))
         cycles.append(Cycle(tuple(steps)))
         begin += n
-    return Network(tuple(curves), nodes, tuple(cycles))
+    return CurveNetwork(tuple(curves), nodes, tuple(cycles))
 
 
-def _b_spline(words: Words) -> Points:
+def _b_spline(words: NumberWords) -> Points:
     degree = words.count("the degree of a curve", 1)
     if degree > MAX_DEGREE:
         words.fail(f"the degree is {degree}; the highest is {MAX_DEGREE}")

@@ -19,7 +19,7 @@ from patterndb_sketch.surfacing.chords import (
     Flatness,
     decompose,
 )
-from patterndb_sketch.surfacing.errors import InvalidNetworkError
+from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.patch import LoopSurface, Method, as_triangles
 from patterndb_sketch.surfacing.quads import fill_with_quads
 from patterndb_sketch.surfacing.sampling import Loop
