@@ -2,6 +2,10 @@
 
 stdout is data, stderr is talk. Exit codes: 0 done, 1 nothing found, 2 wrong usage, 3 bad
 input or database, 130 interrupted.
+
+A module holds a tool, one verb or a few that belong together. Read in this order: text and failure
+(how a verb speaks, and how it ends), options, then the verbs; search has the options that query
+and fill share, obj the files that several of them write.
 """
 
 from __future__ import annotations
@@ -13,18 +17,17 @@ import click
 
 import patterndb
 from patterndb_app.cli import (
-    asking,
-    exchanging,
-    exploring,
+    database,
+    explore,
     features,
-    filling,
-    learning,
+    fill,
+    ingest,
     pictures,
-    querying,
-    registering,
+    query,
+    register,
     retopo,
-    shapes,
-    surfacing,
+    shape_model,
+    surface,
 )
 from patterndb_app.cli.failure import (
     EXIT_BAD_INPUT,
@@ -77,20 +80,22 @@ def cli() -> None:
     """
 
 
-for command in (
-    *learning.COMMANDS,
-    *asking.COMMANDS,
-    *querying.COMMANDS,
-    *filling.COMMANDS,
-    *pictures.COMMANDS,
-    *exploring.COMMANDS,
-    *surfacing.COMMANDS,
-    *retopo.COMMANDS,
-    *features.COMMANDS,
-    *registering.COMMANDS,
-    *shapes.COMMANDS,
-    *exchanging.COMMANDS,
-):
+#: The modules of the verbs: one more tool is one more module here.
+TOOLS = (
+    ingest,
+    database,
+    query,
+    fill,
+    pictures,
+    explore,
+    surface,
+    retopo,
+    features,
+    register,
+    shape_model,
+)
+
+for command in (command for tool in TOOLS for command in tool.COMMANDS):
     cli.add_command(command)
 
 

@@ -14,9 +14,15 @@ from click.core import ParameterSource
 
 from patterndb.errors import NotFoundError
 from patterndb_app.cli.failure import EXIT_NOTHING
-from patterndb_app.cli.options import FileName, FileToWrite, as_json, picture_path, read_model
-from patterndb_app.cli.text import plural, say, shortened, table, write, write_json
-from patterndb_app.cli.values import Direction
+from patterndb_app.cli.options import (
+    Direction,
+    FileName,
+    FileToWrite,
+    as_json,
+    picture_path,
+    read_model,
+)
+from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
 
 if TYPE_CHECKING:
     from patterndb_sketch.features.model import Model
@@ -71,7 +77,7 @@ if TYPE_CHECKING:
 @click.option(
     "--rounds",
     type=click.IntRange(1, 100),
-    default=2,
+    default=3,
     show_default=True,
     help="How often the ribs are built about the curve.",
 )
@@ -102,8 +108,8 @@ def features(
 ) -> int:
     """Recover the feature curves along which strokes were roughly drawn.
 
-    MODEL is a mesh file of any quality (OBJ, PLY, VTK, VTP, USD): open, torn, self-intersecting,
-    turned inside out. STROKES is a JSON file; only points must be given:
+    MODEL is a mesh file of any quality (OBJ, PLY, VTK, VTP, USD, OFF): open, torn,
+    self-intersecting, turned inside out. STROKES is a JSON file; only points must be given:
 
     \b
     {"strokes": [{"name": "roof", "points": [[1.3,-0.6,1.1], [2.4,-0.6,1.0]],
@@ -139,13 +145,15 @@ def features(
 
     there = session is not None and (session.exists() or (strokes is None and not view))
     kept = read_session(session) if session is not None and there else Session(model.name)
-    given = _given(chosen)
+    given = _collect_settings(chosen)
     settings = replace(settings_of_numbers(kept.settings, SnapSettings()), **given)
     ground = read_model(model)
     _say_model(model, ground, kept)
     found: list[RecoveredCurve] = []
     if not looking:
-        found, lost, seconds = _recovered(ground, _asked(strokes, kept, settings, given))
+        found, lost, seconds = _recover_curves(
+            ground, _read_strokes(strokes, kept, settings, given)
+        )
         if not found:
             raise NotFoundError(f"{strokes or session}: there is no curve; see above")
         if output is not None:
@@ -185,7 +193,7 @@ HEADS = ("curve", "length", "samples", "mended", "failed", "moved", "at most")
 SETTINGS = {"reach": "radius"}
 
 
-def _given(chosen: Mapping[str, Any]) -> dict[str, Any]:
+def _collect_settings(chosen: Mapping[str, Any]) -> dict[str, Any]:
     """The settings that options were given for."""
     context = click.get_current_context()
     return {
@@ -195,7 +203,7 @@ def _given(chosen: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _asked(
+def _read_strokes(
     strokes: Path | None, session: Session, usual: SnapSettings, given: Mapping[str, Any]
 ) -> list[tuple[Stroke, tuple[Constraint, ...]]]:
     """The strokes of the file, else those of the session with what was dragged there."""
@@ -210,7 +218,7 @@ def _asked(
     ]
 
 
-def _recovered(
+def _recover_curves(
     model: Model, asked: Sequence[tuple[Stroke, tuple[Constraint, ...]]]
 ) -> tuple[list[RecoveredCurve], dict[str, str], float]:
     """The curves, why strokes have none, by name, and how many seconds it took."""
@@ -251,7 +259,7 @@ def _document(
 def _row(one: RecoveredCurve) -> tuple[object, ...]:
     curve, figures = one.curve, one.figures
     return (
-        shortened(one.name, NAME_WIDTH),
+        shorten(one.name, NAME_WIDTH),
         f"{figures.length:.4g}",
         len(curve.samples),
         len(curve.repaired),

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from patterndb.system.files import replace_file
+from patterndb.system.obj import face_lines, format_obj, join_lines, vertex_lines
 from patterndb_app.cli.text import printable
 
 if TYPE_CHECKING:
@@ -30,21 +31,19 @@ def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
         f"# fill of a boundary with sides {lengths}",
         f"# pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
         *(f"v {x:.6f} {y:.6f} 0" for x, y in points.tolist()),
-        *(f"f {a} {b} {c} {d}" for a, b, c, d in (fill.quads + 1).tolist()),
+        *face_lines(fill.quads.tolist()),
     ]
-    replace_file(path, "\n".join(lines) + "\n")
+    replace_file(path, join_lines(lines))
 
 
 def write_placed_fill(path: Path, fill: Fill, vertices: NDArray[np.float64]) -> None:
     """Write a fill placed in space; vertices: (v, 3). Every number reads back as it was."""
     lengths = " ".join(str(n) for n in fill.lengths)
-    lines = [
-        f"# fill of a boundary with sides {lengths}, its vertices first",
-        f"# pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
-        *(f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()),
-        *(f"f {a} {b} {c} {d}" for a, b, c, d in (fill.quads + 1).tolist()),
-    ]
-    replace_file(path, "\n".join(lines) + "\n")
+    comments = (
+        f"fill of a boundary with sides {lengths}, its vertices first",
+        f"pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
+    )
+    replace_file(path, format_obj(vertices, fill.quads.tolist(), comments=comments))
 
 
 def write_surface(path: Path, surfacing: Surfacing) -> None:
@@ -55,16 +54,16 @@ def write_surface(path: Path, surfacing: Surfacing) -> None:
     faces = [face for patch in surfacing.patches for face in patch.faces]
     used = np.unique(np.concatenate([np.zeros(0, np.int64), *(face.ravel() for face in faces)]))
     name = np.zeros(len(surfacing.points), np.int64)
-    name[used] = np.arange(1, len(used) + 1)
+    name[used] = np.arange(len(used))
     lines = [f"# surface of a curve network: {len(surfacing.patches)} patches"]
-    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in surfacing.points[used].tolist()]
+    lines += vertex_lines(surfacing.points[used])
     for number, patch in enumerate(surfacing.patches, 1):
         curves = " ".join(str(c) for c in surfacing.network.names(patch.cycle))
         lines.append(f"g patch_{number}")
         lines.append(f"# {patch.method or 'no method'}, curves {printable(curves)}")
         for face in patch.faces:
-            lines += [f"f {' '.join(map(str, row))}" for row in name[face].tolist()]
-    replace_file(path, "\n".join(lines) + "\n")
+            lines += face_lines(name[face].tolist())
+    replace_file(path, join_lines(lines))
 
 
 def write_quads(
@@ -76,10 +75,6 @@ def write_quads(
 ) -> None:
     """Write (v, 3) points and (q, 4) quads in their order, with a group wherever the names of
     groups, one for each quad, change. Every number reads back as it was."""
-    lines = [f"# {printable(title)}"]
-    lines += [f"v {x!r} {y!r} {z!r}" for x, y, z in points.tolist()]
-    for k, (a, b, c, d) in enumerate((quads + 1).tolist()):
-        if groups and (not k or groups[k] != groups[k - 1]):
-            lines.append(f"g {groups[k]}")
-        lines.append(f"f {a} {b} {c} {d}")
-    replace_file(path, "\n".join(lines) + "\n")
+    comments = (printable(title),)
+    text = format_obj(points, quads.tolist(), comments=comments, groups=groups)
+    replace_file(path, text)

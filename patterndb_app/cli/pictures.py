@@ -77,7 +77,7 @@ def show(
             card = Card.of_pattern(found)
             if widths is not None:
                 title = f"{found.name} widened"
-                card = Card.of_disk(_widened(found, widths), title)
+                card = Card.of_disk(_widen(found, widths), title)
         else:
             assert sides is not None
             boundary = boundary_of(sides, closed)
@@ -96,7 +96,7 @@ def show(
     return 0
 
 
-def _widened(pattern: Pattern, widths: Sequence[int]) -> Disk:
+def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
     from query.expand import expand
 
     return expand(pattern, widths).disk()
@@ -266,7 +266,7 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
         open_browser(
             database,
             n_sides=n_sides,
-            expand=_widened,
+            expand=_widen,
             meshes=lambda p: [o.mesh for o in database.occurrences(p)],
             off_screen=output,
             keys=keys,

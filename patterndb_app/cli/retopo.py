@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -18,14 +18,16 @@ from patterndb_app.cli.options import (
     open_database,
     picture_path,
 )
-from patterndb_app.cli.retopobegin import Asked, begun
 from patterndb_app.cli.text import plural, say, table, write, write_json
 
 if TYPE_CHECKING:
+    from patterndb.store import Database
     from patterndb_sketch.retopo.editor import Editor, Outcome
     from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
     from patterndb_sketch.retopo.filling.report import Report
+    from patterndb_sketch.retopo.ground import Ground
     from patterndb_sketch.retopo.script import Script, ScriptLine
+    from patterndb_sketch.retopo.sessionfile import RetopoSession
 
 
 @click.command()
@@ -108,7 +110,7 @@ def retopo(
     patterndb retopo --session spot.retopo -o spot-quads.obj
     patterndb retopo cage.obj --quads --record edits.jsonl
     """
-    asked = Asked(surface, script, session, quads)
+    asked = RetopoRequest(surface, script, session, quads)
     asked.check()
     nothing_else = script is None and output is None and picture is None and not as_json
     view = view or nothing_else
@@ -130,7 +132,7 @@ def retopo(
     refused: list[tuple[ScriptLine, Outcome]] = []
     done: list[ScriptLine] = []
     with open_database(db) as database:
-        start = begun(asked, wanted, database)
+        start = begin_retopo(asked, wanted, database)
         editor, name = start.editor, Path(start.surface).name
         for one in find_recoveries(session):
             say(
@@ -140,7 +142,7 @@ def retopo(
         say(f"{name}: {plural(len(start.ground.triangles), 'triangle')}")
         began = time.perf_counter()
         if wanted is not None and script is not None:
-            done, refused = _played(wanted, editor, script, lenient)
+            done, refused = _play_script(wanted, editor, script, lenient)
         found = editor.fill()
         seconds = time.perf_counter() - began
         said = Script(start.surface, tuple(done), start.quads)
@@ -191,7 +193,7 @@ def retopo(
     return 0 if made.quads else 1
 
 
-def _played(
+def _play_script(
     wanted: Script, editor: Editor, script: Path, lenient: bool
 ) -> tuple[list[ScriptLine], list[tuple[ScriptLine, Outcome]]]:
     """Play a script; the lines that did something, and those that were refused."""
@@ -243,6 +245,118 @@ def _rows(made: Report, seconds: float) -> list[tuple[str, object]]:
         ("from the surface", f"{100 * made.from_ground:.2f} %"),
         ("seconds", f"{seconds:.1f}"),
     ]
+
+
+@dataclass(frozen=True, slots=True)
+class RetopoRequest:
+    """What the command line says of the beginning."""
+
+    surface: Path | None
+    script: Path | None
+    session: Path | None
+    quads: bool
+
+    @property
+    def goes_on(self) -> bool:
+        """Is there a session to go on from?"""
+        return self.session is not None and self.session.exists()
+
+    def check(self) -> None:
+        """UsageError for what does not go together, or is nothing to begin from."""
+        if self.goes_on and self.surface is not None:
+            raise click.UsageError(
+                f"{self.session} has its surface in it; leave SURFACE out, or begin another session"
+            )
+        if self.goes_on and self.quads:
+            raise click.UsageError(f"{self.session} has begun already; leave --quads out")
+        if self.surface is None and self.script is None and not self.goes_on:
+            there = "no session is given" if self.session is None else f"there is no {self.session}"
+            raise click.UsageError(f"nothing to draw on: give a SURFACE or a --script; {there}")
+
+
+@dataclass(frozen=True, slots=True)
+class RetopoBeginning:
+    """surface: what it is called, in reports and scripts. quads: was it begun from quads?"""
+
+    surface: str
+    ground: Ground
+    editor: Editor
+    quads: bool
+
+
+def begin_retopo(
+    asked: RetopoRequest, script: Script | None, database: Database
+) -> RetopoBeginning:
+    """An editor as it is before anything is done."""
+    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.sessionfile import read_session
+
+    if asked.session is not None and asked.goes_on:
+        kept = read_session(asked.session)
+        if script is not None and asked.script is not None:
+            _refuse_another(kept, script, asked.script)
+        editor = Editor(kept.ground, database)
+        editor.restore(kept.state)
+        return RetopoBeginning(kept.name, kept.ground, editor, False)
+    path = _path(asked, script)
+    quads = asked.quads or (script is not None and script.quads)
+    editor = _from_quads(path, database) if quads else Editor(_ground(path), database)
+    return RetopoBeginning(str(path), editor.ground, editor, quads)
+
+
+def _path(asked: RetopoRequest, script: Script | None) -> Path:
+    from patterndb_sketch.retopo.script import surface_path
+
+    if asked.surface is not None:
+        return asked.surface
+    assert script is not None
+    assert asked.script is not None
+    return surface_path(script, asked.script)
+
+
+def _ground(path: Path) -> Ground:
+    from ingest.formats import read_mesh
+    from patterndb_sketch.retopo.ground import Ground
+
+    return Ground.of_polygons(read_mesh(path))
+
+
+def _from_quads(path: Path, database: Database) -> Editor:
+    from ingest.formats import read_mesh
+    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.errors import InvalidRetopoError
+    from patterndb_sketch.retopo.quadimport import import_quads
+
+    mesh = read_mesh(path)
+    quads, _ = mesh.quads()
+    others = mesh.n_faces - len(quads)
+    if others:
+        raise InvalidRetopoError(
+            f"{path}: {others} of {mesh.n_faces} faces are not quads; begin from a mesh of quads "
+            "alone, or leave --quads out and draw on it"
+        )
+    try:
+        return Editor.of_quads(import_quads(mesh.points, quads), database)
+    except InvalidRetopoError as error:
+        raise InvalidRetopoError(f"{path}: {error}") from error
+
+
+def _refuse_another(kept: RetopoSession, script: Script, beside: Path) -> None:
+    """InvalidRetopoError if a script names another surface than the session has, where it is
+    there to be looked at."""
+    import numpy as np
+
+    from patterndb_sketch.retopo.errors import InvalidRetopoError
+    from patterndb_sketch.retopo.script import surface_path
+
+    path = surface_path(script, beside)
+    ground = _ground(path)
+    same = np.array_equal(ground.vertices, kept.ground.vertices)
+    if not (same and np.array_equal(ground.triangles, kept.ground.triangles)):
+        raise InvalidRetopoError(
+            f"{beside}: its surface, {path}, is not the session's, {kept.name or 'unnamed'}; "
+            "name the surface that the session was begun on, or another session"
+        )
 
 
 COMMANDS = (retopo,)

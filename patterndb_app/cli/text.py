@@ -67,7 +67,7 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-def shortened(text: str, width: int) -> str:
+def shorten(text: str, width: int) -> str:
     """The text, cut to so many characters."""
     return text if len(text) <= width else text[: max(width - 1, 0)] + "…"
 
@@ -85,7 +85,7 @@ def table(heads: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
             cell.rjust(width) if right else cell.ljust(width)
             for cell, width, right in zip(row, widths, to_the_right, strict=True)
         )
-        cut = shortened(last.rstrip(), max(room, len(heads[-1])))
+        cut = shorten(last.rstrip(), max(room, len(heads[-1])))
         lines.append("  ".join((*fixed, cut)).rstrip())
     return "\n".join(lines)
 

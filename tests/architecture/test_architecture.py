@@ -108,7 +108,7 @@ def _imported_parts(module: str) -> set[str]:
 
 
 def test_the_scan_sees_imports_in_functions() -> None:
-    assert "ingest" in imports("patterndb_app.cli.learning")
+    assert "ingest" in imports("patterndb_app.cli.ingest")
     assert "viewer" in imports("patterndb_app.cli.pictures")
     assert len(modules()) > 60
 

@@ -14,7 +14,7 @@ from shared import EXAMPLES
 from ingest import MeshReport
 from patterndb_app.cli import cli
 from patterndb_app.cli.failure import explain, was_interrupted
-from patterndb_app.cli.progress import LearningProgress
+from patterndb_app.cli.ingest import LearningProgress
 
 
 @pytest.fixture

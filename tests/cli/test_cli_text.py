@@ -12,7 +12,7 @@ from commandline import run
 
 from patterndb_app.cli import cli
 from patterndb_app.cli.failure import TRACEBACK
-from patterndb_app.cli.text import WIDTH, plural, printable, shortened, table
+from patterndb_app.cli.text import WIDTH, plural, printable, shorten, table
 
 VERBS = (
     "ingest",
@@ -140,9 +140,9 @@ def test_printable_is_one_line_that_tells_all() -> None:
 
 
 def test_shortened() -> None:
-    assert shortened("abcdef", 6) == "abcdef"
-    assert shortened("abcdefg", 6) == "abcde…"
-    assert shortened("abc", 0) == "…"
+    assert shorten("abcdef", 6) == "abcdef"
+    assert shorten("abcdefg", 6) == "abcde…"
+    assert shorten("abc", 0) == "…"
 
 
 class TestTable:

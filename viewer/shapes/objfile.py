@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from patterndb.system.files import replace_file
+from patterndb.system.obj import format_obj
 from viewer.shapes.shaping import Shaping
 
 
@@ -15,10 +16,8 @@ def write_obj(path: Path, shaping: Shaping) -> None:
     on each other. Raises OSError as writing does.
     """
     sigmas = " ".join(f"{value:.4g}" for value in shaping.sigmas.tolist())
-    lines = [
-        f"# a shape of a model of {len(shaping.shapes.names)} shapes",
-        f"# modes in standard deviations: {sigmas}",
-        *(f"v {x!r} {y!r} {z!r}" for x, y, z in shaping.points.tolist()),
-        *(f"f {a} {b} {c} {d}" for a, b, c, d in (shaping.skin.quads + 1).tolist()),
-    ]
-    replace_file(path, "\n".join(lines) + "\n")
+    comments = (
+        f"a shape of a model of {len(shaping.shapes.names)} shapes",
+        f"modes in standard deviations: {sigmas}",
+    )
+    replace_file(path, format_obj(shaping.points, shaping.skin.quads.tolist(), comments=comments))

@@ -1,23 +1,27 @@
-"""The verbs that change a database: ingest, merge, remove."""
+"""The verb that learns from mesh files: ingest, and its progress bar."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Iterator
+import sys
+import time
+from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
 from patterndb.errors import MeshFileError
+from patterndb_app.cli.database import count_patterns
 from patterndb_app.cli.failure import Interrupted, resumable
 from patterndb_app.cli.options import FileName, as_json, db_to_write, open_database
-from patterndb_app.cli.progress import learning_progress
-from patterndb_app.cli.text import plural, say, write, write_json
+from patterndb_app.cli.text import plural, printable, say, shorten, write, write_json
 
 if TYPE_CHECKING:
-    from ingest import MeshReport
-    from patterndb.store import Database
+    from rich.progress import Progress as Bar
+    from rich.progress import TaskID
+
+    from ingest import MeshReport, Progress
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -74,7 +78,7 @@ def ingest(
 ) -> int:
     """Learn the patterns of mesh files into a database.
 
-    MESH is a file (OBJ, PLY, VTK, VTP, USD) or a folder, of which every such file is
+    MESH is a file (OBJ, PLY, VTK, VTP, USD, OFF) or a folder, of which every such file is
     taken. A mesh that the database has learned with the same options is left as it is, so
     the same command goes on where an interrupted one stopped.
 
@@ -112,7 +116,7 @@ def ingest(
                 progress=progress.update,
                 report=progress.report,
             )
-        patterns = _count(database)
+        patterns = count_patterns(database)
     if as_json:
         write_json(
             {
@@ -134,11 +138,6 @@ def ingest(
             "the same command goes on from here"
         )
     return 0
-
-
-def _count(database: Database) -> int:
-    """The number of patterns; statistics() would hash all content as well."""
-    return sum(database.sides_histogram().values())
 
 
 def _entry(mesh: MeshReport) -> dict[str, object]:
@@ -187,62 +186,85 @@ def _below(folder: Path) -> Iterator[Path]:
             yield path
 
 
-@click.command()
-@click.argument("others", nargs=-1, required=True, metavar="OTHER...", type=FileName())
-@db_to_write
-@as_json
-def merge(others: tuple[Path, ...], db: Path, as_json: bool) -> int:
-    """Add the meshes of other databases to --db, which is made if there is none.
+#: Characters of the names of the meshes in work beside the bar.
+SHOWN_NAMES = 30
 
-    The result is what ingesting all their meshes would give. A mesh that both hold with
-    different options is taken from OTHER.
 
-    \b
-    patterndb merge mine.db yours.db --db ours.db
-    """
-    added = replaced = same = 0
-    with contextlib.ExitStack() as stack:
-        # All are opened before anything is written, so that a wrong name changes nothing.
-        sources = [stack.enter_context(open_database(path)) for path in others]
-        database = stack.enter_context(open_database(db, "create"))
-        for other in sources:
-            counts = database.merge(other)
-            added, replaced, same = added + counts[0], replaced + counts[1], same + counts[2]
-        patterns = _count(database)
-    if as_json:
-        write_json({"added": added, "replaced": replaced, "unchanged": same, "patterns": patterns})
-    else:
-        write(
-            f"{plural(added, 'mesh', 'meshes')} added, {replaced:,} replaced, {same:,} there "
-            f"before; {plural(patterns, 'pattern')} in {db}"
+class LearningProgress:
+    """Shows what an ingest reports: lines for files, and a bar if there is one."""
+
+    def __init__(self, bar: Bar | None, talk: bool) -> None:
+        self._bar = bar
+        self._talk = talk
+        self._task: TaskID | None = None
+        self._started = time.perf_counter()
+
+    def update(self, state: Progress) -> None:
+        """Move the bar."""
+        if self._bar is None:
+            return
+        if self._task is None:
+            self._task = self._bar.add_task("learning", total=state.bytes_total, rate="", names="")
+        seconds = time.perf_counter() - self._started
+        self._bar.update(
+            self._task,
+            completed=state.bytes_done,
+            rate=f"{state.patches / max(seconds, 1e-9):,.0f} patches/s",
+            names=shorten(printable(", ".join(state.working)), SHOWN_NAMES),
         )
-    return 0
+
+    def report(self, mesh: MeshReport) -> None:
+        """Tell what became of a file."""
+        if not self._talk:
+            return
+        if mesh.outcome in ("learned", "replaced"):
+            text = (
+                f"{mesh.name}: {plural(mesh.distinct, 'patch', 'patches')} of "
+                f"{plural(mesh.quads_used, 'quad')}, {plural(mesh.patterns, 'pattern')}, "
+                f"{mesh.new_patterns:,} of them new"
+            )
+            if mesh.outcome == "replaced":
+                text += " (had been learned with other options)"
+            if mesh.quads_read == 0:
+                text = f"{mesh.name}: holds no quads; nothing to learn"
+        else:
+            text = f"{mesh.name}: {mesh.outcome}"
+        if self._bar is not None:
+            self._bar.console.print(printable(text), highlight=False, markup=False, soft_wrap=True)
+        else:
+            say(printable(text))
 
 
-@click.command()
-@click.argument("meshes", nargs=-1, required=True, metavar="MESH...")
-@db_to_write
-@as_json
-def remove(meshes: tuple[str, ...], db: Path, as_json: bool) -> int:
-    """Take meshes out of a database, by name or first digits of their SHA-256.
+@contextlib.contextmanager
+def learning_progress(*, talk: bool) -> Generator[LearningProgress]:
+    """The progress of one ingest; the bar goes away at its end."""
+    # There is no stderr at all where the shell closed it (2>&-).
+    if sys.stderr is None or not sys.stderr.isatty():  # pyright: ignore[reportUnnecessaryComparison]
+        yield LearningProgress(None, talk)
+        return
+    # Imported here because rich takes a moment that piped runs need not wait for.
+    from rich.console import Console
+    from rich.progress import (
+        BarColumn,
+        TaskProgressColumn,
+        TextColumn,
+        TimeRemainingColumn,
+    )
+    from rich.progress import Progress as RichProgress
 
-    Frequencies become what they would be had the mesh never been ingested, and patterns
-    that no other mesh holds go too.
-
-    \b
-    patterndb remove head.obj --db my.db
-    """
-    with open_database(db, "write") as database:
-        n_meshes, n_patterns = database.remove(meshes)
-        patterns = _count(database)
-    if as_json:
-        write_json({"meshes": n_meshes, "patterns_removed": n_patterns, "patterns": patterns})
-    else:
-        write(
-            f"{plural(n_meshes, 'mesh', 'meshes')} and {plural(n_patterns, 'pattern')} removed; "
-            f"{plural(patterns, 'pattern')} left in {db}"
-        )
-    return 0
+    bar = RichProgress(
+        TextColumn("{task.description}"),
+        BarColumn(),
+        TaskProgressColumn(),
+        TextColumn("{task.fields[rate]}"),
+        TimeRemainingColumn(),
+        TextColumn("left"),
+        TextColumn("{task.fields[names]}", style="dim", markup=False),
+        console=Console(stderr=True),
+        transient=True,
+    )
+    with bar:
+        yield LearningProgress(bar, talk)
 
 
-COMMANDS = (ingest, merge, remove)
+COMMANDS = (ingest,)

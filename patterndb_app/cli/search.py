@@ -37,7 +37,7 @@ class Corners(ParamType):
         return tuple(KINDS[word] for word in words)
 
 
-class Flow(ParamType):
+class FlowParam(ParamType):
     """A stroke from edge i of side a to edge j of side b: a:i-b:j."""
 
     name = "a:i-b:j"

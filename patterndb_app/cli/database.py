@@ -1,8 +1,10 @@
-"""The verbs that exchange patterns with the program of the paper's authors."""
+"""The verbs that look after a database: stats, meshes, verify, merge, remove and the exchange
+with the program of the paper's authors."""
 
 from __future__ import annotations
 
 import contextlib
+import dataclasses
 import sys
 from collections.abc import Callable, Generator
 from pathlib import Path
@@ -10,14 +12,164 @@ from typing import TYPE_CHECKING
 
 import click
 
+from patterndb_app.cli.failure import EXIT_BAD_INPUT
 from patterndb_app.cli.options import FileName, as_json, db_to_read, db_to_write, open_database
-from patterndb_app.cli.text import plural, printable, say, write, write_json
+from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
 
 if TYPE_CHECKING:
-    from patterndb.store import PatchTable
+    from patterndb.store import Database, PatchTable
 
-#: Refused rows that stderr tells one by one.
-TOLD = 20
+#: Characters of a mesh's name in a table; the rest of the line is its licence and author.
+SHOWN_NAME = 40
+
+
+@click.command()
+@db_to_read
+@as_json
+def stats(db: Path | None, as_json: bool) -> int:
+    """Count what a database holds.
+
+    \b
+    patterndb stats --db my.db
+    """
+    with open_database(db) as database:
+        s = database.statistics()
+    if as_json:
+        document = dataclasses.asdict(s)
+        document["by_sides"] = {str(k): v for k, v in s.by_sides.items()}
+        document["by_irregular"] = {str(k): v for k, v in s.by_irregular.items()}
+        write_json(document)
+        return 0
+    write(f"{plural(s.patterns, 'pattern')}, {s.patterns_oriented:,} with mirror images")
+    write(f"{plural(s.meshes, 'mesh', 'meshes')}, {plural(s.patches, 'patch', 'patches')}")
+    write(f"content {s.content_hash}")
+    for head, counts in (("sides", s.by_sides), ("irregular", s.by_irregular)):
+        if counts:
+            write("\n" + table((head, "patterns"), list(counts.items())))
+    return 0
+
+
+@click.command()
+@db_to_read
+@as_json
+def meshes(db: Path | None, as_json: bool) -> int:
+    """List the meshes a database has learned from, with author and licence.
+
+    \b
+    patterndb meshes --json
+    """
+    with open_database(db) as database:
+        rows = database.meshes()
+    if as_json:
+        write_json({"meshes": [dataclasses.asdict(row) for row in rows]})
+        return 0
+    lines: list[tuple[object, ...]] = []
+    for row in rows:
+        said = (row.provenance.licence, row.provenance.author, row.provenance.source)
+        lines.append(
+            (
+                shorten(printable(row.name), SHOWN_NAME),
+                row.quads_read,
+                row.distinct,
+                row.patterns,
+                ", ".join(text for text in said if text) or "-",
+            )
+        )
+    write(table(("mesh", "quads", "patches", "patterns", "licence, author, source"), lines))
+    return 0
+
+
+@click.command()
+@db_to_read
+@click.option("--migrate", is_flag=True, help="Bring an older database to the present schema.")
+@as_json
+def verify(db: Path | None, migrate: bool, as_json: bool) -> int:
+    """Check a database: the file, every pattern's code, and all counts.
+
+    Exit code 3 if anything is wrong.
+
+    \b
+    patterndb verify --db my.db
+    """
+    if migrate and db is None:
+        raise click.UsageError("--migrate needs --db: the starter database is always up to date")
+    with open_database(db, "write" if migrate else "read") as database:
+        findings = database.verify()
+        name = database.path
+    if as_json:
+        write_json({"ok": not findings, "findings": findings})
+    else:
+        for finding in findings:
+            write(finding)
+        say(f"{name}: {plural(len(findings), 'finding') if findings else 'sound'}")
+    return EXIT_BAD_INPUT if findings else 0
+
+
+@click.command()
+@click.argument("others", nargs=-1, required=True, metavar="OTHER...", type=FileName())
+@db_to_write
+@as_json
+def merge(others: tuple[Path, ...], db: Path, as_json: bool) -> int:
+    """Add the meshes of other databases to --db, which is made if there is none.
+
+    The result is what ingesting all their meshes would give. A mesh that both hold with
+    different options is taken from OTHER.
+
+    \b
+    patterndb merge mine.db yours.db --db ours.db
+    """
+    added = replaced = same = 0
+    with contextlib.ExitStack() as stack:
+        # All are opened before anything is written, so that a wrong name changes nothing.
+        sources = [stack.enter_context(open_database(path)) for path in others]
+        database = stack.enter_context(open_database(db, "create"))
+        for other in sources:
+            counts = database.merge(other)
+            added, replaced, same = added + counts[0], replaced + counts[1], same + counts[2]
+        patterns = count_patterns(database)
+    if as_json:
+        write_json({"added": added, "replaced": replaced, "unchanged": same, "patterns": patterns})
+    else:
+        write(
+            f"{plural(added, 'mesh', 'meshes')} added, {replaced:,} replaced, {same:,} there "
+            f"before; {plural(patterns, 'pattern')} in {db}"
+        )
+    return 0
+
+
+@click.command()
+@click.argument("meshes", nargs=-1, required=True, metavar="MESH...")
+@db_to_write
+@as_json
+def remove(meshes: tuple[str, ...], db: Path, as_json: bool) -> int:
+    """Take meshes out of a database, by name or first digits of their SHA-256.
+
+    Frequencies become what they would be had the mesh never been ingested, and patterns
+    that no other mesh holds go too.
+
+    \b
+    patterndb remove head.obj --db my.db
+    """
+    with open_database(db, "write") as database:
+        n_meshes, n_patterns = database.remove(meshes)
+        patterns = count_patterns(database)
+    if as_json:
+        write_json({"meshes": n_meshes, "patterns_removed": n_patterns, "patterns": patterns})
+    else:
+        write(
+            f"{plural(n_meshes, 'mesh', 'meshes')} and {plural(n_patterns, 'pattern')} removed; "
+            f"{plural(patterns, 'pattern')} left in {db}"
+        )
+    return 0
+
+
+def count_patterns(database: Database) -> int:
+    """Count the patterns; statistics() would hash all content as well."""
+    return sum(database.sides_histogram().values())
+
+
+#: Refused rows that stderr shows one by one.
+SHOWN_REFUSALS = 20
 
 
 @click.command("import-ddq")
@@ -59,7 +211,7 @@ def import_ddq(
             held = database.find_mesh(file_hash(file))
             if held is not None:
                 outcome = database.say_of(held, said)
-                patterns = sum(database.sides_histogram().values())
+                patterns = count_patterns(database)
                 if as_json:
                     write_json(
                         {
@@ -82,11 +234,11 @@ def import_ddq(
     with open_database(db, "create") as database:
         outcome, new = database.import_ddq(table, said)
         patterns = sum(database.sides_histogram().values())
-    for row in table.told[:TOLD]:
+    for row in table.told[:SHOWN_REFUSALS]:
         key = f" ({printable(row.key)})" if row.key else ""
         say(f"row {row.rowid}{key} left out: {printable(row.reason)}")
-    if table.refused > TOLD:
-        say(f"and {plural(table.refused - TOLD, 'row')} more")
+    if table.refused > SHOWN_REFUSALS:
+        say(f"and {plural(table.refused - SHOWN_REFUSALS, 'row')} more")
     if table.unlike:
         say(
             f"{plural(table.unlike, 'row')} told another number of irregular vertices than the "
@@ -176,4 +328,4 @@ def _bar(task: str) -> Generator[Callable[[int, int], None] | None]:
         yield lambda done, total: bar.update(number, completed=done, total=total)
 
 
-COMMANDS = (import_ddq, export_ddq)
+COMMANDS = (stats, meshes, verify, merge, remove, import_ddq, export_ddq)

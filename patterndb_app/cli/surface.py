@@ -21,7 +21,7 @@ from patterndb_app.cli.options import (
     open_database,
     picture_path,
 )
-from patterndb_app.cli.text import plural, say, shortened, table, write, write_json
+from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
 
 if TYPE_CHECKING:
     from patterndb_sketch.surfacing import (
@@ -183,7 +183,7 @@ def surface(
         "cycles": [given.names(cycle) for cycle in cycles],
         "cycles_found": found is not None,
         "seconds_finding": round(seconds_finding, 6),
-        **({} if found is None else _told(given, found)),
+        **({} if found is None else _summarise_cycles(given, found)),
         "notes": notes,
     }
     if found is not None:
@@ -301,7 +301,7 @@ def _cycles(
     return tuple(cycles), None
 
 
-def _told(network: CurveNetwork, found: FoundCycles) -> dict[str, object]:
+def _summarise_cycles(network: CurveNetwork, found: FoundCycles) -> dict[str, object]:
     """What the search for cycles has to say, curves by their ids."""
 
     def ids(curves: Sequence[int]) -> list[object]:
@@ -358,7 +358,7 @@ def _patch(made: Surfacing, patch: SurfacePatch) -> dict[str, object]:
 
 
 def _row(network: CurveNetwork, number: int, patch: SurfacePatch) -> tuple[object, ...]:
-    names = shortened(_named(network, patch.cycle), CURVES_WIDTH)
+    names = shorten(_named(network, patch.cycle), CURVES_WIDTH)
     result = patch.surface
     if result is None:
         return number, "none", 0, 0, 0, "", 0, "", 0, names

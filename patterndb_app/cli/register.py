@@ -12,7 +12,7 @@ import numpy as np
 
 from patterndb_app.cli.obj import write_quads
 from patterndb_app.cli.options import OBJ, FileName, as_json, picture_path, read_model
-from patterndb_app.cli.text import plural, printable, say, shortened, table, write, write_json
+from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
 
 if TYPE_CHECKING:
     from patterndb_sketch.features.registration import DrawnNetwork, Registration, Template
@@ -124,7 +124,7 @@ def register(
             }
         )
     else:
-        write(table(HEADS, [(shortened(str(name), 40), *rest) for name, *rest in rows]))
+        write(table(HEADS, [(shorten(str(name), 40), *rest) for name, *rest in rows]))
     for note in made.notes:
         say(note)
     if gaps:

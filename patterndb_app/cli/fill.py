@@ -11,7 +11,7 @@ import click
 
 from patterndb.errors import NotFoundError
 from patterndb_app.cli.options import OBJ, FileName, as_json, db_to_read, open_database
-from patterndb_app.cli.searching import search_arguments, search_options
+from patterndb_app.cli.search import search_arguments, search_options
 from patterndb_app.cli.text import plural, say, write_json
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from patterndb_app.cli.options import (
     open_database,
     picture_path,
 )
-from patterndb_app.cli.searching import Corners
+from patterndb_app.cli.search import Corners
 from patterndb_app.cli.text import say
 
 if TYPE_CHECKING:
