@@ -37,14 +37,13 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from query import Boundary, Fill, Stroke, fills
-from query.listing.ranking import Order
 
 #: Seed, number and size of the splits.
 SEED = "report"
 SPLITS = 3
 HELD_OUT = 10
 
-ORDERS: tuple[Order, ...] = ("artist", "regular")
+ORDERS = ("artist", "regular")
 STROKES = ("none", "one", "two")
 SHOWN = (1, 5, 20)
 
@@ -152,7 +151,7 @@ def rank(case: Case, found: Iterable[Fill], rooted: Rooted) -> int | None:
 
 
 def scored(
-    database: patterndb.Database, cases: Sequence[Case], order: Order, n_strokes: int, code: Rooted
+    database: patterndb.Database, cases: Sequence[Case], order: str, n_strokes: int, code: Rooted
 ) -> Score:
     """Ask for all cases, with so many of their strokes."""
     score = Score()
@@ -175,7 +174,7 @@ def main() -> None:
     heads = [f"hit@{k}" for k in SHOWN] + [f"unknown, not @{PAGE}", f"ranked lower, not @{PAGE}"]
     print(f"| held out | order | strokes | cases | {' | '.join(heads)} |")
     print("| --- | --- | --- | ---: |" + " ---: |" * len(heads), flush=True)
-    asked: list[tuple[Order, int]] = [(order, n) for order in ORDERS for n in range(len(STROKES))]
+    asked: list[tuple[str, int]] = [(order, n) for order in ORDERS for n in range(len(STROKES))]
     pooled = dict.fromkeys(asked, Score())
     for number, held in enumerate(splits((arguments.shared / "data" / "meshes").glob("*.obj")), 1):
         patches = cut(program, held)

@@ -1,9 +1,53 @@
-"""Boundary -> fills: which patterns fit, with which widths, expanded to quads and ranked."""
+"""Boundary -> fills: which patterns fit, with which widths, expanded to quads, ranked and placed.
 
-from query.boundary import Boundary
-from query.engine import best, fills
-from query.fill import Fill
-from query.listing.stream import Fills
-from query.stroke import Stroke
+Read it in this order:
+
+    boundary, stroke    what is asked: sides and corners, and where the edge flow shall run
+    orientation         the 2N ways in which a pattern can meet a boundary
+    families            patterns that are grown, not learned: every one with few irregular vertices
+    marks               where a boundary's corners may fall on a pattern, its own corners or others
+    solving             widths that make patterns meet lengths and strokes
+    construct           a fill put together of parts, where no pattern has one
+    listing             the list of fills: filters, tables, ranks, lanes, the stream, the orders
+    engine              ``fills`` and ``best``, which put the question
+    fill, expand        what a fill is, and how a pattern and its widths become one
+    identity, recognise when two fills are one; quads from elsewhere read as a pattern's
+    placing             where the vertices of a fill lie
+
+Names are loaded when they are asked for: ``import query`` waits for no compiled kernel.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from query.boundary import Boundary
+    from query.engine import best, fills
+    from query.fill import Fill
+    from query.listing.stream import Fills
+    from query.stroke import Stroke
 
 __all__ = ["Boundary", "Fill", "Fills", "Stroke", "best", "fills"]
+
+_HOME = {
+    "Boundary": "query.boundary",
+    "Fill": "query.fill",
+    "Fills": "query.listing.stream",
+    "Stroke": "query.stroke",
+    "best": "query.engine",
+    "fills": "query.engine",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(import_module(_HOME[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -17,7 +17,7 @@ from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.listing.filters import NO_DOUBLETS, Filters, Range
-from query.listing.ranking import ORDERS, Order
+from query.listing.orders import ORDERS, default_order
 from query.listing.stream import Fills, Query
 from query.stroke import TOLERANCE, Stroke
 
@@ -48,7 +48,7 @@ def fills(
     tolerance: int = TOLERANCE,
     limit: int | None = 20,
     per_pattern: int | None = None,
-    order: Order | None = None,
+    order: str | None = None,
     strict: bool = False,
     max_boundary_irregular: int = BOUNDARY_IRREGULAR,
     max_irregular: int | None = None,
@@ -75,10 +75,10 @@ def fills(
     tolerance: edges that a strand's end may be off its stroke's.
     limit: the most fills; per_pattern: the most of one pattern; None is no limit (the fills of
     long sides run into millions). time_limit: seconds after which the list ends; it has at
-    least one fill if there is any, which may take a moment longer. pool: the orders "flow",
-    "quality", "small" and "symmetric" sort the first so many fills of the order before.
-    order: see :mod:`query.listing.ranking` and docs; None is "flow" where boundary and strokes have
-    points, and "artist" elsewhere.
+    least one fill if there is any, which may take a moment longer. pool: orders that measure
+    fills, all but "artist" and "regular", sort the first so many fills of "artist".
+    order: the name of one of :data:`query.listing.orders.ORDERS`, see docs; None is "flow" where
+    boundary and strokes have points, and "artist" elsewhere.
     strict: only fills whose corners are where the boundary's are. Else corners may lie
     elsewhere (relaxed matching), each such place counting as an irregular vertex of the
     boundary, of which a fill has at most max_boundary_irregular, unless it is constructed.
@@ -125,11 +125,9 @@ def fills(
     for stroke in strokes:
         stroke.refuse_unless_on(boundary)
     drawn = boundary.points is not None and any(s.points is not None for s in strokes)
-    order = order or ("flow" if drawn else "artist")
-    if order == "flow" and not drawn:
-        raise InvalidQueryError('order="flow" needs points of the boundary and of a stroke')
-    if order == "quality" and boundary.points is None:
-        raise InvalidQueryError('order="quality" needs points of the boundary')
+    chosen = ORDERS[order or default_order(drawn=drawn)]
+    if not chosen.is_usable(points=boundary.points is not None, strokes=drawn):
+        raise InvalidQueryError(f'order="{chosen.name}" needs {chosen.needs}')
     ids = None
     if meshes is not None or licences is not None:
         # A relaxed fill's pattern may have another number of sides.
@@ -143,7 +141,7 @@ def fills(
             tolerance=tolerance,
             limit=limit,
             per_pattern=per_pattern,
-            order=order,
+            order=chosen,
             filters=Filters(
                 max_irregular=max_irregular,
                 valence=valence,

@@ -112,8 +112,9 @@ class Fill:
         tolerance: int = 1,
     ) -> Placement:
         """Where the vertices lie, the boundary's being given; see :func:`query.placing.place`."""
-        # Imported here because placing needs scipy, which a list of fills does not.
-        from query.placing import place
+        # Imported here because placing needs scipy, which a list of fills does not. Placing knows
+        # nothing of fills but their quads and sides.
+        from query.placing.placement import place
 
         return place(self, points, surface, strokes, tolerance=tolerance)
 

@@ -18,8 +18,10 @@ import numpy as np
 
 from patterndb.core.code import rooted_code
 from patterndb.core.halfedge import Int32Array, fans
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.system.kernels import kernel
+from query.boundary import Boundary
 from query.fill import Fill
 
 #: What ``weld_quads`` finds wrong, by the number it returns.
@@ -169,3 +171,60 @@ def quads_key(quads: Int32Array, twin: Int32Array, closed: bool) -> bytes:
             at > 0,
         )
     return hashlib.blake2b(code.tobytes(), digest_size=16).digest()
+
+
+def count_symmetries(fill: Fill, boundary: Boundary) -> int:
+    """Count the rotations and reflections of the boundary that map the fill onto itself: 1 or more.
+
+    A rotation or reflection of the boundary takes sides to sides of the same length, and
+    corners to corners of the same kind; of a closed side it is any.
+    """
+    mesh = QuadMesh.from_quads(fill.quads)
+    border = np.flatnonzero(mesh.twin < 0)
+    tails = fill.quads.ravel()[border]
+    at = np.empty(fill.perimeter, np.int64)
+    at[tails] = border
+    q = fill.n_quads
+    codes = [np.zeros(4 * q, np.int32), np.zeros(4 * q, np.int32)]
+    number, entry, order = (np.empty(q, np.int32) for _ in range(3))
+
+    def code(vertex: int, mirrored: bool, into: int) -> None:
+        # Mirrored, the fill is read from the edge that ends at the vertex.
+        start = at[(vertex - 1) % fill.perimeter] if mirrored else at[vertex]
+        rooted_code(
+            mesh.twin,
+            q,
+            int(start),
+            mirrored,
+            codes[into],  # pyright: ignore[reportArgumentType]
+            number,
+            entry,
+            order,
+            False,
+        )
+
+    code(0, False, 0)
+    count = 0
+    for vertex, mirrored in _boundary_symmetries(boundary):
+        code(vertex, mirrored, 1)
+        count += bool(np.array_equal(codes[0], codes[1]))
+    return count
+
+
+def _boundary_symmetries(boundary: Boundary) -> list[tuple[int, bool]]:
+    """The vertices from which the boundary reads as from vertex 0, either way round."""
+    n = boundary.n_sides
+    if n == 0:
+        return [(v, m) for v in range(boundary.perimeter) for m in (False, True)]
+    lengths, kinds, starts = boundary.lengths, boundary.corners, boundary.side_starts
+    found: list[tuple[int, bool]] = []
+    for turn in range(n):
+        ahead = [(turn + s) % n for s in range(n)]
+        if all((lengths[a], kinds[a]) == (lengths[s], kinds[s]) for s, a in enumerate(ahead)):
+            found.append((starts[turn], False))
+        if all(
+            (lengths[(turn - 1 - s) % n], kinds[(turn - s) % n]) == (lengths[s], kinds[s])
+            for s in range(n)
+        ):
+            found.append((starts[turn], True))
+    return found

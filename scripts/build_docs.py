@@ -1,5 +1,5 @@
-"""Write docs/cli.md, docs/api.md and lists of docs/retopo.md from the code; pictures and output
-from the program.
+"""Write docs/cli.md, docs/api.md and lists of docs/retopo.md and docs/queries.md from the code;
+pictures and output from the program.
 
     python scripts/build_docs.py              write them
     python scripts/build_docs.py --check      exit code 1 and a diff if they are stale
@@ -20,6 +20,7 @@ import sys
 from build_docs_api import api_page
 from build_docs_cli import cli_page
 from build_docs_pictures import DOCS, ILLUSTRATED, ROOT, walk
+from build_docs_queries import queries_page
 from build_docs_retopo import retopo_page
 
 
@@ -33,11 +34,12 @@ def main() -> None:
             walk(page)
         return
     stale = False
-    retopo = DOCS / "retopo.md"
+    retopo, queries = DOCS / "retopo.md", DOCS / "queries.md"
     for path, page in (
         (DOCS / "cli.md", cli_page()),
         (DOCS / "api.md", api_page()),
         (retopo, retopo_page(retopo.read_text(encoding="utf-8"))),
+        (queries, queries_page(queries.read_text(encoding="utf-8"))),
     ):
         old = path.read_text(encoding="utf-8") if path.exists() else ""
         if old == page:

@@ -13,7 +13,7 @@ from concurrent.futures import Future
 from patterndb.errors import NotFoundError
 from query import Boundary, Fill, Fills, Stroke, fills
 from query.engine import PatternSource
-from query.listing.ranking import ORDERS, Order
+from query.listing.orders import ORDERS, default_order
 from query.placing import Surface
 from query.stroke import TOLERANCE
 from viewer.placer import Placed, Placer
@@ -46,7 +46,7 @@ class Finder:
         self.boundary: Boundary | None = None
         self.strokes: list[Stroke] = list(strokes)
         self.tolerance = tolerance
-        self.order: Order | None = None
+        self.order: str | None = None
         self.strict = False
         self.limit = limit
         self.following = True
@@ -73,9 +73,17 @@ class Finder:
         return self._search is not None and self._search.truncated
 
     @property
-    def default_order(self) -> Order:
+    def default_order(self) -> str:
         """The order of the fills where none is chosen; see :func:`query.fills`."""
-        return "flow" if any(s.points is not None for s in self.strokes) else "artist"
+        return default_order(drawn=self._has_drawn_stroke)
+
+    @property
+    def _has_drawn_stroke(self) -> bool:
+        return any(s.points is not None for s in self.strokes)
+
+    def _is_usable(self, order: str) -> bool:
+        """Can the fills come in this order? Boundaries always have points here."""
+        return ORDERS[order].is_usable(points=True, strokes=self._has_drawn_stroke)
 
     @property
     def fill(self) -> Fill | None:
@@ -165,10 +173,7 @@ class Finder:
 
     def change_order(self) -> None:
         """The next order that makes sense here, after the last the default."""
-        choices: list[Order | None] = [None]
-        for order in ORDERS:
-            if order != "flow" or self.default_order == "flow":
-                choices.append(order)
+        choices: list[str | None] = [None, *filter(self._is_usable, ORDERS)]
         at = choices.index(self.order) if self.order in choices else 0
         self.order = choices[(at + 1) % len(choices)]
         self._restart()
@@ -207,7 +212,7 @@ class Finder:
     def _question(self, boundary: Boundary) -> Callable[[], Fills]:
         strokes, tolerance, limit = tuple(self.strokes), self.tolerance, self.limit
         order, strict, source = self.order, self.strict, self._source
-        if order == "flow" and self.default_order != "flow":
+        if order is not None and not self._is_usable(order):
             order = None
 
         def ask() -> Fills:

@@ -60,6 +60,34 @@ class FlowParam(ParamType):
         return (a, i), (b, j)
 
 
+class OrderChoice(click.Choice[str]):
+    """The names of the orders that there are, loaded when they are asked for."""
+
+    def __init__(self) -> None:
+        self.case_sensitive = True
+
+    @property
+    def choices(self) -> tuple[str, ...]:  # pyright: ignore[reportIncompatibleVariableOverride]
+        from query.listing.orders import ORDERS
+
+        return tuple(ORDERS)
+
+
+class OrderOption(click.Option):
+    """The option --order, whose help says what comes first in every order."""
+
+    @property
+    def help(self) -> str:  # pyright: ignore[reportIncompatibleVariableOverride]
+        from query.listing.orders import describe_orders
+
+        return describe_orders()
+
+    @help.setter
+    def help(self, value: str | None) -> None:
+        # click sets what the option was given, which is nothing.
+        pass
+
+
 _OPTIONS = (
     click.option(
         "--tolerance",
@@ -125,10 +153,8 @@ _OPTIONS = (
     ),
     click.option(
         "--order",
-        type=click.Choice(["artist", "regular", "flow", "quality", "small", "symmetric"]),
-        help="What comes first: what artists did most, the fewest irregular vertices, the "
-        "strands nearest to the strokes, the squarest quads, the fewest quads, or the most "
-        "symmetries.  [default: flow where strokes are drawn, else artist]",
+        type=OrderChoice(),
+        cls=OrderOption,
     ),
     click.option(
         "--per-pattern",

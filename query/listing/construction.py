@@ -15,6 +15,7 @@ from query.listing.filters import Filters
 from query.listing.lane import Found, Search, Step
 from query.listing.ranking import Rank
 from query.marks.bestmarked import BOUNDARY_CAP, BestMarked, best_marked, family_index
+from query.placing.strands import edges_off
 from query.stroke import Stroke
 
 #: Sides up to which the family has marked patterns worth looking through.
@@ -140,6 +141,4 @@ def _off(fill: Fill, search: Search, strokes: Sequence[Stroke]) -> int | None:
     """Edges by which the fill's strands miss the strokes; None beyond the tolerance."""
     if not strokes:
         return 0
-    from query.placing.strand import edges_off
-
     return edges_off(fill, strokes, search.asked.tolerance)

@@ -1,4 +1,4 @@
-"""The orders in which fills come.
+"""How fits are ranked before they are expanded: the orders "regular" and "artist".
 
 "regular": fewest irregular vertices, then fewest of them on the boundary, then the pattern seen
 most often (Marcias et al. 2015, section 4, their order).
@@ -16,21 +16,17 @@ miss the strokes: nearly always the exact fill is meant, but whoever draws may b
 Differs from the paper: fewest irregular vertices first hides what artists do with one or two
 more; benchmarks/RESULTS.md has how often either order lists an artist's own fill.
 
-The other orders sort what these find by a measure; see :mod:`query.listing.measured`.
+The other orders sort what these find by a measure; see :mod:`query.listing.orders`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from query.listing.table import Entries, Table
-
-Order = Literal["artist", "regular", "flow", "quality", "small", "symmetric"]
-ORDERS: tuple[Order, ...] = ("artist", "regular", "flow", "quality", "small", "symmetric")
 
 #: A place in an order: smaller comes first. Ties end at the pattern's id and the fit's place
 #: among its row's, so that the same query gives the same list on any number of threads.

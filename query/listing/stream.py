@@ -20,8 +20,8 @@ from query.identity import fill_key, is_mesh
 from query.listing.construction import constructed_lane
 from query.listing.filters import Filters, why_empty
 from query.listing.lane import Candidate, Found, More, Search, Step, feasible, lane
-from query.listing.measured import measured
-from query.listing.ranking import Listing, Order, Rank, Ranking
+from query.listing.orders import FillOrder, Measure
+from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import (
     Entries,
     Frequencies,
@@ -33,9 +33,6 @@ from query.listing.table import (
 )
 from query.solving.batch import asked
 from query.stroke import Stroke
-
-#: The orders that need no fill to be measured.
-RANKED = ("artist", "regular")
 
 #: Listings that a table keeps: a query needs two, and boundaries differ in their corners.
 LISTINGS_KEPT = 16
@@ -61,7 +58,7 @@ class Query:
     tolerance: int
     limit: int | None
     per_pattern: int | None
-    order: Order
+    order: FillOrder
     filters: Filters
     strict: bool
     origins: frozenset[str] | None
@@ -157,7 +154,8 @@ class Fills(Iterator[Fill]):
             timer.daemon = True
             timer.start()
         try:
-            source = self._ranked(q.limit) if q.order in RANKED else self._measured()
+            measure = q.order.measure
+            source = self._ranked(q.limit) if measure is None else self._measured(measure)
             for count, fill in enumerate(source):
                 if count == q.limit:
                     self.truncated = True
@@ -172,7 +170,7 @@ class Fills(Iterator[Fill]):
         self.stopped = self.stopped or "time limit"
         self._cancelled[0] = 1
 
-    def _measured(self) -> Iterator[Fill]:
+    def _measured(self, measure: Measure) -> Iterator[Fill]:
         """The fills of the pool, by what is measured on them."""
         q = self._query
         pool: list[tuple[float, int, Fill]] = []
@@ -180,7 +178,7 @@ class Fills(Iterator[Fill]):
             if place == q.pool:
                 self.truncated = True
                 break
-            value, fill = measured(q.order, fill, q.boundary, q.strokes, q.tolerance)
+            value, fill = measure(fill, q.boundary, q.strokes, q.tolerance)
             pool.append((value, place, fill))
         for _, _, fill in sorted(pool, key=lambda entry: entry[:2]):
             yield fill
@@ -188,8 +186,9 @@ class Fills(Iterator[Fill]):
     def _ranked(self, wanted: int | None) -> Iterator[Fill]:
         """The fills in an order that needs no geometry; about ``wanted`` will be taken."""
         q = self._query
-        if q.order == "regular" or q.strokes:
-            yield from self._merged(self._search(wanted, q.order != "regular"))
+        regular = q.order.name == "regular"
+        if regular or q.strokes:
+            yield from self._merged(self._search(wanted, not regular))
             return
         # The most regular fill is always worth a look; after it come those that artists made.
         first = next(self._merged(self._search(1, False, True)), None)

@@ -12,8 +12,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-from query.fill import Fill
-from query.placing.strand import edges_of, far_ends, loop_chains, span, walk
+from query.placing.strands import SidedDisk, edges_of, far_ends, loop_chains, span, walk
 from query.stroke import TOLERANCE, Stroke
 
 #: Places along a stroke where its distance to a midline is measured, at the middles of as
@@ -64,7 +63,7 @@ class Following:
 
 
 def flow_distance(
-    fill: Fill, vertices: Points, strokes: Sequence[Stroke], tolerance: int = TOLERANCE
+    fill: SidedDisk, vertices: Points, strokes: Sequence[Stroke], tolerance: int = TOLERANCE
 ) -> float:
     """How far the strokes are from the strands that carry them best; smaller is better.
 
@@ -86,7 +85,7 @@ def flow_distance(
 
 
 def follow(
-    fill: Fill,
+    fill: SidedDisk,
     vertices: Points,
     strokes: Sequence[Stroke],
     tolerance: int,
@@ -110,7 +109,7 @@ def follow(
 
 
 def _costs(
-    fill: Fill,
+    fill: SidedDisk,
     vertices: Points,
     lengths: tuple[int, ...],
     stroke: Stroke,

@@ -13,7 +13,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-from query.fill import Fill
+from query.placing.strands import SidedDisk
 
 #: The residual is brought below this part of the right side: rounding, nearly.
 PRECISION = 1e-13
@@ -25,7 +25,7 @@ FEW_DIGITS = 1e-4
 STEPS_EACH = 4
 
 
-def laid(fill: Fill, points: Points) -> Points:
+def laid(fill: SidedDisk, points: Points) -> Points:
     """(v, 3) a fill's vertices over the boundary points (P, 3), for ranking many fills.
 
     Interior vertices at the means of their neighbours: what :func:`query.placing.place` begins

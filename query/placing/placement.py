@@ -25,7 +25,6 @@ from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.quadshape import flipped, own_normals, plane_normal
 from patterndb.geometry.surface import Surface, Triangles
 from query.errors import InvalidQueryError
-from query.fill import Fill
 from query.placing.flow import Following, follow
 from query.placing.laplace import centred, harmonic
 from query.placing.projection import (
@@ -37,7 +36,7 @@ from query.placing.projection import (
     settled_whole,
 )
 from query.placing.region import Region, enclosed
-from query.placing.strand import position
+from query.placing.strands import SidedDisk, position
 from query.placing.untangle import REACHES, untangled
 from query.stroke import TOLERANCE, Stroke
 
@@ -105,7 +104,7 @@ class Placement:
 
 
 def place(
-    fill: Fill,
+    fill: SidedDisk,
     points: ArrayLike,
     surface: Triangles | Surface | Region | None = None,
     strokes: Sequence[Stroke] | None = None,
@@ -152,7 +151,7 @@ def place(
 class _Placing:
     """The steps of :func:`place`, which all need the same things."""
 
-    def __init__(self, fill: Fill, points: Points, region: Region | None) -> None:
+    def __init__(self, fill: SidedDisk, points: Points, region: Region | None) -> None:
         self.fill = fill
         self.points = points
         self.quads = np.ascontiguousarray(fill.quads)

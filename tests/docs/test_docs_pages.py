@@ -21,6 +21,7 @@ from build_docs_pictures import (  # noqa: E402
     LARGEST_PICTURE,
     pictures_of_steps,
 )
+from build_docs_queries import queries_page  # noqa: E402
 from build_docs_retopo import retopo_page  # noqa: E402
 
 PAGES = [ROOT / "README.md"]
@@ -74,6 +75,8 @@ def test_the_pages_made_from_the_code_are_up_to_date() -> None:
     assert (ROOT / "docs" / "api.md").read_text(encoding="utf-8") == api_page(), hint
     guide = (ROOT / "docs" / "retopo.md").read_text(encoding="utf-8")
     assert retopo_page(guide) == guide, hint
+    guide = (ROOT / "docs" / "queries.md").read_text(encoding="utf-8")
+    assert queries_page(guide) == guide, hint
 
 
 @pytest.mark.parametrize("page", ALL_PAGES, ids=lambda p: p.name)

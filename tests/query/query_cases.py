@@ -225,3 +225,11 @@ def all_orientations(n_sides: int) -> list[tuple[int, bool]]:
 def grid_widths(chance: random.Random, pattern: Pattern, widest: int) -> NDArray[np.int64]:
     n = pattern.n_chords + pattern.n_loops
     return np.array([chance.randint(1, widest) for _ in range(n)])
+
+
+def polygon(lengths: tuple[int, ...]) -> Boundary:
+    """A boundary whose corners lie on a circle, a little out of round."""
+    turn = np.linspace(0, 2 * np.pi, len(lengths), endpoint=False)
+    at = np.c_[np.cos(turn), 0.8 * np.sin(turn)] * (1 + 0.1 * np.cos(3 * turn))[:, None]
+    sides = [[at[i], at[(i + 1) % len(at)]] for i in range(len(at))]
+    return Boundary.from_polylines(sides, lengths=lengths)

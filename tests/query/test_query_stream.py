@@ -6,9 +6,8 @@ import threading
 import time
 from collections import Counter
 
-import numpy as np
 import pytest
-from query_cases import LEARNED, Source, answer, code_of, small_class, small_patterns
+from query_cases import LEARNED, Source, answer, code_of, polygon, small_class, small_patterns
 
 import query
 from patterndb.core.pattern import Pattern
@@ -16,20 +15,9 @@ from patterndb.core.patternclass import PatternClass
 from query import Boundary, Stroke
 from query.errors import InvalidQueryError
 from query.listing.lane import loop_widths
-from query.listing.measured import symmetries
-from query.listing.ranking import ORDERS, Order
-from query.placing import flow_distance, laid, quality
-from query.placing.strand import edges_off
+from query.placing.strands import edges_off
 
 HEXAGON = Boundary((4, 3, 4, 3, 4, 4))
-
-
-def polygon(lengths: tuple[int, ...]) -> Boundary:
-    """A boundary whose corners lie on a circle, a little out of round."""
-    turn = np.linspace(0, 2 * np.pi, len(lengths), endpoint=False)
-    at = np.c_[np.cos(turn), 0.8 * np.sin(turn)] * (1 + 0.1 * np.cos(3 * turn))[:, None]
-    sides = [[at[i], at[(i + 1) % len(at)]] for i in range(len(at))]
-    return Boundary.from_polylines(sides, lengths=lengths)
 
 
 def test_the_first_fill_does_not_wait_for_the_last_pattern() -> None:
@@ -80,40 +68,6 @@ def test_whoever_has_no_time_still_gets_a_fill(options: dict[str, object]) -> No
     assert stream.stopped == "time limit"
     assert stream.truncated
     assert len(found) < 1000
-
-
-@pytest.mark.parametrize("order", ORDERS)
-def test_every_order_is_in_order(order: Order) -> None:
-    boundary = polygon((4, 3, 5, 4, 4))
-    assert boundary.points is not None
-    start = boundary.points[1] * 0.5 + boundary.points[2] * 0.5
-    end = boundary.points[11] * 0.5 + boundary.points[12] * 0.5
-    stroke = Stroke.drawn(boundary, [start, (start + end) / 2 + [0.1, 0, 0], end])
-    found = list(
-        query.fills(Source(), boundary, strokes=[stroke], order=order, limit=60, pool=10_000)
-    )
-    assert len(found) > 10
-    keys: list[float] = []
-    for fill in found:
-        vertices = laid(fill, boundary.points)
-        distance = flow_distance(fill, vertices, [stroke])
-        keys.append(
-            {
-                "artist": lambda f: 0.0,
-                "regular": lambda f: float(f.n_irregular),
-                "flow": lambda f, d=distance: d,
-                "quality": lambda f, v=vertices: quality(f.quads, v),
-                "small": lambda f: float(f.n_quads),
-                "symmetric": lambda f: -float(symmetries(f, boundary)),
-            }[order](fill)
-        )
-        assert edges_off(fill, [stroke], 1) is not None
-        if order == "flow":
-            assert fill.flow_distance == pytest.approx(distance)
-        else:
-            assert fill.flow_distance == edges_off(fill, [stroke], 1)
-    assert keys == sorted(keys)
-    assert len(set(keys)) > 1 or order in ("artist", "symmetric")
 
 
 def test_what_artists_made_most_comes_first() -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,11 +17,28 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.system.kernels import kernel
 from query.errors import InvalidQueryError
-from query.fill import Fill
 from query.stroke import BoundaryEdge, Stroke
 
 #: (low, high): positions of boundary edges around the boundary, low to high - 1.
 Span = tuple[int, int]
+
+
+class SidedDisk(Protocol):
+    """A quad disk whose boundary has sides: what placing needs of a :class:`query.fill.Fill`.
+
+    quads:      (q, 4) int32, counter-clockwise, the boundary's vertices 0..P - 1 first.
+    n_vertices: number of vertices.
+    lengths:    edges of every side; perimeter: P, their sum.
+    """
+
+    @property
+    def quads(self) -> Int32Array: ...
+    @property
+    def n_vertices(self) -> int: ...
+    @property
+    def lengths(self) -> tuple[int, ...]: ...
+    @property
+    def perimeter(self) -> int: ...
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +69,7 @@ class Strand:
         return vertices[self.edges].mean(axis=1)
 
 
-def strand(fill: Fill, edge: BoundaryEdge) -> Strand:
+def strand(fill: SidedDisk, edge: BoundaryEdge) -> Strand:
     """The strand that begins at a boundary edge of a fill.
 
     Raises InvalidQueryError if the boundary has no such edge.
@@ -62,7 +80,7 @@ def strand(fill: Fill, edge: BoundaryEdge) -> Strand:
     return _strand(fill, half_edges, (edge, _edge_of(fill, beside, half_edges)))
 
 
-def loops(fill: Fill) -> list[Strand]:
+def loops(fill: SidedDisk) -> list[Strand]:
     """All strands of a fill that are loops."""
     beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
     return [_strand(fill, chain, None) for chain in loop_chains(beside.twin)]
@@ -150,7 +168,7 @@ def span(lengths: tuple[int, ...], edge: BoundaryEdge, tolerance: int) -> Span:
     return start + low, start + high + 1
 
 
-def _edge_of(fill: Fill, beside: Neighbours, chain: Int32Array) -> BoundaryEdge:
+def _edge_of(fill: SidedDisk, beside: Neighbours, chain: Int32Array) -> BoundaryEdge:
     at = int(np.flatnonzero(beside.border == chain[-1])[0])
     starts = np.r_[0, np.cumsum(fill.lengths)]
     side = int(np.searchsorted(starts, at, side="right")) - 1
@@ -158,13 +176,13 @@ def _edge_of(fill: Fill, beside: Neighbours, chain: Int32Array) -> BoundaryEdge:
 
 
 def _strand(
-    fill: Fill, chain: Int32Array, ends: tuple[BoundaryEdge, BoundaryEdge] | None
+    fill: SidedDisk, chain: Int32Array, ends: tuple[BoundaryEdge, BoundaryEdge] | None
 ) -> Strand:
     quads = chain // 4 if ends is None else chain[:-1] // 4
     return Strand(quads.astype(np.int32), edges_of(fill.quads, chain), ends)
 
 
-def edges_off(fill: Fill, strokes: Sequence[Stroke], tolerance: int) -> int | None:
+def edges_off(fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int) -> int | None:
     """The fewest edges by which distinct strands miss all strokes; None where they cannot lie
     on them within the tolerance, or there are fewer loops than loop strokes."""
     beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)

@@ -1,0 +1,134 @@
+"""The orders in which fills are listed: one table for all who let one choose.
+
+:func:`query.fills`, the option --order of the command line, the fill explorer and the tests read
+:data:`ORDERS`; docs/queries.md and docs/definitions.md explain what stands here.
+
+To add an order, write a function that measures a fill (see :data:`Measure`) and give it an entry in
+:data:`ORDERS`: a name, what comes first, and what it needs. Nothing else has to know of it, and
+tests/query/test_query_orders.py finds it. Two entries have no measure: "artist" and "regular" are
+ranks that fits have before they are expanded (:mod:`query.listing.ranking`). All others sort the
+first fills of "artist" (``pool`` of :func:`query.fills`).
+
+Nothing here waits for compiled kernels until a fill is measured: a command line's --help reads it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from query.boundary import Boundary
+    from query.fill import Fill
+    from query.stroke import Stroke
+
+#: (fill, boundary, strokes, tolerance) -> (a number, the fill): fills come by the number, smallest
+#: first, equal ones as the order "artist" has them. The fill may be told what was found.
+Measure = Callable[["Fill", "Boundary", "Sequence[Stroke]", int], "tuple[float, Fill]"]
+
+
+@dataclass(frozen=True, slots=True)
+class FillOrder:
+    """An order of fills.
+
+    name:    what it is asked for by.
+    first:   what comes first, as one reads it after "what comes first: ".
+    then:    what decides between equals, for the docs; "" where it is the order "artist".
+    measure: what it sorts by; None for ranks that need no fill to be made.
+    needs_points: must the boundary have points?
+    needs_strokes: must a stroke have points, too?
+    """
+
+    name: str
+    first: str
+    measure: Measure | None = None
+    needs_points: bool = False
+    needs_strokes: bool = False
+    then: str = ""
+
+    def is_usable(self, *, points: bool, strokes: bool) -> bool:
+        """Can fills be listed so, where the boundary has points, and a stroke has?"""
+        return (points or not self.needs_points) and (strokes or not self.needs_strokes)
+
+    @property
+    def needs(self) -> str:
+        """What it needs, in words; empty if nothing."""
+        if not self.needs_points:
+            return ""
+        return "points of the boundary" + (" and of a stroke" if self.needs_strokes else "")
+
+
+def measure_flow(
+    fill: Fill, boundary: Boundary, strokes: Sequence[Stroke], tolerance: int
+) -> tuple[float, Fill]:
+    """Measure the distance of the strokes to their strands, after a first placing.
+
+    Source: Marcias et al. 2015, section 4, "Sorting".
+    """
+    from query.placing.flow import flow_distance
+    from query.placing.laplace import laid
+
+    assert boundary.points is not None, "the order needs points"
+    drawn = [stroke for stroke in strokes if stroke.points is not None]
+    distance = flow_distance(fill, laid(fill, boundary.points), drawn, tolerance)
+    return distance, replace(fill, flow_distance=distance)
+
+
+def measure_angles(
+    fill: Fill, boundary: Boundary, strokes: Sequence[Stroke], tolerance: int
+) -> tuple[float, Fill]:
+    """Measure the squared deviation of the quads' angles from 90 degrees, after a first placing."""
+    from patterndb.geometry.quadshape import quality
+    from query.placing.laplace import laid
+
+    assert boundary.points is not None, "the order needs points"
+    return quality(fill.quads, laid(fill, boundary.points)), fill
+
+
+def measure_size(
+    fill: Fill, boundary: Boundary, strokes: Sequence[Stroke], tolerance: int
+) -> tuple[float, Fill]:
+    """Count the quads."""
+    return float(fill.n_quads), fill
+
+
+def measure_symmetry(
+    fill: Fill, boundary: Boundary, strokes: Sequence[Stroke], tolerance: int
+) -> tuple[float, Fill]:
+    """Count the symmetries of the boundary that the fill has too, below 0: the most come first."""
+    from query.identity import count_symmetries
+
+    return -float(count_symmetries(fill, boundary)), fill
+
+
+#: All orders by name, as they are shown.
+ORDERS: dict[str, FillOrder] = {
+    order.name: order
+    for order in (
+        FillOrder("artist", "what artists did most"),
+        FillOrder(
+            "regular",
+            "the fewest irregular vertices",
+            then="the fewest of them on the boundary, then the pattern seen most",
+        ),
+        FillOrder("flow", "the strands nearest to the strokes", measure_flow, True, True),
+        FillOrder("quality", "the squarest quads", measure_angles, True),
+        FillOrder("small", "the fewest quads", measure_size),
+        FillOrder("symmetric", "the most symmetries", measure_symmetry),
+    )
+}
+
+
+def default_order(*, drawn: bool) -> str:
+    """The order where none is asked for. drawn: have boundary and a stroke points?"""
+    return "flow" if drawn else "artist"
+
+
+def describe_orders() -> str:
+    """What comes first in every order, in a sentence's words, and which is the default."""
+    first = [order.first for order in ORDERS.values()]
+    return (
+        f"What comes first: {', '.join(first[:-1])}, or {first[-1]}.  [default: "
+        f"{default_order(drawn=True)} where strokes are drawn, else {default_order(drawn=False)}]"
+    )
