@@ -26,16 +26,19 @@ from scipy.spatial import Delaunay
 
 from patterndb_sketch.retopo.counts import (
     CountsProblem,
-    changed,
-    choose,
-    family_rule,
-    improved,
-    improvements,
+    change_count,
+    choose_counts,
+    improve_change,
+    improve_counts,
+    is_cheap_by_family,
 )
-from patterndb_sketch.retopo.counts.balls import ball, neighbours, solve_ball
-from patterndb_sketch.retopo.counts.evening import along_strips, least_errors
-from patterndb_sketch.retopo.counts.rules import irregular_patches, total
-from patterndb_sketch.retopo.counts.strips import strips
+from patterndb_sketch.retopo.counts.balls import grow_ball, list_neighbours, solve_ball
+from patterndb_sketch.retopo.counts.evening import (
+    even_along_strips,
+    even_by_least_errors,
+    label_strips,
+)
+from patterndb_sketch.retopo.counts.rules import find_irregular_patches, sum_costs
 
 #: Wider corners are flat: the side goes on, past a T-junction.
 FLAT = np.radians(150.0)
@@ -181,17 +184,17 @@ def clocked(function: Callable[[], object]) -> float:
 def chosen_row(kind: str, problem: CountsProblem, seed: int, arguments: argparse.Namespace) -> str:
     rounded = np.maximum(np.round(problem.targets), problem.least).astype(np.int32)
     n_odd = int((problem.perimeters(rounded) % 2).sum())
-    join = least_errors(problem)
-    base = total(problem, join.counts)
-    join_seconds = clocked(lambda: least_errors(problem))
-    tied = along_strips(problem, strips(problem)).counts
-    walked = choose(problem, 0)
-    walk_seconds = clocked(lambda: choose(problem, 0))
-    found = choose(problem)
-    seconds = clocked(lambda: choose(problem))
+    join = even_by_least_errors(problem)
+    base = sum_costs(problem, join.counts)
+    join_seconds = clocked(lambda: even_by_least_errors(problem))
+    tied = even_along_strips(problem, label_strips(problem)).counts
+    walked = choose_counts(problem, 0)
+    walk_seconds = clocked(lambda: choose_counts(problem, 0))
+    found = choose_counts(problem)
+    seconds = clocked(lambda: choose_counts(problem))
     long = found
     start = time.perf_counter()
-    for further in improvements(problem, found):
+    for further in improve_counts(problem, found):
         long = further
         if time.perf_counter() - start > arguments.long:
             break
@@ -199,14 +202,14 @@ def chosen_row(kind: str, problem: CountsProblem, seed: int, arguments: argparse
     whole = bound = "-"
     if not arguments.no_whole:
         solved = solve_ball(problem, join.counts, range(problem.n_patches), arguments.whole)
-        cost = total(problem, solved.counts)
+        cost = sum_costs(problem, solved.counts)
         whole, bound = f"{cost / base:.3f}", f"{max(cost - solved.gap, found.bound) / base:.3f}"
 
     def share(counts: NDArray[np.int32]) -> str:
-        return f"{total(problem, counts) / base:.3f}"
+        return f"{sum_costs(problem, counts) / base:.3f}"
 
     errors = float(problem.errors(join.counts).sum())
-    irregular = int(irregular_patches(problem, join.counts).sum())
+    irregular = int(find_irregular_patches(problem, join.counts).sum())
     return (
         f"| {kind} {problem.n_patches}, {seed} | {problem.n_chains} | {n_odd} | "
         f"{errors:.1f} + {irregular} | {1e3 * join_seconds:.0f} | {share(tied)} | "
@@ -219,21 +222,21 @@ def chosen_row(kind: str, problem: CountsProblem, seed: int, arguments: argparse
 
 def balls_alone(problem: CountsProblem, seconds: float) -> NDArray[np.int32]:
     """The T-join improved by balls of 16 patches for so long, as it was done before walks."""
-    near = neighbours(problem)
-    counts = least_errors(problem).counts
+    near = list_neighbours(problem)
+    counts = even_by_least_errors(problem).counts
     start, at = time.perf_counter(), 0
     while time.perf_counter() - start < seconds:
-        patches = ball(near, at % problem.n_patches, 16)
+        patches = grow_ball(near, at % problem.n_patches, 16)
         made = solve_ball(problem, counts, patches, 0.1).counts
-        counts = made if total(problem, made) <= total(problem, counts) else counts
+        counts = made if sum_costs(problem, made) <= sum_costs(problem, counts) else counts
         at += 5
     return counts
 
 
 def changes_row(name: str, problem: CountsProblem, seed: int, n_changes: int) -> str:
     chance = np.random.default_rng(seed)
-    counts = choose(problem, 0).counts
-    changed(problem, counts, 0, int(counts[0]) + 1)
+    counts = choose_counts(problem, 0).counts
+    change_count(problem, counts, 0, int(counts[0]) + 1)
     quick: list[float] = []
     slow: list[float] = []
     others: list[int] = []
@@ -242,9 +245,9 @@ def changes_row(name: str, problem: CountsProblem, seed: int, n_changes: int) ->
         chain = int(chance.integers(problem.n_chains))
         count = max(1, int(counts[chain]) + int(chance.choice([-2, -1, 1, 2])))
         start = time.perf_counter()
-        found = changed(problem, counts, chain, count)
+        found = change_count(problem, counts, chain, count)
         between = time.perf_counter()
-        better = improved(problem.with_pinned(chain, count), counts, found, chain)
+        better = improve_change(problem.with_pinned(chain, count), counts, found, chain)
         quick.append(1e3 * (between - start))
         slow.append(1e3 * (time.perf_counter() - between))
         assert not np.any(problem.perimeters(found.counts) % 2)
@@ -269,7 +272,7 @@ def main() -> None:
     arguments = parser.parse_args()
     sizes = [int(size) for size in arguments.patches.split(",")]
     kinds = {"tiling": tiling, "grid": grid}
-    choose(grid(20, 0))
+    choose_counts(grid(20, 0))
     print(
         "| network, seed | chains | odd if rounded | T-join: errors + irregular | ms | strips | "
         f"balls alone, {arguments.seconds:g} s | whole model | its bound | walks | s | chosen "
@@ -292,16 +295,20 @@ def main() -> None:
                 name = f"{kind} {problem.n_patches}, regularity {regularity:g}"
                 print(changes_row(name, problem, size, arguments.changes), flush=True)
     problem = tiling(sizes[-1], 1)
-    asked = CountsProblem.of(problem.targets, lists(problem), regularity=1.0, cheap=family_rule)
-    choose(asked, 0)
-    found, looked_up = choose(problem), choose(asked)
-    family_total = total(asked, found.counts)
+    asked = CountsProblem.of(
+        problem.targets, lists(problem), regularity=1.0, cheap=is_cheap_by_family
+    )
+    choose_counts(asked, 0)
+    found, looked_up = choose_counts(problem), choose_counts(asked)
+    family_total = sum_costs(asked, found.counts)
     print(
         f"\nTiling {sizes[-1]}, the family's answer by inequalities and by look-up: totals "
         f"{family_total:.1f} and {looked_up.total:.1f} as looked up, walks "
-        f"{clocked(lambda: choose(problem, 0)):.2f} and {clocked(lambda: choose(asked, 0)):.2f} s, "
-        f"chosen {clocked(lambda: choose(problem)):.2f} and {clocked(lambda: choose(asked)):.2f} "
-        f"s; {len(found.narrowly)} patches judged narrowly."
+        f"{clocked(lambda: choose_counts(problem, 0)):.2f} and "
+        f"{clocked(lambda: choose_counts(asked, 0)):.2f} s, "
+        f"chosen {clocked(lambda: choose_counts(problem)):.2f} and "
+        f"{clocked(lambda: choose_counts(asked)):.2f} s; "
+        f"{len(found.narrowly)} patches judged narrowly."
     )
 
 

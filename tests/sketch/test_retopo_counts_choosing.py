@@ -11,16 +11,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from patterndb_sketch.retopo.counts import CountsProblem, changed, choose, has_cheap_fill, improved
-from patterndb_sketch.retopo.counts.evening import fewest_changes
-from patterndb_sketch.retopo.counts.rules import total
+from patterndb_sketch.retopo.counts import (
+    CountsProblem,
+    change_count,
+    choose_counts,
+    has_cheap_fill,
+    improve_change,
+)
+from patterndb_sketch.retopo.counts.evening import even_by_fewest_changes
+from patterndb_sketch.retopo.counts.rules import sum_costs
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 
 
 @pytest.mark.parametrize("target", [1.0, 2.4, 3.6, 7.0])
 def test_a_square_grid_with_equal_targets_is_rounded_and_no_more(target: float) -> None:
     patches, n_chains = grid(4, 5)
-    found = choose(CountsProblem.of(np.full(n_chains, target), patches))
+    found = choose_counts(CountsProblem.of(np.full(n_chains, target), patches))
     assert set(found.counts.tolist()) == {round(target)}
     assert not len(found.irregular)
     assert found.finished
@@ -32,13 +38,13 @@ def test_one_more_on_a_border_chain_of_a_grid_changes_few_others(more: int) -> N
     problem = CountsProblem.of(np.full(n_chains, 4.0), patches)
     before = np.full(n_chains, 4)
     for chain in np.flatnonzero((problem.ends == problem.n_patches).any(axis=1)).tolist():
-        found = changed(problem, before, chain, 4 + more)
+        found = change_count(problem, before, chain, 4 + more)
         pinned = problem.with_pinned(chain, 4 + more)
         refuse_unless_sound(pinned, found)
         others = np.flatnonzero(found.counts != before)
         assert chain in others
         assert len(others) <= (4 if more % 2 else 1)
-        better = improved(pinned, before, found, chain)
+        better = improve_change(pinned, before, found, chain)
         refuse_unless_sound(pinned, better)
         assert len(np.flatnonzero(better.counts != before)) <= 4
 
@@ -50,28 +56,28 @@ def test_a_changed_count_leaves_all_patches_even(
 ) -> None:
     problem = glued(seed, n_patches, 0.1)
     chain = seed % problem.n_chains
-    before = choose(problem, n_balls=0).counts
+    before = choose_counts(problem, n_balls=0).counts
     if by_family:
         problem = CountsProblem.of(
             problem.targets, lists(problem), problem.pinned, cheap=has_cheap_fill
         )
     count = max(1, int(before[chain]) + more)
-    found = changed(problem, before, chain, count)
+    found = change_count(problem, before, chain, count)
     refuse_unless_sound(problem.with_pinned(chain, count), found)
     assert found.counts[chain] == count
-    fewest = fewest_changes(problem.with_pinned(chain, count), before).counts
+    fewest = even_by_fewest_changes(problem.with_pinned(chain, count), before).counts
     assert (found.counts != before).sum() <= max(5, (fewest != before).sum())
-    if problem.n_patches and not more and found.stuck == choose(problem, n_balls=0).stuck:
+    if problem.n_patches and not more and found.stuck == choose_counts(problem, n_balls=0).stuck:
         # Nothing was asked for: what changes must pay for itself.
         n_changed = int((found.counts != before).sum())
-        assert found.total + 2.0 * n_changed <= total(problem, before) + 1e-6
+        assert found.total + 2.0 * n_changed <= sum_costs(problem, before) + 1e-6
 
 
 def test_counts_do_not_depend_on_threads() -> None:
     problems = [glued(seed, 60, 0.05, 3.0) for seed in range(3)]
-    alone = [choose(problem, n_balls=3) for problem in problems]
+    alone = [choose_counts(problem, n_balls=3) for problem in problems]
     with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda problem: choose(problem, n_balls=3), problems * 2))
+        together = list(pool.map(lambda problem: choose_counts(problem, n_balls=3), problems * 2))
     for one, other in zip(alone * 2, together, strict=True):
         assert np.array_equal(one.counts, other.counts)
         assert one.total == other.total
@@ -79,12 +85,12 @@ def test_counts_do_not_depend_on_threads() -> None:
 
 def test_nothing_is_chosen_where_there_is_nothing() -> None:
     for n_chains in (0, 3):
-        found = choose(CountsProblem.of(np.full(n_chains, 2.2), []))
+        found = choose_counts(CountsProblem.of(np.full(n_chains, 2.2), []))
         assert found.counts.tolist() == [2] * n_chains
         assert found.finished
     alone = CountsProblem.of([2.2, 3.0], [[[0]]])
-    assert choose(alone).counts.tolist() == [4, 3]
-    assert changed(alone, [4, 3], 1, 7).counts.tolist() == [4, 7]
+    assert choose_counts(alone).counts.tolist() == [4, 3]
+    assert change_count(alone, [4, 3], 1, 7).counts.tolist() == [4, 7]
 
 
 @pytest.mark.parametrize(
@@ -113,8 +119,8 @@ def test_bad_changes_are_refused() -> None:
     problem = CountsProblem.of(np.full(n_chains, 3.0), patches)
     before: NDArray[np.int64] = np.full(n_chains, 3)
     with pytest.raises(InvalidRetopoError, match="there is no chain 4"):
-        changed(problem, before, 4, 2)
+        change_count(problem, before, 4, 2)
     with pytest.raises(InvalidRetopoError, match="cannot have 0 edges"):
-        changed(problem, before, 0, 0)
+        change_count(problem, before, 0, 0)
     with pytest.raises(InvalidRetopoError, match="choose them first"):
-        changed(problem, before[1:], 0, 2)
+        change_count(problem, before[1:], 0, 2)

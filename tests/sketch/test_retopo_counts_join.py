@@ -12,8 +12,11 @@ from hypothesis import strategies as st
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Bools
-from patterndb_sketch.retopo.counts.matching import min_weight_perfect_matching
-from patterndb_sketch.retopo.counts.tjoin import components, min_weight_join
+from patterndb_sketch.retopo.counts.tjoin import (
+    find_cheapest_join,
+    label_components,
+    pair_cheaply,
+)
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 
 
@@ -56,9 +59,9 @@ def sum_of(weight: Int64Array, mate: np.ndarray[tuple[int], np.dtype[np.int32]])
 @given(st.integers(0, 2**32), st.integers(0, 6), st.sampled_from([0, 1, 3, 10, 10**9]))
 def test_no_perfect_matching_weighs_less(seed: int, half: int, most: int) -> None:
     weight = weights(seed, 2 * half, most)
-    found = min_weight_perfect_matching(weight)
+    found = pair_cheaply(weight)
     assert sum_of(weight, found) == least_matching(weight)
-    assert np.array_equal(found, min_weight_perfect_matching(weight))
+    assert np.array_equal(found, pair_cheaply(weight))
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -75,7 +78,7 @@ def test_cp_sat_finds_no_lighter_matching(seed: int) -> None:
     solver = cp_model.CpSolver()
     solver.parameters.num_workers = 1
     assert solver.solve(model) == cp_model.OPTIMAL
-    assert sum_of(weight, min_weight_perfect_matching(weight)) == solver.objective_value
+    assert sum_of(weight, pair_cheaply(weight)) == solver.objective_value
 
 
 @settings(max_examples=300)
@@ -85,8 +88,8 @@ def test_no_join_costs_less(seed: int, n_nodes: int, n_edges: int, most: int) ->
     ends = chance.integers(0, n_nodes, (n_edges, 2)).astype(np.int32)
     costs = chance.integers(0, most + 1, n_edges)
     odd = chance.random(n_nodes) < 0.5
-    found = min_weight_join(n_nodes, ends, costs, odd)
-    component = components(n_nodes, ends)
+    found = find_cheapest_join(n_nodes, ends, costs, odd)
+    component = label_components(n_nodes, ends)
     wanted = odd.copy()
     wanted[found.left] = False
     # One node is left for every component with an odd number of them.
@@ -108,6 +111,6 @@ def test_no_join_costs_less(seed: int, n_nodes: int, n_edges: int, most: int) ->
 
 def test_bad_weights_are_refused() -> None:
     with pytest.raises(InvalidRetopoError, match="cannot be paired"):
-        min_weight_perfect_matching(np.zeros((3, 3), np.int64))
+        pair_cheaply(np.zeros((3, 3), np.int64))
     with pytest.raises(InvalidRetopoError, match="below 0"):
-        min_weight_perfect_matching(np.full((2, 2), -1, np.int64))
+        pair_cheaply(np.full((2, 2), -1, np.int64))

@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.counts import (
     CountsProblem,
-    choose,
-    family_rule,
+    choose_counts,
+    find_misjudged_patches,
     has_cheap_fill,
-    judged_narrowly,
+    is_cheap_by_family,
 )
 from query.boundary import Boundary
 from query.engine import PatternSource, fills
@@ -29,14 +29,14 @@ def test_up_to_six_sides_the_inequalities_are_the_family_s_answer(
     for lengths in product(range(1, longest + 1), repeat=n_sides):
         # Turned and mirrored they are the same question.
         if lengths[0] == max(lengths) and lengths[1] >= lengths[-1] and sum(lengths) >= 4:
-            assert has_cheap_fill(lengths) == family_rule(lengths), lengths
+            assert has_cheap_fill(lengths) == is_cheap_by_family(lengths), lengths
 
 
 @settings(max_examples=200)
 @given(st.integers(3, 6), st.data())
 def test_so_they_are_for_long_sides(n_sides: int, data: st.DataObject) -> None:
     lengths = even(data.draw(st.lists(st.integers(1, 60), min_size=n_sides, max_size=n_sides)))
-    assert has_cheap_fill(lengths) == family_rule(lengths)
+    assert has_cheap_fill(lengths) == is_cheap_by_family(lengths)
 
 
 @settings(max_examples=100)
@@ -47,7 +47,7 @@ def test_for_seven_and_eight_they_lie_between_strict_fills_and_all(
     lengths = even(data.draw(st.lists(st.integers(1, 12), min_size=n_sides, max_size=n_sides)))
     strict = FamilyLookup.shared().count(Boundary(lengths), strict=True)
     assert has_cheap_fill(lengths) or strict is None or strict > n_sides - 4
-    assert family_rule(lengths) or not has_cheap_fill(lengths)
+    assert is_cheap_by_family(lengths) or not has_cheap_fill(lengths)
 
 
 @settings(max_examples=30)
@@ -72,7 +72,7 @@ def test_every_patch_has_a_fill_for_the_counts_that_are_chosen(
     source: PatternSource, seed: int, n_patches: int
 ) -> None:
     problem = glued(seed, n_patches, 0.2)
-    found = choose(problem, n_balls=0)
+    found = choose_counts(problem, n_balls=0)
     stuck = {patch for one in found.stuck for patch in one.patches}
     lengths = problem.side_lengths(found.counts)
     for patch in sorted(set(range(n_patches)) - stuck):
@@ -84,13 +84,13 @@ def test_every_patch_has_a_fill_for_the_counts_that_are_chosen(
 
 def test_a_rule_of_the_caller_s_serves_whole_networks() -> None:
     problem = glued(3, 25)
-    asked = CountsProblem.of(problem.targets, lists(problem), cheap=family_rule)
-    found = choose(asked, n_balls=2)
+    asked = CountsProblem.of(problem.targets, lists(problem), cheap=is_cheap_by_family)
+    found = choose_counts(asked, n_balls=2)
     refuse_unless_sound(asked, found)
     by_hand = [
         f
         for f, sides in enumerate(lists(problem))
-        if not family_rule(tuple(int(sum(found.counts[c] for c in side)) for side in sides))
+        if not is_cheap_by_family(tuple(int(sum(found.counts[c] for c in side)) for side in sides))
     ]
     assert found.irregular.tolist() == by_hand
     assert found.narrowly == ()
@@ -99,7 +99,11 @@ def test_a_rule_of_the_caller_s_serves_whole_networks() -> None:
 def test_patches_that_are_judged_narrowly_are_told() -> None:
     # Two neighbours longer than all others: the family has a fill with a vertex of valence 3.
     lengths = (6, 7, 3, 1, 2, 2, 1)
-    assert family_rule(lengths) and not has_cheap_fill(lengths)
+    assert is_cheap_by_family(lengths) and not has_cheap_fill(lengths)
     problem = CountsProblem.of(lengths, [[[k] for k in range(7)]], lengths)
-    assert choose(problem).irregular.tolist() == [0]
-    assert choose(problem).narrowly == judged_narrowly(problem, np.array(lengths)) == (0,)
+    assert choose_counts(problem).irregular.tolist() == [0]
+    assert (
+        choose_counts(problem).narrowly
+        == find_misjudged_patches(problem, np.array(lengths))
+        == (0,)
+    )

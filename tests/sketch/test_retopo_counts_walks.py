@@ -10,20 +10,27 @@ from counts_cases import glued, lists, refuse_unless_sound
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.counts import CountsProblem, choose, has_cheap_fill, improvements
-from patterndb_sketch.retopo.counts.descent import Descent
-from patterndb_sketch.retopo.counts.evening import least_errors
-from patterndb_sketch.retopo.counts.rules import total
+from patterndb_sketch.retopo.counts import (
+    CountsProblem,
+    choose_counts,
+    has_cheap_fill,
+    improve_counts,
+)
+from patterndb_sketch.retopo.counts.evening import even_by_least_errors
+from patterndb_sketch.retopo.counts.rules import sum_costs
+from patterndb_sketch.retopo.counts.walks import Descent
 
 
 @settings(max_examples=60)
 @given(st.integers(0, 2**32), st.integers(1, 25), st.sampled_from([0.0, 0.2]))
 def test_walks_gain_what_they_say_and_keep_evenness(seed: int, n_patches: int, pins: float) -> None:
     problem = glued(seed, n_patches, pins, regularity=2.0)
-    start = least_errors(problem)
+    start = even_by_least_errors(problem)
     descent = Descent(problem, start.counts)
     gained = descent.run()
-    assert total(problem, start.counts) - gained == pytest.approx(total(problem, descent.counts))
+    assert sum_costs(problem, start.counts) - gained == pytest.approx(
+        sum_costs(problem, descent.counts)
+    )
     assert np.array_equal(
         problem.perimeters(descent.counts) % 2, problem.perimeters(start.counts) % 2
     )
@@ -42,9 +49,9 @@ def test_walks_gain_what_they_say_and_keep_evenness(seed: int, n_patches: int, p
 @given(st.integers(0, 2**32), st.integers(1, 4))
 def test_no_single_change_and_no_short_walk_is_left(seed: int, n_patches: int) -> None:
     problem = glued(seed, n_patches, regularity=2.0)
-    descent = Descent(problem, least_errors(problem).counts)
+    descent = Descent(problem, even_by_least_errors(problem).counts)
     descent.run()
-    least = total(problem, descent.counts)
+    least = sum_costs(problem, descent.counts)
     for one, other in product(range(problem.n_chains), repeat=2):
         for by, too in product((-2, -1, 1, 2), (-1, 0, 1)):
             tried = descent.counts.copy()
@@ -57,13 +64,13 @@ def test_no_single_change_and_no_short_walk_is_left(seed: int, n_patches: int) -
                 ends = problem.ends[[one, other]]
                 if one == other or np.any(ends[:, 0] == ends[:, 1]):
                     continue
-                assert total(problem, tried) >= least - 1e-5
+                assert sum_costs(problem, tried) >= least - 1e-5
 
 
 def test_improvements_never_get_worse_and_end() -> None:
     problem = glued(5, 40)
-    last = choose(problem, n_balls=0)
-    for step in improvements(problem, last):
+    last = choose_counts(problem, n_balls=0)
+    for step in improve_counts(problem, last):
         refuse_unless_sound(problem, step)
         assert step.total <= last.total
         last = step

@@ -1,12 +1,25 @@
 """Subdivision counts for a whole network: every patch even, regular where it can be.
 
-Evening (a T-join) -> strips -> walks -> balls; see :func:`choose`, :func:`changed`.
+Read :mod:`.problem` (what is asked), :mod:`.rules` (which patches are regular), :mod:`.tjoin` and
+:mod:`.evening` (even counts), :mod:`.walks` and :mod:`.balls` (better ones), then :mod:`.choosing`,
+which puts them together: evening by a T-join -> walks -> balls; see :func:`choose_counts` and
+:func:`change_count`.
 """
 
-from patterndb_sketch.retopo.counts.choosing import Counts, changed, choose, improved, improvements
+from patterndb_sketch.retopo.counts.choosing import (
+    Counts,
+    change_count,
+    choose_counts,
+    improve_change,
+    improve_counts,
+)
 from patterndb_sketch.retopo.counts.evening import Stuck
 from patterndb_sketch.retopo.counts.problem import REGULARITY, CheapRule, CountsProblem
-from patterndb_sketch.retopo.counts.rules import family_rule, has_cheap_fill, judged_narrowly
+from patterndb_sketch.retopo.counts.rules import (
+    find_misjudged_patches,
+    has_cheap_fill,
+    is_cheap_by_family,
+)
 
 __all__ = [
     "REGULARITY",
@@ -14,11 +27,11 @@ __all__ = [
     "Counts",
     "CountsProblem",
     "Stuck",
-    "changed",
-    "choose",
-    "family_rule",
+    "change_count",
+    "choose_counts",
+    "find_misjudged_patches",
     "has_cheap_fill",
-    "improved",
-    "improvements",
-    "judged_narrowly",
+    "improve_change",
+    "improve_counts",
+    "is_cheap_by_family",
 ]

@@ -1,4 +1,4 @@
-"""Balls: neighbouring patches whose chains are chosen anew, all others fixed, by CP-SAT.
+"""Choose the counts of a ball anew, neighbouring patches, all others fixed, by CP-SAT.
 
 One literal a count, and evenness as clauses: numbers with halves are beyond the solver at this
 size, and a whole network is either way.
@@ -30,8 +30,8 @@ MOST_ASKED = 700
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Solved:
-    """A ball's counts.
+class BallSolution:
+    """Counts after a ball was solved.
 
     counts:  (c,) int32, of the whole network.
     gap:     how much less other counts in the ball's windows may cost at most, 0 where it is proven
@@ -44,8 +44,8 @@ class Solved:
     unasked: tuple[int, ...]
 
 
-def ball(near: Sequence[Int32Array], seed: int, size: int) -> list[int]:
-    """The patches first met from a seed, breadth-first, at most so many."""
+def grow_ball(near: Sequence[Int32Array], seed: int, size: int) -> list[int]:
+    """Grow a ball: the patches first met from a seed, breadth-first, at most so many."""
     found = [seed]
     seen = {seed}
     for patch in found:
@@ -58,8 +58,8 @@ def ball(near: Sequence[Int32Array], seed: int, size: int) -> list[int]:
     return found
 
 
-def neighbours(problem: CountsProblem) -> list[Int32Array]:
-    """Of every patch those across its chains, in order, itself left out."""
+def list_neighbours(problem: CountsProblem) -> list[Int32Array]:
+    """List of every patch those across its chains, in order, itself left out."""
     sets: list[set[int]] = [set() for _ in range(problem.n_patches)]
     for a, b in problem.ends.tolist():
         if a != b and b < problem.n_patches:
@@ -75,8 +75,8 @@ def solve_ball(
     most_work: float,
     changed_from: Int32Array | None = None,
     change: float = 0.0,
-) -> Solved:
-    """The best counts of the chains within a ball, the others as they are.
+) -> BallSolution:
+    """Find the best counts of the chains within a ball, the others as they are.
 
     A chain is within if there is no patch outside of the ball beside it. Counts are those
     within WINDOW of the target, and the present one, from which the solver starts. most_work: a
@@ -85,7 +85,7 @@ def solve_ball(
     """
     from ortools.sat.python import cp_model
 
-    model = _Model(cp_model.CpModel(), problem, counts, {}, [])
+    model = _BallModel(cp_model.CpModel(), problem, counts, {}, [])
     inside = np.zeros(problem.n_patches + 1, np.bool_)
     inside[list(patches)] = True
     inside[-1] = True
@@ -95,7 +95,7 @@ def solve_ball(
         model.add_chain(chain, None if changed_from is None else int(changed_from[chain]), change)
     unasked = tuple(patch for patch in patches if not model.add_patch(patch))
     if not model.literals:
-        return Solved(counts, 0.0, unasked)
+        return BallSolution(counts, 0.0, unasked)
     model.cp.minimize(sum(cost * literal for cost, literal in model.costs))
     solver = cp_model.CpSolver()
     # One worker and a limit in operations: the same network always has the same counts.
@@ -111,11 +111,11 @@ def solve_ball(
         for chain, literals in model.literals.items():
             made[chain] = next(n for n, one in literals.items() if solver.boolean_value(one))
         gap = (solver.objective_value - solver.best_objective_bound) / COST_UNITS
-    return Solved(made, 0.0 if status == cp_model.OPTIMAL else gap, unasked)
+    return BallSolution(made, 0.0 if status == cp_model.OPTIMAL else gap, unasked)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Model:
+class _BallModel:
     """A model in the making; literals[chain][n] says that the chain has n edges."""
 
     cp: Any
@@ -143,7 +143,7 @@ class _Model:
         self.literals[chain] = options
 
     def length(self, chains: Sequence[int]) -> Any:
-        """The sum of the chains' counts, an expression or a number."""
+        """Sum the chains' counts: an expression or a number."""
         return sum(
             sum(n * one for n, one in self.literals[c].items())
             if c in self.literals
@@ -152,7 +152,7 @@ class _Model:
         )
 
     def add_patch(self, patch: int) -> bool:
-        """Evenness and regularity of a patch; False if a caller's rule could not be asked."""
+        """Add a patch's evenness and regularity; False if a caller's rule could not be asked."""
         p = self.problem
         sides = [
             p.chains[p.first_chain[k] : p.first_chain[k + 1]].tolist()
@@ -179,7 +179,7 @@ class _Model:
         return True
 
     def _add_room(self, sides: list[list[int]], irregular: Any) -> None:
-        """No side, and no two neighbours, are longer than what lies across, or it is irregular."""
+        """Let no side, nor two neighbours, be longer than what lies across, or it is irregular."""
         around = self.length([c for side in sides for c in side])
         lengths = [self.length(side) for side in sides]
         for i, here in enumerate(lengths):
@@ -226,7 +226,7 @@ class _Model:
                 )
 
     def _add_equal(self, one: list[int], other: list[int], irregular: Any) -> None:
-        """The two sides are equally long, or the patch is irregular."""
+        """Let the two sides be equally long, or the patch is irregular."""
         if one == other:
             return
         if len(one) > 1 or len(other) > 1:
@@ -247,7 +247,7 @@ class _Model:
             self.cp.add_bool_or(clause)
 
     def _add_asked(self, sides: list[list[int]]) -> bool:
-        """Regularity by the caller's rule, asked about all lengths that the sides may have."""
+        """Add regularity by the caller's rule, asked about all lengths that the sides may have."""
         assert self.problem.cheap is not None
         ranges = [sorted(self._lengths(side)) for side in sides]
         if np.prod([len(one) for one in ranges]) > 2 * MOST_ASKED:

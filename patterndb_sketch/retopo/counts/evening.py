@@ -1,4 +1,4 @@
-"""Evening: the least change of counts after which every patch has an even boundary.
+"""Make counts even: the least change after which every patch has an even boundary.
 
 Parity is all that binds the chains of a network together, and it is a minimum-weight T-join: nodes
 are the patches and one node outside, edges the chains, T the odd patches, and an edge costs what
@@ -12,16 +12,75 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from patterndb.core.halfedge import Int32Array
+from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.geometry.points import Bools, Floats
+from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem
-from patterndb_sketch.retopo.counts.tjoin import UNREACHED, Int64Array, components, min_weight_join
+from patterndb_sketch.retopo.counts.tjoin import UNREACHED, find_cheapest_join, label_components
 
 #: Joins take whole numbers: so many for a cost of 1, as many as leave room for a million chains.
 COST_UNITS = 10**9
 
 #: What a change of one chain costs where few changes matter first, and errors break ties.
 CHANGE = 10**12
+
+
+def label_strips(problem: CountsProblem) -> Int32Array:
+    """Label every chain by the strip it is in: (c,) int32, the smallest chain of the strip.
+
+    A strip is chains across 4-sided patches from one another, tied to one count.
+
+    Opposite sides of a 4-sided patch are tied where each is a single chain: a strip ends where a
+    side has more of them. Nor are chains tied that the user has pinned to different counts, or to
+    one below what the other needs at least.
+    """
+    least = np.where(problem.pinned > 0, 1, problem.least).astype(np.int32)
+    return _tie_sides(
+        problem.first_side, problem.first_chain, problem.chains, problem.pinned, least
+    )
+
+
+@kernel
+def _tie_sides(
+    first_side: Int32Array,
+    first_chain: Int32Array,
+    chains: Int32Array,
+    pinned: Int32Array,
+    least: Int32Array,
+) -> Int32Array:
+    strip = np.arange(len(pinned)).astype(np.int32)
+    pin = pinned.copy()
+    low_end = least.copy()
+    for f in range(len(first_side) - 1):
+        low = first_side[f]
+        if first_side[f + 1] - low != 4:
+            continue
+        for k in range(low, low + 2):
+            if first_chain[k + 1] - first_chain[k] != 1:
+                continue
+            if first_chain[k + 3] - first_chain[k + 2] != 1:
+                continue
+            a = chains[first_chain[k]]
+            b = chains[first_chain[k + 2]]
+            while strip[a] != a:
+                strip[a] = strip[strip[a]]
+                a = strip[a]
+            while strip[b] != b:
+                strip[b] = strip[strip[b]]
+                b = strip[b]
+            if pin[a] and pin[b] and pin[a] != pin[b]:
+                continue
+            both = max(pin[a], pin[b])
+            most = max(low_end[a], low_end[b])
+            if both and both < most:
+                continue
+            strip[max(a, b)] = min(a, b)
+            pin[min(a, b)] = both
+            low_end[min(a, b)] = most
+    for c in range(len(strip)):
+        # Names are smaller than the chains they stand for, and done before.
+        strip[c] = strip[strip[c]]
+    return strip
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,7 +114,7 @@ class Stuck:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Evened:
+class EvenCounts:
     """Counts with an even boundary of four edges or more around every patch but the stuck ones.
 
     counts: (c,) int32.
@@ -68,26 +127,26 @@ class Evened:
     stuck: tuple[Stuck, ...]
 
 
-def least_errors(problem: CountsProblem) -> Evened:
-    """The counts of least error of all that are even: the exact optimum without regularity."""
+def even_by_least_errors(problem: CountsProblem) -> EvenCounts:
+    """Find the even counts of least error: the exact optimum without regularity."""
     each = np.arange(problem.n_chains, dtype=np.int32)
-    nearest, other, costs = _nearest(problem, each)
-    return _evened(problem, nearest, other, costs, each)
+    nearest, other, costs = _find_nearest_counts(problem, each)
+    return _join_odd_patches(problem, nearest, other, costs, each)
 
 
-def along_strips(problem: CountsProblem, strip: Int32Array) -> Evened:
-    """The counts of least error of all that are even and the same along every strip.
+def even_along_strips(problem: CountsProblem, strip: Int32Array) -> EvenCounts:
+    """Find, of all even counts that are the same along every strip, those of least error.
 
-    strip: see :func:`patterndb_sketch.retopo.counts.strips.strips`. Where strips leave a patch odd, as one
+    strip: see :func:`label_strips`. Where strips leave a patch odd, as one
     of pinned chains may, single chains are changed then.
     """
-    nearest, other, costs = _nearest(problem, strip)
-    made = _evened(problem, nearest, other, costs, strip)
-    return fewest_changes(problem, made.counts) if made.stuck else made
+    nearest, other, costs = _find_nearest_counts(problem, strip)
+    made = _join_odd_patches(problem, nearest, other, costs, strip)
+    return even_by_fewest_changes(problem, made.counts) if made.stuck else made
 
 
-def fewest_changes(problem: CountsProblem, counts: Int32Array) -> Evened:
-    """From given counts, as few chains changed as can be, each by 1, errors breaking ties.
+def even_by_fewest_changes(problem: CountsProblem, counts: Int32Array) -> EvenCounts:
+    """Make given counts even: as few chains changed as can be, each by 1, errors breaking ties.
 
     Pinned chains get their counts, and others as many edges as they need at least, before.
     """
@@ -102,13 +161,14 @@ def fewest_changes(problem: CountsProblem, counts: Int32Array) -> Evened:
     costs[problem.pinned > 0] = UNREACHED
     other = np.where(down, n - 1, n + 1).astype(np.int32)
     each = np.arange(problem.n_chains, dtype=np.int32)
-    return _evened(problem, n, other, costs, each)
+    return _join_odd_patches(problem, n, other, costs, each)
 
 
-def _nearest(
+def _find_nearest_counts(
     problem: CountsProblem, group: Int32Array
 ) -> tuple[Int32Array, Int32Array, Int64Array]:
-    """Of every chain, for its whole group: best count, best of other parity, what that costs more.
+    """Find for every chain, for its whole group: best count, best of other parity, what that costs
+    more.
 
     The cost is UNREACHED where the group is pinned.
     """
@@ -144,31 +204,32 @@ def _nearest(
     return best[group], other[group], costs[group]
 
 
-def _evened(
+def _join_odd_patches(
     problem: CountsProblem,
     counts: Int32Array,
     other: Int32Array,
     costs: Int64Array,
     group: Int32Array,
-) -> Evened:
-    """The counts with those groups changed to their other count that make every patch even."""
+) -> EvenCounts:
+    """Change those groups to their other count that make every patch even, as cheaply as can be."""
     usable = np.flatnonzero((costs < UNREACHED) & (group == np.arange(problem.n_chains)))
-    ends = _group_ends(problem, group)[usable]
+    ends = _find_group_ends(problem, group)[usable]
     odd = np.append(problem.perimeters(counts) % 2 == 1, False)
     # The node outside is even or odd as the others want it.
-    component = components(problem.n_patches + 1, ends)
+    component = label_components(problem.n_patches + 1, ends)
     odd[-1] = odd[component == component[-1]].sum() % 2 == 1
-    join = min_weight_join(problem.n_patches + 1, ends, costs[usable], odd)
+    join = find_cheapest_join(problem.n_patches + 1, ends, costs[usable], odd)
     change = np.zeros(problem.n_chains, np.bool_)
     change[usable[join.edges]] = True
     made = np.where(change[group], other, counts).astype(np.int32)
-    stuck = [_odd_about(problem, int(patch)) for patch in join.left]
+    stuck = [_explain_odd(problem, int(patch)) for patch in join.left]
     bound = float(problem.errors(made).sum())
-    return Evened(made, bound, tuple(stuck + _raised(problem, made)))
+    return EvenCounts(made, bound, tuple(stuck + _raise_small(problem, made)))
 
 
-def _group_ends(problem: CountsProblem, group: Int32Array) -> Int32Array:
-    """(c, 2) the nodes in which groups are odd, by the chain that names them; the last is outside.
+def _find_group_ends(problem: CountsProblem, group: Int32Array) -> Int32Array:
+    """Find the nodes in which groups are odd: (c, 2) by the chain that names a group; the last node
+    is outside.
 
     A group that is odd nowhere gets a loop.
     """
@@ -184,10 +245,10 @@ def _group_ends(problem: CountsProblem, group: Int32Array) -> Int32Array:
     return ends
 
 
-def _odd_about(problem: CountsProblem, patch: int) -> Stuck:
-    """The patches that free chains join to an odd one, and the pinned chains around them."""
+def _explain_odd(problem: CountsProblem, patch: int) -> Stuck:
+    """Name the patches that free chains join to an odd one, and the pinned chains around them."""
     free = problem.pinned == 0
-    component = components(problem.n_patches + 1, problem.ends[free])
+    component = label_components(problem.n_patches + 1, problem.ends[free])
     inside: Bools = component == component[patch]
     rim = inside[problem.ends].sum(axis=1) == 1
     return Stuck(
@@ -195,7 +256,7 @@ def _odd_about(problem: CountsProblem, patch: int) -> Stuck:
     )
 
 
-def _raised(problem: CountsProblem, counts: Int32Array) -> list[Stuck]:
+def _raise_small(problem: CountsProblem, counts: Int32Array) -> list[Stuck]:
     """Give patches of fewer than MIN_PERIMETER edges two more, on the chain where it costs least.
 
     Two more keep all patches as even as they are. counts: updated. Returns what is pinned.

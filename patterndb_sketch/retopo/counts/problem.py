@@ -1,4 +1,4 @@
-"""Counts problem: chains with targets, patches whose sides are made of them.
+"""State a counts problem: chains with targets, patches whose sides are made of them.
 
 The same network as anywhere in retopology, but as flat arrays of what the choice of counts needs:
 nothing here knows where a chain lies.
@@ -98,11 +98,11 @@ class CountsProblem:
                 f"regularity is {regularity}; give a cost of 0 to {MOST_COUNT}, "
                 f"such as {REGULARITY}"
             )
-        pins = _pinned(np.zeros(len(wanted)) if pinned is None else pinned, len(wanted))
-        first_side, first_chain, chains = _flat(lists, len(wanted))
-        bounds, ends = _bounds(first_side, first_chain, chains, len(wanted))
+        pins = _read_pinned(np.zeros(len(wanted)) if pinned is None else pinned, len(wanted))
+        first_side, first_chain, chains = _flatten_patches(lists, len(wanted))
+        bounds, ends = _find_bounds(first_side, first_chain, chains, len(wanted))
         if least is not None:
-            bounds = np.maximum(bounds, _least(least, len(wanted)))
+            bounds = np.maximum(bounds, _read_least(least, len(wanted)))
         return cls(
             wanted,
             pins,
@@ -133,7 +133,7 @@ class CountsProblem:
             raise InvalidRetopoError(f"there is no chain {chain}; there are {self.n_chains}")
         pinned = self.pinned.copy()
         pinned[chain] = min(count, MOST_COUNT + 1)
-        return replace(self, pinned=_pinned(pinned, self.n_chains))
+        return replace(self, pinned=_read_pinned(pinned, self.n_chains))
 
     def with_regularity(self, regularity: float) -> CountsProblem:
         """The same with another cost of patches without a regular fill."""
@@ -162,7 +162,7 @@ class CountsProblem:
         return self.chains[low:high]
 
 
-def _pinned(pinned: ArrayLike, n_chains: int) -> Int32Array:
+def _read_pinned(pinned: ArrayLike, n_chains: int) -> Int32Array:
     given = np.array(pinned)
     if given.shape != (n_chains,) or not np.all((given >= 0) & (given <= MOST_COUNT)):
         raise InvalidRetopoError(
@@ -174,7 +174,7 @@ def _pinned(pinned: ArrayLike, n_chains: int) -> Int32Array:
     return given.astype(np.int32)
 
 
-def _least(least: ArrayLike, n_chains: int) -> Int32Array:
+def _read_least(least: ArrayLike, n_chains: int) -> Int32Array:
     given = np.array(least)
     whole = given.shape == (n_chains,) and bool(np.all(given == np.floor(given)))
     if not whole or not np.all((given >= 0) & (given <= MOST_COUNT)):
@@ -184,7 +184,7 @@ def _least(least: ArrayLike, n_chains: int) -> Int32Array:
     return given.astype(np.int32)
 
 
-def _flat(
+def _flatten_patches(
     patches: list[list[list[int]]], n_chains: int
 ) -> tuple[Int32Array, Int32Array, Int32Array]:
     for number, patch in enumerate(patches):
@@ -206,10 +206,10 @@ def _flat(
     return first_side, first_chain, chains
 
 
-def _bounds(
+def _find_bounds(
     first_side: Int32Array, first_chain: Int32Array, chains: Int32Array, n_chains: int
 ) -> tuple[Int32Array, Int32Array]:
-    """The fewest edges of chains, and the patches beside them."""
+    """Find the fewest edges of chains, and the patches beside them."""
     n_patches = len(first_side) - 1
     least = np.ones(n_chains, np.int32)
     ends = np.full((n_chains, 2), n_patches, np.int32)

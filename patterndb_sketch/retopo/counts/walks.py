@@ -9,6 +9,8 @@ and Kernighan 1973, the gain criterion): ways that have cost something are given
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -33,15 +35,16 @@ MOST_STEPS = (6, 12, 24)
 GAIN = 1e-6
 
 
-class Maze(NamedTuple):
-    """What walks are searched in: *doors* are occurrences of chains in patches.
+class WalkGraph(NamedTuple):
+    """What walks are searched in: *halves* are occurrences of chains in patches, two of a chain
+    between patches and one of a chain at the rim.
 
-    chain, patch, side: (k,) int32 of every door; place: (k,) its number within the patch.
-    twin: (k,) the door on the other side of the chain, -1 where that is outside.
-    first_door: (p + 1,) int32; first_side: (p + 1,) int32 as in the problem.
-    first_after: (p + 1,) int64; after: int8, for every patch of d doors a (2 d, 2 d) table of what
-        it is if a door gets one edge more (2 place + 1) or fewer (2 place) and another too; one
-        door twice is a change by 2.
+    chain, patch, side: (k,) int32 of every half; place: (k,) its number within the patch.
+    twin: (k,) the half on the other side of the chain, -1 where that is outside.
+    first_half: (p + 1,) int32; first_side: (p + 1,) int32 as in the problem.
+    first_after: (p + 1,) int64; after: int8, for every patch of d halves a (2 d, 2 d) table of what
+        it is if a half gets one edge more (2 place + 1) or fewer (2 place) and another too; one
+        half twice is a change by 2.
     state: (p,) int8 what every patch is now.
     step:  (c, 4) float64: what a chain's change by -2, -1, 1, 2 costs, inf where it may not.
     """
@@ -51,7 +54,7 @@ class Maze(NamedTuple):
     side: Int32Array
     place: Int32Array
     twin: Int32Array
-    first_door: Int32Array
+    first_half: Int32Array
     first_side: Int32Array
     first_after: NDArray[np.int64]
     after: Int8Array
@@ -59,27 +62,27 @@ class Maze(NamedTuple):
     step: Floats
 
 
-def maze_of(problem: CountsProblem) -> Maze:
-    """The doors of a problem; tables and costs are still to be filled in."""
-    n_doors = len(problem.chains)
+def make_walk_graph(problem: CountsProblem) -> WalkGraph:
+    """Name the halves of a problem; tables and costs are still to be filled in."""
+    n_halves = len(problem.chains)
     side = np.repeat(np.arange(len(problem.first_chain) - 1), np.diff(problem.first_chain))
     patch_of_side = np.repeat(np.arange(problem.n_patches), np.diff(problem.first_side))
-    patch = patch_of_side[side] if n_doors else np.zeros(0, np.int64)
-    first_door = problem.first_chain[problem.first_side].astype(np.int32)
-    twin = np.full(n_doors, -1, np.int32)
+    patch = patch_of_side[side] if n_halves else np.zeros(0, np.int64)
+    first_half = problem.first_chain[problem.first_side].astype(np.int32)
+    twin = np.full(n_halves, -1, np.int32)
     order = np.argsort(problem.chains, kind="stable")
     same = np.flatnonzero(problem.chains[order][1:] == problem.chains[order][:-1])
     twin[order[same]] = order[same + 1]
     twin[order[same + 1]] = order[same]
-    size = (2 * np.diff(first_door).astype(np.int64)) ** 2
+    size = (2 * np.diff(first_half).astype(np.int64)) ** 2
     first_after = np.concatenate([[0], np.cumsum(size)]).astype(np.int64)
-    return Maze(
+    return WalkGraph(
         problem.chains,
         patch.astype(np.int32),
         side.astype(np.int32),
-        (np.arange(n_doors) - first_door[patch]).astype(np.int32),
+        (np.arange(n_halves) - first_half[patch]).astype(np.int32),
         twin,
-        first_door,
+        first_half,
         problem.first_side,
         first_after,
         np.zeros(first_after[-1], np.int8),
@@ -89,79 +92,81 @@ def maze_of(problem: CountsProblem) -> Maze:
 
 
 @kernel
-def judge(maze: Maze, lengths: Int32Array, patches: Int32Array) -> None:
-    """Write what patches are, and would be, by :func:`rules.has_cheap_fill`.
+def judge_patches(graph: WalkGraph, lengths: Int32Array, patches: Int32Array) -> None:
+    """Write what patches are, and would be, by :func:`~.rules.has_cheap_fill`.
 
     lengths: (s,) int32 of all sides; left as they are.
     """
     for f in patches:
-        low, high = int(maze.first_side[f]), int(maze.first_side[f + 1])
+        low, high = int(graph.first_side[f]), int(graph.first_side[f + 1])
         perimeter = 0
         for k in range(low, high):
             perimeter += lengths[k]
-        maze.state[f] = CHEAP if is_cheap(lengths, low, high) else IRREGULAR
-        doors = maze.first_door[f + 1] - maze.first_door[f]
-        at = maze.first_after[f]
-        for one in range(2 * doors):
-            for other in range(2 * doors):
+        graph.state[f] = CHEAP if is_cheap(lengths, low, high) else IRREGULAR
+        halves = graph.first_half[f + 1] - graph.first_half[f]
+        at = graph.first_after[f]
+        for one in range(2 * halves):
+            for other in range(2 * halves):
                 by = 2 * (one % 2) - 1
                 too = 2 * (other % 2) - 1
-                here = maze.side[maze.first_door[f] + one // 2]
-                there = maze.side[maze.first_door[f] + other // 2]
+                here = graph.side[graph.first_half[f] + one // 2]
+                there = graph.side[graph.first_half[f] + other // 2]
                 lengths[here] += by
                 lengths[there] += too
                 if perimeter + by + too < MIN_PERIMETER:
-                    maze.after[at] = FORBIDDEN
+                    graph.after[at] = FORBIDDEN
                 else:
-                    maze.after[at] = CHEAP if is_cheap(lengths, low, high) else IRREGULAR
+                    graph.after[at] = CHEAP if is_cheap(lengths, low, high) else IRREGULAR
                 lengths[here] -= by
                 lengths[there] -= too
                 at += 1
 
 
 @kernel
-def _through(maze: Maze, door: int, more: int, out: int, too: int, regularity: float) -> float:
-    """What a patch costs more if two of its doors change; more, too: 1 up, 0 down."""
-    f = maze.patch[door]
-    width = 2 * (maze.first_door[f + 1] - maze.first_door[f])
-    at = maze.first_after[f] + (2 * maze.place[door] + more) * width + 2 * maze.place[out] + too
-    if maze.after[at] == FORBIDDEN:
+def _price_passage(
+    graph: WalkGraph, half: int, more: int, out: int, too: int, regularity: float
+) -> float:
+    """Price a change of two halves of a patch: what it costs more; more, too: 1 up, 0 down."""
+    f = graph.patch[half]
+    width = 2 * (graph.first_half[f + 1] - graph.first_half[f])
+    at = graph.first_after[f] + (2 * graph.place[half] + more) * width + 2 * graph.place[out] + too
+    if graph.after[at] == FORBIDDEN:
         return np.inf
-    return regularity * (int(maze.after[at]) - int(maze.state[f]))
+    return regularity * (int(graph.after[at]) - int(graph.state[f]))
 
 
 @kernel
-def single(maze: Maze, door: int, more: int, regularity: float) -> float:
-    """What it costs to change one chain alone: by 2, or by 1 if it is in its patch twice."""
-    twin = maze.twin[door]
-    if twin >= 0 and maze.patch[twin] == maze.patch[door]:
-        return maze.step[maze.chain[door], 1 + more] + _through(
-            maze, door, more, twin, more, regularity
+def price_single_change(graph: WalkGraph, half: int, more: int, regularity: float) -> float:
+    """Price a change of one chain alone: by 2, or by 1 if it is in its patch twice."""
+    twin = graph.twin[half]
+    if twin >= 0 and graph.patch[twin] == graph.patch[half]:
+        return graph.step[graph.chain[half], 1 + more] + _price_passage(
+            graph, half, more, twin, more, regularity
         )
-    cost = maze.step[maze.chain[door], 3 * more] + _through(
-        maze, door, more, door, more, regularity
+    cost = graph.step[graph.chain[half], 3 * more] + _price_passage(
+        graph, half, more, half, more, regularity
     )
     if twin >= 0:
-        cost += _through(maze, twin, more, twin, more, regularity)
+        cost += _price_passage(graph, twin, more, twin, more, regularity)
     return cost
 
 
 @kernel
 def find_walk(
-    maze: Maze,
+    graph: WalkGraph,
     starts: Int32Array,
     begin: int,
     most_steps: int,
     regularity: float,
     walk: Int32Array,
 ) -> tuple[int, int, float]:
-    """The first walk that gains, from any of the doors ``starts``, looked at from place begin on.
+    """Find the first walk that gains, from any of the halves ``starts``, from place begin on.
 
     walk: (w, 2) int32 with w > most_steps + 1, gets chains and their changes. Returns how many
     there are, 0 where no walk gains; the place of the start looked at last; and the gain.
     """
-    n_doors = len(maze.chain)
-    outside = 2 * n_doors
+    n_halves = len(graph.chain)
+    outside = 2 * n_halves
     length = np.empty(outside + 1)
     before = np.empty(outside + 1, np.int32)
     way_out = np.empty(outside + 1, np.int32)
@@ -169,19 +174,19 @@ def find_walk(
     waiting = np.zeros(outside + 1, np.bool_)
     stamp = np.full(outside + 1, -1, np.int32)
     queue = np.empty(outside + 1, np.int32)
-    rim = np.flatnonzero(maze.twin < 0).astype(np.int32)
+    rim = np.flatnonzero(graph.twin < 0).astype(np.int32)
     for s in range(begin, len(starts)):
         for more in range(2):
-            gain = -single(maze, starts[s], more, regularity)
+            gain = -price_single_change(graph, starts[s], more, regularity)
             if gain > GAIN:
-                twin = maze.twin[starts[s]]
-                by = 1 if twin >= 0 and maze.patch[twin] == maze.patch[starts[s]] else 2
-                walk[0, 0] = maze.chain[starts[s]]
+                twin = graph.twin[starts[s]]
+                by = 1 if twin >= 0 and graph.patch[twin] == graph.patch[starts[s]] else 2
+                walk[0, 0] = graph.chain[starts[s]]
                 walk[0, 1] = by if more else -by
                 return 1, s, gain
             root = 2 * starts[s] + more
             name = 2 * s + more
-            if np.isinf(maze.step[maze.chain[starts[s]], 1 + more]):
+            if np.isinf(graph.step[graph.chain[starts[s]], 1 + more]):
                 continue
             length[root] = 0.0
             before[root] = -1
@@ -199,35 +204,37 @@ def find_walk(
                 if at == outside:
                     low, high = 0, len(rim)
                 else:
-                    f = maze.patch[at // 2]
-                    low, high = maze.first_door[f], maze.first_door[f + 1]
+                    f = graph.patch[at // 2]
+                    low, high = graph.first_half[f], graph.first_half[f + 1]
                 for d in range(low, high):
-                    # From outside one goes in by a door, from a patch out by one.
-                    door = rim[d] if at == outside else d
-                    if at != outside and door == at // 2:
+                    # From outside one goes in by a half, from a patch out by one.
+                    half = rim[d] if at == outside else d
+                    if at != outside and half == at // 2:
                         continue
-                    into = door if at == outside else maze.twin[door]
-                    if at != outside and into >= 0 and maze.patch[into] == maze.patch[door]:
+                    into = half if at == outside else graph.twin[half]
+                    if at != outside and into >= 0 and graph.patch[into] == graph.patch[half]:
                         continue
                     for too in range(2):
-                        reached = length[at] + maze.step[maze.chain[door], 1 + too]
+                        reached = length[at] + graph.step[graph.chain[half], 1 + too]
                         if at != outside and reached < regularity:
-                            reached += _through(maze, at // 2, at % 2, door, too, regularity)
+                            reached += _price_passage(graph, at // 2, at % 2, half, too, regularity)
                         if reached >= -GAIN:
                             continue
                         target = outside if into < 0 else 2 * into + too
                         if target == root:
-                            n, gain = _told(maze, at, door, too, before, way_out, regularity, walk)
+                            n, gain = _retrace_walk(
+                                graph, at, half, too, before, way_out, regularity, walk
+                            )
                             if gain > GAIN:
                                 return n, s, gain
                             continue
                         if stamp[target] == name and reached >= length[target] - GAIN:
                             continue
-                        if _visited(maze, target, at, before, outside):
+                        if _is_visited(graph, target, at, before, outside):
                             continue
                         length[target] = reached
                         before[target] = at
-                        way_out[target] = 2 * door + too
+                        way_out[target] = 2 * half + too
                         steps[target] = steps[at] + 1
                         if stamp[target] != name or not waiting[target]:
                             waiting[target] = True
@@ -238,7 +245,7 @@ def find_walk(
 
 
 @kernel
-def _visited(maze: Maze, target: int, at: int, before: Int32Array, outside: int) -> bool:
+def _is_visited(graph: WalkGraph, target: int, at: int, before: Int32Array, outside: int) -> bool:
     """Is the target's patch, or the outside, on the way to here?"""
     steps = 0
     longest = len(before)
@@ -247,7 +254,7 @@ def _visited(maze: Maze, target: int, at: int, before: Int32Array, outside: int)
         if target == outside or at == outside:
             if target == at:
                 return True
-        elif maze.patch[target // 2] == maze.patch[at // 2]:
+        elif graph.patch[target // 2] == graph.patch[at // 2]:
             return True
         # Labels change while others still lead to them: such a way may bite its tail.
         if steps > longest:
@@ -257,41 +264,151 @@ def _visited(maze: Maze, target: int, at: int, before: Int32Array, outside: int)
 
 
 @kernel
-def _told(
-    maze: Maze,
+def _retrace_walk(
+    graph: WalkGraph,
     last: int,
-    door: int,
+    half: int,
     too: int,
     before: Int32Array,
     way_out: Int32Array,
     regularity: float,
     walk: Int32Array,
 ) -> tuple[int, float]:
-    """Chains and changes of the walk that closes by a door, and its gain; 0 if it is none.
+    """Write the walk that closes by a half: how many chains, and the gain; 0 if it is none.
 
     It is followed back afresh, as labels on the way may have changed since.
     """
-    outside = 2 * len(maze.chain)
+    outside = 2 * len(graph.chain)
     cost = 0.0
     n = 0
     at = last
-    leaving = 2 * door + too
+    leaving = 2 * half + too
     seen = np.empty(len(walk), np.int32)
     while True:
         if n == len(walk):
             return 0, 0.0
-        place = -1 if at == outside else maze.patch[at // 2]
+        place = -1 if at == outside else graph.patch[at // 2]
         for i in range(n):
-            if seen[i] == place or walk[i, 0] == maze.chain[leaving // 2]:
+            if seen[i] == place or walk[i, 0] == graph.chain[leaving // 2]:
                 return 0, 0.0
         seen[n] = place
-        walk[n, 0] = maze.chain[leaving // 2]
+        walk[n, 0] = graph.chain[leaving // 2]
         walk[n, 1] = 2 * (leaving % 2) - 1
         n += 1
-        cost += maze.step[maze.chain[leaving // 2], 1 + leaving % 2]
+        cost += graph.step[graph.chain[leaving // 2], 1 + leaving % 2]
         if at != outside:
-            cost += _through(maze, at // 2, at % 2, leaving // 2, leaving % 2, regularity)
+            cost += _price_passage(graph, at // 2, at % 2, leaving // 2, leaving % 2, regularity)
         if before[at] < 0:
             return n, -cost
         leaving = way_out[at]
         at = before[at]
+
+
+class Descent:
+    """Counts that walks improve; what they are searched in is kept from one to the next.
+
+    former, change: chains with other counts than these cost ``change`` each beside their error.
+    within: walks go through these patches only, by default through any.
+    """
+
+    def __init__(
+        self,
+        problem: CountsProblem,
+        counts: Int32Array,
+        former: Int32Array | None = None,
+        change: float = 0.0,
+        within: Sequence[int] | None = None,
+    ) -> None:
+        self._problem = problem
+        self._former = former
+        self._change = change
+        self._graph = make_walk_graph(problem)
+        self._graph.after[:] = FORBIDDEN
+        self._within = np.zeros(problem.n_patches, np.bool_)
+        self._within[slice(None) if within is None else list(within)] = True
+        self._answers: dict[tuple[int, ...], bool] = {}
+        self.counts = counts.astype(np.int32)
+        self._update(
+            np.arange(problem.n_chains, dtype=np.int32),
+            np.arange(problem.n_patches, dtype=np.int32),
+        )
+
+    def reset(self, counts: Int32Array) -> None:
+        """Take other counts to go on from."""
+        changed = np.flatnonzero(counts != self.counts).astype(np.int32)
+        self.counts = counts.astype(np.int32)
+        self._update(changed, self._patches(changed))
+
+    def run(self, starts: Int32Array | None = None) -> float:
+        """Walk, from chains ``starts``, until nothing gains, short walks first; the gain."""
+        halves = np.arange(len(self._graph.chain), dtype=np.int32)
+        if starts is not None:
+            halves = np.flatnonzero(np.isin(self._graph.chain, starts)).astype(np.int32)
+        return sum(self._run(halves, steps) for steps in MOST_STEPS)
+
+    def _run(self, halves: Int32Array, most_steps: int) -> float:
+        walk = np.empty((most_steps + 2, 2), np.int32)
+        gained = 0.0
+        begin, changed = 0, False
+        while True:
+            n, begin, gain = find_walk(
+                self._graph, halves, begin, most_steps, self._problem.regularity, walk
+            )
+            if n:
+                gained += gain
+                changed = True
+                self.counts[walk[:n, 0]] += walk[:n, 1]
+                self._update(walk[:n, 0], self._patches(walk[:n, 0]))
+            elif changed:
+                # Once more through all of them: what was changed may have opened other ways.
+                begin, changed = 0, False
+            else:
+                return gained
+
+    def _patches(self, chains: Int32Array) -> Int32Array:
+        around = np.unique(self._problem.ends[chains])
+        return around[around < self._problem.n_patches].astype(np.int32)
+
+    def _update(self, chains: Int32Array, patches: Int32Array) -> None:
+        """Set costs of the chains' changes, and tables of the patches, from the counts."""
+        p = self._problem
+        n = self.counts[chains]
+        now = p.weights[chains] * np.abs(n - p.targets[chains])
+        if self._former is not None:
+            now = now + self._change * (n != self._former[chains])
+        for column, by in enumerate((-2, -1, 1, 2)):
+            cost = p.weights[chains] * np.abs(n + by - p.targets[chains]) - now
+            if self._former is not None:
+                cost += self._change * (n + by != self._former[chains])
+            free = (p.pinned[chains] == 0) & (n + by >= p.least[chains])
+            self._graph.step[chains, column] = np.where(free, cost, np.inf)
+        lengths = p.side_lengths(self.counts)
+        patches = patches[self._within[patches]]
+        if p.cheap is None:
+            judge_patches(self._graph, lengths, patches.astype(np.int32))
+        else:
+            for patch in patches:
+                self._ask(int(patch), lengths)
+
+    def _ask(self, patch: int, lengths: Int32Array) -> None:
+        """Ask the caller's rule what a patch is, and would be."""
+        graph = self._graph
+        low, high = graph.first_side[patch : patch + 2]
+        first, end = graph.first_half[patch : patch + 2]
+        here = lengths[low:high]
+        graph.state[patch] = self._irregular(tuple(here.tolist()))
+        changes = [(graph.side[half] - low, by) for half in range(first, end) for by in (-1, 1)]
+        at = graph.first_after[patch]
+        for (one, by), (other, too) in product(changes, repeat=2):
+            after = here.copy()
+            after[one] += by
+            after[other] += too
+            small = after.sum() < MIN_PERIMETER or after.min() < 1
+            graph.after[at] = FORBIDDEN if small else self._irregular(tuple(after.tolist()))
+            at += 1
+
+    def _irregular(self, lengths: tuple[int, ...]) -> int:
+        assert self._problem.cheap is not None
+        if lengths not in self._answers:
+            self._answers[lengths] = bool(self._problem.cheap(lengths))
+        return CHEAP if self._answers[lengths] else IRREGULAR

@@ -11,9 +11,8 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-from patterndb_sketch.retopo.counts import CountsProblem, choose
-from patterndb_sketch.retopo.counts import changed as changed_counts
-from patterndb_sketch.retopo.counts.evening import Stuck, fewest_changes
+from patterndb_sketch.retopo.counts import CountsProblem, change_count, choose_counts
+from patterndb_sketch.retopo.counts.evening import Stuck, even_by_fewest_changes
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Chain, Network, Patch
 
@@ -115,11 +114,11 @@ def complete_counts(network: Network, edge: float) -> tuple[Network, tuple[str, 
     if new:
         settled = {c: chain.count for c, chain in network.chains.items() if chain.count}
         part = NumberedCounts.of(network, edge, new, settled, anew=True)
-        network = part.put(network, choose(part.problem).counts)
+        network = part.put(network, choose_counts(part.problem).counts)
     if all(_sound(network, patch) for patch in network.patches.values()):
         return network, ()
     whole = NumberedCounts.of(network, edge)
-    evened = fewest_changes(whole.problem, whole.counts(network))
+    evened = even_by_fewest_changes(whole.problem, whole.counts(network))
     return whole.put(network, evened.counts), whole.told(evened.stuck)
 
 
@@ -127,7 +126,7 @@ def choose_counts(network: Network, edge: float) -> tuple[Network, tuple[str, ..
     """The network with all counts but pinned ones chosen anew, as near to the target edge and as
     regular as can be; and notes."""
     whole = NumberedCounts.of(network, edge, anew=True)
-    found = choose(whole.problem)
+    found = choose_counts(whole.problem)
     return whole.put(network, found.counts), whole.told(found.stuck)
 
 
@@ -155,14 +154,14 @@ def change_counts(
         ((chain, count),) = asked.items()
         network, _ = complete_counts(network, edge)
         whole = NumberedCounts.of(network, edge)
-        made = changed_counts(
+        made = change_count(
             whole.problem, whole.counts(network), whole.chains.index(chain), count
         )
         network, notes = whole.put(network, made.counts), whole.told(made.stuck)
     elif asked:
         network, _ = complete_counts(network, edge)
         held = NumberedCounts.of(network, edge, None, asked)
-        evened = fewest_changes(held.problem, held.counts(network))
+        evened = even_by_fewest_changes(held.problem, held.counts(network))
         network, notes = held.put(network, evened.counts), held.told(evened.stuck)
     return _with_counts(network, asked, pin), notes
 
