@@ -27,10 +27,10 @@ from scipy.spatial import Delaunay
 from patterndb_sketch.retopo.counts import (
     CountsProblem,
     change_count,
-    choose_counts,
     improve_change,
     improve_counts,
     is_cheap_by_family,
+    solve_counts,
 )
 from patterndb_sketch.retopo.counts.balls import grow_ball, list_neighbours, solve_ball
 from patterndb_sketch.retopo.counts.evening import (
@@ -188,10 +188,10 @@ def chosen_row(kind: str, problem: CountsProblem, seed: int, arguments: argparse
     base = sum_costs(problem, join.counts)
     join_seconds = clocked(lambda: even_by_least_errors(problem))
     tied = even_along_strips(problem, label_strips(problem)).counts
-    walked = choose_counts(problem, 0)
-    walk_seconds = clocked(lambda: choose_counts(problem, 0))
-    found = choose_counts(problem)
-    seconds = clocked(lambda: choose_counts(problem))
+    walked = solve_counts(problem, 0)
+    walk_seconds = clocked(lambda: solve_counts(problem, 0))
+    found = solve_counts(problem)
+    seconds = clocked(lambda: solve_counts(problem))
     long = found
     start = time.perf_counter()
     for further in improve_counts(problem, found):
@@ -235,7 +235,7 @@ def balls_alone(problem: CountsProblem, seconds: float) -> NDArray[np.int32]:
 
 def changes_row(name: str, problem: CountsProblem, seed: int, n_changes: int) -> str:
     chance = np.random.default_rng(seed)
-    counts = choose_counts(problem, 0).counts
+    counts = solve_counts(problem, 0).counts
     change_count(problem, counts, 0, int(counts[0]) + 1)
     quick: list[float] = []
     slow: list[float] = []
@@ -272,7 +272,7 @@ def main() -> None:
     arguments = parser.parse_args()
     sizes = [int(size) for size in arguments.patches.split(",")]
     kinds = {"tiling": tiling, "grid": grid}
-    choose_counts(grid(20, 0))
+    solve_counts(grid(20, 0))
     print(
         "| network, seed | chains | odd if rounded | T-join: errors + irregular | ms | strips | "
         f"balls alone, {arguments.seconds:g} s | whole model | its bound | walks | s | chosen "
@@ -298,16 +298,16 @@ def main() -> None:
     asked = CountsProblem.of(
         problem.targets, lists(problem), regularity=1.0, cheap=is_cheap_by_family
     )
-    choose_counts(asked, 0)
-    found, looked_up = choose_counts(problem), choose_counts(asked)
+    solve_counts(asked, 0)
+    found, looked_up = solve_counts(problem), solve_counts(asked)
     family_total = sum_costs(asked, found.counts)
     print(
         f"\nTiling {sizes[-1]}, the family's answer by inequalities and by look-up: totals "
         f"{family_total:.1f} and {looked_up.total:.1f} as looked up, walks "
-        f"{clocked(lambda: choose_counts(problem, 0)):.2f} and "
-        f"{clocked(lambda: choose_counts(asked, 0)):.2f} s, "
-        f"chosen {clocked(lambda: choose_counts(problem)):.2f} and "
-        f"{clocked(lambda: choose_counts(asked)):.2f} s; "
+        f"{clocked(lambda: solve_counts(problem, 0)):.2f} and "
+        f"{clocked(lambda: solve_counts(asked, 0)):.2f} s, "
+        f"chosen {clocked(lambda: solve_counts(problem)):.2f} and "
+        f"{clocked(lambda: solve_counts(asked)):.2f} s; "
         f"{len(found.narrowly)} patches judged narrowly."
     )
 

@@ -139,7 +139,7 @@ shaded(skin, Seen(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
 #: Retopology: strokes that cross on a sheet, a loop, a path, a patch beside others, counts.
 RETOPO = """
 import numpy as np
-from patterndb_sketch.retopo.counts import CountsProblem, change_count, choose_counts
+from patterndb_sketch.retopo.counts import CountsProblem, change_count, solve_counts
 from patterndb_sketch.retopo.filling.edgecounts import count_fewest_edges
 from patterndb_sketch.retopo.ground import Ground, cleaned, geodesic, planar_cut
 from patterndb_sketch.retopo.network import Network, with_borders
@@ -173,7 +173,7 @@ flooded(ground, np.zeros(len(ground.triangles), bool), np.array([0], np.int32), 
 Salience.of(ground, sizes.edge).felt(ground.vertices[:2], ground.normals[:2], "both")
 patches = [[[0], [1], [2], [3]], [[1], [4], [4]]]
 problem = CountsProblem.of([3.0, 4, 3, 4, 2], patches, [0, 0, 2, 0, 0])
-change_count(problem, choose_counts(problem).counts, 0, 5)
+change_count(problem, solve_counts(problem).counts, 0, 5)
 """
 
 #: What runs side by side, about as long each.

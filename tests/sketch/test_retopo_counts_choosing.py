@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from patterndb_sketch.retopo.counts import (
     CountsProblem,
     change_count,
-    choose_counts,
     has_cheap_fill,
     improve_change,
+    solve_counts,
 )
 from patterndb_sketch.retopo.counts.evening import even_by_fewest_changes
 from patterndb_sketch.retopo.counts.rules import sum_costs
@@ -26,7 +26,7 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError
 @pytest.mark.parametrize("target", [1.0, 2.4, 3.6, 7.0])
 def test_a_square_grid_with_equal_targets_is_rounded_and_no_more(target: float) -> None:
     patches, n_chains = grid(4, 5)
-    found = choose_counts(CountsProblem.of(np.full(n_chains, target), patches))
+    found = solve_counts(CountsProblem.of(np.full(n_chains, target), patches))
     assert set(found.counts.tolist()) == {round(target)}
     assert not len(found.irregular)
     assert found.finished
@@ -56,7 +56,7 @@ def test_a_changed_count_leaves_all_patches_even(
 ) -> None:
     problem = glued(seed, n_patches, 0.1)
     chain = seed % problem.n_chains
-    before = choose_counts(problem, n_balls=0).counts
+    before = solve_counts(problem, n_balls=0).counts
     if by_family:
         problem = CountsProblem.of(
             problem.targets, lists(problem), problem.pinned, cheap=has_cheap_fill
@@ -67,7 +67,7 @@ def test_a_changed_count_leaves_all_patches_even(
     assert found.counts[chain] == count
     fewest = even_by_fewest_changes(problem.with_pinned(chain, count), before).counts
     assert (found.counts != before).sum() <= max(5, (fewest != before).sum())
-    if problem.n_patches and not more and found.stuck == choose_counts(problem, n_balls=0).stuck:
+    if problem.n_patches and not more and found.stuck == solve_counts(problem, n_balls=0).stuck:
         # Nothing was asked for: what changes must pay for itself.
         n_changed = int((found.counts != before).sum())
         assert found.total + 2.0 * n_changed <= sum_costs(problem, before) + 1e-6
@@ -75,9 +75,9 @@ def test_a_changed_count_leaves_all_patches_even(
 
 def test_counts_do_not_depend_on_threads() -> None:
     problems = [glued(seed, 60, 0.05, 3.0) for seed in range(3)]
-    alone = [choose_counts(problem, n_balls=3) for problem in problems]
+    alone = [solve_counts(problem, n_balls=3) for problem in problems]
     with ThreadPoolExecutor(4) as pool:
-        together = list(pool.map(lambda problem: choose_counts(problem, n_balls=3), problems * 2))
+        together = list(pool.map(lambda problem: solve_counts(problem, n_balls=3), problems * 2))
     for one, other in zip(alone * 2, together, strict=True):
         assert np.array_equal(one.counts, other.counts)
         assert one.total == other.total
@@ -85,11 +85,11 @@ def test_counts_do_not_depend_on_threads() -> None:
 
 def test_nothing_is_chosen_where_there_is_nothing() -> None:
     for n_chains in (0, 3):
-        found = choose_counts(CountsProblem.of(np.full(n_chains, 2.2), []))
+        found = solve_counts(CountsProblem.of(np.full(n_chains, 2.2), []))
         assert found.counts.tolist() == [2] * n_chains
         assert found.finished
     alone = CountsProblem.of([2.2, 3.0], [[[0]]])
-    assert choose_counts(alone).counts.tolist() == [4, 3]
+    assert solve_counts(alone).counts.tolist() == [4, 3]
     assert change_count(alone, [4, 3], 1, 7).counts.tolist() == [4, 7]
 
 

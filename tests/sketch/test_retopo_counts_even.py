@@ -11,7 +11,7 @@ from counts_cases import glued, lists, refuse_unless_sound
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.counts import CountsProblem, choose_counts
+from patterndb_sketch.retopo.counts import CountsProblem, solve_counts
 from patterndb_sketch.retopo.counts.evening import (
     even_along_strips,
     even_by_fewest_changes,
@@ -72,7 +72,7 @@ def test_every_patch_is_even_and_bounds_and_pins_are_kept(
     seed: int, n_patches: int, pins: float
 ) -> None:
     problem = glued(seed, n_patches, pins, regularity=3.0)
-    refuse_unless_sound(problem, choose_counts(problem, n_balls=int(seed % 8 == 0)))
+    refuse_unless_sound(problem, solve_counts(problem, n_balls=int(seed % 8 == 0)))
 
 
 def test_strips_stop_where_a_pinned_count_is_too_few_for_others() -> None:
@@ -81,7 +81,7 @@ def test_strips_stop_where_a_pinned_count_is_too_few_for_others() -> None:
         np.full(6, 4.0), [[[0], [1], [2], [3]], [[2], [4], [5]]], [1] + [0] * 5
     )
     assert label_strips(problem).tolist() == [0, 1, 2, 1, 4, 5]
-    refuse_unless_sound(problem, choose_counts(problem))
+    refuse_unless_sound(problem, solve_counts(problem))
 
 
 @settings(max_examples=30)
@@ -100,7 +100,7 @@ def test_the_join_is_the_optimum_of_errors_alone(seed: int, n_patches: int) -> N
 @given(st.integers(0, 2**32), st.integers(1, 7))
 def test_small_networks_get_the_best_counts_there_are(seed: int, n_patches: int) -> None:
     problem = glued(seed, n_patches)
-    found = choose_counts(problem, n_balls=100)
+    found = solve_counts(problem, n_balls=100)
     assert found.finished
     assert found.n_proven == found.n_balls
     assert found.total == pytest.approx(optimum(problem, 3, 1.0), abs=1e-3)
@@ -157,11 +157,11 @@ def test_pinned_chains_without_a_way_out_are_named() -> None:
     # Two triangles back to back, a closed surface: all three chains are around both.
     triangles = [[[0], [1], [2]], [[2], [1], [0]]]
     problem = CountsProblem.of([4.0, 4.0, 4.0], triangles, [3, 4, 4])
-    found = choose_counts(problem)
+    found = solve_counts(problem)
     assert [one.odd for one in found.stuck] == [True, True]
     assert found.stuck[0].pinned == (0, 1, 2)
     assert "change one of chains 0, 1, 2 by 1, or free it" in str(found.stuck[0])
-    assert not choose_counts(problem.with_pinned(1, 0)).stuck
+    assert not solve_counts(problem.with_pinned(1, 0)).stuck
     small = CountsProblem.of([4.0, 4.0], [[[0], [1]]], [1, 1])
-    assert "fewer than 4 edges" in str(choose_counts(small).stuck[0])
-    assert choose_counts(small.with_pinned(0, 0)).counts.tolist() in ([3, 1], [5, 1])
+    assert "fewer than 4 edges" in str(solve_counts(small).stuck[0])
+    assert solve_counts(small.with_pinned(0, 0)).counts.tolist() in ([3, 1], [5, 1])

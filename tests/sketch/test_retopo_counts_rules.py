@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.counts import (
     CountsProblem,
-    choose_counts,
     find_misjudged_patches,
     has_cheap_fill,
     is_cheap_by_family,
+    solve_counts,
 )
 from query.boundary import Boundary
 from query.engine import PatternSource, fills
@@ -72,7 +72,7 @@ def test_every_patch_has_a_fill_for_the_counts_that_are_chosen(
     source: PatternSource, seed: int, n_patches: int
 ) -> None:
     problem = glued(seed, n_patches, 0.2)
-    found = choose_counts(problem, n_balls=0)
+    found = solve_counts(problem, n_balls=0)
     stuck = {patch for one in found.stuck for patch in one.patches}
     lengths = problem.side_lengths(found.counts)
     for patch in sorted(set(range(n_patches)) - stuck):
@@ -85,7 +85,7 @@ def test_every_patch_has_a_fill_for_the_counts_that_are_chosen(
 def test_a_rule_of_the_caller_s_serves_whole_networks() -> None:
     problem = glued(3, 25)
     asked = CountsProblem.of(problem.targets, lists(problem), cheap=is_cheap_by_family)
-    found = choose_counts(asked, n_balls=2)
+    found = solve_counts(asked, n_balls=2)
     refuse_unless_sound(asked, found)
     by_hand = [
         f
@@ -101,9 +101,9 @@ def test_patches_that_are_judged_narrowly_are_told() -> None:
     lengths = (6, 7, 3, 1, 2, 2, 1)
     assert is_cheap_by_family(lengths) and not has_cheap_fill(lengths)
     problem = CountsProblem.of(lengths, [[[k] for k in range(7)]], lengths)
-    assert choose_counts(problem).irregular.tolist() == [0]
+    assert solve_counts(problem).irregular.tolist() == [0]
     assert (
-        choose_counts(problem).narrowly
+        solve_counts(problem).narrowly
         == find_misjudged_patches(problem, np.array(lengths))
         == (0,)
     )

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.counts import (
     CountsProblem,
-    choose_counts,
     has_cheap_fill,
     improve_counts,
+    solve_counts,
 )
 from patterndb_sketch.retopo.counts.evening import even_by_least_errors
 from patterndb_sketch.retopo.counts.rules import sum_costs
@@ -69,7 +69,7 @@ def test_no_single_change_and_no_short_walk_is_left(seed: int, n_patches: int) -
 
 def test_improvements_never_get_worse_and_end() -> None:
     problem = glued(5, 40)
-    last = choose_counts(problem, n_balls=0)
+    last = solve_counts(problem, n_balls=0)
     for step in improve_counts(problem, last):
         refuse_unless_sound(problem, step)
         assert step.total <= last.total

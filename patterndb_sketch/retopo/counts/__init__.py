@@ -2,16 +2,16 @@
 
 Read :mod:`.problem` (what is asked), :mod:`.rules` (which patches are regular), :mod:`.tjoin` and
 :mod:`.evening` (even counts), :mod:`.walks` and :mod:`.balls` (better ones), then :mod:`.choosing`,
-which puts them together: evening by a T-join -> walks -> balls; see :func:`choose_counts` and
+which puts them together: evening by a T-join -> walks -> balls; see :func:`solve_counts` and
 :func:`change_count`.
 """
 
 from patterndb_sketch.retopo.counts.choosing import (
     Counts,
     change_count,
-    choose_counts,
     improve_change,
     improve_counts,
+    solve_counts,
 )
 from patterndb_sketch.retopo.counts.evening import Stuck
 from patterndb_sketch.retopo.counts.problem import REGULARITY, CheapRule, CountsProblem
@@ -28,10 +28,10 @@ __all__ = [
     "CountsProblem",
     "Stuck",
     "change_count",
-    "choose_counts",
     "find_misjudged_patches",
     "has_cheap_fill",
     "improve_change",
     "improve_counts",
     "is_cheap_by_family",
+    "solve_counts",
 ]

@@ -32,7 +32,7 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError
 BALL = 24
 INNER = 6
 
-#: Balls that :func:`choose_counts` solves: about a second on 200 patches.
+#: Balls that :func:`solve_counts` solves: about a second on 200 patches.
 MOST_BALLS = 8
 
 #: Work on one ball, in the solver's deterministic seconds; most need a tenth.
@@ -77,8 +77,8 @@ class Counts:
     narrowly: tuple[int, ...] = ()
 
 
-def choose_counts(problem: CountsProblem, n_balls: int = MOST_BALLS) -> Counts:
-    """Choose counts near the targets, every patch even, and as many regular ones as pay.
+def solve_counts(problem: CountsProblem, n_balls: int = MOST_BALLS) -> Counts:
+    """Solve a problem: counts near the targets, every patch even, and as many regular ones as pay.
 
     Two starts, the least errors of all even counts and those along strips, are each improved by
     walks; the better is improved further in n_balls balls. The same problem gives the same counts,

@@ -11,7 +11,7 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-from patterndb_sketch.retopo.counts import CountsProblem, change_count, choose_counts
+from patterndb_sketch.retopo.counts import CountsProblem, change_count, solve_counts
 from patterndb_sketch.retopo.counts.evening import Stuck, even_by_fewest_changes
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import Chain, Network, Patch
@@ -114,7 +114,7 @@ def complete_counts(network: Network, edge: float) -> tuple[Network, tuple[str, 
     if new:
         settled = {c: chain.count for c, chain in network.chains.items() if chain.count}
         part = NumberedCounts.of(network, edge, new, settled, anew=True)
-        network = part.put(network, choose_counts(part.problem).counts)
+        network = part.put(network, solve_counts(part.problem).counts)
     if all(_sound(network, patch) for patch in network.patches.values()):
         return network, ()
     whole = NumberedCounts.of(network, edge)
@@ -126,7 +126,7 @@ def choose_counts(network: Network, edge: float) -> tuple[Network, tuple[str, ..
     """The network with all counts but pinned ones chosen anew, as near to the target edge and as
     regular as can be; and notes."""
     whole = NumberedCounts.of(network, edge, anew=True)
-    found = choose_counts(whole.problem)
+    found = solve_counts(whole.problem)
     return whole.put(network, found.counts), whole.told(found.stuck)
 
 
