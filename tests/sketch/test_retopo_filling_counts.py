@@ -18,11 +18,11 @@ from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import (
     change_counts,
+    choose_counts,
     complete_counts,
     find_strip,
     free_counts,
     side_lengths,
-    solve_counts,
     weld_fills,
 )
 from patterndb_sketch.retopo.network import Network, with_count
@@ -63,7 +63,7 @@ def test_pinned_counts_stay_and_others_do_not(grid: Network) -> None:
     pinned = chain_at(grid, 0.5, 0)
     other = chain_at(grid, 2.5, 0)
     network = with_count(with_count(grid, pinned, 8, pinned=True), other, 8)
-    chosen, notes = solve_counts(network, EDGE)
+    chosen, notes = choose_counts(network, EDGE)
     assert notes == ()
     assert_even(chosen)
     assert chosen.chains[pinned].count == 8
@@ -71,7 +71,7 @@ def test_pinned_counts_stay_and_others_do_not(grid: Network) -> None:
     free = free_counts(chosen, [pinned])
     assert free.chains[pinned].count == 8
     assert not free.chains[pinned].pinned
-    assert solve_counts(free, EDGE)[0].chains[pinned].count == 4
+    assert choose_counts(free, EDGE)[0].chains[pinned].count == 4
     with pytest.raises(InvalidRetopoError, match="there is no chain 9999"):
         free_counts(grid, [9999])
 
@@ -82,7 +82,7 @@ def test_pins_that_cannot_be_are_told_with_their_names(grid: Network) -> None:
     network = grid
     for chain, count in zip(chains, (3, 4, 4, 4), strict=True):
         network = with_count(network, chain, count, pinned=True)
-    for made, notes in (complete_counts(network, EDGE), solve_counts(network, EDGE)):
+    for made, notes in (complete_counts(network, EDGE), choose_counts(network, EDGE)):
         (note,) = notes
         assert f"around patch {patch.id} add up to an odd number" in note
         assert all(str(chain) in note for chain in chains)
