@@ -25,10 +25,10 @@ import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb.store import Database
-from patterndb_sketch.surfacing.methods import Settings
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.networkfile import read_drawing
 from patterndb_sketch.surfacing.sampling import Loop
+from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.drawn import save_drawn
 from viewer.surfacing import SurfacingState, draw
 from viewer.surfacing.keys import KEYS

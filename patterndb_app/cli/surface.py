@@ -23,6 +23,8 @@ from patterndb_app.cli.options import (
 )
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
 
+from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, describe_methods
+
 if TYPE_CHECKING:
     from patterndb_sketch.surfacing import (
         CurveNetwork,
@@ -33,8 +35,6 @@ if TYPE_CHECKING:
         SurfacePatch,
         Surfacing,
     )
-
-METHODS = ("chords", "area", "quads")
 
 #: Columns that a table leaves for the curves of a cycle.
 CURVES_WIDTH = 24
@@ -62,9 +62,9 @@ class CurveNames(ParamType):
 @click.option(
     "--method",
     type=click.Choice(METHODS),
-    default="chords",
+    default=DEFAULT_METHOD,
     show_default=True,
-    help="Cut along chords, take the triangulation of least area, or fill with quads.",
+    help=describe_methods(),
 )
 @click.option(
     "--alpha",
@@ -198,7 +198,7 @@ def surface(
     settings = Settings(method=method, alpha=alpha)
     if any_chord:
         settings = replace(settings, area_price=None)
-    with open_database(db) if method == "quads" else nullcontext() as database:
+    with open_database(db) if METHODS[method].needs_database else nullcontext() as database:
         started = time.perf_counter()
         made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
         seconds = time.perf_counter() - started
@@ -245,9 +245,9 @@ def _look(
     from viewer.surfacing import draw, show
 
     banned, added = ([named_cycle(drawing.network, names) for names in group] for group in named)
-    # The window can go on to quads; a picture has them only if they were asked for.
-    quads = view or settings.method == "quads"
-    with open_database(db) if quads else nullcontext() as database:
+    # The window can go on to other methods; a picture has the one that was asked for.
+    patterns = view or METHODS[settings.method].needs_database
+    with open_database(db) if patterns else nullcontext() as database:
         options: dict[str, Any] = {
             "settings": settings,
             "spacing": spacing,

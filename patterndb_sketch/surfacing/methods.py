@@ -1,102 +1,80 @@
-"""Loop -> surface, by the method asked for or, where that cannot answer, by the next."""
+"""The methods that make the surface of a loop: one table, which all who offer a choice read.
+
+:func:`patterndb_sketch.surfacing.surfaces.surface`, the command line, the window and the docs read
+METHODS. To add a method, write its function here, or in a module of its own, and enter it in the
+table; a test finds it there and surfaces a set of loops with it.
+
+The functions import what they need when they are called: who only lists the methods, such as a
+command's help, need not wait for compiled kernels.
+"""
 
 from __future__ import annotations
 
-import math
-import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from patterndb.core.halfedge import Int64Array
-from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.chords import (
-    ALPHA,
-    AREA_PRICE,
-    MAX_SUBPROBLEMS,
-    TURNING_BOUND,
-    Decomposition,
-    Flatness,
-    decompose,
-)
-from patterndb_sketch.surfacing.network import InvalidNetworkError
-from patterndb_sketch.surfacing.patch import LoopSurface, Method, as_triangles
-from patterndb_sketch.surfacing.quads import fill_with_quads
-from patterndb_sketch.surfacing.sampling import Loop
-from patterndb_sketch.surfacing.tessellation import (
-    area,
-    find_self_intersections,
-    patch_of_least_area,
-    tessellate_patch,
-)
-from query.engine import PatternSource
+if TYPE_CHECKING:
+    from patterndb.core.halfedge import Int64Array
+    from patterndb.geometry.points import Points
+    from patterndb_sketch.surfacing.chords import Decomposition
+    from patterndb_sketch.surfacing.sampling import Loop
+    from patterndb_sketch.surfacing.surfaces import Settings
+    from query.engine import PatternSource
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
-    """How loops are surfaced.
+class MadeSurface:
+    """What a method has made of a loop of n vertices, before it is measured.
 
-    method:           chords, area or quads, see :data:`patterndb_sketch.surfacing.patch.Method`.
-    alpha:            the price of chords (section 3.2); more makes fewer, larger pieces.
-    area_price:       the area that chords may add, see
-    :func:`patterndb_sketch.surfacing.chords.affordable`;
-                      None, as in the paper: any.
-    flatness:         "relative", or "printed" as in the paper: the product of eigenvalues.
-    turning_bound:    radians by which a loop may turn between two chord endpoints.
-    max_subproblems:  what the search for chords may score.
+    method: the name of the one that answered, which need not be the one asked for.
+    note:   why it is another, and what else a user should know; "" if there is nothing to say.
+    points: (k, 3) float64, the vertices inside. faces: per piece (f, 3) or (f, 4) int64, in the
+            loop's sense; below n a position in the loop, n + i row i of points.
+    cut:    how the loop was cut by chords, if it was.
     """
 
-    method: Method = "chords"
-    alpha: float = ALPHA
-    area_price: float | None = AREA_PRICE
-    flatness: Flatness = "relative"
-    turning_bound: float = TURNING_BOUND
-    max_subproblems: int = MAX_SUBPROBLEMS
-
-    def __post_init__(self) -> None:
-        if self.method not in ("chords", "area", "quads"):
-            raise InvalidNetworkError(
-                f'the method is {self.method!r}; give "chords", "area" or "quads"'
-            )
-        if not (math.isfinite(self.alpha) and self.alpha >= 0):
-            raise InvalidNetworkError(f"alpha is {self.alpha}; give a number from 0 on")
-
-
-def surface_loop(
-    loop: Loop, settings: Settings, spacing: float, db: PatternSource | None = None
-) -> LoopSurface:
-    """The surface of a loop: the method asked for, else chords, else the least area.
-
-    spacing: about how far inner vertices are apart. db: where quads come from. Never fails on
-    a valid loop: the triangulation of least area always exists.
-    """
-    started = time.perf_counter()
-    if settings.method == "area":
-        found = _by_area(loop, "")
-    elif settings.method == "chords" or db is None:
-        found = _by_chords(loop, settings, spacing, "")
-    else:
-        found = _by_quads(loop, settings, spacing, db)
-    return _measured(loop, found, time.perf_counter() - started)
-
-
-@dataclass(frozen=True, slots=True)
-class _Found:
-    """What a method made, before it is measured. cut: how the loop was cut, if it was."""
-
-    method: Method
+    method: str
     note: str
     points: Points
     faces: tuple[Int64Array, ...]
     cut: Decomposition | None = None
 
 
-def _by_area(loop: Loop, note: str, cut: Decomposition | None = None) -> _Found:
-    mesh = patch_of_least_area(loop)
-    return _Found("area", note, mesh.points, mesh.faces, cut)
+#: Makes the surface of a loop: (loop, settings, spacing, database). It answers for every valid
+#: loop; where its own way fails, by another method, and says so in the note.
+MakeSurface = Callable[["Loop", "Settings", float, "PatternSource | None"], MadeSurface]
 
 
-def _by_chords(loop: Loop, settings: Settings, spacing: float, note: str) -> _Found:
+@dataclass(frozen=True, slots=True)
+class SurfacingMethod:
+    """A way to make the surface of a loop.
+
+    name:           what settings, results and the command line call it.
+    help:           what it does, as a part of a sentence: "cut along chords".
+    make:           makes it.
+    needs_database: does it take patterns from a database? Without one, ``chords`` answers.
+    makes_quads:    are its faces quads? Then every cycle is given an even number of edges, and
+                    vertices are further apart.
+    """
+
+    name: str
+    help: str
+    make: MakeSurface
+    needs_database: bool = False
+    makes_quads: bool = False
+
+
+def make_by_chords(
+    loop: Loop, settings: Settings, spacing: float, _db: PatternSource | None
+) -> MadeSurface:
+    """Cut a loop along chords into nearly flat pieces, and relax each: the paper's way.
+
+    Where the search for chords is too large, the triangulation of least area answers.
+    """
+    from patterndb_sketch.surfacing.chords import decompose
+    from patterndb_sketch.surfacing.tessellation import tessellate_patch
+
     cut = decompose(
         loop,
         settings.alpha,
@@ -110,62 +88,77 @@ def _by_chords(loop: Loop, settings: Settings, spacing: float, note: str) -> _Fo
             "half of the candidate chords already make more than "
             f"{settings.max_subproblems:,} sub-problems; the triangulation of least area stands in"
         )
-        return _by_area(loop, _joined(note, why), cut)
-    if cut.n_dropped:
-        note = _joined(
-            note, f"the {cut.n_dropped} longest candidates were left out of a search too large"
-        )
+        return replace(make_by_area(loop, settings, spacing, None), note=why, cut=cut)
+    dropped = (
+        f"the {cut.n_dropped} longest candidates were left out of a search too large"
+        if cut.n_dropped
+        else ""
+    )
     mesh = tessellate_patch(loop, cut.chords, cut.pieces, spacing)
-    return _Found("chords", _joined(note, *mesh.notes), mesh.points, mesh.faces, cut)
+    return MadeSurface("chords", _join(dropped, *mesh.notes), mesh.points, mesh.faces, cut)
 
 
-def _by_quads(loop: Loop, settings: Settings, spacing: float, db: PatternSource) -> _Found:
-    ground = _by_chords(loop, settings, spacing, "")
+def make_by_area(
+    loop: Loop, _settings: Settings, _spacing: float, _db: PatternSource | None
+) -> MadeSurface:
+    """Take the triangulation of least area of a loop, without vertices inside."""
+    from patterndb_sketch.surfacing.tessellation import patch_of_least_area
+
+    mesh = patch_of_least_area(loop)
+    return MadeSurface("area", "", mesh.points, mesh.faces)
+
+
+def make_by_quads(
+    loop: Loop, settings: Settings, spacing: float, db: PatternSource | None
+) -> MadeSurface:
+    """Fill a loop with quads from the database, on the surface that chords give.
+
+    That surface answers where there are no quads for the loop.
+    """
+    import numpy as np
+
+    from patterndb_sketch.surfacing.network import InvalidNetworkError
+    from patterndb_sketch.surfacing.patch import as_triangles
+    from patterndb_sketch.surfacing.quads import fill_with_quads
+
+    assert db is not None, "the method says that it needs one"
+    ground = make_by_chords(loop, settings, spacing, None)
     points = np.concatenate([loop.points, ground.points])
     try:
         filled = fill_with_quads(db, loop, points, as_triangles(ground.faces))
     except InvalidNetworkError as error:
-        return replace(ground, note=_joined(f"no quads: {error}", ground.note))
-    return _Found("quads", _joined(ground.note, filled.note), filled.points, (filled.quads,))
+        return replace(ground, note=_join(f"no quads: {error}", ground.note))
+    return MadeSurface("quads", _join(ground.note, filled.note), filled.points, (filled.quads,))
 
 
-def _measured(loop: Loop, found: _Found, seconds: float) -> LoopSurface:
-    points = np.concatenate([loop.points, found.points])
-    cut = found.cut
-    return LoopSurface(
-        method=found.method,
-        note=found.note,
-        points=found.points,
-        faces=found.faces,
-        candidates=0 if cut is None else len(cut.candidates),
-        costly=0 if cut is None else cut.n_costly,
-        unmatched=0 if cut is None else cut.n_unmatched,
-        chords=np.zeros((0, 2), np.int64) if cut is None else cut.chords,
-        n_subproblems=0 if cut is None else cut.n_subproblems,
-        cost=math.nan if cut is None else cut.cost,
-        area=sum(area(points, piece) for piece in found.faces),
-        self_intersections=len(find_self_intersections(points, as_triangles(found.faces))),
-        seconds=seconds,
-    )
-
-
-def _joined(*notes: str) -> str:
+def _join(*notes: str) -> str:
     return "; ".join(note for note in notes if note)
 
 
-def start_of(points: Points) -> tuple[int, bool]:
-    """Where, and in which sense, a closed loop (n, 3) is walked by convention.
+#: The methods by name, in the order in which they are offered; the first is the default.
+METHODS: dict[str, SurfacingMethod] = {
+    method.name: method
+    for method in (
+        SurfacingMethod("chords", "cut along chords", make_by_chords),
+        SurfacingMethod("area", "take the triangulation of least area", make_by_area),
+        SurfacingMethod(
+            "quads", "fill with quads", make_by_quads, needs_database=True, makes_quads=True
+        ),
+    )
+}
 
-    It begins at its lowest vertex by x, then y, then z, and goes on to the lower of the two
-    beside: that depends on the loop alone, not on how it was handed over.
-    """
-    n = len(points)
-    start = int(np.lexsort(points.T[::-1])[0])
-    after, before = points[(start + 1) % n].tolist(), points[start - 1].tolist()
-    return start, before < after
+#: What is taken where nothing else is asked for.
+DEFAULT_METHOD = next(iter(METHODS))
 
 
-def turned(loop: Loop, start: int, backward: bool) -> Loop:
-    """The same loop from vertex ``start`` on, walked the other way round if ``backward``."""
-    order = (start + np.arange(len(loop.points)) * (-1 if backward else 1)) % len(loop.points)
-    return Loop(loop.points[order], loop.corners[order], loop.vertices[order])
+def list_methods(last: str = "or", quote: str = "") -> str:
+    """Write the names of the methods in a row: chords, area or quads."""
+    *first, end = (f"{quote}{name}{quote}" for name in METHODS)
+    return f"{', '.join(first)} {last} {end}"
+
+
+def describe_methods() -> str:
+    """Write a sentence that says what the methods do, in their order."""
+    *first, end = (method.help for method in METHODS.values())
+    sentence = f"{', '.join(first)}, or {end}."
+    return sentence[0].upper() + sentence[1:]

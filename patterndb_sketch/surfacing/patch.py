@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,17 +12,13 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 from patterndb_sketch.surfacing.sampling import Sampling
 
-#: chords: cut along chords into pieces that are nearly flat, each relaxed (the paper's way).
-#: area: the exact triangulation of least area, without inner vertices. quads: a fill from the
-#: pattern database.
-Method = Literal["chords", "area", "quads"]
-
 
 @dataclass(frozen=True, slots=True)
 class LoopSurface:
     """The surface of one closed loop of n vertices.
 
-    method:        the one that answered.
+    method:        the name of the one that answered, see
+                   :data:`patterndb_sketch.surfacing.methods.METHODS`.
     note:          why that is not the one asked for, and what else a user should know; "" if
                    there is nothing to say.
     points:        (k, 3) float64, the vertices inside.
@@ -40,7 +35,7 @@ class LoopSurface:
     seconds:       what all of this took.
     """
 
-    method: Method
+    method: str
     note: str
     points: Points = field(repr=False)
     faces: tuple[Int64Array, ...] = field(repr=False)
@@ -76,8 +71,8 @@ class SurfacePatch:
     reused: bool
 
     @property
-    def method(self) -> Method | None:
-        """The method that answered, None if none could."""
+    def method(self) -> str | None:
+        """The name of the method that answered, None if none could."""
         return None if self.surface is None else self.surface.method
 
 

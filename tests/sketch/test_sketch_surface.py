@@ -9,10 +9,16 @@ import pytest
 from networks import cube, prism, ring, shuffled, torus
 
 import patterndb
-from patterndb_sketch.surfacing.methods import Settings, start_of, turned
 from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.patch import Surfacing, as_triangles
-from patterndb_sketch.surfacing.surface import STAGES_KEPT, LoopMemory, surface
+from patterndb_sketch.surfacing.surfaces import (
+    STAGES_KEPT,
+    LoopMemory,
+    Settings,
+    find_start,
+    surface,
+    turn_loop,
+)
 from patterndb_sketch.surfacing.tessellation import area
 
 
@@ -175,11 +181,11 @@ def test_a_loop_is_walked_by_convention() -> None:
 
     network = ring([[0, 0, 0], [2, 0, 1], [2, 2, 0], [0, 2, 3]])
     loop = loop_of(network, sample(network), network.cycles[0])
-    upright = turned(loop, *start_of(loop.points))
+    upright = turn_loop(loop, *find_start(loop.points))
     for k in (0, 3, 7):
         for backward in (False, True):
-            moved = turned(loop, k, backward)
-            same = turned(moved, *start_of(moved.points))
+            moved = turn_loop(loop, k, backward)
+            same = turn_loop(moved, *find_start(moved.points))
             assert np.array_equal(same.points, upright.points)
             assert np.array_equal(same.corners, upright.corners)
             assert np.array_equal(same.vertices, upright.vertices)

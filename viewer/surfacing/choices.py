@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from patterndb.store import Database
-from patterndb_sketch.surfacing.methods import Settings
+from patterndb_sketch.surfacing.methods import METHODS
+from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.surfacing.edits import Edits, next_method
 from viewer.surfacing.finding import Find
 from viewer.surfacing.surfaces import Surfaces
@@ -27,7 +28,7 @@ class Choices(Surfaces):
         find: Find,
     ) -> None:
         self.surface_shown = self.chords_shown = self.curves_shown = self.off_shown = True
-        self.edges_shown = edits.method == "quads"
+        self.edges_shown = METHODS[edits.method].makes_quads
         self.helping = False
         self.message = ""
         self._history: list[Edits] = []
@@ -46,9 +47,9 @@ class Choices(Surfaces):
 
     def next_method(self) -> None:
         """The next method for all patches."""
-        method = next_method(self.edits.method, quads=self.quads_known)
+        method = next_method(self.edits.method, database=self.has_database)
         self._edit(self.edits.with_method(method))
-        self.edges_shown = method == "quads"
+        self.edges_shown = METHODS[method].makes_quads
 
     def go_to_stage(self, stage: int) -> None:
         """As the drawing was after so many stages; from the end, if below 0."""
@@ -77,7 +78,7 @@ class Choices(Surfaces):
             return
         before, self.edits = self.edits, self._history.pop()
         if not self.edits.asks_like(before):
-            self.edges_shown = self.edits.method == "quads"
+            self.edges_shown = METHODS[self.edits.method].makes_quads
             self._ask()
 
     def _edit(self, after: Edits) -> None:

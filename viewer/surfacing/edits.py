@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.naming import Step
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing, InvalidNetworkError
-from patterndb_sketch.surfacing.patch import Method
 from viewer.surfacing.body import Key
 from viewer.surfacing.ink import Ink, with_curves
-
-#: In the order of the key.
-METHODS: tuple[Method, ...] = ("chords", "area", "quads")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,8 +29,8 @@ class Edits:
     given: tuple[Cycle, ...] | None
     added: tuple[Cycle, ...] = ()
     banned: tuple[Cycle, ...] = ()
-    method: Method = "chords"
-    methods: Mapping[Key, Method] = field(default_factory=dict)
+    method: str = DEFAULT_METHOD
+    methods: Mapping[Key, str] = field(default_factory=dict)
     inks: tuple[Ink, ...] = ()
 
     def asks_like(self, other: Edits) -> bool:
@@ -58,11 +55,11 @@ class Edits:
         added = self.added if there else (*_without(self.added, cycle), cycle)
         return replace(self, added=added, banned=banned)
 
-    def with_method(self, method: Method) -> Edits:
+    def with_method(self, method: str) -> Edits:
         """With one method for all patches."""
         return replace(self, method=method, methods={})
 
-    def with_method_of(self, cycle: Cycle, method: Method) -> Edits:
+    def with_method_of(self, cycle: Cycle, method: str) -> Edits:
         """With a method for the patch of one cycle."""
         return replace(self, methods={**self.methods, cycle.key: method})
 
@@ -81,7 +78,7 @@ class Edits:
                 for cycle in _carried(after, self.given, grown.walks)
                 for part in parts_of(after, cycle, grown.curves)
             )
-        methods: dict[Key, Method] = {}
+        methods: dict[Key, str] = {}
         for key, method in self.methods.items():
             for cycle in _carried(after, [Cycle(key)], grown.walks):
                 methods |= {p.key: method for p in parts_of(after, cycle, grown.curves)}
@@ -97,9 +94,9 @@ class Edits:
         )
 
 
-def next_method(method: Method, *, quads: bool) -> Method:
-    """The method after this one; quads: can there be any?"""
-    choices: list[Method] = [one for one in METHODS if one != "quads" or quads]
+def next_method(method: str, *, database: bool) -> str:
+    """Name the method after this one; database: is there one for those that need it?"""
+    choices = [one.name for one in METHODS.values() if database or not one.needs_database]
     return choices[(choices.index(method) + 1) % len(choices)] if method in choices else choices[0]
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from patterndb_sketch.surfacing.methods import METHODS
 from viewer import keys
 from viewer.keymap import Effect, KeyMap
 from viewer.surfacing.layout import alpha_of, share_of
@@ -15,7 +16,7 @@ KEY_HELP = (
     ("click", "switch a patch off; on again at its ring"),
     ("x", "the same for the patch at the pointer"),
     ("a", "switch all patches on"),
-    ("m", "next method: chords, area, quads"),
+    ("m", f"next method: {', '.join(METHODS)}"),
     ("n", "next method for the patch at the pointer"),
     ("← →", "stage of the drawing: back, forward"),
     ("Home End", "before the first stage, after the last"),

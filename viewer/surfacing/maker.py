@@ -9,10 +9,9 @@ from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field, replace
 
 from patterndb.store import Database
-from patterndb_sketch.surfacing.methods import Settings
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
-from patterndb_sketch.surfacing.patch import Method, Surfacing
-from patterndb_sketch.surfacing.surface import LoopMemory, surface
+from patterndb_sketch.surfacing.patch import Surfacing
+from patterndb_sketch.surfacing.surfaces import LoopMemory, Settings, surface
 from viewer.surfacing.body import Body, Key, renumbered
 from viewer.surfacing.finding import Find
 
@@ -26,7 +25,7 @@ class Wish:
     given:   the cycles to surface; None to find them.
     added, banned: cycles that shall, or shall not, be patches. methods: for some cycles
     another method than the settings', by key. settings, spacing: as for
-    :func:`patterndb_sketch.surfacing.surface.surface`.
+    :func:`patterndb_sketch.surfacing.surfaces.surface`.
     """
 
     drawing: Drawing
@@ -35,7 +34,7 @@ class Wish:
     given: tuple[Cycle, ...] | None
     added: tuple[Cycle, ...]
     banned: tuple[Cycle, ...]
-    methods: Mapping[Key, Method]
+    methods: Mapping[Key, str]
     settings: Settings
     spacing: float
 
@@ -159,12 +158,12 @@ class Maker:
         wish: Wish,
         cycles: Sequence[Cycle],
         settings: Settings,
-        methods: Mapping[Key, Method],
+        methods: Mapping[Key, str],
     ) -> tuple[Surfacing | None, Body | None]:
         if not cycles:
             return None, None
         keys = [wish.whole(cycle).key for cycle in cycles]
-        others: dict[Cycle, Method] = {
+        others: dict[Cycle, str] = {
             cycle: methods[key] for cycle, key in zip(cycles, keys, strict=True) if key in methods
         }
         made = surface(

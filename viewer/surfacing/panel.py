@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.patch import SurfacePatch
 from viewer import style
 from viewer.card import plural
 from viewer.panel import MARGIN, NAMES, PANEL, SIZE, Writer, begin_panel, hint
 from viewer.scene import Scene
-from viewer.surfacing.edits import METHODS
 from viewer.surfacing.layout import SLIDER, SLIDER_Y, share_of
 from viewer.surfacing.state import SurfacingState
 
@@ -91,12 +91,12 @@ def _methods(writer: Writer, state: SurfacingState) -> None:
     grey = style.FAINT_TEXT
     writer.scene.text(writer.left, writer.y, "method", 13.5, bold=True, align="left")
     x = writer.left + NAMES
-    for method in METHODS:
-        if method == "quads" and not state.quads_known:
+    for method in METHODS.values():
+        if method.needs_database and not state.has_database:
             continue
-        chosen = method == state.edits.method
+        chosen = method.name == state.edits.method
         colour = style.TEXT if chosen else grey
-        writer.scene.text(x, writer.y, method, SIZE, colour=colour, bold=chosen, align="left")
+        writer.scene.text(x, writer.y, method.name, SIZE, colour=colour, bold=chosen, align="left")
         x += 62.0
     writer.skip(1.6)
 

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
 from patterndb.store import Database
-from patterndb_sketch.surfacing.methods import Settings
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
+from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.camera import Camera
 from viewer.framing import framed
 from viewer.surfacing.body import Body
@@ -51,7 +51,7 @@ class SurfacingState(Choices, Camera):
 
     source: a drawing or a network. settings: the method and alpha to begin with. spacing: about
     how far vertices are apart; by default that of
-    :func:`patterndb_sketch.surfacing.surface.surface` for the whole drawing, in every stage.
+    :func:`patterndb_sketch.surfacing.surfaces.surface` for the whole drawing, in every stage.
     db: where quads come from; without it there are none. afresh: find cycles even if the
     network has some. added, banned: cycles that shall, or shall not, be patches. find: how
     cycles are found.
@@ -105,7 +105,9 @@ class SurfacingState(Choices, Camera):
             return
         cycle = self.cycle_of(under.on, under.number)
         method = self.edits.methods.get(cycle.key, self.edits.method)
-        self._edit(self.edits.with_method_of(cycle, next_method(method, quads=self.quads_known)))
+        self._edit(
+            self.edits.with_method_of(cycle, next_method(method, database=self.has_database))
+        )
 
     def go_to_stage(self, stage: int) -> None:
         """As the drawing was after so many stages; what was being drawn is forgotten."""

@@ -2,7 +2,7 @@
 
 It computes nothing itself: cycles come from
 :func:`patterndb_sketch.surfacing.cycles.find_cycles`, patches from
-:func:`patterndb_sketch.surfacing.surface.surface`. Both run in a thread; whoever shows them
+:func:`patterndb_sketch.surfacing.surfaces.surface`. Both run in a thread; whoever shows them
 asks :meth:`Surfaces.poll` now and then whether there is something new.
 """
 
@@ -14,7 +14,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.store import Database
-from patterndb_sketch.surfacing.methods import Settings
+from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import SurfacePatch
 from patterndb_sketch.surfacing.sampling import (
@@ -22,6 +22,7 @@ from patterndb_sketch.surfacing.sampling import (
     EDGES_OF_MEDIAN_QUADS,
     default_spacing,
 )
+from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.surfacing.body import Body
 from viewer.surfacing.edits import Edits
 from viewer.surfacing.finding import Find
@@ -48,7 +49,7 @@ class Surfaces:
     ) -> None:
         self.edits = edits
         self.settings = settings
-        self.quads_known = db is not None
+        self.has_database = db is not None
         self.made: Made | None = None
         self._spacing = spacing
         self._failure: BaseException | None = None
@@ -166,7 +167,8 @@ class Surfaces:
         network, numbers = self._at_stage()
         edits = self.edits
         self.settings = replace(self.settings, method=edits.method)
-        quads = "quads" in (edits.method, *edits.methods.values())
+        asked = (edits.method, *edits.methods.values())
+        quads = any(METHODS[name].makes_quads for name in asked)
         spacing = self._spacing
         if spacing is None:
             whole = edits.drawing.network

@@ -9,9 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import patterndb
-from patterndb_sketch.surfacing.methods import Settings
 from patterndb_sketch.surfacing.network import Cycle, InvalidNetworkError
-from patterndb_sketch.surfacing.surface import surface
+from patterndb_sketch.surfacing.surfaces import Settings, surface
 from viewer.style import TINTS
 from viewer.surfacing.body import Body
 from viewer.surfacing.keys import KEYS

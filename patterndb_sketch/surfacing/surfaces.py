@@ -1,19 +1,36 @@
-"""Network -> surface: every cycle a patch, on the vertices that the network's patches share."""
+"""Loops and networks -> surfaces: every cycle a patch, on vertices that neighbours share.
+
+:func:`surface_loop` makes the surface of one loop, :func:`surface` that of a network, patch by
+patch; a :class:`GrowingSketch` does so at every stage, with only what changed worked out again.
+"""
 
 from __future__ import annotations
 
+import math
+import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.surfacing.chords import (
+    ALPHA,
+    AREA_PRICE,
+    MAX_SUBPROBLEMS,
+    TURNING_BOUND,
+    Flatness,
+)
 from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
-from patterndb_sketch.surfacing.methods import Settings, start_of, surface_loop, turned
+from patterndb_sketch.surfacing.methods import (
+    DEFAULT_METHOD,
+    METHODS,
+    MadeSurface,
+    list_methods,
+)
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.patch import (
     LoopSurface,
-    Method,
     SurfacePatch,
     Surfacing,
     as_triangles,
@@ -22,12 +39,13 @@ from patterndb_sketch.surfacing.quads import even_edges
 from patterndb_sketch.surfacing.sampling import (
     EDGES_OF_MEDIAN_CURVE,
     EDGES_OF_MEDIAN_QUADS,
+    Loop,
     Sampling,
     default_spacing,
     loop_of,
     sample,
 )
-from patterndb_sketch.surfacing.tessellation import find_self_intersections
+from patterndb_sketch.surfacing.tessellation import area, find_self_intersections
 from query.engine import PatternSource
 
 NO_POINTS = np.zeros((0, 3))
@@ -37,22 +55,87 @@ NOT_LEAST = "edge counts are even, but not proven to be the nearest to the spaci
 STAGES_KEPT = 16
 
 
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """How loops are surfaced.
+
+    method:          the name of one of :data:`patterndb_sketch.surfacing.methods.METHODS`.
+    alpha:           the price of chords (section 3.2); more makes fewer, larger pieces.
+    area_price:      the area that chords may add, see
+                     :func:`patterndb_sketch.surfacing.chords.affordable`; None, as in the paper:
+                     any.
+    flatness:        "relative", or "printed" as in the paper: the product of eigenvalues.
+    turning_bound:   radians by which a loop may turn between two chord endpoints.
+    max_subproblems: what the search for chords may score.
+    """
+
+    method: str = DEFAULT_METHOD
+    alpha: float = ALPHA
+    area_price: float | None = AREA_PRICE
+    flatness: Flatness = "relative"
+    turning_bound: float = TURNING_BOUND
+    max_subproblems: int = MAX_SUBPROBLEMS
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            known = list_methods(quote='"')
+            raise InvalidNetworkError(f"the method is {self.method!r}; give {known}")
+        if not (math.isfinite(self.alpha) and self.alpha >= 0):
+            raise InvalidNetworkError(f"alpha is {self.alpha}; give a number from 0 on")
+
+
+def surface_loop(
+    loop: Loop, settings: Settings, spacing: float, db: PatternSource | None = None
+) -> LoopSurface:
+    """Make the surface of a loop by the method asked for, else by chords, else of least area.
+
+    spacing: about how far inner vertices are apart. db: where quads come from. Never fails on
+    a valid loop: the triangulation of least area always exists.
+    """
+    started = time.perf_counter()
+    method = METHODS[settings.method]
+    if method.needs_database and db is None:
+        method = METHODS["chords"]
+    made = method.make(loop, settings, spacing, db)
+    return _measure(loop, made, time.perf_counter() - started)
+
+
+def _measure(loop: Loop, made: MadeSurface, seconds: float) -> LoopSurface:
+    points = np.concatenate([loop.points, made.points])
+    cut = made.cut
+    return LoopSurface(
+        method=made.method,
+        note=made.note,
+        points=made.points,
+        faces=made.faces,
+        candidates=0 if cut is None else len(cut.candidates),
+        costly=0 if cut is None else cut.n_costly,
+        unmatched=0 if cut is None else cut.n_unmatched,
+        chords=np.zeros((0, 2), np.int64) if cut is None else cut.chords,
+        n_subproblems=0 if cut is None else cut.n_subproblems,
+        cost=math.nan if cut is None else cut.cost,
+        area=sum(area(points, piece) for piece in made.faces),
+        self_intersections=len(find_self_intersections(points, as_triangles(made.faces))),
+        seconds=seconds,
+    )
+
+
 def surface(
     network: CurveNetwork,
     cycles: Sequence[Cycle] | None = None,
     *,
     settings: Settings | None = None,
-    methods: Mapping[Cycle, Method] | None = None,
+    methods: Mapping[Cycle, str] | None = None,
     spacing: float | None = None,
     db: PatternSource | None = None,
     memory: LoopMemory | None = None,
 ) -> Surfacing:
-    """The surface of a network: a patch for each of its cycles.
+    """Make the surface of a network: a patch for each of its cycles.
 
     cycles:   what to surface, by default the network's own. For a network that has none, find
               them first (:func:`patterndb_sketch.surfacing.cycles.find_cycles`).
     settings: the method and its parameters.
-    methods:  another method for some of the cycles.
+    methods:  the names of other methods for some of the cycles.
     spacing:  about how far vertices are apart, by default
               :func:`patterndb_sketch.surfacing.sampling.default_spacing`. Where a patch is to
               have quads, edges are counted such that every cycle has an even number.
@@ -65,12 +148,15 @@ def surface(
     """
     settings = Settings() if settings is None else settings
     chosen = network.cycles if cycles is None else tuple(cycles)
-    ways = [settings.method if methods is None else methods.get(c, settings.method) for c in chosen]
+    named = {} if methods is None else methods
+    wanted = [replace(settings, method=named.get(c, settings.method)) for c in chosen]
     if not chosen:
         raise InvalidNetworkError("the network has no cycles to surface; find them first")
-    quads = "quads" in ways
-    if quads and db is None:
-        raise InvalidNetworkError("quads come from a pattern database; give one as db")
+    ways = [METHODS[one.method] for one in wanted]
+    lacking = [way.name for way in ways if way.needs_database and db is None]
+    if lacking:
+        raise InvalidNetworkError(f"{lacking[0]} come from a pattern database; give one as db")
+    quads = any(way.makes_quads for way in ways)
     coarse = EDGES_OF_MEDIAN_QUADS if quads else EDGES_OF_MEDIAN_CURVE
     step = default_spacing(network, coarse) if spacing is None else spacing
     even = even_edges(network, chosen, step) if quads else None
@@ -80,19 +166,17 @@ def surface(
     points = [sampling.points]
     patches: list[SurfacePatch] = []
     n_points = len(sampling.points)
-    for cycle, way in zip(chosen, ways, strict=True):
-        patch, inner = _patch(
-            network, sampling, cycle, replace(settings, method=way), db, memory, n_points
-        )
+    for cycle, of_cycle in zip(chosen, wanted, strict=True):
+        patch, inner = _make_patch(network, sampling, cycle, of_cycle, db, memory, n_points)
         patches.append(patch)
         points.append(inner)
         n_points += len(inner)
     together = np.concatenate(points)
-    between = _intersections(together, patches)
+    between = _count_intersections(together, patches)
     return Surfacing(network, sampling, together, tuple(patches), between, notes)
 
 
-def _patch(
+def _make_patch(
     network: CurveNetwork,
     sampling: Sampling,
     cycle: Cycle,
@@ -101,14 +185,14 @@ def _patch(
     memory: LoopMemory,
     n_points: int,
 ) -> tuple[SurfacePatch, Points]:
-    """A cycle's patch and its inner vertices, which are numbered from ``n_points`` on."""
+    """Make a cycle's patch and its inner vertices, which are numbered from ``n_points`` on."""
     network.walk(cycle)
     try:
         loop = loop_of(network, sampling, cycle)
         # Every loop is surfaced from the same vertex on in the same sense, wherever its cycle
         # begins: the result does not depend on that, and a loop met again is known.
-        start, backward = start_of(loop.points)
-        upright = turned(loop, start, backward)
+        start, backward = find_start(loop.points)
+        upright = turn_loop(loop, start, backward)
         key = repr((settings, sampling.spacing)).encode()
         key += upright.points.tobytes() + upright.corners.tobytes()
         result = memory.recall(key)
@@ -128,7 +212,25 @@ def _patch(
     ), result.points
 
 
-def _intersections(points: Points, patches: Sequence[SurfacePatch]) -> int:
+def find_start(points: Points) -> tuple[int, bool]:
+    """Tell where, and in which sense, a closed loop (n, 3) is walked by convention.
+
+    It begins at its lowest vertex by x, then y, then z, and goes on to the lower of the two
+    beside: that depends on the loop alone, not on how it was handed over.
+    """
+    n = len(points)
+    start = int(np.lexsort(points.T[::-1])[0])
+    after, before = points[(start + 1) % n].tolist(), points[start - 1].tolist()
+    return start, before < after
+
+
+def turn_loop(loop: Loop, start: int, backward: bool) -> Loop:
+    """Begin a loop at vertex ``start``, and walk it the other way round if ``backward``."""
+    order = (start + np.arange(len(loop.points)) * (-1 if backward else 1)) % len(loop.points)
+    return Loop(loop.points[order], loop.corners[order], loop.vertices[order])
+
+
+def _count_intersections(points: Points, patches: Sequence[SurfacePatch]) -> int:
     triangles = [as_triangles(patch.faces) for patch in patches]
     owner = np.repeat(np.arange(len(patches)), [len(part) for part in triangles])
     if len(owner) == 0:
@@ -208,14 +310,14 @@ class GrowingSketch:
         *,
         added: Sequence[Cycle] = (),
         banned: Sequence[Cycle] = (),
-        methods: Mapping[Cycle, Method] | None = None,
+        methods: Mapping[Cycle, str] | None = None,
     ) -> Stage:
-        """The surface of the sketch as it is now.
+        """Make the surface of the sketch as it is now.
 
         added, banned: cycles of this network that shall, or shall not, be patches. methods:
         another method for some cycles. Raises as
         :func:`patterndb_sketch.surfacing.cycles.find_cycles` and
-        :func:`patterndb_sketch.surfacing.surface.surface` do.
+        :func:`patterndb_sketch.surfacing.surfaces.surface` do.
         """
         found = find_cycles(network, added=added, banned=banned)
         if not found.cycles:
