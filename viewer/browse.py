@@ -96,9 +96,10 @@ class Window(Shell):
         plotter.add_mesh(
             layered(scene), scalars="colour", rgb=True, lighting=False, reset_camera=False
         )
-        for line in scene.texts:
+        for number, line in enumerate(scene.texts):
             text = text_of(line, scene, height / scene.height)
-            plotter.add_actor(text, reset_camera=False, name=f"text-{id(text)}", render=False)
+            # An actor takes the place of the one of its name.
+            plotter.add_actor(text, reset_camera=False, name=f"text-{number}", render=False)
         x, y = scene.width / 2.0, scene.height / 2.0
         plotter.camera.position = (x, y, CAMERA)
         plotter.camera.focal_point = (x, y, 0.0)

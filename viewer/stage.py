@@ -23,6 +23,7 @@ class Stage:
 
     def __init__(self, plotter: Any) -> None:
         self._plotter = plotter
+        self._written = 0
         self._texts: dict[tuple[Text, float], Any] = {}
         self._actors: list[Any] = []
 
@@ -70,7 +71,10 @@ class Stage:
 
     def _text(self, t: Text, scene: Scene, unit: float) -> Any:
         text = text_of(t, scene, unit)
-        self._plotter.add_actor(text, reset_camera=False, name=f"text-{id(text)}", render=False)
+        # An actor takes the place of the one of its name, so no two may have one.
+        self._written += 1
+        name = f"text-{self._written}"
+        self._plotter.add_actor(text, reset_camera=False, name=name, render=False)
         return text
 
 

@@ -58,6 +58,8 @@ class Shell(ABC):
         self._plotter.enable_anti_aliasing("ssaa")
         self._plotter.enable_parallel_projection()
         self._size = size
+        #: Was the window left by a key, as opposed to its close button?
+        self.quit_by_key = False
 
     @abstractmethod
     def handlers(self) -> dict[str, Callable[[Any, str], None]]:
@@ -113,6 +115,7 @@ class Shell(ABC):
         # "<" and the like have names of their own on every keyboard layout.
         key = character if self.keys.writes(character) else interactor.GetKeySym()
         if self.obey(key) is Effect.QUIT:
+            self.quit_by_key = True
             interactor.TerminateApp()
 
     def _on_resize(self, _interactor: Any, _event: str) -> None:
@@ -215,10 +218,11 @@ def open_window(
     size: tuple[int, int],
     title: str,
     kind: type[Window] = Window,
-) -> None:
-    """Show a state in a window until it is closed; kind: of window."""
+) -> bool:
+    """Show a state in a window until it is closed; kind: of window. Was it left by a key?"""
     window = kind(state, saver, keys, size, title)
     try:
         window.run()
+        return window.quit_by_key
     finally:
         window.close()

@@ -221,7 +221,9 @@ def _look(
     """Open the window, until it is closed."""
     from viewer.retopo import show
 
-    show(editor, title=title, session=session, script=record, begun=said, write_mesh=_write)
+    kept = show(editor, title=title, session=session, script=record, begun=said, write_mesh=_write)
+    if kept is not None:
+        say(f"closed with unsaved work: kept in {kept}; the next window here opens it (key R)")
 
 
 def _write(path: Path, mesh: RetopoMesh) -> None:

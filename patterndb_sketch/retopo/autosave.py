@@ -6,13 +6,14 @@ in a given folder where there is none yet:
     spot.retopo  ->  spot.retopo.1234-5ef2c0d9.recovery        unnamed.1234-5ef2c0d9.recovery
 
 with the number of the process that writes it, and a number of its own, so that two windows do
-not take each other's. One whose process is gone was left by a crash: :func:`find_recoveries` finds
-these. A clean end removes its own.
+not take each other's. One whose process is gone was left by a crash, or by a window that was closed
+with unsaved work: :func:`find_recoveries` finds these. All saved, or discarded by the user, it goes.
 """
 
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import re
 import secrets
@@ -79,7 +80,7 @@ class Autosave:
         self._clock = clock
         self._folder = folder
         self._surface: bytes | None = None
-        self._kept = state
+        self._kept = self._saved = state
         self._at = clock()
         self._token = f"{os.getpid()}-{secrets.token_hex(4)}"
         _OWN.add(self._token)
@@ -107,14 +108,24 @@ class Autosave:
         and the next is beside it."""
         self._remove()
         self.path = self._path(session)
-        self._kept = state
+        self._kept = self._saved = state
         self._at = self._clock()
 
-    def close(self) -> None:
-        """A clean end: the recovery file goes."""
-        self._remove()
-        self.path = None
+    def close(self, state: State | None = None) -> Path | None:
+        """End: without a state, nothing is wanted any more and the recovery file goes.
+
+        With one that no session has, it is written once more, and the path returned: whoever
+        closes a window has not said that the work may go. OSError as writing does.
+        """
         _OWN.discard(self._token)
+        path = self.path
+        if state is None or path is None or state.same(self._saved):
+            self._remove()
+            self.path = None
+            return None
+        self._at = -math.inf
+        self.tick(state)
+        return path
 
     def _path(self, session: Path | None) -> Path | None:
         ending = f".{self._token}{ENDING}"

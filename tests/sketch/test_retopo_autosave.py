@@ -195,7 +195,7 @@ CHILD = """
     import patterndb
     from patterndb_sketch.retopo.autosave import Autosave
     from patterndb_sketch.retopo.editor import Editor
-    from patterndb_sketch.retopo.sessionfile import Session, session_bytes
+    from patterndb_sketch.retopo.sessionfile import RetopoSession, session_bytes
 
     now = 0.0
     with patterndb.open() as source:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import subprocess
+from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import InvalidBoundaryError, NotFoundError
 from viewer import BrowserState, DisplayError, PictureFormatError, browse, opengl
+from viewer.browse import Window
 from viewer.browser_state import COLUMNS, MAX_WIDTH, PER_PAGE
 from viewer.keymap import Effect
 from viewer.keys import ACTIONS, KEYS
@@ -240,6 +243,36 @@ def test_an_off_screen_picture_or_a_clear_error(tmp_path: Path) -> None:
     assert len(np.unique((image.reshape(-1, image.shape[2]) * 255).astype(int), axis=0)) > 100
     assert (image[:4] == 1.0).all(), "the margin is blank"
     assert len(list(tmp_path.glob("pattern-*.png"))) == 1
+
+
+class FakePlotter:
+    """Keeps actors as pyvista does: one of a name takes the place of the one before."""
+
+    def __init__(self, **_: object) -> None:
+        self.window_size = (900, 600)
+        self.camera = SimpleNamespace()
+        self.actors: dict[str, object] = {}
+
+    def add_actor(self, actor: object, *, name: str, **_: object) -> None:
+        # Only what the actor is to VTK stays: the object of Python goes.
+        self.actors[name] = type(actor)
+
+    def clear_actors(self) -> None:
+        self.actors.clear()
+
+    def __getattr__(self, _: str) -> Callable[..., None]:
+        return lambda *_args, **_named: None
+
+
+def test_every_line_of_text_stays_in_the_window(
+    state: BrowserState, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("pyvista.Plotter", FakePlotter)
+    window = Window(state, None, tmp_path, (900, 600), True)
+    for key in ("h", "Right", "i"):
+        window.obey(key)
+        lines = compose(state, 1.5).texts
+        assert lines and len(window._plotter.actors) == len(lines)
 
 
 def test_wrong_wishes_are_refused_before_anything_is_drawn(tmp_path: Path) -> None:

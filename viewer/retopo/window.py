@@ -45,8 +45,11 @@ def show(
     keys: str = "",
     folder: Path | str = ".",
     window_size: tuple[int, int] = WINDOW,
-) -> None:
+) -> Path | None:
     """Retopologise a surface in a window, until it is closed.
+
+    Returns the recovery file where the window was closed with work that is in no session and no
+    script; the next window on the session, or in the folder, offers it.
 
     editor: with the surface, and what has been done before. title: of the window and its panel.
     session: where the session is saved; None for a new file in the folder. script: likewise
@@ -68,17 +71,21 @@ def show(
     files = Writer(folder, session, script, said, write_mesh, autosave)
     state = RetopoState(editor, title=title, files=files)
     state.message = files.find_lost(editor.ground, folder)
+    discarded = True
     try:
         shell = Saver(state, files, window_size)
         if shell.play(pressed) is not Effect.QUIT:
-            open_window(state, shell, KEYS, window_size, title or "Retopology", RetopoWindow)
+            # The key that quits asks once where work is not saved; a close button cannot.
+            discarded = open_window(
+                state, shell, KEYS, window_size, title or "Retopology", RetopoWindow
+            )
     finally:
         state.close()
         state.take()
         if script is not None and state.calls:
             files.save_script(state.calls)
-    # Only a clean end takes away what a crash would have left.
-    autosave.close()
+            discarded = True
+    return autosave.close(None if discarded else state.shown.state)
 
 
 def draw(

@@ -9,7 +9,7 @@ import pytest
 from events import Events, alike, can_draw, check_looking, read
 from sheets import SQUARE, at, drag, keys, opened, sheet, square, tube
 
-from patterndb_sketch.retopo.autosave import Autosave
+from patterndb_sketch.retopo.autosave import Autosave, find_recoveries
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, weld_fills
 from patterndb_sketch.retopo.network import equal
@@ -170,6 +170,7 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
         """A window without one: it draws a square, and something else if it is told to."""
 
         fail = False
+        quit_by_key = False
 
         def __init__(self, state: RetopoState, saver: Saver, *_: object) -> None:
             self.state, self.saver = state, saver
@@ -204,6 +205,16 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
     assert [path.name for path in tmp_path.iterdir()] == ["done.jsonl"]
     assert [line.call.tool for line in read_script(script).lines] == ["stroke"] * 4
     script.unlink()
+    # The close button does not ask: what no session and no script has is kept.
+    kept = show(Editor(sheet(), source), folder=tmp_path)
+    assert kept is not None and [kept] == list(tmp_path.iterdir())
+    assert len(read_session(kept).state.network.chains) == 5, "the border and four strokes"
+    assert [one.path for one in find_recoveries(folder=tmp_path)] == [kept]
+    kept.unlink()
+    # The key that quits has asked before: then it goes.
+    monkeypatch.setattr(Shell, "quit_by_key", True)
+    assert show(Editor(sheet(), source), folder=tmp_path) is None
+    assert not list(tmp_path.iterdir())
     monkeypatch.setattr(Shell, "fail", True)
     with pytest.raises(ZeroDivisionError):
         show(Editor(sheet(), source), folder=tmp_path)
