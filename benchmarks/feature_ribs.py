@@ -63,7 +63,7 @@ def main() -> None:
                 f"{pictures} of them by a picture"
             )
     model = models["messy"]
-    parts = (model.corners, model.triangles, model.components, *model.tree)
+    parts = (model.corners, model.triangles, model.components, *model.mesh.boxes)
     radius, tolerance = RADIUS * model.diagonal, STITCH * model.diagonal
     lone: list[float] = []
     line = sampled(car.feature("shoulder").smooth, 31)

@@ -8,7 +8,6 @@ from scipy.sparse.csgraph import dijkstra
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sampled
-from patterndb.geometry.tree import build, first_along
 from query.placing import Surface
 from viewer.view import View
 
@@ -34,9 +33,6 @@ class Ground:
         self.point = np.zeros(3) if point is None else point
         self.normal = np.array([0.0, 0.0, 1.0]) if normal is None else normal
         self._edges: coo_array | None = None
-        if surface is not None:
-            self._corners = surface.vertices[surface.triangles]
-            self._tree = build(self._corners)
 
     def hit(self, view: View, x: float, y: float) -> Points | None:
         """(3,) what is seen at a place of the picture; None beside the surface."""
@@ -51,8 +47,8 @@ class Ground:
             np.abs((self.surface.vertices - at) @ toward).max(initial=0.0)
         )
         start = at + toward * reach
-        hit, weights = first_along(
-            self._corners, *self._tree, start[None], toward[None].copy(), np.array([2.0 * reach])
+        hit, weights = self.surface.mesh.cast_along(
+            start[None], toward[None], np.array([2.0 * reach])
         )
         return self.surface.at(hit, weights).points[0] if hit[0] >= 0 else None
 

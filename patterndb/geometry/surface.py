@@ -12,7 +12,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points, units
-from patterndb.geometry.tree import build, first_along, nearest
+from patterndb.geometry.trianglemesh import TriangleMesh
 
 #: A hit along the normal this many times as far as the nearest point is a graze: the line runs
 #: along the surface, and the nearest point is what is meant.
@@ -45,21 +45,18 @@ class Feet:
 class Surface:
     """Triangles, ready to be asked for nearest points; make it once and place many fills.
 
-    vertices: (v, 3) float64; triangles: (t, 3) int32, counter-clockwise seen from outside.
+    mesh:     its triangles, counter-clockwise seen from outside.
     normals:  (v, 3) float64 unit normals, means of the triangles' by their areas.
     areas:    (t,) float64, of the triangles.
     beside:   (e, 2) int32, the triangles on both sides of every inner edge.
     diagonal: length of the diagonal of its box.
     """
 
-    vertices: Points
-    triangles: Int32Array
+    mesh: TriangleMesh
     normals: Points
     areas: NDArray[np.float64]
     beside: Int32Array
     diagonal: float
-    _corners: Points
-    _tree: tuple[Points, Int32Array, Int32Array]
 
     @classmethod
     def of(cls, mesh: Triangles | Surface) -> Surface:
@@ -97,14 +94,14 @@ class Surface:
         sound = size > 0.0
         if not sound.any():
             raise InvalidMeshError("the surface has no triangle with an area")
-        faces, corners = faces[sound], corners[sound]
+        faces = faces[sound]
         normals = np.zeros_like(points)
         for e in range(3):
             np.add.at(normals, faces[:, e], area[sound])
         sizes = size[sound] / 2.0
         beside = _beside(faces)
-        tree = build(corners)
-        return cls(points, faces, units(normals), sizes, beside, _diagonal(corners), corners, tree)
+        mesh = TriangleMesh(points, faces)
+        return cls(mesh, units(normals), sizes, beside, mesh.diagonal)
 
     @classmethod
     def from_polygons(cls, mesh: PolygonMesh) -> Surface:
@@ -121,22 +118,18 @@ class Surface:
         """Some of its triangles, (t,) bool; vertices and their normals as they are."""
         name = np.cumsum(chosen, dtype=np.int32) - 1
         beside = name[self.beside[chosen[self.beside].all(axis=1)]]
-        corners = self._corners[chosen]
-        return Surface(
-            self.vertices,
-            self.triangles[chosen],
-            self.normals,
-            self.areas[chosen],
-            beside,
-            _diagonal(corners),
-            corners,
-            build(corners),
-        )
+        mesh = TriangleMesh(self.vertices, self.triangles[chosen])
+        return Surface(mesh, self.normals, self.areas[chosen], beside, mesh.diagonal)
 
     @property
-    def tree(self) -> tuple[Points, Points, Int32Array, Int32Array]:
-        """What the kernels of :mod:`patterndb.geometry.tree` ask: corners, and the tree of boxes."""
-        return self._corners, *self._tree
+    def vertices(self) -> Points:
+        """(v, 3) float64."""
+        return self.mesh.points
+
+    @property
+    def triangles(self) -> Int32Array:
+        """(t, 3) int32."""
+        return self.mesh.triangles
 
     def nearest(self, points: Points) -> Feet:
         """The points of the surface nearest to (n, 3) points."""
@@ -144,7 +137,7 @@ class Surface:
 
     def located(self, points: Points) -> tuple[Int32Array, Points]:
         """(n,) the triangles nearest to (n, 3) points, and (n, 3) barycentric weights there."""
-        return nearest(self._corners, *self._tree, np.ascontiguousarray(points))
+        return self.mesh.find_nearest(points)
 
     def along(self, points: Points, normals: Points) -> Feet:
         """Where lines through (n, 3) points along (n, 3) unit normals first meet the surface.
@@ -156,9 +149,7 @@ class Surface:
         triangle, weights = self.located(points)
         close = self.at(triangle, weights)
         reach = GRAZE * np.linalg.norm(close.points - points, axis=1) + 1e-9 * self.diagonal
-        hit, at = first_along(
-            self._corners, *self._tree, points, np.ascontiguousarray(normals), reach
-        )
+        hit, at = self.mesh.cast_along(points, normals, reach)
         met = hit >= 0
         triangle[met], weights[met] = hit[met], at[met]
         return self.at(triangle, weights)
@@ -169,11 +160,6 @@ class Surface:
         points = np.einsum("ne,nec->nc", weights, self.vertices[corner])
         normals = units(np.einsum("ne,nec->nc", weights, self.normals[corner]))
         return Feet(points, normals, triangle)
-
-
-def _diagonal(corners: Points) -> float:
-    """Of the box of triangles (t, 3, 3)."""
-    return float(np.linalg.norm(np.ptp(corners.reshape(-1, 3), axis=0)))
 
 
 def edge_keys(triangles: Int32Array) -> NDArray[np.int64]:

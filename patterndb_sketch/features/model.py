@@ -11,10 +11,8 @@ from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.geometry.casting import all_hits, first_hits
 from patterndb.geometry.points import Floats, Points, as_points
-from patterndb.geometry.proximity import within_box
-from patterndb.geometry.tree import build, nearest
+from patterndb.geometry.trianglemesh import TriangleMesh
 from patterndb.geometry.triangulation import WELD, sorted_triangles, triangulated, weld
 from patterndb_sketch.features.errors import InvalidFeatureError
 
@@ -57,9 +55,8 @@ class Crossings:
 class Model:
     """Any polygon mesh as a soup of triangles; nothing is repaired, and no sense is trusted.
 
-    points:    (v, 3) float64, every place once, in lexicographic order.
-    triangles: (t, 3) int32, ascending within a triangle, in lexicographic order.
-    corners:   (t, 3, 3) float64, the points of the triangles.
+    mesh:      every place once, in lexicographic order; triangles ascending, each within itself
+               and all in lexicographic order.
     components: (t,) int32, the surface patch that each triangle belongs to: parts that share
                no point, numbered from 0 by their first triangles.
     diagonal:  length of the diagonal of the box of the points.
@@ -67,19 +64,15 @@ class Model:
                fewer than three corners. Needles without area stay: they hold parts together.
     repeated:  triangles left out because they repeat another: CAD models have sheets twice,
                once for each side.
-    tree:      boxes, nodes and order, as of patterndb.geometry.tree.
 
     The same triangles in another order, sense or soup give the same arrays, bit for bit.
     """
 
-    points: Points
-    triangles: Int32Array
-    corners: Points
+    mesh: TriangleMesh
     components: Int32Array
     diagonal: float
     dropped: int
     repeated: int
-    tree: tuple[Points, Int32Array, Int32Array]
 
     @classmethod
     def from_polygons(cls, mesh: PolygonMesh) -> Model:
@@ -107,16 +100,12 @@ class Model:
         kept, triangles = np.unique(triangles, return_inverse=True)
         points = np.ascontiguousarray(points[kept])
         triangles = np.ascontiguousarray(triangles.reshape(-1, 3), np.int32)
-        corners = np.ascontiguousarray(points[triangles])
         return cls(
-            points,
-            triangles,
-            corners,
+            TriangleMesh(points, triangles),
             _components(triangles, len(points)),
             float(np.linalg.norm(np.ptp(points, axis=0))),
             dropped,
             repeated,
-            build(corners),
         )
 
     @classmethod
@@ -139,14 +128,29 @@ class Model:
         return cls.from_polygons(PolygonMesh(places, faces.ravel().astype(np.int32), offsets))
 
     @property
+    def points(self) -> Points:
+        """(v, 3) float64."""
+        return self.mesh.points
+
+    @property
+    def triangles(self) -> Int32Array:
+        """(t, 3) int32."""
+        return self.mesh.triangles
+
+    @property
+    def corners(self) -> Points:
+        """(t, 3, 3) float64, the points of the triangles."""
+        return self.mesh.corners
+
+    @property
     def n_components(self) -> int:
         return int(self.components.max()) + 1
 
     def nearest(self, points: ArrayLike) -> Feet:
         """The points of the model nearest to (n, 3) points, and how far they are."""
         asked = as_points(points, "points asked for", InvalidFeatureError)
-        triangles, weights = nearest(self.corners, *self.tree, asked)
-        feet = self._at(triangles, weights)
+        triangles, weights = self.mesh.find_nearest(asked)
+        feet = self.mesh.interpolate_points(triangles, weights)
         return Feet(feet, triangles, np.linalg.norm(feet - asked, axis=1))
 
     def first_hits(self, origins: ArrayLike, directions: ArrayLike) -> Feet:
@@ -155,18 +159,18 @@ class Model:
         Both sides of triangles are hit; a ray within a triangle's plane does not hit it.
         """
         begin, unit = _lines(origins, directions)
-        triangles, weights, lengths = first_hits(self.corners, *self.tree, begin, unit)
-        points = self._at(triangles, weights)
+        triangles, weights, lengths = self.mesh.cast_rays(begin, unit)
+        points = self.mesh.interpolate_points(triangles, weights)
         points[triangles < 0] = np.nan
         return Feet(points, triangles, lengths)
 
     def all_hits(self, origins: ArrayLike, directions: ArrayLike) -> Crossings:
         """All hits of lines through (n, 3) origins along (n, 3) directions, both ways."""
         begin, unit = _lines(origins, directions)
-        line, triangles, weights, lengths = all_hits(self.corners, *self.tree, begin, unit)
+        line, triangles, weights, lengths = self.mesh.cast_lines(begin, unit)
         order = np.lexsort((triangles, lengths, line))
         offsets = np.searchsorted(line, np.arange(len(begin) + 1))
-        points = self._at(triangles[order], weights[order])
+        points = self.mesh.interpolate_points(triangles[order], weights[order])
         return Crossings(offsets, points, triangles[order], lengths[order])
 
     def outermost(self, origins: ArrayLike, directions: ArrayLike) -> Feet:
@@ -188,10 +192,7 @@ class Model:
     def within_box(self, low: ArrayLike, high: ArrayLike) -> Int32Array:
         """(k,) the triangles whose boxes meet the box from (3,) to (3,), ascending."""
         corner = np.asarray(low, np.float64), np.asarray(high, np.float64)
-        return within_box(self.corners, *self.tree, *corner)
-
-    def _at(self, triangles: Int32Array, weights: Points) -> Points:
-        return np.einsum("ne,nec->nc", weights, self.corners[triangles])
+        return self.mesh.find_in_box(*corner)
 
 
 def _components(triangles: Int32Array, n_points: int) -> Int32Array:

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from placing_cases import CONVEX, grid, parallel, polygon, sphere, widened
 
 from patterndb.errors import InvalidMeshError
-from patterndb.geometry.tree import build, first_along, nearest
+from patterndb.geometry.casting import first_along
+from patterndb.geometry.proximity import nearest
+from patterndb.geometry.tree import build
 from query.placing import Surface, enclosed, place
 
 SPHERE = sphere()

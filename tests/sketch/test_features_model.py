@@ -30,7 +30,7 @@ def same(one: Model, other: Model) -> bool:
     """Bit by bit."""
     arrays = [(one.points, other.points), (one.triangles, other.triangles)]
     arrays += [(one.corners, other.corners), (one.components, other.components)]
-    arrays += zip(one.tree, other.tree, strict=True)
+    arrays += zip(one.mesh.boxes, other.mesh.boxes, strict=True)
     equal = all(a.dtype == b.dtype and a.tobytes() == b.tobytes() for a, b in arrays)
     return equal and one.diagonal == other.diagonal
 

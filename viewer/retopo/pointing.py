@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.tree import first_along
 from patterndb_sketch.retopo.ground import Feet, Ground
 from patterndb_sketch.retopo.network import (
     AtChain,
@@ -40,9 +39,8 @@ def picked(view: View, ground: Ground, places: ArrayLike) -> tuple[Feet, NDArray
     on = view.focus + at @ view.axes[:2] / view.scale
     box = np.stack([ground.vertices.min(axis=0), ground.vertices.max(axis=0)])
     reach = 1.01 * ground.diagonal + float(np.abs((box.mean(axis=0) - view.focus) @ toward))
-    triangle, weights = first_along(
-        *ground.surface.tree,
-        np.ascontiguousarray(on + reach * toward),
+    triangle, weights = ground.surface.mesh.cast_along(
+        on + reach * toward,
         np.tile(toward, (len(at), 1)),
         np.full(len(at), 2.0 * reach),
     )

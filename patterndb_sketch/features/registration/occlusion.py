@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
-from patterndb.geometry.casting import first_hits
 from patterndb.geometry.points import Bools, Points
-from patterndb.geometry.tree import build
+from patterndb.geometry.trianglemesh import TriangleMesh
 from patterndb_sketch.features.registration.template import Template
 
 MIRROR = np.array([1.0, -1.0, 1.0])
@@ -31,12 +30,11 @@ def occluded(template: Template, points: Points, normals: Points) -> Bools:
         mine = np.flatnonzero(free & (template.of_part == number))
         if not part.yields_to or not len(mine):
             continue
-        corners = _triangles(template, points, part.yields_to)
-        tree = build(corners)
-        begin, along = np.ascontiguousarray(points[mine]), np.ascontiguousarray(normals[mine])
-        ahead = first_hits(corners, *tree, begin, along)[0] >= 0
-        behind = first_hits(corners, *tree, begin, -along)[0]
-        a, b, c = corners[behind].transpose(1, 0, 2)
+        mesh = TriangleMesh.from_corners(_triangles(template, points, part.yields_to))
+        begin, along = points[mine], normals[mine]
+        ahead = mesh.cast_rays(begin, along)[0] >= 0
+        behind = mesh.cast_rays(begin, -along)[0]
+        a, b, c = mesh.corners[behind].transpose(1, 0, 2)
         facing = np.einsum("nc,nc->n", np.cross(b - a, c - a), along) > 0.0
         result[mine] = ahead | ((behind >= 0) & facing)
     return result

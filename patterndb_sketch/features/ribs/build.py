@@ -65,7 +65,7 @@ def build_ribs(
     if rounds is not None and not 1 <= rounds < MARGIN:
         raise InvalidFeatureError(f"rounds are 1 to {MARGIN - 1}, not {rounds}")
     tolerance = STITCH * model.diagonal
-    parts = (model.corners, model.triangles, model.components, *model.tree)
+    parts = (model.corners, model.triangles, model.components, *model.mesh.boxes)
     frames = list(starmap(frame, zip(begin, along, strict=True)))
     slices = [sliced(*parts, place, axes, reach, tolerance) for place, axes in frames]
     met = np.flatnonzero([len(one[0]) > 0 for one in slices])

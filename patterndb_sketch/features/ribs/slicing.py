@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Index, Int32Array, Int64Array
 from patterndb.geometry.points import Points
-from patterndb.geometry.tree import DEPTH
+from patterndb.geometry.tree import begin_walk, make_stack, make_walk, measure_backwards
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
@@ -62,7 +62,7 @@ def slice_model(
     if not (math.isfinite(reach) and reach > 0.0):
         raise InvalidFeatureError(f"the radius of a rib is {reach}; give a length above 0")
     ends, keys, parts = cut_edges(
-        model.corners, model.triangles, model.components, *model.tree, place, axes, reach
+        model.corners, model.triangles, model.components, *model.mesh.boxes, place, axes, reach
     )
     return Slice(place, axes, ends, keys, parts)
 
@@ -106,9 +106,12 @@ def set_axes(normal: Points, axes: Points) -> None:
         axes[1, c] = axes[2, d] * axes[0, e] - axes[2, e] * axes[0, d]
 
 
-@kernel
-def _apart(boxes: Points, b: Index, origin: Points, axes: Points, radius: float) -> bool:
+@kernel(forceinline=True)
+def _is_apart(
+    boxes: Points, b: Index, far: float, asked: tuple[Points, Points, float], bound: float
+) -> bool:
     """Does box b surely not meet the disc?"""
+    origin, axes, radius = asked
     across = 0.0
     half = 0.0
     away = 0.0
@@ -120,6 +123,9 @@ def _apart(boxes: Points, b: Index, origin: Points, axes: Points, radius: float)
         d = max(low, 0.0, -high)
         away += d * d
     return abs(across) > half + 1e-9 * radius or away > radius * radius * (1.0 + 1e-9)
+
+
+_walk_disc = make_walk(measure_backwards, _is_apart)
 
 
 @kernel
@@ -186,21 +192,14 @@ def cut_edges(
     x = np.empty(3)
     y = np.empty(3)
     z = np.empty(3)
-    stack = np.empty(DEPTH, np.int32)
-    stack[0] = 0
-    top = 1
+    stack, far = make_stack()
     n = 0
-    while top:
-        top -= 1
-        b = stack[top]
-        if _apart(boxes, b, origin, axes, radius):
-            continue
-        if nodes[b, 1] < 0:
-            stack[top] = nodes[b, 0]
-            stack[top + 1] = nodes[b, 0] + 1
-            top += 2
-            continue
-        for k in range(nodes[b, 0], nodes[b, 0] + nodes[b, 1]):
+    begin_walk(stack)
+    while True:
+        leaf = _walk_disc(boxes, nodes, (origin, axes, radius), 0.0, stack, far)
+        if leaf < 0:
+            break
+        for k in range(nodes[leaf, 0], nodes[leaf, 0] + nodes[leaf, 1]):
             f = order[k]
             for c in range(3):
                 x[c], y[c], z[c] = _corner(corners, f, c, origin, axes)

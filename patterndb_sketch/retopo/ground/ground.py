@@ -7,17 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from patterndb.core.halfedge import Index, Int32Array
+from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.surface import GRAZE, Surface, Triangles
-from patterndb.geometry.tree import DEPTH, first_along, in_triangle, nearest, to_box
-from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground.topology import Topology
 from patterndb_sketch.retopo.sizes import EDGE, Sizes
-
-# == Points on the surface, each with its triangle and normal.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,70 +66,6 @@ class Projected:
         return self.feet.normals
 
 
-# == The point of a surface that is nearest among those that face the right way.
-
-
-@kernel
-def faces(corners: Points, f: Index, normals: Points, i: Index) -> bool:
-    """Has triangle f's normal no part against normal i?"""
-    x, y, z = corners[f, 0, 0], corners[f, 0, 1], corners[f, 0, 2]
-    ux, uy, uz = corners[f, 1, 0] - x, corners[f, 1, 1] - y, corners[f, 1, 2] - z
-    vx, vy, vz = corners[f, 2, 0] - x, corners[f, 2, 1] - y, corners[f, 2, 2] - z
-    x = (uy * vz - uz * vy) * normals[i, 0]
-    y = (uz * vx - ux * vz) * normals[i, 1]
-    z = (ux * vy - uy * vx) * normals[i, 2]
-    return x + y + z > 0.0
-
-
-@kernel
-def nearest_facing(
-    corners: Points,
-    boxes: Points,
-    nodes: Int32Array,
-    order: Int32Array,
-    points: Points,
-    normals: Points,
-) -> tuple[Int32Array, Points]:
-    """(n,) nearest triangle that faces as the point's normal does, -1 without one, and (n, 3)
-    weights on it.
-
-    corners (t, 3, 3) and boxes, nodes, order: as of patterndb.geometry.tree; points, normals (n, 3).
-    """
-    triangle = np.full(len(points), -1, np.int32)
-    weights = np.zeros((len(points), 3))
-    stack = np.empty(DEPTH, np.int32)
-    for i in range(len(points)):
-        best = np.inf
-        stack[0] = 0
-        top = 1
-        while top:
-            top -= 1
-            b = stack[top]
-            if to_box(boxes, b, points, i) >= best:
-                continue
-            if nodes[b, 1] >= 0:
-                for k in range(nodes[b, 0], nodes[b, 0] + nodes[b, 1]):
-                    f = order[k]
-                    if not faces(corners, f, normals, i):
-                        continue
-                    d, v, w = in_triangle(corners, f, points, i)
-                    if d < best:
-                        best = d
-                        triangle[i] = f
-                        weights[i, 0] = 1.0 - v - w
-                        weights[i, 1] = v
-                        weights[i, 2] = w
-                continue
-            near = nodes[b, 0]
-            far = near + 1
-            if to_box(boxes, near, points, i) > to_box(boxes, far, points, i):
-                near, far = far, near
-            stack[top] = far
-            stack[top + 1] = near
-            top += 2
-    return triangle, weights
-
-
 #: A line along the normal that meets the surface further off than this many target edges has
 #: met another part of it.
 TOO_FAR = 4.0
@@ -156,7 +88,6 @@ class Ground:
     diagonal: float
     vertex: Int32Array
     dropped: int
-    _tree: tuple[Points, Points, Int32Array, Int32Array]
 
     @classmethod
     def of(cls, vertices: ArrayLike, triangles: ArrayLike) -> Ground:
@@ -187,7 +118,6 @@ class Ground:
             surface.diagonal,
             vertex.astype(np.int32),
             len(np.asarray(triangles)) - len(surface.triangles),
-            surface.tree,
         )
 
     @classmethod
@@ -227,7 +157,7 @@ class Ground:
     def nearest(self, points: ArrayLike) -> Feet:
         """The points of the surface nearest to (n, 3) points."""
         at = _three(points, "points")
-        return self.at(*nearest(*self._tree, at))
+        return self.at(*self.surface.located(at))
 
     def nearest_facing(self, points: ArrayLike, normals: ArrayLike) -> Projected:
         """The nearest points on triangles that face as (n, 3) normals do.
@@ -235,10 +165,10 @@ class Ground:
         Where no triangle of the surface does, the nearest point of all (``lost``).
         """
         at, up = _three(points, "points"), _three(normals, "normals")
-        triangle, weights = nearest_facing(*self._tree, at, up)
+        triangle, weights = self.surface.mesh.find_nearest_facing(at, up)
         lost = np.flatnonzero(triangle < 0).astype(np.int32)
         if len(lost):
-            triangle[lost], weights[lost] = nearest(*self._tree, at[lost])
+            triangle[lost], weights[lost] = self.surface.located(at[lost])
         return Projected(self.at(triangle, weights), np.empty(0, np.int32), lost)
 
     def project_near(self, points: ArrayLike, normals: ArrayLike, sizes: Sizes) -> Projected:
@@ -271,7 +201,7 @@ class Ground:
         if len(at) != len(up):
             raise InvalidRetopoError(f"{len(at)} points have {len(up)} normals; give one for each")
         far = TOO_FAR * EDGE * self.diagonal if reach is None else np.asarray(reach, np.float64)
-        triangle, weights = first_along(*self._tree, at, up, np.full(len(at), far))
+        triangle, weights = self.surface.mesh.cast_along(at, up, np.full(len(at), far))
         missed = np.flatnonzero(triangle < 0).astype(np.int32)
         lost = missed[:0]
         if len(missed):

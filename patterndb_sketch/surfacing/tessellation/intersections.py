@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Points
-from patterndb.geometry.tree import DEPTH, build
+from patterndb.geometry.proximity import walk_box
+from patterndb.geometry.tree import begin_walk, build, make_stack
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.tessellation.triangles import split_quads
 
@@ -68,7 +69,7 @@ def _crossings(
         sound[i] = _normal(corners[i], normals[i])
     found = np.empty((64, 2), np.int64)
     count = 0
-    stack = np.empty(DEPTH, np.int32)
+    stack, far = make_stack()
     low, high = np.empty(3), np.empty(3)
     for i in range(t):
         if not sound[i]:
@@ -77,22 +78,12 @@ def _crossings(
             # Wider by what counts as touching: triangles in one plane have flat boxes.
             low[c] = min(corners[i, 0, c], corners[i, 1, c], corners[i, 2, c]) - TOUCH
             high[c] = max(corners[i, 0, c], corners[i, 1, c], corners[i, 2, c]) + TOUCH
-        stack[0] = 0
-        top = 1
-        while top:
-            top -= 1
-            b = stack[top]
-            apart = False
-            for c in range(3):
-                apart = apart or boxes[b, 0, c] > high[c] or boxes[b, 1, c] < low[c]
-            if apart:
-                continue
-            if nodes[b, 1] < 0:
-                stack[top] = nodes[b, 0]
-                stack[top + 1] = nodes[b, 0] + 1
-                top += 2
-                continue
-            for k in range(nodes[b, 0], nodes[b, 0] + nodes[b, 1]):
+        begin_walk(stack)
+        while True:
+            leaf = walk_box(boxes, nodes, (low, high), 0.0, stack, far)
+            if leaf < 0:
+                break
+            for k in range(nodes[leaf, 0], nodes[leaf, 0] + nodes[leaf, 1]):
                 j = order[k]
                 if j <= i or owner[i] == owner[j] or not sound[j]:
                     continue
