@@ -23,8 +23,8 @@ class TriangleMesh:
     """Triangles, with a tree of boxes that is built when they are first asked.
 
     points:    (v, 3) float64.
-    triangles: (t, 3) int32, numbers of points. Nothing is checked: triangles may be without area, and in
-               any order and sense.
+    triangles: (t, 3) int32, numbers of points. Nothing is checked: triangles may be without area,
+               and in any order and sense.
 
     A place on the triangles is given by its triangle (n,) int32 and the barycentric weights (n, 3)
     of the triangle's corners.

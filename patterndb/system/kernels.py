@@ -6,8 +6,8 @@ it was made of: its code and that of all kernels it calls, the constants they re
 arguments, the compiler and the processor. A clone, a second environment or a renamed module finds
 what another has compiled.
 
-The folder is ``kernels`` in the user's cache folder; ``PATTERNDB_KERNELS`` names another. Where none
-can be written, kernels are compiled by every process that uses them.
+The folder is ``kernels`` in the user's cache folder; ``PATTERNDB_KERNELS`` names another. Where
+none can be written, kernels are compiled by every process that uses them.
 """
 
 from __future__ import annotations
