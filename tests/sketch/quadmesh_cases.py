@@ -11,7 +11,8 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling import has_suitable_fill, weld_fills
 from patterndb_sketch.retopo.network import BORDER, check
-from patterndb_sketch.retopo.quadimport import QuadImport, quads_of, separatrices
+from patterndb_sketch.retopo.quadgrids import check_quads, mark_separatrices
+from patterndb_sketch.retopo.quadimport import QuadImport
 
 Mesh = tuple[Points, Int32Array]
 
@@ -138,11 +139,11 @@ def holds(found: QuadImport, mesh: Mesh) -> None:
         assert node.flagged.count(False) == len(outside) <= 1
     # Every quad is in one patch.
     assert sum(len(placed.quads) for placed in found.filled.placed.values()) == len(mesh[1])
-    checked = quads_of(*mesh)
+    checked = check_quads(*mesh)
     irregular = mesh[0][checked.irregular]
     places = {node.point.tobytes() for node in network.nodes.values()}
     assert {point.tobytes() for point in irregular} <= places
-    marked, _ = separatrices(checked)
+    marked, _ = mark_separatrices(checked)
     assert sum(chain.count for chain in network.chains.values()) == len(
         {frozenset(e) for e in edges_of(mesh[1])[marked].tolist()}
     )

@@ -14,7 +14,8 @@ from shared import MESHES
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.quadimport import import_quads, quads_of, separatrices
+from patterndb_sketch.retopo.quadgrids import check_quads, mark_separatrices
+from patterndb_sketch.retopo.quadimport import import_quads
 
 
 def test_a_cube_of_four_has_six_patches() -> None:
@@ -88,8 +89,8 @@ def test_any_mesh_is_taken_apart_and_put_together(seed: int, n: int, level: int)
         assert "joins several fans" in str(error)
         return
     holds(found, mesh)
-    checked = quads_of(*mesh)
-    marked, corner = separatrices(checked)
+    checked = check_quads(*mesh)
+    marked, corner = mark_separatrices(checked)
     edges = {frozenset(edge) for edge in edges_of(mesh[1])[marked].tolist()}
     assert edges == marked_edges(mesh)
     assert len(found.network.nodes) == corner.sum()
