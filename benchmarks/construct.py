@@ -25,7 +25,7 @@ import numpy as np
 
 from query import Boundary, Fill
 from query.boundary import CornerKind
-from query.construct import constructed
+from query.construct import construct_fills
 from query.construct.plan import Plan
 from query.construct.planner import Planner
 from query.listing.construction import FamilyLookup
@@ -91,8 +91,8 @@ def convex(chance: random.Random, count: int, shortest: int) -> None:
             grid = least(planner.rectangle(asked, False))
             kept = least(planner.kept(asked))
             cut = least(planner.trimmed(asked, False))
-            first = checked(list(constructed(asked, lookup, limit=1)), asked)
-            strict = checked(list(constructed(asked, lookup, limit=1, strict=True)), asked)
+            first = checked(list(construct_fills(asked, lookup, limit=1)), asked)
+            strict = checked(list(construct_fills(asked, lookup, limit=1, strict=True)), asked)
             found = (grid, kept, cut, *(f[0].n_irregular if f else None for f in (strict, first)))
             for row, t in zip(rows, found, strict=True):
                 row.append(None if t is None else t - (n - 4))
@@ -114,10 +114,10 @@ def reflex(chance: random.Random, count: int) -> None:
         for _ in range(count):
             n = chance.randint(max(5, n_reflex + 2), 16)
             asked = boundary(chance, n, n_reflex, 2)
-            (fill,) = checked(list(constructed(asked, lookup, limit=1)), asked)
+            (fill,) = checked(list(construct_fills(asked, lookup, limit=1)), asked)
             found.append(fill.n_irregular)
             above.append(fill.n_irregular - abs(n - 2 * n_reflex - 4))
-            strict += any(constructed(asked, lookup, limit=1, strict=True))
+            strict += any(construct_fills(asked, lookup, limit=1, strict=True))
         print(
             f"| {n_reflex} | {np.mean(found):.2f} | {max(found)} | {spec} "
             f"| {np.mean(above):.2f} | {strict / count:.0%} |",
@@ -139,10 +139,10 @@ def times(chance: random.Random, count: int) -> None:
             spans[0].append(time.process_time() - begin)
             fresh = FamilyLookup()
             begin = time.process_time()
-            next(constructed(asked, fresh, limit=1))
+            next(construct_fills(asked, fresh, limit=1))
             spans[1].append(time.process_time() - begin)
             begin = time.process_time()
-            fills.append(len(list(constructed(asked, fresh))))
+            fills.append(len(list(construct_fills(asked, fresh))))
             spans[2].append(time.process_time() - begin)
         cells = " | ".join(milliseconds(span) for span in spans)
         print(f"| {n} | {n_reflex} | {cells} | {np.mean(fills):.0f} |", flush=True)
@@ -156,7 +156,7 @@ def main() -> None:
     chance = random.Random(arguments.seed)
     # Kernels are compiled, and tables made, before any clock runs.
     for n_reflex in (0, 2):
-        list(constructed(boundary(chance, 12, n_reflex, 1), FamilyLookup.shared()))
+        list(construct_fills(boundary(chance, 12, n_reflex, 1), FamilyLookup.shared()))
     for shortest in (1, 2):
         convex(chance, arguments.count, shortest)
     reflex(chance, arguments.count)

@@ -27,17 +27,17 @@ import patterndb
 from patterndb.core.patternclass import PatternClass
 from query import Boundary
 from query.listing.filters import Filters
-from query.orientation import orientations
+from query.orientation import list_orientations
 from query.solving import cpsat
-from query.solving.feasibility import feasible_orientations, feasible_rows
+from query.solving.feasibility import find_feasible_orientations, find_feasible_rows
 from query.solving.systems import Chords
 
 THREADS = (1, 2)
 
 Ask = Callable[..., NDArray[np.generic]]
 ASKED: tuple[tuple[str, Ask], ...] = (
-    ("any orientation", feasible_rows),
-    ("every orientation", feasible_orientations),
+    ("any orientation", find_feasible_rows),
+    ("every orientation", find_feasible_orientations),
 )
 
 
@@ -60,7 +60,7 @@ def milliseconds(
 def long_enough(patterns: PatternClass, rows: NDArray[np.int64], boundary: Boundary) -> int:
     """How many (row, orientation) there are in which no side is too short."""
     n = boundary.n_sides
-    lengths = np.array([o.seen(boundary)[0] for o in orientations(n)])
+    lengths = np.array([o.seen(boundary)[0] for o in list_orientations(n)])
     base = patterns.lengths[patterns.signature[rows]]
     # Over all orientations, the order of a signature's sides does not matter.
     return sum(int((base <= asked).all(axis=1).sum()) for asked in lengths)
@@ -74,7 +74,7 @@ def beside_cpsat(
     n_systems: int,
 ) -> tuple[list[float], int]:
     """Milliseconds of CP-SAT for each of some systems, and how often the kernel differs."""
-    fit = feasible_orientations(patterns, boundary, rows)
+    fit = find_feasible_orientations(patterns, boundary, rows)
     taken: list[float] = []
     differ = 0
     for _ in range(1000 * n_systems):
@@ -82,12 +82,12 @@ def beside_cpsat(
             break
         at = chance.randrange(len(rows))
         which = chance.randrange(fit.shape[1])
-        lengths = orientations(boundary.n_sides)[which].seen(boundary)[0]
+        lengths = list_orientations(boundary.n_sides)[which].seen(boundary)[0]
         chords = Chords.from_label(patterns.pattern(int(rows[at])).label)
         if (chords.base_lengths() > lengths).any():
             continue
         begin = time.perf_counter()
-        differ += cpsat.feasible(chords, lengths) != fit[at, which]
+        differ += cpsat.is_feasible(chords, lengths) != fit[at, which]
         taken.append(1000 * (time.perf_counter() - begin))
     return taken, differ
 
@@ -115,7 +115,7 @@ def main() -> None:
                 random_boundary(chance, n, *arguments.lengths) for _ in range(arguments.boundaries)
             ]
             rows = Filters().rows(patterns, asked[0])
-            fitting = [len(feasible_rows(patterns, b, rows)) for b in asked]
+            fitting = [len(find_feasible_rows(patterns, b, rows)) for b in asked]
             for name, ask in ASKED:
                 ask(patterns, asked[0], rows)  # compiles
                 times = {
@@ -126,7 +126,7 @@ def main() -> None:
                     for ms in times.values()
                 ]
                 ratio, differ = "", ""
-                if ask is feasible_orientations and arguments.systems:
+                if ask is find_feasible_orientations and arguments.systems:
                     one = times[1][0] / max(long_enough(patterns, rows, asked[0]), 1)
                     taken, wrong = beside_cpsat(chance, patterns, rows, asked[0], arguments.systems)
                     ratio = f"{statistics.median(taken) / one:,.0f}" if taken else "none"

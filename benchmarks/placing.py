@@ -23,8 +23,8 @@ import patterndb
 from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from query import Boundary, Fill, fills
-from query.placing import Placement, Surface, flow_distance, laid, place, quality
-from query.placing.region import enclosed
+from query.placing import Placement, Surface, lay_flat, measure_flow_distance, place, quality
+from query.placing.region import enclose_region
 from query.stroke import Stroke
 
 #: Points on an elastic string, and rounds in which it is drawn tight.
@@ -87,7 +87,7 @@ def region(surface: Surface, chance: np.random.Generator) -> Boundary | None:
     points = surface.nearest(boundary.points).points
     if crossing(points):
         return None
-    enclosing = enclosed(surface, points)
+    enclosing = enclose_region(surface, points)
     if not enclosing.is_disk or enclosing.share > 0.6:
         return None
     return Boundary(lengths, points=points)
@@ -162,11 +162,11 @@ def fast_path(db: patterndb.Database) -> str:
     for _ in range(2):
         for k, fill in enumerate(listed):
             start = time.perf_counter()
-            vertices = laid(fill, points)
+            vertices = lay_flat(fill, points)
             laid_at = time.perf_counter()
             quality(fill.quads, vertices)
             squared_at = time.perf_counter()
-            flow_distance(fill, vertices, [stroke])
+            measure_flow_distance(fill, vertices, [stroke])
             took[k] = np.diff([start, laid_at, squared_at, time.perf_counter()])
     vertices = statistics.median(fill.n_vertices for fill in listed)
     lay, square, flow = (1e6 * np.median(took, axis=0)).tolist()

@@ -20,7 +20,7 @@ from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sampled
 from patterndb.geometry.quadshape import quality
-from query.expand import expand
+from query.expand import expand_pattern
 from query.fill import Fill
 from query.placing import Surface, place
 
@@ -92,8 +92,8 @@ def outline(sides: list[Points], counts: tuple[int, ...]) -> Points:
 
 def grid(columns: int, rows: int) -> Fill:
     square = Pattern.from_code(np.zeros(4, np.uint16))
-    fill = expand(square, (columns, rows))
-    return fill if fill.lengths[0] == columns else expand(square, (rows, columns))
+    fill = expand_pattern(square, (columns, rows))
+    return fill if fill.lengths[0] == columns else expand_pattern(square, (rows, columns))
 
 
 def main() -> None:

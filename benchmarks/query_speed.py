@@ -23,11 +23,11 @@ import numpy as np
 import patterndb
 from patterndb.store import Database
 from query import Boundary, Fill, Stroke, fills
-from query.listing.table import strict_table
-from query.placing import strand
+from query.listing.table import get_strict_table
+from query.placing import find_strand
 from query.solving import cpsat
-from query.solving.batch import asked
-from query.solving.feasibility import feasible_orientations
+from query.solving.batch import pose_question
+from query.solving.feasibility import find_feasible_orientations
 
 SIDES = range(3, 13)
 SHORTEST, LONGEST = 2, 10
@@ -51,7 +51,7 @@ def two_strokes(chance: random.Random, fill: Fill) -> list[Stroke]:
     found: list[Stroke] = []
     while len(found) < 2:
         side = chance.randrange(len(fill.lengths))
-        ends = strand(fill, (side, chance.randrange(fill.lengths[side]))).ends
+        ends = find_strand(fill, (side, chance.randrange(fill.lengths[side]))).ends
         assert ends is not None, "a strand from the boundary ends on it"
         stroke = Stroke(*ends)
         if stroke not in found and Stroke(*ends[::-1]) not in found:
@@ -81,15 +81,17 @@ def cpsat_ratio(database: Database, seed: int, each: int) -> tuple[float, float,
     tried = differ = 0
     for boundary in boundaries(seed + 1, each):
         patterns = database.pattern_class(boundary.n_sides)
-        table = strict_table(patterns)
+        table = get_strict_table(patterns)
         rows = np.arange(len(patterns))
-        ms, found = timed(lambda p=patterns, b=boundary, r=rows: feasible_orientations(p, b, r))
+        ms, found = timed(
+            lambda p=patterns, b=boundary, r=rows: find_feasible_orientations(p, b, r)
+        )
         kernel += ms / (len(rows) * 2 * boundary.n_sides)
         at = chance.randrange(len(patterns))
         o = chance.randrange(2 * boundary.n_sides)
         allowed = np.zeros((1, 2 * boundary.n_sides), np.bool_)
         allowed[0, o] = True
-        question = asked(boundary, (), 0)
+        question = pose_question(boundary, (), 0)
         ms, answer = timed(
             lambda t=table, a=at, w=allowed, q=question: cpsat.keep_carrying(
                 t.labels, np.array([a]), w, q, 1

@@ -25,7 +25,7 @@ from query.marks.marked import MarkedClass
 from query.orientation import Orientation
 
 
-def expand(
+def expand_pattern(
     pattern: Pattern, widths: Sequence[int], *, rotation: int = 0, mirrored: bool = False
 ) -> Fill:
     """Expand a pattern and turn it as :class:`Fill` says.
@@ -85,7 +85,7 @@ def edges_of(pattern: Pattern) -> tuple[Int32Array, Int32Array]:
 def expand_quads(
     twin: Int32Array, across: Int32Array, perimeter: int, first: int, mirrored: bool
 ) -> tuple[Int32Array, int]:
-    """Kernel of :func:`expand`: ((q, 4) int32 quads, number of vertices).
+    """Kernel of :func:`expand_pattern`: ((q, 4) int32 quads, number of vertices).
 
     twin: (4p,) int32 half-edges of the pattern, half-edge 0 on the border; across: (4p,)
     int32 width of the polychord that crosses each half-edge; perimeter: of the expanded
@@ -162,7 +162,7 @@ def expand_quads(
     return quads, count
 
 
-class Expanded(NamedTuple):
+class ExpandedPattern(NamedTuple):
     """A marked pattern, expanded and turned.
 
     pattern:    the pattern.
@@ -190,7 +190,7 @@ def expand_marked(
     strand_widths: Sequence[int],
     orientation: Orientation,
     loops: Sequence[int] = (),
-) -> Expanded:
+) -> ExpandedPattern:
     """Expand the pattern of a row of the table.
 
     strand_widths: one >= 1 for each strand. orientation: side i of the boundary is the
@@ -227,7 +227,7 @@ def expand_marked(
     twin, of_edge = edges_of(pattern)
     across = widths.astype(np.int32)[of_edge]
     quads, n_vertices = expand_quads(twin, across, perimeter, first, mirrored)
-    return Expanded(
+    return ExpandedPattern(
         pattern=pattern,
         quads=quads,
         n_vertices=n_vertices,

@@ -3,7 +3,7 @@
 A caller who has put quads together of parts, or cut them out of a mesh, has a list of quads whose
 boundary vertices have the first numbers. :func:`weld` joins them to half-edges and tells whether
 they are what a fill has to be. :func:`is_mesh` tells whether vertex numbers alone tell quads apart,
-:func:`quads_key` whether two fills are one, :func:`count_symmetries` which symmetries a fill has.
+:func:`hash_quads` whether two fills are one, :func:`count_symmetries` which symmetries a fill has.
 
 Reducing a fill gives back its pattern and widths, so different fits are different fills, with one
 exception: where a polychord that crosses itself is wider than 1, its copies never collapse, and two
@@ -140,13 +140,13 @@ def is_mesh(quads: Int32Array) -> bool:
     return bool((corners[:, 1:] != corners[:, :-1]).all() and (edges[1:] != edges[:-1]).all())
 
 
-def fill_key(fill: Fill, closed: bool) -> bytes:
-    """:func:`quads_key` of a fill."""
+def hash_fill(fill: Fill, closed: bool) -> bytes:
+    """:func:`hash_quads` of a fill."""
     twin, _ = weld_quads(fill.quads, fill.n_vertices, fill.perimeter)
-    return quads_key(fill.quads, twin, closed)
+    return hash_quads(fill.quads, twin, closed)
 
 
-def quads_key(quads: Int32Array, twin: Int32Array, closed: bool) -> bytes:
+def hash_quads(quads: Int32Array, twin: Int32Array, closed: bool) -> bytes:
     """Equal exactly for equal fills of one boundary.
 
     quads: (q, 4), twin: (4q,) their half-edges. A digest of the code as read from boundary

@@ -43,36 +43,36 @@ class Orientation:
 
 
 @cache
-def orientations(n_sides: int) -> tuple[Orientation, ...]:
+def list_orientations(n_sides: int) -> tuple[Orientation, ...]:
     """All 2N orientations. One closed side has no first edge: only the two mirror images."""
     return tuple(Orientation(m, r) for m in (False, True) for r in range(max(n_sides, 1)))
 
 
 @cache
-def sides_seen(n_sides: int) -> NDArray[np.int64]:
+def list_sides_seen(n_sides: int) -> NDArray[np.int64]:
     """(o, N) the boundary's side that the pattern's side s meets, in every orientation."""
     s = np.arange(n_sides)
     return np.array(
         [
             (o.rotation - s if o.mirrored else s - o.rotation) % n_sides
-            for o in orientations(n_sides)
+            for o in list_orientations(n_sides)
         ]
     )
 
 
 @cache
-def corners_seen(n_sides: int) -> NDArray[np.int64]:
+def list_corners_seen(n_sides: int) -> NDArray[np.int64]:
     """(o, N) the boundary's corner that the pattern's corner s meets, in every orientation."""
     s = np.arange(n_sides)
     return np.array(
         [
             (o.rotation + 1 - s if o.mirrored else s - o.rotation) % n_sides
-            for o in orientations(n_sides)
+            for o in list_orientations(n_sides)
         ]
     )
 
 
-def distinct_orientations(pattern: Pattern) -> list[Orientation]:
+def list_distinct_orientations(pattern: Pattern) -> list[Orientation]:
     """The orientations less those that the pattern's own symmetries make equal.
 
     ``pattern.rotations`` of the N rotations map the pattern onto itself, so only the first
@@ -81,12 +81,12 @@ def distinct_orientations(pattern: Pattern) -> list[Orientation]:
     turns = max(pattern.n_sides // pattern.rotations, 1)
     return [
         o
-        for o in orientations(pattern.n_sides)
+        for o in list_orientations(pattern.n_sides)
         if o.rotation < turns and (pattern.chiral or not o.mirrored)
     ]
 
 
-def symmetries_of_chords(pattern: Pattern) -> NDArray[np.int64]:
+def list_chord_symmetries(pattern: Pattern) -> NDArray[np.int64]:
     """(rotations, n_chords) int64: where each rotation of a closed side takes the polychords.
 
     Row g holds, for every polychord in label order, the polychord it is taken to. Only

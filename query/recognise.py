@@ -44,16 +44,16 @@ def as_fill(quads: ArrayLike, boundary: Boundary, origin: str) -> Fill:
         raise InvalidMeshError("quads must be (q, 4) vertex numbers >= 0, q >= 1")
     n_vertices = int(array.max()) + 1
     twin = weld(array, n_vertices, boundary.perimeter)
-    return welded_fill(array, n_vertices, twin, boundary, origin)
+    return as_welded_fill(array, n_vertices, twin, boundary, origin)
 
 
-def welded_fill(
+def as_welded_fill(
     quads: Int32Array, n_vertices: int, twin: Int32Array, boundary: Boundary, origin: str
 ) -> Fill:
     """As :func:`as_fill`, for quads already welded: ``twin`` (4q,) is :func:`weld`'s answer."""
     perimeter = boundary.perimeter
-    count = quad_counts(quads, n_vertices)
-    inner, outer = irregular_counts(count, boundary)
+    count = count_quads(quads, n_vertices)
+    inner, outer = count_irregular(count, boundary)
     reduced, head, length = _reduced_with_lengths(quads, twin, count, perimeter)
     code, mirrored, _, _ = canonical_code(reduced)
     pattern = Pattern.from_trusted_code(code, origin=origin)
@@ -80,12 +80,12 @@ def welded_fill(
     )
 
 
-def quad_counts(quads: Int32Array, n_vertices: int) -> Int32Array:
+def count_quads(quads: Int32Array, n_vertices: int) -> Int32Array:
     """(n_vertices,) int32: the number of quads at every vertex."""
     return np.bincount(quads.ravel(), minlength=n_vertices).astype(np.int32)
 
 
-def asked_counts(boundary: Boundary, n_vertices: int) -> Int32Array:
+def count_asked_quads(boundary: Boundary, n_vertices: int) -> Int32Array:
     """(n_vertices,) int32: the number of quads that the place of every vertex asks for.
 
     2 on a side, 1 at a convex corner, 3 at a reflex one; 4 inside, for the vertices that
@@ -98,12 +98,12 @@ def asked_counts(boundary: Boundary, n_vertices: int) -> Int32Array:
     return asked
 
 
-def irregular_counts(count: Int32Array, boundary: Boundary) -> tuple[int, int]:
+def count_irregular(count: Int32Array, boundary: Boundary) -> tuple[int, int]:
     """How many (interior, boundary) vertices have not as many quads as their place asks for.
 
     count: (n_vertices,) quads at every vertex, the boundary's first.
     """
-    off = count != asked_counts(boundary, len(count))
+    off = count != count_asked_quads(boundary, len(count))
     outer = int(np.count_nonzero(off[: boundary.perimeter]))
     return int(np.count_nonzero(off)) - outer, outer
 

@@ -23,8 +23,8 @@ from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from query import Boundary, Fill, fills
-from query.placing import Placement, Region, Surface, enclosed, laid, place
-from query.placing.flow import follow
+from query.placing import Placement, Region, Surface, enclose_region, lay_flat, place
+from query.placing.flow import follow_strokes
 from query.stroke import Stroke
 from viewer import style
 from viewer.opengl import prepare_opengl
@@ -214,7 +214,7 @@ def plane(db: patterndb.Database, out: Path) -> None:
     fill = first(db, boundary)
     normals = np.tile(up, (fill.n_vertices, 1))
     for column, vertices, title in (
-        (1, laid(fill, points), "a deep notch: quads flip"),
+        (1, lay_flat(fill, points), "a deep notch: quads flip"),
         (2, place(fill, points).vertices, "untangled: none does"),
     ):
         wrong = np.flatnonzero(flipped(fill.quads, vertices, normals))
@@ -245,13 +245,13 @@ def cap(db: patterndb.Database, head: Surface, out: Path) -> None:
     boundary = on_surface(head, corners, (6, 5, 5, 6, 5, 5))
     assert boundary.points is not None
     fill = first(db, boundary)
-    region = enclosed(head, boundary.points)
+    region = enclose_region(head, boundary.points)
     placement = place(fill, boundary.points, region)
     report("cap", fill, placement)
     sheet = Sheet(3)
     up = np.array([0.0, 1.0, 0.0])
     views = [
-        (laid(fill, boundary.points), [0.5, 0.45, 1.0], "the membrane over the boundary", None),
+        (lay_flat(fill, boundary.points), [0.5, 0.45, 1.0], "the membrane over the boundary", None),
         (placement.vertices, [0.5, 0.45, 1.0], "at rest on the surface", region),
         (placement.vertices, [-0.6, 0.9, -1.0], "from behind", region),
     ]
@@ -291,11 +291,11 @@ def face(db: patterndb.Database, head: Surface, out: Path) -> None:
     ]
     strokes = [Stroke.drawn(boundary, line) for line in lines]
     fill = first(db, boundary, strokes=strokes, tolerance=0)
-    region = enclosed(head, boundary.points)
+    region = enclose_region(head, boundary.points)
     plain = place(fill, boundary.points, region)
     pulled = place(fill, boundary.points, region, strokes, tolerance=0)
     report("face", fill, pulled)
-    followed = follow(fill, plain.vertices, strokes, 0)
+    followed = follow_strokes(fill, plain.vertices, strokes, 0)
     carried = [set(map(tuple, np.sort(one.edges, axis=1).tolist())) for one in followed if one]
     ends = np.sort(np.stack([fill.quads, np.roll(fill.quads, -1, axis=1)], -1), axis=2)
     strands = [
@@ -347,7 +347,7 @@ def bodies(db: patterndb.Database, out: Path) -> None:
         boundary = on_surface(surface, corners, lengths)
         assert boundary.points is not None
         fill = first(db, boundary)
-        region = enclosed(surface, boundary.points)
+        region = enclose_region(surface, boundary.points)
         placement = place(fill, boundary.points, region)
         report(f"body {column}", fill, placement)
         sheet.panel(column)

@@ -13,7 +13,7 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import own_normals
 from query import Fill, Stroke
 from query.placing import Placement, Region, Surface
-from query.placing.flow import follow
+from query.placing.flow import follow_strokes
 
 #: Pieces of an edge: enough that a quad hugs a head with some twenty along it.
 PIECES = 6
@@ -134,7 +134,7 @@ def _carried(
 ) -> NDArray[np.int32]:
     """The quads between the transversal edges of strands that strokes have."""
     found: list[NDArray[np.int32]] = []
-    for one in follow(fill, vertices, strokes, tolerance, beside):
+    for one in follow_strokes(fill, vertices, strokes, tolerance, beside):
         if one is None:
             continue
         key = {frozenset(edge) for edge in one.edges.tolist()}

@@ -7,7 +7,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 
 from query import Boundary, Fill, Stroke
-from query.placing import Placement, Region, Surface, enclosed, place
+from query.placing import Placement, Region, Surface, enclose_region, place
 from viewer.net import Net
 
 #: Placed fills that are kept, the last ones: stepping back and forth shows them at once.
@@ -79,7 +79,7 @@ class Placer:
         if self._surface is not None:
             # This is the one thread that places: nobody else writes this.
             if self._region is None or self._region[0] is not boundary:
-                self._region = boundary, enclosed(self._surface, boundary.points)
+                self._region = boundary, enclose_region(self._surface, boundary.points)
             region = self._region[1]
         pulling = strokes if following else ()
         placement = place(fill, boundary.points, region, pulling, tolerance=tolerance)

@@ -97,9 +97,9 @@ def show(
 
 
 def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
-    from query.expand import expand
+    from query.expand import expand_pattern
 
-    return expand(pattern, widths).disk()
+    return expand_pattern(pattern, widths).disk()
 
 
 @click.command()
@@ -266,7 +266,7 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
         open_browser(
             database,
             n_sides=n_sides,
-            expand=_widen,
+            expand_pattern=_widen,
             meshes=lambda p: [o.mesh for o in database.occurrences(p)],
             off_screen=output,
             keys=keys,

@@ -15,7 +15,7 @@ from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling.choice import Choice
 from patterndb_sketch.retopo.network import HalfChain
-from query.expand import expand
+from query.expand import expand_pattern
 from query.fill import Fill
 
 
@@ -359,4 +359,4 @@ def make_grid_choice(w: int, n: int) -> tuple[Choice, Int32Array]:
 
 def make_grid_fill(w: int, n: int) -> Fill:
     """The pattern of one quad, expanded to w x n."""
-    return expand(Pattern.from_code(np.zeros(4, np.uint16)), (w, n))
+    return expand_pattern(Pattern.from_code(np.zeros(4, np.uint16)), (w, n))

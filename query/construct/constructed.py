@@ -16,12 +16,12 @@ import numpy as np
 
 from patterndb.errors import InvalidCodeError
 from query.boundary import Boundary
-from query.construct.plan import Lookup, Plan, carry_out, least
+from query.construct.plan import Lookup, Plan, carry_out_plan, count_least
 from query.construct.planner import Planner
 from query.errors import InvalidQueryError
 from query.fill import Fill
-from query.identity import quads_key, weld_quads
-from query.recognise import asked_counts, irregular_counts, quad_counts, welded_fill
+from query.identity import hash_quads, weld_quads
+from query.recognise import as_welded_fill, count_asked_quads, count_irregular, count_quads
 
 #: What fills and patterns that were constructed give as their origin.
 ORIGIN = "constructed"
@@ -43,7 +43,7 @@ class _Outcome:
     plan: Plan = field(compare=False)
 
 
-def constructed(
+def construct_fills(
     boundary: Boundary, lookup: Lookup, *, strict: bool = False, limit: int | None = None
 ) -> Iterator[Fill]:
     """Fills that are put together for a boundary, best first.
@@ -65,7 +65,7 @@ def constructed(
 def _listed(boundary: Boundary, lookup: Lookup, strict: bool, limit: int | None) -> Iterator[Fill]:
     # Plans are carried out only while one might still come before the best so far.
     plans = Planner(lookup).plans(boundary, strict)
-    waiting = sorted(((least(plan), at, plan) for at, plan in enumerate(plans)), reverse=True)
+    waiting = sorted(((count_least(plan), at, plan) for at, plan in enumerate(plans)), reverse=True)
     ready: list[_Outcome] = []
     seen: set[bytes] = set()
     listed = 0
@@ -91,18 +91,18 @@ def _listed(boundary: Boundary, lookup: Lookup, strict: bool, limit: int | None)
 def _outcome(plan: Plan, boundary: Boundary, lookup: Lookup) -> _Outcome | None:
     """None where the parts do not join to a mesh, or leave a doublet, or where irregular
     vertices of several parts meet in one that is off by more than MOST_OFF quads."""
-    quads, n_vertices = carry_out(plan, boundary.perimeter, lookup)
+    quads, n_vertices = carry_out_plan(plan, boundary.perimeter, lookup)
     twin, fault = weld_quads(quads, n_vertices, boundary.perimeter)
-    count = quad_counts(quads, n_vertices)
-    off = np.abs(count - asked_counts(boundary, n_vertices))
+    count = count_quads(quads, n_vertices)
+    off = np.abs(count - count_asked_quads(boundary, n_vertices))
     if fault or (count[boundary.perimeter :] < 3).any() or off.max() > MOST_OFF:
         return None
-    inner, outer = irregular_counts(count, boundary)
-    key = quads_key(quads, twin, boundary.n_sides == 0)
+    inner, outer = count_irregular(count, boundary)
+    key = hash_quads(quads, twin, boundary.n_sides == 0)
     return _Outcome(inner + outer, outer, len(quads), key, plan)
 
 
 def _fill(plan: Plan, boundary: Boundary, lookup: Lookup) -> Fill:
-    quads, n_vertices = carry_out(plan, boundary.perimeter, lookup)
+    quads, n_vertices = carry_out_plan(plan, boundary.perimeter, lookup)
     twin, _ = weld_quads(quads, n_vertices, boundary.perimeter)
-    return welded_fill(quads, n_vertices, twin, boundary, ORIGIN)
+    return as_welded_fill(quads, n_vertices, twin, boundary, ORIGIN)

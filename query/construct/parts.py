@@ -27,7 +27,7 @@ MOST_STEPS = 24
 
 
 @lru_cache(maxsize=1024)
-def pentagon_quads(lengths: tuple[int, int, int, int, int]) -> Int32Array:
+def make_pentagon(lengths: tuple[int, int, int, int, int]) -> Int32Array:
     """(q, 4) int32 quads of the pentagon; boundary vertices first, 0 where side 0 begins.
 
     lengths: edges of the sides, for which the pentagon must exist. Plans of one boundary have
@@ -61,7 +61,7 @@ def is_pentagon(s0: int, s1: int, s2: int, s3: int, s4: int) -> bool:
 
 
 @kernel
-def pentagon_cuts(
+def find_pentagon_cuts(
     lengths: NDArray[np.int64], counts: NDArray[np.int64], ample: int, cuts: NDArray[np.int64]
 ) -> int:
     """Write the best cut at every side into ``cuts``, best first; return how many there are.
@@ -138,7 +138,7 @@ def _best_cut(
     return best, best_u, best_w, best_e
 
 
-def best_rectangle(boundary: Boundary) -> tuple[int, int, int]:
+def find_best_rectangle(boundary: Boundary) -> tuple[int, int, int]:
     """The rectangle with fewest irregular vertices: (irregular, p, a).
 
     Its corners fall on the boundary vertices p, p + a, p + P/2 and p + P/2 + a. Among equals
@@ -151,12 +151,12 @@ def best_rectangle(boundary: Boundary) -> tuple[int, int, int]:
         counts = np.array(boundary.corner_counts)
         gain[list(boundary.side_starts[:-1])] = np.where(counts == 1, 2, 1)
     half = boundary.perimeter // 2
-    gained, p, a = best_places(gain[:half] + gain[half:])
+    gained, p, a = find_best_places(gain[:half] + gain[half:])
     return boundary.n_sides + 4 - int(gained), int(p), int(a)
 
 
 @kernel
-def best_places(gain: NDArray[np.int64]) -> tuple[Index, Index, Index]:
+def find_best_places(gain: NDArray[np.int64]) -> tuple[Index, Index, Index]:
     """(gain, p, a) of the best rectangle.
 
     gain: (P/2,) what a pair of opposite corners at p and p + P/2 gains.
@@ -179,7 +179,7 @@ def best_places(gain: NDArray[np.int64]) -> tuple[Index, Index, Index]:
     return best
 
 
-def rectangle_quads(perimeter: int, p: int, a: int) -> Int32Array:
+def make_rectangle(perimeter: int, p: int, a: int) -> Int32Array:
     """(q, 4) int32 quads of the grid with corners p, p + a, p + P/2 and p + P/2 + a.
 
     Boundary vertices are 0..perimeter - 1, interior ones follow.

@@ -21,7 +21,7 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
 from query.boundary import Boundary, CornerKind
-from query.construct.parts import pentagon_quads, rectangle_quads
+from query.construct.parts import make_pentagon, make_rectangle
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class Lookup(Protocol):
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Part:
+class MeshPart:
     """A part of a mesh and the fill that lies in it.
 
     loop:  (n,) int32, the mesh's vertices along the part's boundary, counter-clockwise.
@@ -72,7 +72,7 @@ class Part:
 
 
 @kernel
-def split(
+def split_loop(
     loop: Int32Array, start: int, end: int, inner: Int32Array
 ) -> tuple[Int32Array, Int32Array]:
     """The two loops into which a chord cuts a loop.
@@ -97,7 +97,7 @@ def split(
     return left, right
 
 
-def compose(parts: Iterable[Part], n_outline: int) -> tuple[Int32Array, int]:
+def compose_parts(parts: Iterable[MeshPart], n_outline: int) -> tuple[Int32Array, int]:
     """((q, 4) int32 quads, number of vertices) of all the parts as one mesh.
 
     n_outline: boundary and chord vertices; the loops name 0..n_outline - 1. The parts'
@@ -157,7 +157,7 @@ class Dropped:
 class Chord:
     """A chord of ``length`` edges from vertex ``start`` of the outline to vertex ``end``.
 
-    left, right: the plans of the two sides of it, see :func:`query.construct.plan.split`;
+    left, right: the plans of the two sides of it, see :func:`query.construct.plan.split_loop`;
     the left one's loop begins ``turn`` vertices on.
     """
 
@@ -173,12 +173,12 @@ class Chord:
 Plan = TablePart | PentagonPart | RectanglePart | Dropped | Chord
 
 
-def chord(start: int, end: int, length: int, left: Plan, right: Plan, turn: int = 0) -> Chord:
+def draw_chord(start: int, end: int, length: int, left: Plan, right: Plan, turn: int = 0) -> Chord:
     """A Chord with the count of its two sides."""
     return Chord(start, end, length, left, right, left.count + right.count, turn)
 
 
-def dropped(boundary: Boundary, keep: Iterable[int]) -> tuple[int, Boundary]:
+def drop_corners(boundary: Boundary, keep: Iterable[int]) -> tuple[int, Boundary]:
     """(vertex at which the outline begins, outline) with only some of the corners kept.
 
     keep: their numbers, ascending, at least one.
@@ -192,7 +192,7 @@ def dropped(boundary: Boundary, keep: Iterable[int]) -> tuple[int, Boundary]:
     return at[0], Boundary(lengths, corners)
 
 
-def least(plan: Plan) -> int:
+def count_least(plan: Plan) -> int:
     """The fewest irregular vertices the plan's fill can have; seldom less than its count.
 
     Vertices that are irregular in one part may meet another part's, or dropped corners, along
@@ -215,12 +215,12 @@ def least(plan: Plan) -> int:
     return plan.count - min(total, 2 * (total - max(sizes)))
 
 
-def carry_out(plan: Plan, perimeter: int, lookup: Lookup) -> tuple[Int32Array, int]:
+def carry_out_plan(plan: Plan, perimeter: int, lookup: Lookup) -> tuple[Int32Array, int]:
     """((q, 4) int32 quads, number of vertices) of the outline with that perimeter.
 
     Boundary vertices come first, then the chords', then the parts' own.
     """
-    parts: list[Part] = []
+    parts: list[MeshPart] = []
     fresh = perimeter
     open_plans: list[tuple[Plan, Int32Array]] = [(plan, np.arange(perimeter, dtype=np.int32))]
     while open_plans:
@@ -229,14 +229,14 @@ def carry_out(plan: Plan, perimeter: int, lookup: Lookup) -> tuple[Int32Array, i
             case Chord():
                 inner = np.arange(fresh, fresh + plan.length - 1, dtype=np.int32)
                 fresh += len(inner)
-                left, right = split(loop, plan.start, plan.end, inner)
+                left, right = split_loop(loop, plan.start, plan.end, inner)
                 open_plans.append((plan.left, np.roll(left, -plan.turn) if plan.turn else left))
                 open_plans.append((plan.right, right))
             case Dropped():
                 open_plans.append((plan.then, np.roll(loop, -plan.turn)))
             case _:
-                parts.append(Part(loop, _quads(plan, lookup)))
-    return compose(parts, fresh)
+                parts.append(MeshPart(loop, _quads(plan, lookup)))
+    return compose_parts(parts, fresh)
 
 
 def _quads(part: TablePart | PentagonPart | RectanglePart, lookup: Lookup) -> Int32Array:
@@ -246,6 +246,6 @@ def _quads(part: TablePart | PentagonPart | RectanglePart, lookup: Lookup) -> In
             assert fill is not None, f"the lookup counted a fill of {part.outline} but has none"
             return fill.quads
         case PentagonPart():
-            return pentagon_quads(part.lengths)
+            return make_pentagon(part.lengths)
         case RectanglePart():
-            return rectangle_quads(part.perimeter, part.p, part.a)
+            return make_rectangle(part.perimeter, part.p, part.a)

@@ -12,9 +12,17 @@ from collections.abc import Iterator
 
 from query.boundary import Boundary
 from query.construct import trim
-from query.construct.parts import best_rectangle
-from query.construct.plan import Dropped, Lookup, Plan, RectanglePart, TablePart, chord, dropped
-from query.construct.prolong import prolongations
+from query.construct.parts import find_best_rectangle
+from query.construct.plan import (
+    Dropped,
+    Lookup,
+    Plan,
+    RectanglePart,
+    TablePart,
+    draw_chord,
+    drop_corners,
+)
+from query.construct.prolong import find_prolongations
 
 #: Random choices of corners that follow the even ones.
 RANDOM_CHOICES = 100
@@ -23,7 +31,7 @@ RANDOM_CHOICES = 100
 FEWEST_KEPT = 4
 
 
-def choices(boundary: Boundary, most: int) -> Iterator[tuple[int, ...]]:
+def choose_corners(boundary: Boundary, most: int) -> Iterator[tuple[int, ...]]:
     """Corners to keep, as ascending numbers; at most ``most`` of them, most corners first.
 
     First those nearest to equally spaced points, one choice for every corner to start from;
@@ -45,7 +53,7 @@ def choices(boundary: Boundary, most: int) -> Iterator[tuple[int, ...]]:
             if len(pool) == size < n:
                 evenly: Iterator[tuple[int, ...]] = iter([tuple(pool)])
             else:
-                evenly = (evenly_spaced(boundary, pool, start, size) for start in range(len(pool)))
+                evenly = (space_corners(boundary, pool, start, size) for start in range(len(pool)))
             for choice in evenly:
                 if len(choice) == size and choice not in seen:
                     seen.add(choice)
@@ -60,7 +68,7 @@ def choices(boundary: Boundary, most: int) -> Iterator[tuple[int, ...]]:
             yield choice
 
 
-def evenly_spaced(boundary: Boundary, pool: list[int], start: int, size: int) -> tuple[int, ...]:
+def space_corners(boundary: Boundary, pool: list[int], start: int, size: int) -> tuple[int, ...]:
     """The corners of the pool nearest to ``size`` equally spaced points, the first of them
     corner pool[start]; fewer than ``size`` where two points have the same nearest one."""
     starts = boundary.side_starts
@@ -154,7 +162,7 @@ class Planner:
 
     def rectangle(self, outline: Boundary, strict: bool) -> list[Plan]:
         """A grid, wherever its corners fall."""
-        count, p, a = best_rectangle(outline)
+        count, p, a = find_best_rectangle(outline)
         return [RectanglePart(outline.perimeter, p, a, count)] if count == 0 or not strict else []
 
     def kept(
@@ -163,10 +171,10 @@ class Planner:
         """A fill of the lookup's in which some corners are dropped, at a cost of 1 each."""
         found: list[Plan] = []
         good = 0
-        for at, keep in enumerate(choices(boundary, self._lookup.max_sides)):
+        for at, keep in enumerate(choose_corners(boundary, self._lookup.max_sides)):
             if good == wanted or (at >= tries and found):
                 break
-            turn, outline = dropped(boundary, keep)
+            turn, outline = drop_corners(boundary, keep)
             part = self._part(outline, False)
             if part is not None:
                 count = part.count + boundary.n_sides - len(keep)
@@ -185,14 +193,16 @@ class Planner:
         good = 0
         begin: tuple[int, int] | None = None
         if not strict and boundary.n_sides > MOST_TRIMMED:
-            keep = evenly_spaced(boundary, list(range(boundary.n_sides)), 0, MOST_TRIMMED)
-            turn, outline = dropped(boundary, keep)
+            keep = space_corners(boundary, list(range(boundary.n_sides)), 0, MOST_TRIMMED)
+            turn, outline = drop_corners(boundary, keep)
             begin = turn, boundary.n_sides - len(keep)
             boundary = outline
         # Gauss-Bonnet, with valences 3 and 5.
         expected = abs(sum(2 - k for k in boundary.corner_counts) - 4)
         for ample, rank in WAYS[:ways]:
-            stages = trim.trimmed(boundary, ample, rank, self._lookup.max_sides, drop=not strict)
+            stages = trim.trim_outline(
+                boundary, ample, rank, self._lookup.max_sides, drop=not strict
+            )
             tight = self._best_stage(stages, True, expected)
             if tight is not None:
                 found.append(tight)
@@ -224,9 +234,9 @@ class Planner:
             return []
         most = PROLONGED[min(depth, len(PROLONGED) - 1)]
         found: list[Plan] = []
-        for cut in prolongations(boundary, most):
+        for cut in find_prolongations(boundary, most):
             left = self.best(cut.left, strict, depth + 1)
             right = self.best(cut.right, strict, depth + 1)
             if left is not None and right is not None:
-                found.append(chord(cut.start, cut.end, cut.length, left, right, cut.turn))
+                found.append(draw_chord(cut.start, cut.end, cut.length, left, right, cut.turn))
         return found

@@ -41,7 +41,7 @@ class Prolongation(NamedTuple):
     right: Boundary
 
 
-def prolongations(boundary: Boundary, most: int) -> list[Prolongation]:
+def find_prolongations(boundary: Boundary, most: int) -> list[Prolongation]:
     """The cuts that promise fewest irregular vertices, at most ``most``, best first.
 
     Of the cuts between one corner and one side, prolonging the same side, only the best.
@@ -51,7 +51,7 @@ def prolongations(boundary: Boundary, most: int) -> list[Prolongation]:
     n = len(lengths)
     rows = np.empty((2 * MOST_REFLEX * n, 5), np.int64)
     guess = np.empty(len(rows))
-    found = prolongation_rows(lengths, counts, MAX_PERIMETER, rows, guess)
+    found = write_prolongations(lengths, counts, MAX_PERIMETER, rows, guess)
     order = np.argsort(guess[:found], kind="stable")[:most]
     return [_prolongation(boundary, rows[r], float(guess[r])) for r in order]
 
@@ -79,7 +79,7 @@ def _prolongation(boundary: Boundary, row: Int64Array, guess: float) -> Prolonga
 
 
 @kernel
-def prolongation_rows(
+def write_prolongations(
     lengths: Int64Array,
     counts: Int64Array,
     most_perimeter: int,
@@ -137,8 +137,8 @@ def prolongation_rows(
                         else:
                             right[flat] += e
                             left[n_left - 1] = e
-                        value = part_guess(left, left_counts, n_left)
-                        value += part_guess(right, right_counts, n_right)
+                        value = guess_irregular(left, left_counts, n_left)
+                        value += guess_irregular(right, right_counts, n_right)
                         # Among equals the shortest chord, and the longest of the parts' sides.
                         value += 1e-3 * e / (arc + e) - 1e-3 * min(w, side - w) / whole
                         if back:
@@ -215,7 +215,7 @@ def _cut(
 
 
 @kernel
-def part_guess(lengths: Int64Array, counts: Int64Array, n: int) -> float:
+def guess_irregular(lengths: Int64Array, counts: Int64Array, n: int) -> float:
     """Roughly how many irregular vertices the best fill of an outline has.
 
     Exact for convex outlines of 3 to 5 sides that have a fill with the fewest; else the mean

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from query.boundary import Boundary, CornerKind
-from query.construct.parts import pentagon_cuts
-from query.construct.plan import Dropped, PentagonPart, Plan, chord
+from query.construct.parts import find_pentagon_cuts
+from query.construct.plan import Dropped, PentagonPart, Plan, draw_chord
 
 #: An outline of fewer sides is not cut: what would be left is looked up as well as it is.
 FEWEST_TRIMMED = 6
@@ -60,18 +60,18 @@ class Trimmed:
                 case _Cut():
                     length = step.pentagon[4]
                     part = PentagonPart(step.pentagon)
-                    plan = chord(step.start, step.end, length, part, plan)
+                    plan = draw_chord(step.start, step.end, length, part, plan)
                 case _Drop():
                     plan = Dropped(step.turn, plan, plan.count + 1)
         return plan
 
 
-def trimmed(
+def trim_outline(
     boundary: Boundary, ample: int, rank: int, most_sides: int, *, drop: bool
 ) -> list[Trimmed]:
     """What is left of the boundary after each cut, once it has at most ``most_sides`` sides.
 
-    ample: see :func:`query.construct.parts.pentagon_cuts`; rank: which of the best cuts
+    ample: see :func:`query.construct.parts.find_pentagon_cuts`; rank: which of the best cuts
     comes first (afterwards the best does). drop: while there are more sides, drop a corner
     beside each side of one edge, and, where there is no cut, the corner between the two
     sides that are shortest together; else stop there.
@@ -86,7 +86,7 @@ def trimmed(
             step, outline = _dropped(outline, _beside(outline, outline.lengths.index(1)))
         else:
             counts = np.array([1 if kind == "convex" else 3 for kind in outline.corners])
-            found = pentagon_cuts(np.array(outline.lengths), counts, ample, cuts)
+            found = find_pentagon_cuts(np.array(outline.lengths), counts, ample, cuts)
             if found:
                 step, outline = _cut_off(outline, *cuts[min(rank, found - 1)].tolist())
                 rank = 0

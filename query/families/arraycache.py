@@ -19,7 +19,7 @@ DTYPES = ("|u1", "<u2", "<i4", "<i8", "|b1")
 DIGEST_BYTES = 32
 
 
-def cached(name: str, make: Callable[[], Sequence[Array]]) -> list[Array]:
+def load_or_make(name: str, make: Callable[[], Sequence[Array]]) -> list[Array]:
     """The arrays of that name: from the cache, else made and put there.
 
     name: a file name that tells apart whatever ``make`` may return, its version included. A

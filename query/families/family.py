@@ -20,8 +20,8 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import pack_many, unpack
 from patterndb.core.pattern import Pattern
 from query.errors import InvalidQueryError
-from query.families.arraycache import Array, cached
-from query.families.growing import grow
+from query.families.arraycache import Array, load_or_make
+from query.families.growing import grow_patterns
 
 #: Raise it whenever a family of the same parameters comes out another way.
 VERSION = 1
@@ -84,7 +84,7 @@ class Family:
 
 
 @lru_cache(maxsize=4)
-def family(most: int = 4, valence: int = 5, *, max_quads: int = MOST_QUADS) -> Family:
+def load_family(most: int = 4, valence: int = 5, *, max_quads: int = MOST_QUADS) -> Family:
     """Every pattern with at most ``most`` irregular vertices and reflex corners.
 
     valence: interior vertices have 3 to ``valence`` quads, boundary ones at most
@@ -99,7 +99,9 @@ def family(most: int = 4, valence: int = 5, *, max_quads: int = MOST_QUADS) -> F
             f"max_quads in 1..{MAX_QUADS} (got {max_quads})"
         )
     name = f"family-{VERSION}-{most}-{valence}-{max_quads}.bin"
-    symbols, offsets, ids, counts, crossing = cached(name, lambda: _make(most, valence, max_quads))
+    symbols, offsets, ids, counts, crossing = load_or_make(
+        name, lambda: _make(most, valence, max_quads)
+    )
     return Family(
         most=most,
         valence=valence,
@@ -115,7 +117,7 @@ def family(most: int = 4, valence: int = 5, *, max_quads: int = MOST_QUADS) -> F
 
 
 def _make(most: int, valence: int, max_quads: int) -> list[Array]:
-    flat, offsets = grow(most, valence, max_quads)
+    flat, offsets = grow_patterns(most, valence, max_quads)
     codes = pack_many(flat, offsets)
     counts = d.describe(codes).counts
     n_sides = counts[:, d.N_CORNERS]

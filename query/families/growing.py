@@ -28,7 +28,7 @@ OPEN, RING, CORNER_RING = 0, 1, 2
 
 
 @kernel
-def widen(twin: Int32Array, width: int, wide: Int32Array) -> int:
+def widen_polychords(twin: Int32Array, width: int, wide: Int32Array) -> int:
     """Write the half-edges of the pattern with every polychord ``width`` wide.
 
     twin: (4q,) int32; wide: (>= 4 * q * width**2,) int32. Returns the number of quads.
@@ -66,7 +66,9 @@ def _edge_of_cell(h: int, t: int, width: int) -> int:
 
 
 @kernel
-def border(twin: Int32Array, n_quads: int, loop: Int32Array, count: Int32Array) -> tuple[int, int]:
+def write_border(
+    twin: Int32Array, n_quads: int, loop: Int32Array, count: Int32Array
+) -> tuple[int, int]:
     """Write the border half-edges in order and the quads at their tails.
 
     twin: (>= 4 * n_quads,); loop, count: (>= 4 * n_quads,) int32. Returns (edges of the
@@ -89,7 +91,7 @@ def border(twin: Int32Array, n_quads: int, loop: Int32Array, count: Int32Array) 
 
 
 @kernel
-def glue(
+def glue_strip(
     twin: Int32Array,
     n_quads: int,
     loop: Int32Array,
@@ -101,7 +103,7 @@ def glue(
     """Glue a strip of ``length`` quads onto the border from vertex ``first``, in place.
 
     twin: (>= 4 * (n_quads + length + 1),), what lies beyond the quads is overwritten.
-    loop: of :func:`border`. Returns the new number of quads. :func:`unglue` takes the
+    loop: of :func:`write_border`. Returns the new number of quads. :func:`unglue_strip` takes the
     strip off.
     """
     for i in range(length):
@@ -133,8 +135,10 @@ def glue(
 
 
 @kernel
-def unglue(twin: Int32Array, loop: Int32Array, perimeter: int, first: int, length: int) -> None:
-    """Make the border what it was before :func:`glue`."""
+def unglue_strip(
+    twin: Int32Array, loop: Int32Array, perimeter: int, first: int, length: int
+) -> None:
+    """Make the border what it was before :func:`glue_strip`."""
     for i in range(length):
         twin[loop[(first + i) % perimeter]] = -1
 
@@ -145,7 +149,7 @@ WIDEST = 3
 
 
 @kernel
-def slot_of(
+def find_slot(
     code: Code,
     size: int,
     table: Int32Array,
@@ -176,7 +180,7 @@ def slot_of(
 
 
 class CodeWork(NamedTuple):
-    """Scratch of :func:`reduced_code`: of the reduction, and of the codes' search."""
+    """Scratch of :func:`write_reduced_code`: of the reduction, and of the codes' search."""
 
     reduction: ReductionWork
     number: Int32Array
@@ -186,7 +190,9 @@ class CodeWork(NamedTuple):
 
 
 @kernel
-def reduced_code(twin: Int32Array, n_quads: int, max_quads: int, work: CodeWork, code: Code) -> int:
+def write_reduced_code(
+    twin: Int32Array, n_quads: int, max_quads: int, work: CodeWork, code: Code
+) -> int:
     """Write the canonical code of the pattern of a disk; return its length.
 
     twin: (>= 4 * n_quads,) int32; code: (>= 4 * max_quads,) uint16. A pattern of more than
@@ -218,7 +224,7 @@ def reduced_code(twin: Int32Array, n_quads: int, max_quads: int, work: CodeWork,
 
 
 @kernel
-def added(
+def count_added(
     count: Int32Array,
     perimeter: int,
     first: int,
@@ -242,7 +248,7 @@ def added(
 
 
 @kernel
-def grow(most: int, valence: int, max_quads: int) -> tuple[Code, NDArray[np.int64]]:
+def grow_patterns(most: int, valence: int, max_quads: int) -> tuple[Code, NDArray[np.int64]]:
     """All patterns that strips grow from one quad, as canonical codes.
 
     most: the most irregular interior vertices and reflex corners together; valence: the
@@ -268,16 +274,16 @@ def grow(most: int, valence: int, max_quads: int) -> tuple[Code, NDArray[np.int6
     offsets = np.zeros(1 << 11, np.int64)
     offsets[1] = 4
     interior = np.zeros(1 << 11, np.int32)
-    table[slot_of(flat, 4, table, flat, offsets)[0]] = 0
+    table[find_slot(flat, 4, table, flat, offsets)[0]] = 0
     n = 1
     row = 0
     while row < n:
         base = flat[offsets[row] : offsets[row + 1]].astype(np.int32) - 1
         inside = interior[row]
-        _, n_reflex = border(base, len(base) // 4, loop, count)
+        _, n_reflex = write_border(base, len(base) // 4, loop, count)
         width = 1 + min(WIDEST - 1, most - inside - n_reflex)
-        n_quads = widen(base, width, twin)
-        perimeter, _ = border(twin, n_quads, loop, count)
+        n_quads = widen_polychords(base, width, twin)
+        perimeter, _ = write_border(twin, n_quads, loop, count)
         for first in range(perimeter):
             # The strip's inner vertices become interior ones.
             fresh = 0
@@ -294,16 +300,18 @@ def grow(most: int, valence: int, max_quads: int) -> tuple[Code, NDArray[np.int6
                     # A ring goes once round, and is the same from wherever it begins.
                     if kind != OPEN and (length < perimeter or (kind == RING and first > 0)):
                         continue
-                    fits, irregular, reflex = added(count, perimeter, first, length, kind, valence)
+                    fits, irregular, reflex = count_added(
+                        count, perimeter, first, length, kind, valence
+                    )
                     inner = inside + fresh + irregular
                     if not fits or inner + n_reflex - buried + reflex > most:
                         continue
-                    m = glue(twin, n_quads, loop, perimeter, first, length, kind)
-                    size = reduced_code(twin, m, max_quads, work, code)
-                    unglue(twin, loop, perimeter, first, length)
+                    m = glue_strip(twin, n_quads, loop, perimeter, first, length, kind)
+                    size = write_reduced_code(twin, m, max_quads, work, code)
+                    unglue_strip(twin, loop, perimeter, first, length)
                     if size == 0:
                         continue
-                    at, known = slot_of(code, size, table, flat, offsets)
+                    at, known = find_slot(code, size, table, flat, offsets)
                     if known:
                         continue
                     if offsets[n] + size > len(flat):
@@ -320,6 +328,6 @@ def grow(most: int, valence: int, max_quads: int) -> tuple[Code, NDArray[np.int6
                         table = np.full(2 * len(table), -1, np.int32)
                         for r in range(n):
                             old = flat[offsets[r] : offsets[r + 1]]
-                            table[slot_of(old, len(old), table, flat, offsets)[0]] = r
+                            table[find_slot(old, len(old), table, flat, offsets)[0]] = r
         row += 1
     return flat[: offsets[n]].copy(), offsets[: n + 1].copy()

@@ -7,15 +7,15 @@ from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 
 from query.boundary import Boundary
-from query.construct import constructed
+from query.construct import construct_fills
 from query.construct.plan import PartFill
 from query.expand import expand_marked
 from query.fill import Fill
 from query.listing.filters import Filters
 from query.listing.lane import Found, Search, Step
 from query.listing.ranking import Rank
-from query.marks.bestmarked import BOUNDARY_CAP, BestMarked, best_marked, family_index
-from query.placing.strands import edges_off
+from query.marks.bestmarked import BOUNDARY_CAP, BestMarked, find_best_marked, load_family_index
+from query.placing.strands import count_edges_off
 from query.stroke import Stroke
 
 #: Sides up to which the family has marked patterns worth looking through.
@@ -47,15 +47,15 @@ class FamilyLookup:
         found = self._found(boundary, strict)
         if found is None:
             return None
-        marked = family_index(boundary.n_sides).marked
+        marked = load_family_index(boundary.n_sides).marked
         got = expand_marked(marked, found.row, found.strand_widths, found.orientation)
         return PartFill(got.quads, found.n_irregular)
 
     def _find(self, boundary: Boundary, strict: bool) -> BestMarked | None:
-        index = family_index(boundary.n_sides)
+        index = load_family_index(boundary.n_sides)
         # Each reflex corner may cost one more than the marks of a convex boundary do.
         most = index.marked.most + boundary.corners.count("reflex")
-        return best_marked(index, boundary, cap=0 if strict else BOUNDARY_CAP, most=most)
+        return find_best_marked(index, boundary, cap=0 if strict else BOUNDARY_CAP, most=most)
 
 
 #: Constructed fills come after all others with as many irregular vertices: their boundary ones
@@ -64,7 +64,7 @@ AFTER = 1000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Made:
+class ConstructedFill:
     """A fill that is there already."""
 
     made: Fill
@@ -78,7 +78,7 @@ class Made:
         return self.made.pattern.id
 
 
-def constructed_lane(
+def list_constructed(
     search: Search, filters: Filters, strict: bool, strokes: Sequence[Stroke], least: int
 ) -> Iterator[Step]:
     """The constructed fills that pass the filters and follow the strokes, best first.
@@ -92,7 +92,7 @@ def constructed_lane(
         return
     fewest = max(_fewest(boundary), least)
     yield Step([], _rank(search, fewest, 0, 0, -1))
-    for place, fill in enumerate(constructed(boundary, FamilyLookup.shared(), strict=strict)):
+    for place, fill in enumerate(construct_fills(boundary, FamilyLookup.shared(), strict=strict)):
         if search.cancelled[0] and place:
             return
         irregular = max(fewest, fill.n_irregular)
@@ -102,7 +102,7 @@ def constructed_lane(
         if off is not None and _passes(fill, filters):
             rank = _rank(search, irregular, fill.n_irregular_boundary, off, place)
             distance = float(off) if strokes else None
-            found.append((rank, Made(replace(fill, flow_distance=distance))))
+            found.append((rank, ConstructedFill(replace(fill, flow_distance=distance))))
         yield Step(found, bound)
 
 
@@ -141,4 +141,4 @@ def _off(fill: Fill, search: Search, strokes: Sequence[Stroke]) -> int | None:
     """Edges by which the fill's strands miss the strokes; None beyond the tolerance."""
     if not strokes:
         return 0
-    return edges_off(fill, strokes, search.asked.tolerance)
+    return count_edges_off(fill, strokes, search.question.tolerance)

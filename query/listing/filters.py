@@ -1,6 +1,6 @@
 """What a query asks of a pattern beside its lengths, and why nothing was found.
 
-:class:`Filters` is what may be asked. Where a list stays empty, :func:`why_empty` says what no
+:class:`Filters` is what may be asked. Where a list stays empty, :func:`explain_empty` says what no
 database could fill, and what this one does not hold.
 """
 
@@ -129,7 +129,7 @@ class Filters:
 LEAST_VALENCE = 2
 
 
-def why_empty(
+def explain_empty(
     patterns: PatternClass,
     boundary: Boundary,
     filters: Filters,
@@ -139,7 +139,7 @@ def why_empty(
     strokes: bool,
 ) -> str:
     """One sentence. n_candidates: patterns of the class that pass the filters."""
-    impossible = why_impossible(boundary, filters) if strict else None
+    impossible = explain_impossible(boundary, filters) if strict else None
     if impossible:
         return impossible
     sides = _sides(boundary)
@@ -167,7 +167,7 @@ def why_empty(
     )
 
 
-def why_impossible(boundary: Boundary, filters: Filters) -> str | None:
+def explain_impossible(boundary: Boundary, filters: Filters) -> str | None:
     """Why no strict fill exists at all, or None where nothing forbids one.
 
     Only what can be proved of every quad mesh is said. None is no promise of a fill.

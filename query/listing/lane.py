@@ -20,11 +20,11 @@ from query.fill import Fill
 from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import Entries, Table
 from query.solving import cpsat
-from query.solving.batch import Asked, keep_carrying, solve_rows
+from query.solving.batch import Question, keep_carrying, solve_rows
 from query.solving.evenness import OFF
 
 
-def loop_widths(n_loops: int, n_strokes: int) -> list[tuple[int, ...]]:
+def list_loop_widths(n_loops: int, n_strokes: int) -> list[tuple[int, ...]]:
     """Widths (n_loops,) of the loop polychords, for every way to give each loop stroke a strand.
 
     A loop is as wide as it carries strokes, and at least 1; one strand carries one stroke.
@@ -95,7 +95,7 @@ class Fit:
     """A row of a table with the widths that make it meet a boundary.
 
     table, row:  what is to be expanded.
-    orientation: number of the orientation in :func:`query.orientation.orientations`.
+    orientation: number of the orientation in :func:`query.orientation.list_orientations`.
     widths:      of the strands.
     loops:       of the loop polychords.
     n_boundary:  irregular vertices on the boundary.
@@ -140,7 +140,7 @@ class Search:
     """
 
     boundary: Boundary
-    asked: Asked
+    question: Question
     ranking: Ranking
     keep: int | None
     n_loops: int
@@ -151,10 +151,10 @@ class Search:
     @property
     def strokes(self) -> bool:
         """Are there strokes that end on the boundary?"""
-        return self.asked.flows.shape[1] > 0
+        return self.question.flows.shape[1] > 0
 
 
-def lane(table: Table, listing: Listing, search: Search, least: int) -> Iterator[Step]:
+def search_table(table: Table, listing: Listing, search: Search, least: int) -> Iterator[Step]:
     """The fits of the entries listed; the first step only says what may come.
 
     least: no fit has fewer irregular vertices.
@@ -170,7 +170,7 @@ def lane(table: Table, listing: Listing, search: Search, least: int) -> Iterator
         last = min(at + size, len(listing))
         after = listing.rank(last, 0, -1) if last < len(listing) else None
         places = np.arange(at, last)
-        allowed = feasible(table, listing.entries.take(slice(at, last)), search)
+        allowed = find_feasible(table, listing.entries.take(slice(at, last)), search)
         at, size = last, min(size * GROWTH, MOST_ROWS)
         some = allowed.any(axis=1)
         hits, allowed = places[some], allowed[some]
@@ -188,7 +188,7 @@ def lane(table: Table, listing: Listing, search: Search, least: int) -> Iterator
             yield Step(found, bound)
 
 
-def feasible(
+def find_feasible(
     table: Table, entries: Entries, search: Search, *, once: bool = False
 ) -> NDArray[np.bool_]:
     """(e, o) the orientations in which lengths are met and strands can lie on the strokes.
@@ -197,7 +197,7 @@ def feasible(
     """
     if search.by_cpsat:
         return cpsat.keep_carrying(
-            table.labels, entries.row, entries.allowed, search.asked, search.threads
+            table.labels, entries.row, entries.allowed, search.question, search.threads
         )
     found = table.feasible(entries, search.boundary, search.cancelled, search.threads)
     if search.strokes:
@@ -206,7 +206,7 @@ def feasible(
             table.labels,
             entries.row[some],
             found[some],
-            search.asked,
+            search.question,
             search.cancelled,
             search.threads,
             once=once,
@@ -230,13 +230,13 @@ def _fits(
     rows = listing.entries.row[hits]
     solve_most = keep * table.copies(rows)
     if search.by_cpsat:
-        solved = cpsat.solve_rows(table.labels, rows, allowed, search.asked, solve_most)
+        solved = cpsat.solve_rows(table.labels, rows, allowed, search.question, solve_most)
     else:
         solved = solve_rows(
             table.labels,
             rows,
             allowed,
-            search.asked,
+            search.question,
             solve_most,
             search.cancelled,
             search.threads,
@@ -250,7 +250,7 @@ def _fits(
         at = int(hits[hit])
         row = int(rows[hit])
         single = table.one_of_each(row, solved.widths[first:last]).tolist()
-        loops = loop_widths(int(table.n_loops[row]), search.n_loops)
+        loops = list_loop_widths(int(table.n_loops[row]), search.n_loops)
         place = 0
         for f in range(first, last):
             if not single[f - first]:

@@ -66,12 +66,12 @@ def measure_flow(
 
     Source: Marcias et al. 2015, section 4, "Sorting".
     """
-    from query.placing.flow import flow_distance
-    from query.placing.laplace import laid
+    from query.placing.flow import measure_flow_distance
+    from query.placing.laplace import lay_flat
 
     assert boundary.points is not None, "the order needs points"
     drawn = [stroke for stroke in strokes if stroke.points is not None]
-    distance = flow_distance(fill, laid(fill, boundary.points), drawn, tolerance)
+    distance = measure_flow_distance(fill, lay_flat(fill, boundary.points), drawn, tolerance)
     return distance, replace(fill, flow_distance=distance)
 
 
@@ -80,10 +80,10 @@ def measure_angles(
 ) -> tuple[float, Fill]:
     """Measure the squared deviation of the quads' angles from 90 degrees, after a first placing."""
     from patterndb.geometry.quadshape import quality
-    from query.placing.laplace import laid
+    from query.placing.laplace import lay_flat
 
     assert boundary.points is not None, "the order needs points"
-    return quality(fill.quads, laid(fill, boundary.points)), fill
+    return quality(fill.quads, lay_flat(fill, boundary.points)), fill
 
 
 def measure_size(

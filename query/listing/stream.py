@@ -16,10 +16,10 @@ import numpy as np
 from patterndb.core.patternclass import PatternClass
 from query.boundary import Boundary
 from query.fill import Fill
-from query.identity import fill_key, is_mesh
-from query.listing.construction import constructed_lane
-from query.listing.filters import Filters, why_empty
-from query.listing.lane import Candidate, Found, More, Search, Step, feasible, lane
+from query.identity import hash_fill, is_mesh
+from query.listing.construction import list_constructed
+from query.listing.filters import Filters, explain_empty
+from query.listing.lane import Candidate, Found, More, Search, Step, find_feasible, search_table
 from query.listing.orders import FillOrder, Measure
 from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import (
@@ -27,11 +27,11 @@ from query.listing.table import (
     Frequencies,
     RelaxedTable,
     Table,
-    begun_table,
-    relaxed_table,
-    strict_table,
+    get_begun_table,
+    get_relaxed_table,
+    get_strict_table,
 )
-from query.solving.batch import asked
+from query.solving.batch import pose_question
 from query.stroke import Stroke
 
 #: Listings that a table keeps: a query needs two, and boundaries differ in their corners.
@@ -118,11 +118,11 @@ class Fills(Iterator[Fill]):
     @property
     def feasible_patterns(self) -> int:
         """How many patterns of the database pass the filters and fit the boundary strictly."""
-        table = strict_table(self._query.patterns)
+        table = get_strict_table(self._query.patterns)
         entries = self._entries(table)
         # Whatever ended the list, the count is of all.
         search = replace(self._search(1, False), cancelled=np.zeros(1, np.uint8))
-        return int(feasible(table, entries, search, once=True).any(axis=1).sum())
+        return int(find_feasible(table, entries, search, once=True).any(axis=1).sum())
 
     @property
     def reason(self) -> str | None:
@@ -132,8 +132,8 @@ class Fills(Iterator[Fill]):
         if self.stopped is not None:
             return f"the query was ended before the first fill was found ({self.stopped})"
         q = self._query
-        candidates = len(self._entries(strict_table(q.patterns)))
-        return why_empty(
+        candidates = len(self._entries(get_strict_table(q.patterns)))
+        return explain_empty(
             q.patterns,
             q.boundary,
             q.filters,
@@ -243,7 +243,7 @@ class Fills(Iterator[Fill]):
         q = self._query
         if not q.wants(CONSTRUCTED):
             return
-        for step in constructed_lane(search, q.filters, q.strict, q.strokes, 0):
+        for step in list_constructed(search, q.filters, q.strict, q.strokes, 0):
             for _, candidate in step.found:
                 if (
                     not isinstance(candidate, More)
@@ -255,20 +255,20 @@ class Fills(Iterator[Fill]):
 
     def _lanes(self, search: Search) -> Iterator[Iterator[Step]]:
         q = self._query
-        table: Table = strict_table(q.patterns)
+        table: Table = get_strict_table(q.patterns)
         if q.boundary.n_sides == 0 and search.strokes:
-            table = begun_table(q.patterns)
-        yield lane(table, self._listing(table, search.ranking), search, 0)
+            table = get_begun_table(q.patterns)
+        yield search_table(table, self._listing(table, search.ranking), search, 0)
         least = None
         if "full" in q.boundary.corners:
             return  # neither the family nor what is constructed has such corners
         if q.wants(FAMILY) or q.wants(LEARNED):
-            table = relaxed_table(q.patterns, q.frequencies)
+            table = get_relaxed_table(q.patterns, q.frequencies)
             least = table.least(q.boundary, q.filters.max_boundary_irregular)
             if least is not None:
-                yield lane(table, self._listing(table, search.ranking), search, least)
+                yield search_table(table, self._listing(table, search.ranking), search, least)
         if q.wants(CONSTRUCTED):
-            yield constructed_lane(search, q.filters, q.strict, q.strokes, least or 0)
+            yield list_constructed(search, q.filters, q.strict, q.strokes, least or 0)
 
     def _entries(self, table: Table) -> Entries:
         """The rows of a table that pass the filters."""
@@ -307,7 +307,7 @@ class Fills(Iterator[Fill]):
         most = min((n for n in (wanted, q.per_pattern) if n is not None), default=None)
         return Search(
             boundary=q.boundary,
-            asked=asked(q.boundary, q.strokes, q.tolerance),
+            question=pose_question(q.boundary, q.strokes, q.tolerance),
             ranking=Ranking(artist, q.use_counts, worth),
             # One more than is asked for tells whether there are more.
             keep=None if most is None else most + 1,
@@ -349,7 +349,7 @@ class _Sieve:
         if first is not None:
             self._of_pattern[first.pattern.id] += 1
             self._passed.append(first)
-            self._first_key = fill_key(first, self._closed)
+            self._first_key = hash_fill(first, self._closed)
         self._keys: set[bytes] = set()
         self.cut = False
 
@@ -363,7 +363,7 @@ class _Sieve:
             self.cut = True
             return None
         fill = candidate.fill()
-        if maybe_first and fill_key(fill, self._closed) == self._first_key:
+        if maybe_first and hash_fill(fill, self._closed) == self._first_key:
             return None
         if full:
             self.cut = True
@@ -380,6 +380,6 @@ class _Sieve:
 
     def _is_known(self, fill: Fill) -> bool:
         for other in self._passed:
-            self._keys.add(fill_key(other, self._closed))
+            self._keys.add(hash_fill(other, self._closed))
         self._passed.clear()
-        return fill_key(fill, self._closed) in self._keys
+        return hash_fill(fill, self._closed) in self._keys

@@ -20,16 +20,16 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from query.boundary import QUADS_AT, Boundary
-from query.expand import expand, expand_marked
+from query.expand import expand_marked, expand_pattern
 from query.fill import Fill
 from query.identity import is_mesh
-from query.marks.bestmarked import MOST_SIDES, MarkedIndex, best_marked
-from query.marks.marked import MarkedClass, family_marked, marked_class
+from query.marks.bestmarked import MOST_SIDES, MarkedIndex, find_best_marked
+from query.marks.marked import MarkedClass, load_marked_family, mark_patterns
 from query.marks.markplaces import MOST_SLOTS
 from query.marks.patterntable import PatternTable
-from query.orientation import corners_seen, orientations, symmetries_of_chords
+from query.orientation import list_chord_symmetries, list_corners_seen, list_orientations
 from query.solving.batch import Labels
-from query.solving.feasibility import feasible_orientations, lengths_met
+from query.solving.feasibility import find_feasible_orientations, find_met_lengths
 
 #: Ids (k,) int64 -> the patches (k,) int64 in which these patterns were seen.
 Frequencies = Callable[[NDArray[np.int64]], NDArray[np.int64]]
@@ -155,7 +155,7 @@ class StrictTable:
         rows = np.flatnonzero(passing & (patterns.n_reflex == reflex))
         allowed = self.distinct[rows]
         if reflex:
-            wanted = np.array(boundary.corner_counts, np.uint8)[corners_seen(boundary.n_sides)]
+            wanted = np.array(boundary.corner_counts, np.uint8)[list_corners_seen(boundary.n_sides)]
             corners = patterns.corners[rows]
             for o in range(len(wanted)):
                 allowed[:, o] &= (corners == wanted[o]).all(axis=1)
@@ -171,7 +171,7 @@ class StrictTable:
         cancelled: NDArray[np.uint8],
         threads: int | None,
     ) -> NDArray[np.bool_]:
-        found = feasible_orientations(
+        found = find_feasible_orientations(
             self.patterns, boundary, entries.row, threads=threads, cancel=cancelled
         )
         return found & entries.allowed
@@ -179,9 +179,9 @@ class StrictTable:
     def fill(
         self, row: int, orientation: int, widths: tuple[int, ...], loops: tuple[int, ...]
     ) -> Fill:
-        o = orientations(self.patterns.n_sides)[orientation]
+        o = list_orientations(self.patterns.n_sides)[orientation]
         pattern = self.pattern(row)
-        return expand(
+        return expand_pattern(
             pattern,
             widths[: pattern.n_chords] + loops,
             rotation=o.rotation,
@@ -198,7 +198,7 @@ class StrictTable:
         # One closed side has no first edge: fits that differ by a rotation of it are one.
         pattern = self.pattern(row)
         widths = widths[:, : pattern.n_chords]
-        for moved in symmetries_of_chords(pattern):
+        for moved in list_chord_symmetries(pattern):
             turned = widths[:, moved]
             differ = turned != widths
             first = differ.argmax(axis=1)
@@ -219,7 +219,7 @@ def _distinct(patterns: PatternClass) -> NDArray[np.bool_]:
     ``rotations`` of the N rotations map a pattern onto itself, so only the first N / rotations
     differ; its mirror image differs only where it is chiral.
     """
-    every = orientations(patterns.n_sides)
+    every = list_orientations(patterns.n_sides)
     rotation = np.array([o.rotation for o in every])
     mirrored = np.array([o.mirrored for o in every])
     turns = np.maximum(patterns.n_sides // patterns.rotations, 1)
@@ -264,7 +264,7 @@ class RelaxedTable:
         marked = self.marked
         rows = np.flatnonzero(passing & self.fresh)
         counts = marked.counts[rows]
-        every = orientations(marked.n_sides)
+        every = list_orientations(marked.n_sides)
         if boundary.convex or self.marked.free:
             target = FLAT if self.marked.free else QUADS_AT["convex"]
             wrong = np.broadcast_to(
@@ -297,7 +297,9 @@ class RelaxedTable:
         cancelled: NDArray[np.uint8],
         threads: int | None,
     ) -> NDArray[np.bool_]:
-        found = lengths_met(self.marked, boundary, entries.row, threads=threads, cancel=cancelled)
+        found = find_met_lengths(
+            self.marked, boundary, entries.row, threads=threads, cancel=cancelled
+        )
         return found & entries.allowed
 
     def least(self, boundary: Boundary, cap: int | None) -> int | None:
@@ -309,13 +311,15 @@ class RelaxedTable:
             return 0
         if self._index is None:
             self._index = MarkedIndex.of(self.marked)
-        found = best_marked(self._index, boundary, cap=boundary.perimeter if cap is None else cap)
+        found = find_best_marked(
+            self._index, boundary, cap=boundary.perimeter if cap is None else cap
+        )
         return None if found is None else found.n_irregular
 
     def fill(
         self, row: int, orientation: int, widths: tuple[int, ...], loops: tuple[int, ...]
     ) -> Fill:
-        o = orientations(self.marked.n_sides)[orientation]
+        o = list_orientations(self.marked.n_sides)[orientation]
         n = len(self.marked.chords(row))
         got = expand_marked(self.marked, row, widths[:n], o, loops)
         return Fill(
@@ -346,26 +350,28 @@ _RELAXED: WeakKeyDictionary[PatternClass, RelaxedTable] = WeakKeyDictionary()
 _BEGUN: WeakKeyDictionary[PatternClass, RelaxedTable] = WeakKeyDictionary()
 
 
-def strict_table(patterns: PatternClass) -> StrictTable:
+def get_strict_table(patterns: PatternClass) -> StrictTable:
     """The table of a class, kept as long as the class is."""
     if patterns not in _STRICT:
         _STRICT[patterns] = StrictTable(patterns)
     return _STRICT[patterns]
 
 
-def relaxed_table(patterns: PatternClass, frequencies: Frequencies | None = None) -> RelaxedTable:
+def get_relaxed_table(
+    patterns: PatternClass, frequencies: Frequencies | None = None
+) -> RelaxedTable:
     """The complete family's marked patterns of as many sides, less the strict ones of the class.
 
     frequencies: of the database that the class is of.
     """
     if patterns not in _RELAXED:
         n = patterns.n_sides
-        marked = family_marked(max(n, 1), free=n == 0)
+        marked = load_marked_family(max(n, 1), free=n == 0)
         _RELAXED[patterns] = RelaxedTable(marked, patterns, frequencies)
     return _RELAXED[patterns]
 
 
-def begun_table(patterns: PatternClass) -> RelaxedTable:
+def get_begun_table(patterns: PatternClass) -> RelaxedTable:
     """The patterns of one closed side, begun at every place where its vertex 0 may fall.
 
     Without strokes it does not matter where a closed side begins; a stroke's ends are counted
@@ -373,6 +379,6 @@ def begun_table(patterns: PatternClass) -> RelaxedTable:
     """
     if patterns not in _BEGUN:
         table = PatternTable.from_class(patterns, MOST_SLOTS)
-        marked = marked_class(table, 1, most=MOST_SLOTS, free=True)
+        marked = mark_patterns(table, 1, most=MOST_SLOTS, free=True)
         _BEGUN[patterns] = RelaxedTable(marked, None, None)
     return _BEGUN[patterns]

@@ -2,8 +2,8 @@
 
 A look-up over a whole table, fast enough to be called for every part of a construction; the
 pattern is not expanded. :class:`MarkedIndex` holds the rows that can come first,
-:func:`best_marked` looks through them by two kernels: ``best_row`` finds the first row that fits,
-``strand_widths`` how wide its strands are.
+:func:`find_best_marked` looks through them by two kernels: ``find_best_row`` finds the first row
+that fits, ``spread_strand_widths`` how wide its strands are.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
-from query.marks.marked import MarkedClass, family_marked
+from query.marks.marked import MarkedClass, load_marked_family
 from query.orientation import Orientation
-from query.solving.halves import integral, transport
-from query.solving.matching import search
-from query.solving.systems import balanced, two_colour
+from query.solving.halves import find_transport, is_integral
+from query.solving.matching import search_matchings
+from query.solving.systems import is_balanced, two_colour
 
 #: Irregular vertices on the boundary that a query allows unless told otherwise. With this
 #: many the table of the complete family loses nothing.
@@ -108,11 +108,11 @@ class MarkedIndex:
 
 
 @lru_cache(maxsize=64)
-def family_index(
+def load_family_index(
     n_sides: int, *, most: int = 4, valence: int = 5, free: bool = False
 ) -> MarkedIndex:
-    """The index of :func:`query.marks.marked.family_marked`."""
-    return MarkedIndex.of(family_marked(n_sides, most=most, valence=valence, free=free))
+    """The index of :func:`query.marks.marked.load_marked_family`."""
+    return MarkedIndex.of(load_marked_family(n_sides, most=most, valence=valence, free=free))
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +134,7 @@ class BestMarked:
     n_irregular_boundary: int
 
 
-def best_marked(
+def find_best_marked(
     index: MarkedIndex,
     boundary: Boundary,
     *,
@@ -157,7 +157,7 @@ def best_marked(
         )
     counts = np.array((2,) if closed else boundary.corner_counts, np.int32)
     lengths = np.array(boundary.lengths, np.int32)
-    at, o, total, on_boundary, slack = best_row(
+    at, o, total, on_boundary, slack = find_best_row(
         lengths,
         counts,
         cap,
@@ -180,7 +180,7 @@ def best_marked(
     row = int(index.row[at])
     first = int(index.class_start[index.signature[at]])
     last = int(index.class_start[index.signature[at] + 1])
-    widths = strand_widths(
+    widths = spread_strand_widths(
         marked.label[marked.label_start[row] : marked.label_start[row + 1]],
         int(marked.rotation[row]),
         bool(marked.reflected[row]),
@@ -225,7 +225,7 @@ def _colours(
 
 
 @kernel
-def best_row(
+def find_best_row(
     lengths: Int32Array,
     asked: Int32Array,
     cap: int,
@@ -243,7 +243,7 @@ def best_row(
     component: Int32Array,
     colour: Int32Array,
 ) -> tuple[int, int, int, int, Int32Array]:
-    """Kernel of :func:`query.marks.bestmarked.best_marked`.
+    """Kernel of :func:`query.marks.bestmarked.find_best_marked`.
 
     lengths: (N,) edges of each side; asked: (N,) quads at each corner; most: -1 for any. The
     others are of :class:`query.marks.bestmarked.MarkedIndex`. Returns (row of the index, or -1;
@@ -348,25 +348,25 @@ def _fits(
         slack[s] = lengths[s] - base[s]
         if slack[s] < 0:
             return False
-    if not balanced(slack, component, colour, side_scratch[0]):
+    if not is_balanced(slack, component, colour, side_scratch[0]):
         return False
     closed[:m] = False
-    if not transport(slack, class_i, class_j, m, closed, flow, side_scratch):
+    if not find_transport(slack, class_i, class_j, m, closed, flow, side_scratch):
         return False
-    if integral(flow, m):
+    if is_integral(flow, m):
         for k in range(m):
             solution[0, k] = (flow[0, k] + flow[1, k]) // 2
         return True
     # The search need not come to a class that must be 0.
     solution[:] = 0
-    found, _ = search(
+    found, _ = search_matchings(
         slack, class_i, class_j, class_n, m, 0, solution, closed, side_scratch, class_scratch
     )
     return found > 0
 
 
 @kernel
-def strand_widths(
+def spread_strand_widths(
     label: NDArray[np.int16],
     rotation: int,
     reflected: bool,

@@ -2,8 +2,8 @@
 
 A relaxed match of a pattern is a strict match of a marked pattern: its marks part its boundary
 into N sides, and its strands take the part of polychords. See :mod:`query.marks.markplaces`.
-:func:`marked_class` makes a table of them from any set of patterns, :func:`family_marked` from the
-complete family.
+:func:`mark_patterns` makes a table of them from any set of patterns, :func:`load_marked_family`
+from the complete family.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from patterndb.core.label import split_word
 from patterndb.core.packing import unpack_many
 from query.errors import InvalidQueryError
 from query.families import family as f
-from query.families.arraycache import Array, cached
+from query.families.arraycache import Array, load_or_make
 from query.marks.markplaces import (
     COST,
     HEAD,
@@ -35,7 +35,7 @@ from query.marks.markplaces import (
     STRANDS,
     UNMARKED,
     Partings,
-    marked_records,
+    list_records,
 )
 from query.marks.patterntable import PatternTable
 
@@ -136,7 +136,7 @@ class MarkedClass:
 VERSION = 2
 
 
-def marked_class(
+def mark_patterns(
     patterns: PatternTable, n_sides: int, *, most: int = 4, free: bool = False
 ) -> MarkedClass:
     """Every marked pattern of ``n_sides`` sides within a cost.
@@ -152,20 +152,22 @@ def marked_class(
 
 
 @lru_cache(maxsize=2)
-def family_table(most: int = 4, valence: int = 5) -> PatternTable:
-    """The table of a complete family, see :func:`query.families.family.family`."""
-    return PatternTable.from_family(f.family(most, valence))
+def load_family_table(most: int = 4, valence: int = 5) -> PatternTable:
+    """The table of a complete family, see :func:`query.families.family.load_family`."""
+    return PatternTable.from_family(f.load_family(most, valence))
 
 
 @lru_cache(maxsize=64)
-def family_marked(
+def load_marked_family(
     n_sides: int, *, most: int = 4, valence: int = 5, free: bool = False
 ) -> MarkedClass:
-    """:func:`marked_class` of a complete family, kept in the user's cache folder."""
+    """:func:`mark_patterns` of a complete family, kept in the user's cache folder."""
     _check(n_sides, most, free)
     kind = f"{n_sides}-free" if free else f"{n_sides}"
     name = f"marked-{f.VERSION}.{VERSION}-{most}-{valence}-{f.MOST_QUADS}-{kind}.bin"
-    arrays = cached(name, lambda: _make(family_table(most, valence), n_sides, most, free))
+    arrays = load_or_make(
+        name, lambda: _make(load_family_table(most, valence), n_sides, most, free)
+    )
     return _from_arrays(n_sides, most, free, arrays)
 
 
@@ -181,7 +183,7 @@ def _make(patterns: PatternTable, n_sides: int, most: int, free: bool) -> list[A
     """What :func:`_from_arrays` takes: the rows, sorted, and their patterns."""
     partings = Partings.up_to(n_sides if free else min(most, n_sides))
     symbols, offsets = unpack_many(patterns.codes)
-    found = marked_records(
+    found = list_records(
         symbols.astype(np.uint16),
         offsets,
         patterns.n_irregular,

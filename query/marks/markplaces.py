@@ -76,7 +76,7 @@ class Rim(NamedTuple):
 
 
 @kernel
-def rim(code: Code) -> Rim:
+def trace_rim(code: Code) -> Rim:
     """The boundary of the pattern of a canonical code, (4q,) uint16."""
     size = len(code)
     q = size // 4
@@ -128,7 +128,7 @@ def rim(code: Code) -> Rim:
 
 
 @kernel
-def mirrored_bits(bits: Index, n: Index) -> Index:
+def mirror_bits(bits: Index, n: Index) -> Index:
     """The lowest n bits in reverse order."""
     result = 0
     for s in range(n):
@@ -151,7 +151,7 @@ def is_first_image(
             if pattern.reflected[g]:
                 v = (pattern.shift[g] - i) % perimeter
                 e = (pattern.shift[g] - i - 1) % perimeter
-                other = mirrored_bits(bits[e], slots[e])
+                other = mirror_bits(bits[e], slots[e])
             else:
                 v = (pattern.shift[g] + i) % perimeter
                 e = v
@@ -271,7 +271,7 @@ def write_label(
 
 
 @kernel
-def canonical_system(joins: Int32Array, system: Int32Array) -> tuple[int, bool]:
+def write_canonical_system(joins: Int32Array, system: Int32Array) -> tuple[int, bool]:
     """Write the smallest image of ``joins`` over all rotations and reflections.
 
     joins: (N, N); system: (N (N + 1) / 2,) its upper triangle, row by row. Returns
@@ -302,7 +302,7 @@ def canonical_system(joins: Int32Array, system: Int32Array) -> tuple[int, bool]:
 
 
 @kernel
-def marked_records(
+def list_records(
     flat: Code,
     offsets: NDArray[np.int64],
     n_irregular: Int32Array,
@@ -318,7 +318,7 @@ def marked_records(
     """Every way to set ``n_marks`` marks on each of the patterns, up to symmetry.
 
     flat, offsets: the patterns' codes; n_irregular, n_reflex: (p,). most, free: as in
-    :func:`query.marks.marked.marked_class`. marks, slots, near, far: the columns of
+    :func:`query.marks.marked.mark_patterns`. marks, slots, near, far: the columns of
     :class:`query.marks.markplaces.Partings`.
     """
     n = n_marks
@@ -331,7 +331,7 @@ def marked_records(
     label_size = 0
     chord_size = 0
     for p in range(len(offsets) - 1):
-        pattern = rim(flat[offsets[p] : offsets[p + 1]])
+        pattern = trace_rim(flat[offsets[p] : offsets[p + 1]])
         perimeter = len(pattern.quads)
         n_chords = len(pattern.near)
         # Corners from each vertex on that can still get a mark at no cost.
@@ -391,7 +391,7 @@ def marked_records(
                     edge_slots[a] = slots[parting]
                     edge_slots[b] = slots[parting]
                     bits[a] = near[parting]
-                    bits[b] = mirrored_bits(far[parting], slots[parting])
+                    bits[b] = mirror_bits(far[parting], slots[parting])
                 item += 1
                 spent[item] = cost
                 placed[item] = more
@@ -415,7 +415,7 @@ def marked_records(
                 chord[chord_size:],
                 joins,
             )
-            rotation, reflected = canonical_system(joins, row[HEAD + n :])
+            rotation, reflected = write_canonical_system(joins, row[HEAD + n :])
             unmarked = 0
             for i in range(perimeter):
                 unmarked += pattern.quads[i] != 2 and not at_vertex[i]

@@ -17,24 +17,24 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from patterndb.geometry.quadshape import quality
     from patterndb.geometry.surface import Surface
-    from query.placing.flow import flow_distance
-    from query.placing.laplace import laid
+    from query.placing.flow import measure_flow_distance
+    from query.placing.laplace import lay_flat
     from query.placing.placement import Placement, place
-    from query.placing.region import Region, enclosed
-    from query.placing.strands import Strand, loops, strand
+    from query.placing.region import Region, enclose_region
+    from query.placing.strands import Strand, find_loops, find_strand
 
 __all__ = [
     "Placement",
     "Region",
     "Strand",
     "Surface",
-    "enclosed",
-    "flow_distance",
-    "laid",
-    "loops",
+    "enclose_region",
+    "find_loops",
+    "find_strand",
+    "lay_flat",
+    "measure_flow_distance",
     "place",
     "quality",
-    "strand",
 ]
 
 _HOME = {
@@ -42,20 +42,30 @@ _HOME = {
     "Region": "query.placing.region",
     "Strand": "query.placing.strands",
     "Surface": "patterndb.geometry.surface",
-    "enclosed": "query.placing.region",
-    "flow_distance": "query.placing.flow",
-    "laid": "query.placing.laplace",
-    "loops": "query.placing.strands",
+    "enclose_region": "query.placing.region",
+    "find_loops": "query.placing.strands",
+    "find_strand": "query.placing.strands",
+    "lay_flat": "query.placing.laplace",
+    "measure_flow_distance": "query.placing.flow",
     "place": "query.placing.placement",
     "quality": "patterndb.geometry.quadshape",
-    "strand": "query.placing.strands",
+}
+
+#: Names that scripts may still have from earlier versions, and what they are now.
+_EARLIER = {
+    "enclosed": "enclose_region",
+    "flow_distance": "measure_flow_distance",
+    "laid": "lay_flat",
+    "loops": "find_loops",
+    "strand": "find_strand",
 }
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    present = _EARLIER.get(name, name)
+    if present not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(_HOME[name]), name)
+    found = getattr(import_module(_HOME[present]), present)
     globals()[name] = found
     return found
 

@@ -12,7 +12,14 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-from query.placing.strands import SidedDisk, edges_of, far_ends, loop_chains, span, walk
+from query.placing.strands import (
+    SidedDisk,
+    edges_of,
+    find_far_ends,
+    list_loop_chains,
+    locate_span,
+    walk_strand,
+)
 from query.stroke import TOLERANCE, Stroke
 
 #: Places along a stroke where its distance to a midline is measured, at the middles of as
@@ -45,15 +52,15 @@ class Following:
         assert stroke.points is not None
         middle = vertices[edges].mean(axis=1)
         if not stroke.is_loop:
-            distance, mean, most = open_distance(stroke.points, middle)
-            targets = open_targets(stroke.points, middle)
+            distance, mean, most = measure_open_distance(stroke.points, middle)
+            targets = list_open_targets(stroke.points, middle)
             return cls(stroke, edges, targets, distance, mean, most)
-        distance, mean, most, offset, against = loop_distance(stroke.points, middle)
+        distance, mean, most, offset, against = measure_loop_distance(stroke.points, middle)
         if against:
             # Turned about, the first edge stays first and the others come in reverse.
             edges = np.ascontiguousarray(np.roll(edges[::-1], 1, axis=0)[:, ::-1])
             middle = vertices[edges].mean(axis=1)
-        targets = loop_targets(stroke.points, middle, offset)
+        targets = list_loop_targets(stroke.points, middle, offset)
         return cls(stroke, edges, targets, distance, mean, most)
 
     def partly(self, vertices: Points, part: float) -> Following:
@@ -62,7 +69,7 @@ class Following:
         return replace(self, targets=middle + part * (self.targets - middle))
 
 
-def flow_distance(
+def measure_flow_distance(
     fill: SidedDisk, vertices: Points, strokes: Sequence[Stroke], tolerance: int = TOLERANCE
 ) -> float:
     """How far the strokes are from the strands that carry them best; smaller is better.
@@ -76,7 +83,7 @@ def flow_distance(
     Source: Marcias et al. 2015, section 4, "Sorting". Differs from the paper: two strokes
     never count with the same strand, as no fill has them on one.
     """
-    followed = follow(fill, vertices, strokes, tolerance)
+    followed = follow_strokes(fill, vertices, strokes, tolerance)
     total = 0.0
     for stroke, one in zip(strokes, followed, strict=True):
         if stroke.points is not None:
@@ -84,7 +91,7 @@ def flow_distance(
     return total
 
 
-def follow(
+def follow_strokes(
     fill: SidedDisk,
     vertices: Points,
     strokes: Sequence[Stroke],
@@ -93,7 +100,7 @@ def follow(
 ) -> list[Following | None]:
     """The strand of every stroke; None for a stroke without points or without a strand.
 
-    Arguments as in :func:`flow_distance`; beside: the fill's neighbours, if they are known.
+    Arguments as in :func:`measure_flow_distance`; beside: the fill's neighbours, if they are known.
     """
     result: list[Following | None] = [None] * len(strokes)
     drawn = [i for i, stroke in enumerate(strokes) if stroke.points is not None]
@@ -121,22 +128,22 @@ def _costs(
     assert stroke.points is not None
     found: dict[int, tuple[float, Int32Array]] = {}
     if stroke.start is None or stroke.end is None:
-        chains = loop_chains(beside.twin)
+        chains = list_loop_chains(beside.twin)
     else:
-        first = span(lengths, stroke.start, tolerance)
-        last = span(lengths, stroke.end, tolerance)
-        far = far_ends(beside.twin, beside.border)
+        first = locate_span(lengths, stroke.start, tolerance)
+        last = locate_span(lengths, stroke.end, tolerance)
+        far = find_far_ends(beside.twin, beside.border)
         chains = [
-            walk(beside.twin, int(beside.border[at]))
+            walk_strand(beside.twin, int(beside.border[at]))
             for at in range(*first)
             if last[0] <= far[at] < last[1]
         ]
     for chain in chains:
         middle = vertices[edges_of(fill.quads, chain)].mean(axis=1)
         if stroke.is_loop:
-            distance, _, _, _, _ = loop_distance(stroke.points, middle)
+            distance, _, _, _, _ = measure_loop_distance(stroke.points, middle)
         else:
-            distance, _, _ = open_distance(stroke.points, middle)
+            distance, _, _ = measure_open_distance(stroke.points, middle)
         # A strand from one span to the same span is met from both its ends.
         name = int(min(chain.min(), (chain ^ 2).min()))
         if name not in found or distance < found[name][0]:
@@ -163,7 +170,7 @@ def _distinct(choices: Sequence[dict[int, tuple[float, Int32Array]]]) -> list[in
 
 
 @kernel
-def along(line: Points, closed: bool) -> Points:
+def measure_along(line: Points, closed: bool) -> Points:
     """(k + closed,) arc length up to every point of a polyline (k, 3), and once round."""
     k = len(line)
     total = np.zeros(k + closed)
@@ -176,10 +183,10 @@ def along(line: Points, closed: bool) -> Points:
 
 
 @kernel
-def at(line: Points, lengths: Points, wanted: Points) -> Points:
+def interpolate_at(line: Points, lengths: Points, wanted: Points) -> Points:
     """(n, 3) the points of a polyline at ascending arc lengths ``wanted`` (n,).
 
-    lengths: as :func:`along` gives them; the polyline is closed if they are one more.
+    lengths: as :func:`measure_along` gives them; the polyline is closed if they are one more.
     """
     k = len(line)
     result = np.empty((len(wanted), 3))
@@ -196,7 +203,7 @@ def at(line: Points, lengths: Points, wanted: Points) -> Points:
 
 
 @kernel
-def middles(length: float) -> Points:
+def list_middles(length: float) -> Points:
     result = np.empty(SAMPLES)
     for n in range(SAMPLES):
         result[n] = (n + 0.5) / SAMPLES * length
@@ -204,37 +211,39 @@ def middles(length: float) -> Points:
 
 
 @kernel
-def gap(a: Points, b: Points) -> float:
+def measure_gap(a: Points, b: Points) -> float:
     return math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
 
 
 @kernel
-def open_distance(stroke: Points, middle: Points) -> tuple[float, float, float]:
+def measure_open_distance(stroke: Points, middle: Points) -> tuple[float, float, float]:
     """(integral over the stroke's length, mean, greatest) distance of two open polylines."""
-    one = along(stroke, False)
-    two = along(middle, False)
-    a = at(stroke, one, middles(one[-1]))
-    b = at(middle, two, middles(two[-1]))
+    one = measure_along(stroke, False)
+    two = measure_along(middle, False)
+    a = interpolate_at(stroke, one, list_middles(one[-1]))
+    b = interpolate_at(middle, two, list_middles(two[-1]))
     total = 0.0
-    most = max(gap(stroke[0], middle[0]), gap(stroke[-1], middle[-1]))
+    most = max(measure_gap(stroke[0], middle[0]), measure_gap(stroke[-1], middle[-1]))
     for n in range(SAMPLES):
-        d = gap(a[n], b[n])
+        d = measure_gap(a[n], b[n])
         total += d
         most = max(most, d)
     return total / SAMPLES * one[-1], total / SAMPLES, most
 
 
 @kernel
-def loop_distance(stroke: Points, middle: Points) -> tuple[float, float, float, float, bool]:
+def measure_loop_distance(
+    stroke: Points, middle: Points
+) -> tuple[float, float, float, float, bool]:
     """(integral over the stroke, mean, greatest, where, against) for two closed polylines.
 
     Of all starts and both senses the nearest counts. where: the part of the stroke's length
     at which the midline's first point falls; against: does the midline run the other way?
     """
-    one = along(stroke, True)
-    two = along(middle, True)
-    a = at(stroke, one, middles(one[-1]))
-    b = at(middle, two, middles(two[-1]))
+    one = measure_along(stroke, True)
+    two = measure_along(middle, True)
+    a = interpolate_at(stroke, one, list_middles(one[-1]))
+    b = interpolate_at(middle, two, list_middles(two[-1]))
     best = np.inf
     shift = 0
     against = False
@@ -243,7 +252,7 @@ def loop_distance(stroke: Points, middle: Points) -> tuple[float, float, float, 
             total = 0.0
             for n in range(SAMPLES):
                 m = n if turned == 0 else SAMPLES - 1 - n
-                total += gap(a[(n + s) % SAMPLES], b[m])
+                total += measure_gap(a[(n + s) % SAMPLES], b[m])
                 if total >= best:
                     break
             if total < best:
@@ -253,26 +262,26 @@ def loop_distance(stroke: Points, middle: Points) -> tuple[float, float, float, 
     most = 0.0
     for n in range(SAMPLES):
         m = SAMPLES - 1 - n if against else n
-        most = max(most, gap(a[(n + shift) % SAMPLES], b[m]))
+        most = max(most, measure_gap(a[(n + shift) % SAMPLES], b[m]))
     return best / SAMPLES * one[-1], best / SAMPLES, most, shift / SAMPLES, against
 
 
 @kernel
-def open_targets(stroke: Points, middle: Points) -> Points:
+def list_open_targets(stroke: Points, middle: Points) -> Points:
     """(m, 3) the points of the stroke at the arc lengths of the midline's, in proportion."""
-    one = along(stroke, False)
-    two = along(middle, False)
-    return at(stroke, one, two / max(two[-1], 1e-300) * one[-1])
+    one = measure_along(stroke, False)
+    two = measure_along(middle, False)
+    return interpolate_at(stroke, one, two / max(two[-1], 1e-300) * one[-1])
 
 
 @kernel
-def loop_targets(stroke: Points, middle: Points, offset: float) -> Points:
+def list_loop_targets(stroke: Points, middle: Points, offset: float) -> Points:
     """As open_targets, the midline's first point falling at ``offset`` of the stroke."""
-    one = along(stroke, True)
-    two = along(middle, True)
+    one = measure_along(stroke, True)
+    two = measure_along(middle, True)
     result = np.empty_like(middle)
     wanted = np.empty(1)
     for m in range(len(middle)):
         wanted[0] = ((two[m] / max(two[-1], 1e-300) + offset) % 1.0) * one[-1]
-        result[m] = at(stroke, one, wanted)[0]
+        result[m] = interpolate_at(stroke, one, wanted)[0]
     return result

@@ -25,16 +25,16 @@ FEW_DIGITS = 1e-4
 STEPS_EACH = 4
 
 
-def laid(fill: SidedDisk, points: Points) -> Points:
+def lay_flat(fill: SidedDisk, points: Points) -> Points:
     """(v, 3) a fill's vertices over the boundary points (P, 3), for ranking many fills.
 
     Interior vertices at the means of their neighbours: what :func:`query.placing.place` begins
     with, without its checks, repairs and surface, in well under a millisecond.
     """
-    return harmonic(Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter), points)
+    return solve_harmonic(Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter), points)
 
 
-def harmonic(beside: Neighbours, points: Points) -> Points:
+def solve_harmonic(beside: Neighbours, points: Points) -> Points:
     """(v, d) values that are ``points`` (P, d) on the boundary, and uniform means inside."""
     fixed = np.ascontiguousarray(points, np.float64)
     values = np.empty((beside.n_vertices, fixed.shape[1]))
@@ -44,8 +44,8 @@ def harmonic(beside: Neighbours, points: Points) -> Points:
     return values
 
 
-def centred(quads: Int32Array, beside: Neighbours, points: Points) -> Points:
-    """As :func:`harmonic`, with a vertex in the middle of every quad that its corners hang on.
+def solve_centred(quads: Int32Array, beside: Neighbours, points: Points) -> Points:
+    """As :func:`solve_harmonic`, with a vertex amid every quad that its corners hang on.
 
     The quads become fans of triangles. Every map of a triangulated disk onto a convex outline
     that takes interior vertices to convex combinations of their neighbours is one to one, but
@@ -59,7 +59,7 @@ def centred(quads: Int32Array, beside: Neighbours, points: Points) -> Points:
     order = np.argsort(tail, kind="stable")
     start = np.r_[0, np.cumsum(np.bincount(tail))].astype(np.int32)
     fans = Neighbours(beside.twin, start, head[order].astype(np.int32), beside.border)
-    return harmonic(fans, points)[:v]
+    return solve_harmonic(fans, points)[:v]
 
 
 @kernel
@@ -208,7 +208,7 @@ def relax_within(
 
 
 @kernel
-def edge_energy(start: Int32Array, neighbour: Int32Array, points: Points) -> float:
+def measure_edge_energy(start: Int32Array, neighbour: Int32Array, points: Points) -> float:
     """Sum of the squared lengths of all edges of the vertices (v, 3)."""
     total = 0.0
     for i in range(len(points)):

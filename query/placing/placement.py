@@ -25,19 +25,19 @@ from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.quadshape import flipped, own_normals, plane_normal
 from patterndb.geometry.surface import Surface, Triangles
 from query.errors import InvalidQueryError
-from query.placing.flow import Following, follow
-from query.placing.laplace import centred, harmonic
+from query.placing.flow import Following, follow_strokes
+from query.placing.laplace import solve_centred, solve_harmonic
 from query.placing.projection import (
     AT_REST,
-    laid_on,
-    laid_on_disk,
-    normals_at,
-    settled,
-    settled_whole,
+    find_normals,
+    lay_on_disk,
+    lay_on_region,
+    settle,
+    settle_whole,
 )
-from query.placing.region import Region, enclosed
-from query.placing.strands import SidedDisk, position
-from query.placing.untangle import REACHES, untangled
+from query.placing.region import Region, enclose_region
+from query.placing.strands import SidedDisk, locate_edge
+from query.placing.untangle import REACHES, untangle
 from query.stroke import TOLERANCE, Stroke
 
 #: Parts of the way to the strokes that are tried, the furthest first, until no quad flips that
@@ -142,9 +142,9 @@ def place(
     for stroke in strokes:
         for end in (stroke.start, stroke.end):
             if end is not None:
-                position(fill.lengths, end)
+                locate_edge(fill.lengths, end)
     if surface is not None and not isinstance(surface, Region):
-        surface = enclosed(Surface.of(surface), at)
+        surface = enclose_region(Surface.of(surface), at)
     return _Placing(fill, at, surface).done(strokes, tolerance)
 
 
@@ -162,7 +162,7 @@ class _Placing:
 
     def done(self, strokes: Sequence[Stroke], tolerance: int) -> Placement:
         vertices = self._placed()
-        before = follow(self.fill, vertices, strokes, tolerance, self.beside)
+        before = follow_strokes(self.fill, vertices, strokes, tolerance, self.beside)
         pull = 0.0
         drawn = [one for one in before if one is not None]
         if drawn:
@@ -191,7 +191,7 @@ class _Placing:
     def _normals(self, vertices: Points) -> Points:
         """(v, 3) what the quads are seen along."""
         if self.region is not None:
-            return normals_at(self.region.surface, self.beside, vertices)
+            return find_normals(self.region.surface, self.beside, vertices)
         if self.plane is not None:
             return np.tile(self.plane, (len(vertices), 1))
         return own_normals(self.quads, vertices, self.beside)
@@ -206,14 +206,14 @@ class _Placing:
     def _placed(self) -> Points:
         """Where the vertices lie without strokes."""
         if self.region is None:
-            return self._flat(self._sound(harmonic(self.beside, self.points), hope=1.0))
+            return self._flat(self._sound(solve_harmonic(self.beside, self.points), hope=1.0))
         surface, p = self.region.surface, len(self.points)
-        start = laid_on(self.region, self.beside, self.points)
-        first = settled(surface, self.beside, start, p, TRIAL)
+        start = lay_on_region(self.region, self.beside, self.points)
+        first = settle(surface, self.beside, start, p, TRIAL)
         self.rounds, self.residual = first.rounds, first.move
         best, wrong = first.vertices, self._wrong(first.vertices)
         if not wrong:
-            rest = settled(surface, self.beside, best, p) if first.move >= AT_REST else first
+            rest = settle(surface, self.beside, best, p) if first.move >= AT_REST else first
             if not self._wrong(rest.vertices):
                 self.rounds += 0 if rest is first else rest.rounds
                 self.residual = rest.move
@@ -225,7 +225,7 @@ class _Placing:
             wrong = self._wrong(best)
         if wrong:
             return self._unfolded(best, wrong)
-        rest = settled_whole(surface, self.quads, self.beside, best, p)
+        rest = settle_whole(surface, self.quads, self.beside, best, p)
         self.rounds, self.residual = self.rounds + rest.rounds, rest.move
         return rest.vertices
 
@@ -238,7 +238,7 @@ class _Placing:
         """
         assert self.region is not None
         best, fewest = vertices, wrong
-        spread = laid_on_disk(self.region, self.beside, self.points)
+        spread = lay_on_disk(self.region, self.beside, self.points)
         if spread is not None:
             spread = self._sound(spread)
             remain = self._wrong(spread)
@@ -246,7 +246,7 @@ class _Placing:
                 best, fewest = spread, remain
         if fewest and (spread is None or len(self.quads) <= SMALL):
             # Where the region is no disk there is only the net as it settles.
-            rest = settled(self.region.surface, self.beside, vertices, len(self.points))
+            rest = settle(self.region.surface, self.beside, vertices, len(self.points))
             tried = self._sound(rest.vertices, hope=np.inf)
             remain = self._wrong(tried)
             if remain < fewest:
@@ -266,7 +266,7 @@ class _Placing:
             if fewest == 0:
                 break
             normals = self._normals(at)
-            at = untangled(self.quads, at, normals, p, self.beside, reaches)
+            at = untangle(self.quads, at, normals, p, self.beside, reaches)
             if self.region is not None:
                 at[p:] = self.region.surface.along(at[p:], normals[p:]).points
             remain = self._wrong(at)
@@ -281,7 +281,7 @@ class _Placing:
         """The vertices, or others with fewer flipped quads where the boundary is planar."""
         fewest = self._wrong(vertices)
         if fewest and self.plane is not None:
-            tried = centred(self.quads, self.beside, self.points)
+            tried = solve_centred(self.quads, self.beside, self.points)
             if self._wrong(tried) < fewest:
                 return tried
         return vertices
@@ -291,7 +291,7 @@ class _Placing:
         allowed = self._wrong(vertices)
         for part in PULLS:
             partly = [one.partly(vertices, part) for one in drawn]
-            moved = pulled(self.beside, vertices, len(self.points), partly, self._project)
+            moved = pull_strands(self.beside, vertices, len(self.points), partly, self._project)
             moved = self._sound(moved)
             if self._wrong(moved) <= allowed:
                 return moved, part
@@ -300,7 +300,7 @@ class _Placing:
     def _project(self, before: Points, moved: Points) -> Points:
         if self.region is None:
             return moved
-        normals = normals_at(self.region.surface, self.beside, before)
+        normals = find_normals(self.region.surface, self.beside, before)
         return self.region.surface.along(moved, normals).points
 
 
@@ -320,7 +320,7 @@ PULL_ROUNDS = 12
 PULL_AT_REST = 1e-4
 
 
-def pulled(
+def pull_strands(
     beside: Neighbours,
     vertices: Points,
     perimeter: int,

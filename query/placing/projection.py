@@ -23,8 +23,8 @@ from patterndb.geometry.neighbours import Neighbours, mean_of_neighbours
 from patterndb.geometry.points import Points, tangents, units
 from patterndb.geometry.quadshape import flipped
 from patterndb.geometry.surface import Surface
-from query.placing.laplace import edge_energy, harmonic, relax_within
-from query.placing.region import Region, is_curved, mapped
+from query.placing.laplace import measure_edge_energy, relax_within, solve_harmonic
+from query.placing.region import Region, is_curved, map_on_disk
 
 #: At rest no vertex moves further in a round than this part of the fill's diagonal.
 AT_REST = 1e-4
@@ -46,7 +46,7 @@ class Rest:
     move: float
 
 
-def laid_on(region: Region, beside: Neighbours, points: Points) -> Points:
+def lay_on_region(region: Region, beside: Neighbours, points: Points) -> Points:
     """(v, 3) a first placing on a region; its boundary vertices are ``points`` (P, 3).
 
     A membrane over the boundary, projected along normals that are interpolated from the
@@ -55,16 +55,16 @@ def laid_on(region: Region, beside: Neighbours, points: Points) -> Points:
     """
     p = len(points)
     if is_curved(region, points):
-        spread = laid_on_disk(region, beside, points)
+        spread = lay_on_disk(region, beside, points)
         if spread is not None:
             return spread
-    vertices = harmonic(beside, points)
-    normals = units(harmonic(beside, region.surface.nearest(points).normals))
+    vertices = solve_harmonic(beside, points)
+    normals = units(solve_harmonic(beside, region.surface.nearest(points).normals))
     vertices[p:] = region.surface.along(vertices[p:], normals[p:]).points
     return vertices
 
 
-def laid_on_disk(region: Region, beside: Neighbours, points: Points) -> Points | None:
+def lay_on_disk(region: Region, beside: Neighbours, points: Points) -> Points | None:
     """(v, 3) fill and region laid on one disk: it folds nowhere, and the sizes of quads vary.
 
     None where the region is no disk.
@@ -73,8 +73,8 @@ def laid_on_disk(region: Region, beside: Neighbours, points: Points) -> Points |
         return None
     p = len(points)
     turn = 2.0 * np.pi * np.arange(p) / p
-    disk = harmonic(beside, np.stack([np.cos(turn), np.sin(turn)], axis=1))
-    feet = mapped(region, disk, p)
+    disk = solve_harmonic(beside, np.stack([np.cos(turn), np.sin(turn)], axis=1))
+    feet = map_on_disk(region, disk, p)
     if feet is None:
         return None
     vertices = feet.points
@@ -82,7 +82,7 @@ def laid_on_disk(region: Region, beside: Neighbours, points: Points) -> Points |
     return vertices
 
 
-def settled(
+def settle(
     surface: Surface, beside: Neighbours, vertices: Points, perimeter: int, rounds: int = ROUNDS
 ) -> Rest:
     """Smooth and project from ``vertices`` (v, 3), which lie on the surface, until at rest."""
@@ -91,17 +91,17 @@ def settled(
     if len(at) == p:
         return Rest(at, 0, 0.0)
     diagonal = float(np.linalg.norm(np.ptp(at, axis=0)))
-    stretch = edge_energy(beside.start, beside.neighbour, at)
+    stretch = measure_edge_energy(beside.start, beside.neighbour, at)
     done, largest = 0, np.inf
     while done < rounds and largest >= AT_REST:
         done += 1
-        normals = normals_at(surface, beside, at)
+        normals = find_normals(surface, beside, at)
         move = relax_within(beside.start, beside.neighbour, p, at, tangents(normals))
         moved, after = at, stretch
         for _ in range(HALVINGS + 1):
             moved = at + move
             moved[p:] = surface.along(moved[p:], normals[p:]).points
-            after = edge_energy(beside.start, beside.neighbour, moved)
+            after = measure_edge_energy(beside.start, beside.neighbour, moved)
             if after <= stretch:
                 break
             move = move / 2.0
@@ -113,7 +113,7 @@ def settled(
     return Rest(at, done, largest)
 
 
-def normals_at(surface: Surface, beside: Neighbours, vertices: Points) -> Points:
+def find_normals(surface: Surface, beside: Neighbours, vertices: Points) -> Points:
     """(v, 3) the surface's normals at the vertices, each averaged with its neighbours'."""
     own = surface.nearest(vertices).normals
     return units(own + mean_of_neighbours(beside.start, beside.neighbour, own))
@@ -134,7 +134,7 @@ SLOWER = 0.7
 HOLDS = 8
 
 
-def settled_whole(
+def settle_whole(
     surface: Surface, quads: Int32Array, beside: Neighbours, vertices: Points, perimeter: int
 ) -> Rest:
     """Smooth and project from ``vertices`` (v, 3) on the surface; no quad flips that was sound.
@@ -143,13 +143,13 @@ def settled_whole(
     """
     at = vertices
     wrong = _wrong(surface, quads, beside, at)
-    stretch = edge_energy(beside.start, beside.neighbour, at)
+    stretch = measure_edge_energy(beside.start, beside.neighbour, at)
     done, largest = 0, np.inf
     while done < WHOLE_ROUNDS:
         done += 1
-        rest = settled(surface, beside, at, perimeter, 1)
+        rest = settle(surface, beside, at, perimeter, 1)
         moved, free = _held(surface, quads, beside, at, rest.vertices, wrong, perimeter)
-        after = edge_energy(beside.start, beside.neighbour, moved)
+        after = measure_edge_energy(beside.start, beside.neighbour, moved)
         largest = rest.move if free else max(rest.move, AT_REST)
         if after >= stretch:
             break
@@ -196,4 +196,4 @@ def _held(
 def _wrong(
     surface: Surface, quads: Int32Array, beside: Neighbours, vertices: Points
 ) -> NDArray[np.bool_]:
-    return flipped(quads, vertices, normals_at(surface, beside, vertices))
+    return flipped(quads, vertices, find_normals(surface, beside, vertices))

@@ -57,7 +57,7 @@ class Region:
         return self.separates and _rim(self.surface) is not None
 
 
-def enclosed(surface: Surface, points: Points) -> Region:
+def enclose_region(surface: Surface, points: Points) -> Region:
     """The region to the left of a closed polygon (P, 3) that lies on the surface.
 
     Left is as seen from outside, where triangles are counter-clockwise.
@@ -68,7 +68,9 @@ def enclosed(surface: Surface, points: Points) -> Region:
         return whole
     around, left = crossed
     barrier = ~np.isnan(around)
-    inside, separates = flooded(surface.beside, barrier, surface.vertices, surface.triangles, left)
+    inside, separates = flood_left(
+        surface.beside, barrier, surface.vertices, surface.triangles, left
+    )
     if not separates:
         # One piece on both sides: the boundary goes round a handle, or off the surface.
         return whole
@@ -77,7 +79,7 @@ def enclosed(surface: Surface, points: Points) -> Region:
 
 
 @kernel
-def flooded(
+def flood_left(
     beside: Int32Array,
     barrier: NDArray[np.bool_],
     vertices: Points,
@@ -146,7 +148,7 @@ def is_curved(region: Region, points: Points) -> bool:
     return float((normals @ (area / size)).min()) < FACING
 
 
-def mapped(region: Region, disk: Points, perimeter: int) -> Feet | None:
+def map_on_disk(region: Region, disk: Points, perimeter: int) -> Feet | None:
     """Where a fill's vertices fall if fill and region are laid on one disk.
 
     disk: (v, 2) the fill's vertices in the unit circle, those of the boundary, P = perimeter,

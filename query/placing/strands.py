@@ -1,7 +1,7 @@
 """Strands: the strips of quads of a fill, one quad wide, from boundary edge to boundary edge.
 
-A :class:`Strand` is one of them as a whole; :func:`edges_off` counts on the fill itself how far its
-strands are off strokes.
+A :class:`Strand` is one of them as a whole; :func:`count_edges_off` counts on the fill itself how
+far its strands are off strokes.
 """
 
 from __future__ import annotations
@@ -69,24 +69,24 @@ class Strand:
         return vertices[self.edges].mean(axis=1)
 
 
-def strand(fill: SidedDisk, edge: BoundaryEdge) -> Strand:
+def find_strand(fill: SidedDisk, edge: BoundaryEdge) -> Strand:
     """The strand that begins at a boundary edge of a fill.
 
     Raises InvalidQueryError if the boundary has no such edge.
     """
-    at = position(fill.lengths, edge)
+    at = locate_edge(fill.lengths, edge)
     beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
-    half_edges = walk(beside.twin, int(beside.border[at]))
+    half_edges = walk_strand(beside.twin, int(beside.border[at]))
     return _strand(fill, half_edges, (edge, _edge_of(fill, beside, half_edges)))
 
 
-def loops(fill: SidedDisk) -> list[Strand]:
+def find_loops(fill: SidedDisk) -> list[Strand]:
     """All strands of a fill that are loops."""
     beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
-    return [_strand(fill, chain, None) for chain in loop_chains(beside.twin)]
+    return [_strand(fill, chain, None) for chain in list_loop_chains(beside.twin)]
 
 
-def walk(twin: Int32Array, first: int) -> Int32Array:
+def walk_strand(twin: Int32Array, first: int) -> Int32Array:
     """(m,) the half-edges of the transversal edges from ``first`` on, each entering a quad
     but for the last one of an open strand, which is the far side of the last quad."""
     return _walk(twin, first)
@@ -109,7 +109,7 @@ def _walk(twin: Int32Array, first: int) -> Int32Array:
     return chain
 
 
-def loop_chains(twin: Int32Array) -> list[Int32Array]:
+def list_loop_chains(twin: Int32Array) -> list[Int32Array]:
     """The half-edges of the transversal edges of every loop strand."""
     crossed = np.zeros(len(twin), np.bool_)
     for h in np.flatnonzero(twin < 0).tolist():
@@ -125,7 +125,7 @@ def loop_chains(twin: Int32Array) -> list[Int32Array]:
 
 
 @kernel
-def far_ends(twin: Int32Array, border: Int32Array) -> Int32Array:
+def find_far_ends(twin: Int32Array, border: Int32Array) -> Int32Array:
     """(P,) the position of the boundary edge where the strand from each boundary edge ends."""
     place = np.full(len(twin), -1, np.int32)
     for i in range(len(border)):
@@ -149,7 +149,7 @@ def edges_of(quads: Int32Array, chain: Int32Array) -> Int32Array:
     return np.ascontiguousarray(ends)
 
 
-def position(lengths: tuple[int, ...], edge: BoundaryEdge) -> int:
+def locate_edge(lengths: tuple[int, ...], edge: BoundaryEdge) -> int:
     """The position around the boundary of an edge given as (side, edge)."""
     side, at = edge
     if not (0 <= side < len(lengths) and 0 <= at < lengths[side]):
@@ -160,7 +160,7 @@ def position(lengths: tuple[int, ...], edge: BoundaryEdge) -> int:
     return sum(lengths[: edge[0]]) + edge[1]
 
 
-def span(lengths: tuple[int, ...], edge: BoundaryEdge, tolerance: int) -> Span:
+def locate_span(lengths: tuple[int, ...], edge: BoundaryEdge, tolerance: int) -> Span:
     """The positions of the edges at most ``tolerance`` from an edge on the same side."""
     side, at = edge
     start = sum(lengths[:side])
@@ -182,20 +182,20 @@ def _strand(
     return Strand(quads.astype(np.int32), edges_of(fill.quads, chain), ends)
 
 
-def edges_off(fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int) -> int | None:
+def count_edges_off(fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int) -> int | None:
     """The fewest edges by which distinct strands miss all strokes; None where they cannot lie
     on them within the tolerance, or there are fewer loops than loop strokes."""
     beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
-    loops = sum(stroke.is_loop for stroke in strokes)
-    if loops and len(loop_chains(beside.twin)) < loops:
+    n_loops = sum(stroke.is_loop for stroke in strokes)
+    if n_loops and len(list_loop_chains(beside.twin)) < n_loops:
         return None
-    far = far_ends(beside.twin, beside.border).tolist()
+    far = find_far_ends(beside.twin, beside.border).tolist()
     side_of = [side for side, length in enumerate(fill.lengths) for _ in range(length)]
     choices: list[dict[int, int]] = []
     for stroke in strokes:
         if stroke.start is None or stroke.end is None:
             continue
-        near, end = position(fill.lengths, stroke.start), position(fill.lengths, stroke.end)
+        near, end = locate_edge(fill.lengths, stroke.start), locate_edge(fill.lengths, stroke.end)
         found: dict[int, int] = {}
         for at in range(near - tolerance, near + tolerance + 1):
             if not 0 <= at < fill.perimeter or side_of[at] != side_of[near]:
@@ -204,9 +204,9 @@ def edges_off(fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int) -> int
             if side_of[other] != side_of[end] or abs(other - end) > tolerance:
                 continue
             # A strand goes by the smaller of its two places.
-            strand = min(at, other)
+            name = min(at, other)
             off = abs(at - near) + abs(other - end)
-            found[strand] = min(off, found.get(strand, off))
+            found[name] = min(off, found.get(name, off))
         choices.append(found)
     return _least_sum(choices, set())
 
@@ -216,9 +216,9 @@ def _least_sum(choices: Sequence[dict[int, int]], taken: set[int]) -> int | None
     if not choices:
         return 0
     sums: list[int] = []
-    for strand, off in choices[0].items():
-        if strand not in taken:
-            rest = _least_sum(choices[1:], taken | {strand})
+    for name, off in choices[0].items():
+        if name not in taken:
+            rest = _least_sum(choices[1:], taken | {name})
             if rest is not None:
                 sums.append(off + rest)
     return min(sums, default=None)

@@ -37,7 +37,7 @@ ROOM = 3
 GIVE_UPS = 3
 
 
-def untangled(
+def untangle(
     quads: Int32Array,
     vertices: Points,
     normals: Points,
@@ -102,7 +102,7 @@ def _open(
         if len(part) == 0:
             break
         tried = start.copy()
-        minimise(
+        minimise_energy(
             np.ascontiguousarray(own[part]),
             np.ascontiguousarray(wanted[part]),
             np.ascontiguousarray(up[part]),
@@ -128,13 +128,13 @@ def _tangles(
 ) -> Iterator[Int32Array]:
     """The quads that take part, in pieces that have no free vertex in common."""
     part = np.flatnonzero(wanted.any(axis=1)).astype(np.int32)
-    piece = pieces(quads[part], free)
+    piece = find_pieces(quads[part], free)
     for one in np.unique(piece):
         yield part[piece == one]
 
 
 @kernel
-def pieces(quads: Int32Array, free: NDArray[np.bool_]) -> Int32Array:
+def find_pieces(quads: Int32Array, free: NDArray[np.bool_]) -> Int32Array:
     """(q,) int32 names of the pieces that quads are in: those with a free vertex in common are
     in one. Every quad has a free vertex."""
     root = np.arange(len(free)).astype(np.int32)
@@ -217,7 +217,7 @@ MEMORY = 8
 
 
 @kernel
-def energy(
+def compute_energy(
     quads: Int32Array,
     wanted: NDArray[np.bool_],
     up: Points,
@@ -275,7 +275,7 @@ def energy(
 
 
 @kernel
-def flipped_corners(
+def count_flipped_corners(
     quads: Int32Array, wanted: NDArray[np.bool_], up: Points, points: Points
 ) -> int:
     """How many wanted corners have no positive area."""
@@ -373,7 +373,7 @@ def _descend(
 
 
 @kernel
-def minimise(
+def minimise_energy(
     quads: Int32Array,
     wanted: NDArray[np.bool_],
     up: Points,
@@ -383,7 +383,7 @@ def minimise(
     points: Points,
     left_over: float = LEFT,
 ) -> float:
-    """Minimise :func:`energy` over the free vertices, in place; the smallest area left.
+    """Minimise :func:`compute_energy` over the free vertices, in place; the smallest area left.
 
     Once a round begins without a flipped corner it is the last, and keeps it so. Where rounds no
     longer help it ends, too.
@@ -402,7 +402,7 @@ def minimise(
     move = np.empty((MEMORY, n))
     change = np.empty((MEMORY, n))
     curvature = np.empty(MEMORY)
-    _, smallest = energy(quads, wanted, up, size, 1.0, points, force)
+    _, smallest = compute_energy(quads, wanted, up, size, 1.0, points, force)
     blunt = 1.0
     left = np.empty(ROUNDS, np.int64)
     for done in range(ROUNDS):
@@ -410,7 +410,7 @@ def minimise(
         # What has collapsed to no area at all must be opened before the blow-up is sharp.
         epsilon = 1e-5 if sound else max(blunt, math.sqrt(1e-9 + 0.04 * smallest * smallest))
         blunt *= SHARPENED
-        value, smallest = energy(quads, wanted, up, size, epsilon, points, force)
+        value, smallest = compute_energy(quads, wanted, up, size, epsilon, points, force)
         _to_plane(free, frames, force, gradient)
         kept = 0
         for _ in range(STEPS):
@@ -429,7 +429,7 @@ def minimise(
                 for i in range(n):
                     trial[i] = at[i] + step * direction[i]
                 _from_plane(free, frames, origin, trial, points)
-                found, area = energy(quads, wanted, up, size, epsilon, points, force)
+                found, area = compute_energy(quads, wanted, up, size, epsilon, points, force)
                 if found <= value + 1e-4 * step * descent and (area > 0.0 or not sound):
                     accepted = True
                     break
@@ -451,8 +451,8 @@ def minimise(
             if settled:
                 break
         _from_plane(free, frames, origin, at, points)
-        left[done] = flipped_corners(quads, wanted, up, points)
+        left[done] = count_flipped_corners(quads, wanted, up, points)
         if sound or (done > 1 and left[done] > max(MANY, left_over * left[done - 2])):
             break
-    _, smallest = energy(quads, wanted, up, size, 1e-5, points, force)
+    _, smallest = compute_energy(quads, wanted, up, size, 1e-5, points, force)
     return smallest

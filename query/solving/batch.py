@@ -20,30 +20,30 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
 from query.boundary import Boundary
-from query.orientation import orientations, sides_seen
+from query.orientation import list_orientations, list_sides_seen
 from query.solving.evenness import MAX_WEIGHT
-from query.solving.strokes import carry, chord_ends, flows_seen, may_carry
+from query.solving.strokes import carry_strokes, find_chord_ends, may_carry, orient_strokes
 from query.stroke import Stroke
 
 #: The weight of a square where all edges are equally long: fine enough to tell proportions.
 EVEN_WEIGHT = 16
 
 
-def asked(boundary: Boundary, strokes: Sequence[Stroke], tolerance: int) -> Asked:
+def pose_question(boundary: Boundary, strokes: Sequence[Stroke], tolerance: int) -> Question:
     """The boundary and the strokes in every orientation; see :mod:`query.orientation`."""
     n = max(boundary.n_sides, 1)
-    sides = sides_seen(n)
+    sides = list_sides_seen(n)
     lengths = np.array(boundary.lengths, np.int32)
-    weights = side_weights(boundary)
-    return Asked(
+    weights = weigh_sides(boundary)
+    return Question(
         lengths=np.ascontiguousarray(lengths[sides]),
         weights=np.ascontiguousarray(weights[sides[:, :, None], sides[:, None, :]]),
-        flows=np.stack([flows_seen(strokes, boundary, o) for o in orientations(n)]),
+        flows=np.stack([orient_strokes(strokes, boundary, o) for o in list_orientations(n)]),
         tolerance=tolerance,
     )
 
 
-def side_weights(boundary: Boundary) -> Int32Array:
+def weigh_sides(boundary: Boundary) -> Int32Array:
     """(n, n) int32: what the square of a width counts for strands between two sides.
 
     1 where the boundary has no points. Else in proportion to the sum of the squares of the
@@ -109,12 +109,12 @@ class Labels:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Asked:
+class Question:
     """A boundary and strokes, once for every orientation.
 
     lengths: (o, n) int32 edges of every side in the pattern's order.
     weights: (o, n, n) int32, what the square of a width counts between two sides.
-    flows:   (o, s, 4) int32, see :func:`query.solving.strokes.flows_seen`.
+    flows:   (o, s, 4) int32, see :func:`query.solving.strokes.orient_strokes`.
     tolerance: edges that a strand's end may be off.
     """
 
@@ -125,7 +125,7 @@ class Asked:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Solved:
+class BestFits:
     """The best fits of some rows, best first: at most ``keep`` of each.
 
     row:    (f,) int64, index into the rows asked for, ascending.
@@ -144,7 +144,7 @@ def keep_carrying(
     labels: Labels,
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
-    asked: Asked,
+    question: Question,
     cancelled: NDArray[np.uint8],
     threads: int | None = None,
     *,
@@ -164,10 +164,10 @@ def keep_carrying(
             labels.start,
             rows,
             result,
-            asked.lengths,
-            asked.weights,
-            asked.flows,
-            asked.tolerance,
+            question.lengths,
+            question.weights,
+            question.flows,
+            question.tolerance,
             first,
             last,
             cancelled,
@@ -182,11 +182,11 @@ def solve_rows(
     labels: Labels,
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
-    asked: Asked,
+    question: Question,
     keep: int,
     cancelled: NDArray[np.uint8],
     threads: int | None = None,
-) -> Solved:
+) -> BestFits:
     """The ``keep`` best fits of each row over the allowed orientations.
 
     Arguments as in :func:`keep_carrying`. Cancelled, rows are missing.
@@ -203,10 +203,10 @@ def solve_rows(
             labels.start,
             rows,
             allowed,
-            asked.lengths,
-            asked.weights,
-            asked.flows,
-            asked.tolerance,
+            question.lengths,
+            question.weights,
+            question.flows,
+            question.tolerance,
             first,
             last,
             count,
@@ -217,7 +217,7 @@ def solve_rows(
 
     share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
     at = np.arange(keep) < count[:, None]
-    return Solved(
+    return BestFits(
         row=np.repeat(np.arange(len(rows)), count),
         key=key[at],
         orientation=best[at][:, longest],
@@ -275,7 +275,7 @@ def _keep_carrying(
         edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
         _split_word(words, int(start[row]), n_sides, edges, side_start)
         end = np.empty((len(edges) // 2, 2), np.int32)
-        chord_ends(edges, end)
+        find_chord_ends(edges, end)
         found = np.empty(2 * len(edges), np.int32)
         none = np.empty((0, len(edges) // 2 + 1), np.int32)
         for o in range(n_orientations):
@@ -283,7 +283,7 @@ def _keep_carrying(
                 allowed[r, o] = may_carry(
                     edges, end, side_start, lengths[o], flows[o], tolerance, found
                 ) and (
-                    carry(
+                    carry_strokes(
                         edges,
                         end,
                         side_start,
@@ -338,12 +338,12 @@ def _solve_rows(
         edges = np.empty(start[row + 1] - start[row] - n_sides, np.int32)
         n = _split_word(words, int(start[row]), n_sides, edges, side_start) // 2
         end = np.empty((n, 2), np.int32)
-        chord_ends(edges, end)
+        find_chord_ends(edges, end)
         found = np.empty((keep, n + 1), np.int32)
         total = 0
         for o in range(n_orientations):
             if allowed[r, o]:
-                total = carry(
+                total = carry_strokes(
                     edges,
                     end,
                     side_start,

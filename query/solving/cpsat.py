@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.core.label import split_word
 from patterndb.errors import MissingExtraError
 from query.errors import InvalidQueryError, SolverError
-from query.solving.batch import Asked, Labels, Solved
+from query.solving.batch import BestFits, Labels, Question
 from query.solving.evenness import OFF
 from query.solving.solve import NO_FLOWS, Flows, Solutions
 from query.solving.systems import Chords
@@ -128,7 +128,7 @@ class _Model:
         self.model.clear_objective()
         return None if status == self.cp.INFEASIBLE else solver.value(objective)
 
-    def feasible(self) -> bool:
+    def is_feasible(self) -> bool:
         """Is there any solution?"""
         return self._solve(None, every=False)[1] != self.cp.INFEASIBLE
 
@@ -142,10 +142,10 @@ class _Model:
         return solver, status
 
 
-def solutions(
+def find_solutions(
     chords: Chords, lengths: ArrayLike, limit: int | None = None, flows: Flows = NO_FLOWS
 ) -> Solutions:
-    """As :func:`query.solving.solve.solutions`, solution for solution.
+    """As :func:`query.solving.solve.find_solutions`, solution for solution.
 
     Where there are more than ``limit``, all solutions of each key are listed, smallest
     key first, until there are enough: slow where many solutions are equally even. With
@@ -230,15 +230,15 @@ def _assignments(chords: Chords, flows: Flows) -> Iterator[tuple[Carrier, ...]]:
             yield tuple(carriers)
 
 
-def feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> bool:
-    """As :func:`query.solving.solve.feasible`."""
+def is_feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> bool:
+    """As :func:`query.solving.solve.is_feasible`."""
     wanted = np.asarray(lengths, np.int64)
     if not len(flows.rows):
-        return _Model(chords, wanted).feasible()
+        return _Model(chords, wanted).is_feasible()
     for carriers in _assignments(chords, flows):
         model = _Model(chords, wanted)
         model.add_strokes(chords, wanted.tolist(), flows, carriers)
-        if model.feasible():
+        if model.is_feasible():
             return True
     return False
 
@@ -247,7 +247,7 @@ def keep_carrying(
     labels: Labels,
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
-    asked: Asked,
+    question: Question,
     threads: int | None = None,
 ) -> NDArray[np.bool_]:
     """As :func:`query.solving.batch.keep_carrying`; a millisecond or so for every system."""
@@ -255,7 +255,9 @@ def keep_carrying(
     def fits(at: tuple[int, int]) -> bool:
         r, o = at
         chords = _chords(labels, int(rows[r]))
-        return feasible(chords, asked.lengths[o], Flows(asked.flows[o], asked.tolerance))
+        return is_feasible(
+            chords, question.lengths[o], Flows(question.flows[o], question.tolerance)
+        )
 
     result = allowed.copy()
     places = np.argwhere(allowed)
@@ -268,18 +270,18 @@ def solve_rows(
     labels: Labels,
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
-    asked: Asked,
+    question: Question,
     keep: int,
-) -> Solved:
+) -> BestFits:
     """As :func:`query.solving.batch.solve_rows`; lists every solution before it takes the best."""
     found: list[tuple[int, int, tuple[int, ...], int]] = []
     for r, row in enumerate(rows.tolist()):
         chords = _chords(labels, row)
         of_row: list[tuple[int, tuple[int, ...], int]] = []
         for o in np.flatnonzero(allowed[r]).tolist():
-            flows = Flows(asked.flows[o], asked.tolerance)
-            weight = asked.weights[o][chords.sides[:, 0], chords.sides[:, 1]].tolist()
-            for widths, off in _all(chords, asked.lengths[o].astype(np.int64), flows):
+            flows = Flows(question.flows[o], question.tolerance)
+            weight = question.weights[o][chords.sides[:, 0], chords.sides[:, 1]].tolist()
+            for widths, off in _all(chords, question.lengths[o].astype(np.int64), flows):
                 key = off * OFF + sum(w * x * x for w, x in zip(weight, widths, strict=True))
                 of_row.append((key, widths, o))
         found += [(r, key, widths, o) for key, widths, o in sorted(of_row)[:keep]]
@@ -287,7 +289,7 @@ def solve_rows(
     table = np.zeros((len(found), longest), np.int32)
     for at, (_, _, widths, _) in enumerate(found):
         table[at, : len(widths)] = widths
-    return Solved(
+    return BestFits(
         row=np.array([r for r, _, _, _ in found], np.int64),
         key=np.array([key for _, key, _, _ in found], np.int64),
         orientation=np.array([o for _, _, _, o in found], np.int32),

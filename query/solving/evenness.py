@@ -17,7 +17,7 @@ Prices are integers in units of 1/SCALE: nothing is lost to rounding.
 
 A polychord that strokes divide is several variables to the search, its *parts*. Squares
 being convex, the parts' own squares bound the polychord's from below, so the same bound
-holds; whole keys are computed where a solution is complete. Last, :func:`spread` splits each
+holds; whole keys are computed where a solution is complete. Last, :func:`spread_slack` splits each
 class's slack among its polychords, most evenly first.
 """
 
@@ -27,8 +27,9 @@ import numpy as np
 
 from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
-from query.solving.halves import tighten
-from query.solving.matching import DONE, PATIENCE, balanced, choose, two_colour
+from query.solving.halves import tighten_bounds
+from query.solving.matching import DONE, PATIENCE, choose_class
+from query.solving.systems import is_balanced, two_colour
 
 #: Above every key; see :mod:`query.solving.evenness`.
 INFINITE = 1 << 50
@@ -45,7 +46,7 @@ def even_cost(parts: int, value: int) -> int:
 
 
 @kernel
-def spread(
+def spread_slack(
     value: Int32Array,
     class_n: Int32Array,
     class_weight: Int32Array,
@@ -134,7 +135,7 @@ MAX_WEIGHT = 255
 
 
 @kernel
-def prices(
+def find_prices(
     slack: Int32Array,
     class_i: Int32Array,
     class_j: Int32Array,
@@ -199,7 +200,7 @@ def prices(
 
 
 @kernel
-def insert(
+def insert_solution(
     key: int,
     widths: Int32Array,
     distinct: bool,
@@ -263,7 +264,7 @@ def class_cost(parts: int, weight: int, tolerance: int, value: int) -> int:
 
 
 @kernel
-def most_even(
+def add_most_even(
     slack: Int32Array,
     class_i: Int32Array,
     class_j: Int32Array,
@@ -296,7 +297,7 @@ def most_even(
     n = len(own)
     keep = len(order)
     divided = len(chord_of) > n
-    u = prices(slack, class_i, class_j, class_n, class_weight)
+    u = find_prices(slack, class_i, class_j, class_n, class_weight)
     # The excess of class k at y is SCALE * cost(y) - price * y - floor, 0 at ``bottom``.
     price = np.empty(m, np.int64)
     bottom = np.empty(m, np.int64)
@@ -353,9 +354,9 @@ def most_even(
         if down:
             down = False
             ready = False
-            k, least, most = choose(residual, class_i, class_j, m, closed, degree, reach)
+            k, least, most = choose_class(residual, class_i, class_j, m, closed, degree, reach)
             if dead_ends > PATIENCE and k >= 0 and least < most:
-                least, most = tighten(
+                least, most = tighten_bounds(
                     residual, class_i, class_j, m, closed, k, least, most, flow, flow_scratch
                 )
             if k == DONE:
@@ -372,7 +373,7 @@ def most_even(
                 while (divided or got < keep) and parts_key < INFINITE:
                     if count == keep and off + parts_key + missing > keys[order[keep - 1]]:
                         break
-                    found, above = spread(
+                    found, above = spread_slack(
                         value,
                         class_n,
                         class_weight,
@@ -396,14 +397,16 @@ def most_even(
                         for c in range(n):
                             key += chord_weight[c] * widths[c] * widths[c]
                         if count < keep or key <= keys[order[keep - 1]]:
-                            count = insert(key, widths, not divided, keys, best, order, count)
+                            count = insert_solution(
+                                key, widths, not divided, keys, best, order, count
+                            )
                     got += found
                     parts_key = above
             elif k >= 0 and least <= most:
                 ready = True
                 if least < most:
                     two_colour(class_i, class_j, m, closed, component, colour, reach)
-                    ready = balanced(residual, component, colour, reach)
+                    ready = is_balanced(residual, component, colour, reach)
             if ready:
                 chosen[depth] = k
                 low[depth] = least

@@ -25,11 +25,11 @@ from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.core.patternclass import PatternClass
 from patterndb.system.kernels import kernel
 from query.boundary import Boundary
-from query.orientation import corners_seen, sides_seen
+from query.orientation import list_corners_seen, list_sides_seen
 from query.solving.batch import share_out
 from query.solving.halves import COPY_BY, QUEUE
-from query.solving.matching import matchable
-from query.solving.systems import Int16Array, Signed, Systems, systems_of
+from query.solving.matching import is_matchable
+from query.solving.systems import Int16Array, SignedRows, Systems, systems_of
 
 #: Patterns that a thread takes at a time: a millisecond of work or less, so that all
 #: threads end together, and so much that handing it over costs nothing.
@@ -66,8 +66,8 @@ def _distinct(boundary: Boundary) -> tuple[Int32Array, Int32Array, Int32Array]:
     Returns ((d, max(N, 1)) int32 lengths, (d, N) int32 quads at the corners, (2N,) int32 which
     of these rows each orientation is).
     """
-    lengths = np.array(boundary.lengths, np.int32)[sides_seen(max(boundary.n_sides, 1))]
-    counts = np.array(boundary.corner_counts, np.int32)[corners_seen(boundary.n_sides)]
+    lengths = np.array(boundary.lengths, np.int32)[list_sides_seen(max(boundary.n_sides, 1))]
+    counts = np.array(boundary.corner_counts, np.int32)[list_corners_seen(boundary.n_sides)]
     rows = np.concatenate([lengths, counts.reshape(len(lengths), boundary.n_sides)], axis=1)
     number: dict[bytes, int] = {}
     which = np.array([number.setdefault(row.tobytes(), len(number)) for row in rows], np.int32)
@@ -80,7 +80,7 @@ def _distinct(boundary: Boundary) -> tuple[Int32Array, Int32Array, Int32Array]:
     )
 
 
-def feasible_rows(
+def find_feasible_rows(
     patterns: PatternClass,
     boundary: Boundary,
     rows: NDArray[np.int64],
@@ -101,7 +101,7 @@ def feasible_rows(
     return rows[fits[:, 0]]
 
 
-def feasible_orientations(
+def find_feasible_orientations(
     patterns: PatternClass,
     boundary: Boundary,
     rows: NDArray[np.int64],
@@ -111,9 +111,9 @@ def feasible_orientations(
 ) -> NDArray[np.bool_]:
     """(r, o) bool: in which orientations the patterns in these rows fit strictly.
 
-    o = 2 max(N, 1), in the order of :func:`query.orientation.orientations`; none is left
+    o = 2 max(N, 1), in the order of :func:`query.orientation.list_orientations`; none is left
     out for a symmetry of the pattern. Where the boundary has reflex corners, those of the
-    pattern must fall on them. Arguments as in :func:`feasible_rows`.
+    pattern must fall on them. Arguments as in :func:`find_feasible_rows`.
     """
     fits = np.zeros((len(rows), 2 * max(patterns.n_sides, 1)), np.bool_)
     corners = None if boundary.convex else patterns.corners[rows]
@@ -121,22 +121,22 @@ def feasible_orientations(
     return fits
 
 
-def lengths_met(
-    rows_of: Signed,
+def find_met_lengths(
+    rows_of: SignedRows,
     boundary: Boundary,
     rows: NDArray[np.int64],
     *,
     threads: int | None = None,
     cancel: Flag | None = None,
 ) -> NDArray[np.bool_]:
-    """As :func:`feasible_orientations`, of anything with signatures and whatever the corners."""
+    """As :func:`find_feasible_orientations`, of all that has signatures, whatever the corners."""
     fits = np.zeros((len(rows), 2 * rows_of.lengths.shape[1]), np.bool_)
     _answer(rows_of, boundary, rows, None, True, threads, cancel, fits)
     return fits
 
 
 def _answer(
-    patterns: Signed,
+    patterns: SignedRows,
     boundary: Boundary,
     rows: NDArray[np.int64],
     corners: NDArray[np.uint8] | None,
@@ -151,7 +151,7 @@ def _answer(
     """
     systems = systems_of(patterns)
     lengths, kinds, lane = _distinct(boundary)
-    query = _Query(words(lengths), kinds, lane, boundary.perimeter, corners is None)
+    query = _Query(pack_words(lengths), kinds, lane, boundary.perimeter, corners is None)
     if corners is None:
         corners = np.zeros((0, 0), np.uint8)
     flag = np.zeros(1, np.uint8) if cancel is None else cancel
@@ -211,7 +211,7 @@ def _mark(
         refused[:] = 0
         if not convex:
             _refuse_by_corners(kinds, corners[u], turn[u], reflected[u], refused)
-        if not screen(
+        if not screen_system(
             row,
             base,
             looped,
@@ -236,7 +236,7 @@ def _mark(
                 continue
             for s in range(w):
                 need[s] = lane_of(slack[g, s], at)
-            cut = matchable(need, row, first, class_i, class_j, near_first, near, flow, scratch)
+            cut = is_matchable(need, row, first, class_i, class_j, near_first, near, flow, scratch)
             if cut == 0:
                 fit[lane] = True
                 found = True
@@ -293,7 +293,7 @@ ONES = 0x0001_0001_0001_0001
 SIGNS = -0x7FFF_7FFF_7FFF_8000
 
 
-def words(rows: Int32Array) -> Int64Array:
+def pack_words(rows: Int32Array) -> Int64Array:
     """(ceil(o / 4), w) int64 words of the (o, w) rows, filled up with lanes of -1.
 
     No length is negative, so that a lane that fills up is refused.
@@ -306,7 +306,7 @@ def words(rows: Int32Array) -> Int64Array:
 
 
 @kernel
-def negative(word: int) -> int:
+def mark_negative(word: int) -> int:
     """At SIGNS: the lanes below 0."""
     return ~(word + SIGNS)
 
@@ -324,7 +324,7 @@ def is_refused(refused: int, lane: int) -> bool:
 
 
 @kernel(inline="always")
-def screen(
+def screen_system(
     row: int,
     base: Int16Array,
     looped: NDArray[np.bool_],
@@ -342,7 +342,7 @@ def screen(
     """Write the slack of every side, and refuse the lanes that need no closer look.
 
     Refused is where a side is too short, where parity forbids (see
-    :func:`query.solving.systems.balanced`), and where a side asks for more than its neighbours
+    :func:`query.solving.systems.is_balanced`), and where a side asks for more than its neighbours
     have together. base to parity, first to class_j: see :class:`query.solving.systems.Systems`,
     of which this is the system in this row. lengths, slack: (g, w) words; reach: (w,) scratch;
     refused: (g,), added to. Returns whether any lane is left.
@@ -355,7 +355,7 @@ def screen(
             word = lengths[g, s] - base[row, s] * ONES
             slack[g, s] = word
             reach[s] = -word
-            bad |= negative(word)
+            bad |= mark_negative(word)
         if bad & SIGNS != SIGNS and parity[row]:
             bad |= _refused_by_parity(component[row], colour[row], slack, g)
         if bad & SIGNS != SIGNS:
@@ -366,7 +366,7 @@ def screen(
                 reach[j] += slack[g, i]
             for s in range(w):
                 if not looped[row, s]:
-                    bad |= negative(reach[s])
+                    bad |= mark_negative(reach[s])
             left |= bad & SIGNS != SIGNS
         refused[g] = bad
     return left
@@ -388,7 +388,7 @@ def _refused_by_parity(component: Int16Array, colour: Int16Array, slack: Int64Ar
             # The lowest bit of every field moves to its highest.
             bad |= (word + SIGNS) << (BITS - 1)
         else:
-            bad |= negative(word) | negative(-word)
+            bad |= mark_negative(word) | mark_negative(-word)
     return bad
 
 
@@ -411,4 +411,4 @@ def refuse_cut(
         for s in range(w):
             if neighbour[s] >= 0:
                 word += slack[g, s]
-        refused[g] |= negative(word)
+        refused[g] |= mark_negative(word)

@@ -5,12 +5,12 @@ side: slack_i units leave i and arrive at its copy, and class (i, j) carries any
 of units from i to the copy of j and from j to the copy of i. Where there is no such flow
 there is no matching.
 
-Two kernels find one. :func:`meet` is for many thousand systems a query, as lists of neighbours:
-each begins with a guess that is often right, and where there is no flow the sides that ask for too
-much are named, which answers other orientations of the system as well. :func:`transport` is for
-one system whose classes are decided one after another: the values that one class takes in all
-flows are an interval (:func:`tighten`), which cuts the search where it would try in vain value by
-value.
+Two kernels find one. :func:`meet_slack` is for many thousand systems a query, as lists of
+neighbours: each begins with a guess that is often right, and where there is no flow the sides that
+ask for too much are named, which answers other orientations of the system as well.
+:func:`find_transport` is for one system whose classes are decided one after another: the values
+that one class takes in all flows are an interval (:func:`tighten_bounds`), which cuts the search
+where it would try in vain value by value.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
 from query.solving.systems import Int16Array
 
-#: Rows of scratch in :func:`meet`: units that a side has still to send and a copy to
+#: Rows of scratch in :func:`meet_slack`: units that a side has still to send and a copy to
 #: receive; the copy whose inflow was cut back to reach a side, and the side that a copy was
 #: reached from; the sides reached, in order.
 SUPPLY = 0
@@ -33,7 +33,7 @@ QUEUE = 4
 
 
 @kernel(inline="always")
-def meet(
+def meet_slack(
     slack: Int32Array,
     row: int,
     first: Int32Array,
@@ -197,7 +197,7 @@ def _reach(
 
 
 @kernel
-def transport(
+def find_transport(
     slack: Int32Array,
     class_i: Int32Array,
     class_j: Int32Array,
@@ -316,7 +316,7 @@ def transport(
 
 
 @kernel
-def integral(flow: Int32Array, n_classes: int) -> bool:
+def is_integral(flow: Int32Array, n_classes: int) -> bool:
     """Is half the flow a matching, no class taking half a unit?"""
     odd = 0
     for k in range(n_classes):
@@ -325,7 +325,7 @@ def integral(flow: Int32Array, n_classes: int) -> bool:
 
 
 @kernel
-def tighten(
+def tighten_bounds(
     slack: Int32Array,
     class_i: Int32Array,
     class_j: Int32Array,
@@ -339,9 +339,9 @@ def tighten(
 ) -> tuple[int, int]:
     """The least and greatest integer in low..high that class k takes in some flow.
 
-    Arguments as in :func:`transport`; the first is above the second where there is none.
+    Arguments as in :func:`find_transport`; the first is above the second where there is none.
     """
-    if not transport(slack, class_i, class_j, n_classes, closed, flow, scratch):
+    if not find_transport(slack, class_i, class_j, n_classes, closed, flow, scratch):
         return 1, 0
     i = class_i[k]
     j = class_j[k]
@@ -360,7 +360,7 @@ def tighten(
             middle = (good + bad) // 2
             slack[i] -= middle
             slack[j] -= middle
-            if transport(slack, class_i, class_j, n_classes, closed, flow, scratch):
+            if find_transport(slack, class_i, class_j, n_classes, closed, flow, scratch):
                 good = middle
             else:
                 bad = middle

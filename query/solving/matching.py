@@ -4,11 +4,11 @@ Given slack_i >= 0 for every side and classes that join sides (i, j), find integ
 y_ij >= 0 with sum_j y_ij + 2 y_ii = slack_i: how much wider than 1 the polychords of each
 class are in sum.
 
-:func:`search` lists the solutions depth-first; :func:`choose` says where it branches and within
-which bounds, and :func:`query.solving.systems.is_balanced` rejects by parity. Source: the integer
-program of Marcias et al. 2015, section 4. Differs from the paper: an own search instead of a
-general solver, over classes instead of single polychords, since one class is one variable to the
-sides.
+:func:`search_matchings` lists solutions depth-first; :func:`choose_class` says where it branches
+and within which bounds, and :func:`query.solving.systems.is_balanced` rejects by parity. Source:
+the integer program of Marcias et al. 2015, section 4. Differs from the paper: an own search instead
+of a general solver, over classes instead of single polychords, since one class is one variable to
+the sides.
 
 :func:`is_matchable` decides whether there is a solution at all. A flow (:mod:`.halves`) gives a
 matching with halves. Rounding the halves down leaves some sides short by a few units. The rest is
@@ -37,15 +37,21 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
-from query.solving.halves import meet, tighten
-from query.solving.systems import Int16Array, balanced, list_neighbours, order_classes, two_colour
+from query.solving.halves import meet_slack, tighten_bounds
+from query.solving.systems import (
+    Int16Array,
+    is_balanced,
+    list_neighbours,
+    order_classes,
+    two_colour,
+)
 
 #: Pairs of a class that a shortest augmenting path may use: one in each direction.
 PAIRS = 2
 
 
 @kernel(inline="always")
-def matchable(
+def is_matchable(
     slack: Int32Array,
     row: int,
     first: Int32Array,
@@ -58,10 +64,10 @@ def matchable(
 ) -> int:
     """Is there a matching that gives every side its slack? Return 0 if so.
 
-    Arguments and result are those of :func:`query.solving.halves.meet`, but that the result is
-    -1 where only halves would do. flow: overwritten.
+    Arguments and result are those of :func:`query.solving.halves.meet_slack`, but that the result
+    is -1 where only halves would do. flow: overwritten.
     """
-    cut = meet(slack, row, first, class_i, class_j, near_first, near, flow, scratch)
+    cut = meet_slack(slack, row, first, class_i, class_j, near_first, near, flow, scratch)
     if cut > 0:
         return cut
     odd = False
@@ -77,7 +83,7 @@ def matchable(
 
 
 @kernel
-def soluble(
+def is_soluble(
     slack: Int32Array,
     class_i: Int32Array,
     class_j: Int32Array,
@@ -104,7 +110,7 @@ def soluble(
     near = np.empty(w * w, np.int16)
     list_neighbours(joined, near_first[0], near, 0)
     flow = np.empty((w, w), np.int32)
-    cut = matchable(slack, 0, first, ordered_i, ordered_j, near_first, near, flow, scratch)
+    cut = is_matchable(slack, 0, first, ordered_i, ordered_j, near_first, near, flow, scratch)
     return cut == 0
 
 
@@ -310,7 +316,7 @@ MANY = 1 << 30
 
 
 @kernel
-def choose(
+def choose_class(
     residual: Int32Array,
     class_i: Int32Array,
     class_j: Int32Array,
@@ -368,7 +374,7 @@ def choose(
 
 
 @kernel
-def splits(value: int, parts: int) -> int:
+def count_splits(value: int, parts: int) -> int:
     """How many ways there are to write value >= 0 as an ordered sum of parts, capped at MANY."""
     ways = 1
     for p in range(1, parts):
@@ -380,7 +386,7 @@ def splits(value: int, parts: int) -> int:
 
 
 @kernel
-def search(
+def search_matchings(
     residual: Int32Array,
     class_i: Int32Array,
     class_j: Int32Array,
@@ -395,7 +401,7 @@ def search(
     """Write solutions into ``rows`` until they stand for more than ``limit`` widths.
 
     residual: (w,) int32 slack, spoilt; class_n: (m,) polychords of each class, so that
-    a row stands for the product of their :func:`splits`. rows: (>= limit + 1, m) int32;
+    a row stands for the product of their :func:`count_splits`. rows: (>= limit + 1, m) int32;
     closed: (m,) bool; side_scratch: (5, w) int32; class_scratch: (3, m) int32.
     Returns (rows written, widths they stand for): the list is whole exactly if the
     second is at most ``limit``.
@@ -420,10 +426,12 @@ def search(
     while True:
         if down:
             down = False
-            k, low, high = choose(residual, class_i, class_j, n_classes, closed, degree, reach)
+            k, low, high = choose_class(
+                residual, class_i, class_j, n_classes, closed, degree, reach
+            )
             if dead_ends > PATIENCE and k >= 0 and low < high:
-                if soluble(residual, class_i, class_j, n_classes, closed):
-                    low, high = tighten(
+                if is_soluble(residual, class_i, class_j, n_classes, closed):
+                    low, high = tighten_bounds(
                         residual,
                         class_i,
                         class_j,
@@ -441,7 +449,7 @@ def search(
                 ways = 1
                 for d in range(depth):
                     rows[found, chosen[d]] = value[d]
-                    ways *= splits(int(value[d]), int(class_n[chosen[d]]))
+                    ways *= count_splits(int(value[d]), int(class_n[chosen[d]]))
                     ways = min(ways, MANY)
                 found += 1
                 widths = min(widths + ways, MANY)
@@ -452,7 +460,7 @@ def search(
                 # Parity is dear to test: only where there is a choice to be spared.
                 if low < high:
                     two_colour(class_i, class_j, n_classes, closed, component, colour, stack)
-                    down = balanced(residual, component, colour, stack)
+                    down = is_balanced(residual, component, colour, stack)
             if down:
                 chosen[depth] = k
                 value[depth] = high

@@ -13,15 +13,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
 from query.errors import InvalidQueryError
-from query.solving.evenness import spread
-from query.solving.matching import search
-from query.solving.strokes import FLOW_COLUMNS, carry, chord_ends
+from query.solving.evenness import spread_slack
+from query.solving.matching import search_matchings
+from query.solving.strokes import FLOW_COLUMNS, carry_strokes, find_chord_ends
 from query.solving.systems import Chords
 
 
 @dataclass(frozen=True, slots=True)
 class Flows:
-    """Strokes as a pattern sees them, see :func:`query.solving.strokes.flows_seen`.
+    """Strokes as a pattern sees them, see :func:`query.solving.strokes.orient_strokes`.
 
     rows:      (s, 4) int32 side, edge, side, edge.
     tolerance: K >= 0, edges that a strand's end may be off.
@@ -50,14 +50,14 @@ class Solutions:
 
 
 class Solver(Protocol):
-    """What a solver answers: :func:`solutions`, and its namesake in :mod:`query.solving.cpsat`."""
+    """What a solver answers: :func:`find_solutions`, here and in :mod:`query.solving.cpsat`."""
 
     def __call__(
         self, chords: Chords, lengths: ArrayLike, limit: int | None, flows: Flows = NO_FLOWS
     ) -> Solutions: ...
 
 
-def solutions(
+def find_solutions(
     chords: Chords, lengths: ArrayLike, limit: int | None = None, flows: Flows = NO_FLOWS
 ) -> Solutions:
     """The ``limit`` best solutions (None: all) of one pattern in one orientation.
@@ -73,11 +73,11 @@ def solutions(
         slack = wanted - chords.base_lengths()
         if (slack < 0).any():
             return Solutions(np.zeros((0, chords.n), np.int32), False)
-        rows, total = class_slacks(chords, slack, None)
+        rows, total = find_class_slacks(chords, slack, None)
         return Solutions(_in_order(_split_all(chords, rows, total)), False)
     keep = 1024 if limit is None else limit + 1
     while True:
-        widths = best_widths(chords, wanted, flows, keep)
+        widths = find_best_widths(chords, wanted, flows, keep)
         if limit is not None:
             return Solutions(widths[:limit], len(widths) > limit)
         if len(widths) < keep:
@@ -85,7 +85,7 @@ def solutions(
         keep *= 4
 
 
-def best_widths(chords: Chords, lengths: Int32Array, flows: Flows, keep: int) -> Int32Array:
+def find_best_widths(chords: Chords, lengths: Int32Array, flows: Flows, keep: int) -> Int32Array:
     """(k <= keep, n) int32 widths of the best solutions, best first; all if fewer than keep."""
     keys = np.empty(keep, np.int64)
     best = np.empty((keep, chords.n + 1), np.int32)
@@ -94,8 +94,8 @@ def best_widths(chords: Chords, lengths: Int32Array, flows: Flows, keep: int) ->
     return best[order[:count], :-1]
 
 
-def feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> bool:
-    """Is there any solution? Arguments as in :func:`solutions`."""
+def is_feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> bool:
+    """Is there any solution? Arguments as in :func:`find_solutions`."""
     none = np.zeros(0, np.int64)
     wanted = np.asarray(lengths, np.int32)
     return _carry(chords, wanted, flows, none, np.zeros((0, chords.n + 1), np.int32), none) > 0
@@ -111,8 +111,8 @@ def _carry(
 ) -> int:
     weight = np.ones((chords.n_sides, chords.n_sides), np.int32)
     end = np.empty((chords.n, 2), np.int32)
-    chord_ends(chords.edges, end)
-    return carry(
+    find_chord_ends(chords.edges, end)
+    return carry_strokes(
         chords.edges,
         end,
         chords.side_start,
@@ -128,7 +128,9 @@ def _carry(
     )
 
 
-def class_slacks(chords: Chords, slack: Int32Array, limit: int | None) -> tuple[Int32Array, int]:
+def find_class_slacks(
+    chords: Chords, slack: Int32Array, limit: int | None
+) -> tuple[Int32Array, int]:
     """Slack of every class, for every solution, and how many widths these stand for.
 
     Returns ((r, m) int32, number of solutions); the rows are whole only while the number
@@ -138,7 +140,7 @@ def class_slacks(chords: Chords, slack: Int32Array, limit: int | None) -> tuple[
     room = 1024 if limit is None else limit
     while True:
         rows = np.empty((room + 1, m), np.int32)
-        found, total = search(
+        found, total = search_matchings(
             slack.copy(),
             chords.class_i,
             chords.class_j,
@@ -164,9 +166,9 @@ def _split_all(chords: Chords, rows: Int32Array, total: int) -> Int32Array:
     at = 0
     for row in rows:
         room = widths[at:]
-        at += spread(row, chords.class_n, ones, chords.class_of, unbounded, False, room, len(room))[
-            0
-        ]
+        at += spread_slack(
+            row, chords.class_n, ones, chords.class_of, unbounded, False, room, len(room)
+        )[0]
     return widths
 
 

@@ -9,7 +9,7 @@ polychords that join pieces. A tolerance is one more node, of slack 2 K, joined 
 pieces of its cut: what it gives to one it does not give to the other.
 
 Several strokes may lie on one polychord, in any order; its two ends see that order reversed.
-:func:`carry` tries every assignment of strokes to strands.
+:func:`carry_strokes` tries every assignment of strokes to strands.
 
 Source: Marcias et al. 2015, section 4, "Edge-flow constraints". Differs from the paper: one
 system of the matching instead of an integer program per polychord, every assignment of
@@ -26,15 +26,15 @@ from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
 from query.boundary import Boundary
 from query.orientation import Orientation
-from query.solving.evenness import most_even
-from query.solving.matching import soluble
+from query.solving.evenness import add_most_even
+from query.solving.matching import is_soluble
 from query.stroke import Stroke
 
 #: Columns of strokes as a pattern sees them: side and edge of one end, and of the other.
 FLOW_COLUMNS = 4
 
 
-def flows_seen(
+def orient_strokes(
     strokes: Sequence[Stroke], boundary: Boundary, orientation: Orientation
 ) -> Int32Array:
     """(s, 4) int32 side, edge, side, edge of the strokes in the pattern's own order.
@@ -57,7 +57,7 @@ def flows_seen(
 
 
 @kernel
-def chord_ends(edges: Int32Array, end: Int32Array) -> None:
+def find_chord_ends(edges: Int32Array, end: Int32Array) -> None:
     """Write the two positions, ascending, at which each strand meets the boundary.
 
     edges: (p,) strand that crosses each edge; end: (>= strands, 2) int32.
@@ -69,7 +69,7 @@ def chord_ends(edges: Int32Array, end: Int32Array) -> None:
 
 
 @kernel
-def candidates(
+def find_carriers(
     flow: Int32Array,
     side_start: Int32Array,
     lengths: Int32Array,
@@ -130,7 +130,7 @@ def cut_system(
     weight: (n, n) what the square of a width counts between two sides.
     carrier: (s,) 2 * strand + flip for every stroke; first_on: (strands,) the stroke on each
     strand that comes first as its first end sees them, or -1; next_on: (s,) the stroke after
-    each, or -1. Other inputs as in :func:`candidates`.
+    each, or -1. Other inputs as in :func:`find_carriers`.
 
     Overwritten: slack: (nodes,) of pieces and tolerances; class_i, class_j, class_n,
     class_weight: (m,) with class_n 0 for those of a tolerance, the first of each two having
@@ -231,7 +231,9 @@ def cut_system(
 
 
 @kernel
-def link(stroke: int, strand: int, rank: int, first_on: Int32Array, next_on: Int32Array) -> bool:
+def link_stroke(
+    stroke: int, strand: int, rank: int, first_on: Int32Array, next_on: Int32Array
+) -> bool:
     """Insert a stroke on a strand as its number ``rank``; False where there are fewer."""
     if rank == 0:
         next_on[stroke] = first_on[strand]
@@ -250,8 +252,8 @@ def link(stroke: int, strand: int, rank: int, first_on: Int32Array, next_on: Int
 
 
 @kernel
-def unlink(stroke: int, strand: int, first_on: Int32Array, next_on: Int32Array) -> None:
-    """Undo :func:`link`."""
+def unlink_stroke(stroke: int, strand: int, first_on: Int32Array, next_on: Int32Array) -> None:
+    """Undo :func:`link_stroke`."""
     if first_on[strand] == stroke:
         first_on[strand] = next_on[stroke]
         return
@@ -273,16 +275,16 @@ def may_carry(
 ) -> bool:
     """Is there a strand for every stroke, for all that each place says by itself?
 
-    Arguments as in :func:`carry`; found: (>= 2 * strands,) int32 scratch.
+    Arguments as in :func:`carry_strokes`; found: (>= 2 * strands,) int32 scratch.
     """
     for s in range(len(flow)):
-        if candidates(flow[s], side_start, lengths, tolerance, edges, end, found) == 0:
+        if find_carriers(flow[s], side_start, lengths, tolerance, edges, end, found) == 0:
             return False
     return True
 
 
 @kernel
-def carry(
+def carry_strokes(
     edges: Int32Array,
     end: Int32Array,
     side_start: Int32Array,
@@ -299,10 +301,10 @@ def carry(
     """Add the best widths under which strands lie on all the strokes; return how many there are.
 
     edges: (p,) strand that crosses each edge, end: (strands, 2) of
-    :func:`query.solving.strokes.chord_ends`, side_start: (n + 1,) where sides begin there;
+    :func:`query.solving.strokes.find_chord_ends`, side_start: (n + 1,) where sides begin there;
     lengths: (n,) edges asked for; weight: (n, n) what the square of a width counts between
-    two sides; flow: (s, 4) of :func:`flows_seen`, none for no strokes. tag, keys,
-    best, order, count: the list to which they are added, see :func:`.evenness.most_even`.
+    two sides; flow: (s, 4) of :func:`orient_strokes`, none for no strokes. tag, keys,
+    best, order, count: the list to which they are added, see :func:`.evenness.add_most_even`.
     With a list of no room only whether there is any: 1 or 0.
     """
     n_flows = len(flow)
@@ -338,7 +340,7 @@ def carry(
     found = np.empty((n_flows, 2 * len(edges)), np.int32)
     n_found = np.empty(n_flows, np.int32)
     for s in range(n_flows):
-        n_found[s] = candidates(flow[s], side_start, lengths, tolerance, edges, end, found[s])
+        n_found[s] = find_carriers(flow[s], side_start, lengths, tolerance, edges, end, found[s])
         if n_found[s] == 0:
             return count
     carrier = np.empty(n_flows, np.int32)
@@ -354,7 +356,7 @@ def carry(
         if s < n_flows:
             if placed[s]:
                 c = carrier[s] >> 1
-                unlink(s, c, first_on, next_on)
+                unlink_stroke(s, c, first_on, next_on)
                 on[c] -= 1
                 placed[s] = False
             if choice[s] == n_found[s]:
@@ -364,7 +366,7 @@ def carry(
                 continue
             carrier[s] = found[s, choice[s]]
             c = carrier[s] >> 1
-            link(s, c, rank[s], first_on, next_on)
+            link_stroke(s, c, rank[s], first_on, next_on)
             placed[s] = True
             if rank[s] == on[c]:
                 choice[s] += 1
@@ -401,12 +403,12 @@ def carry(
             s += 1
             continue
         if keep == 0:
-            if soluble(slack[:nodes], class_i, class_j, m, closed):
+            if is_soluble(slack[:nodes], class_i, class_j, m, closed):
                 return 1
         else:
             for c in range(n_strands):
                 own[c] = max(1, on[c])
-            count = most_even(
+            count = add_most_even(
                 slack[:nodes],
                 class_i[:m],
                 class_j[:m],

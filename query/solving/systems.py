@@ -154,7 +154,7 @@ def two_colour(
 
 
 @kernel
-def balanced(
+def is_balanced(
     residual: Int32Array, component: Int32Array, colour: Int32Array, sums: Int32Array
 ) -> bool:
     """May the classes absorb the residual, component by component, by parity?
@@ -184,7 +184,7 @@ class Graphs(NamedTuple):
 
     first:      (s + 1,) int32 graph r has the classes first[r]..first[r + 1] - 1.
     class_i, class_j: (c,) int16 the sides that a class joins, in the order in which
-                :func:`query.solving.halves.meet` fills them.
+                :func:`query.solving.halves.meet_slack` fills them.
     near_first: (s, w + 1) int32 side i of graph r is joined to the sides
                 near[near_first[r, i] : near_first[r, i + 1]].
     near:       (d,) int16; a side joined to itself is listed once.
@@ -223,7 +223,7 @@ class Systems(NamedTuple):
 _known: dict[int, tuple[weakref.ref[NDArray[np.int32]], Systems]] = {}
 
 
-class Signed(Protocol):
+class SignedRows(Protocol):
     """Rows with signatures: patterns of a class, or marked patterns of as many sides.
 
     The fields are those of :class:`patterndb.core.patternclass.PatternClass`.
@@ -241,7 +241,7 @@ class Signed(Protocol):
     def joins(self) -> Int32Array: ...
 
 
-def systems_of(patterns: Signed) -> Systems:
+def systems_of(patterns: SignedRows) -> Systems:
     """The systems of the rows; made at the first call, and kept as long as the rows are."""
     key = id(patterns.joins)
     known = _known.get(key)
@@ -258,7 +258,7 @@ def systems_of(patterns: Signed) -> Systems:
 
 
 def make_systems(lengths: Int32Array, joins: Int32Array) -> Systems:
-    """The systems of (s, w) base lengths and (s, w, w) joins; see :class:`Signed`."""
+    """The systems of (s, w) base lengths and (s, w, w) joins; see :class:`SignedRows`."""
     s, w = lengths.shape
     joined = joins > 0
     n_near = int(joined.sum())

@@ -14,10 +14,10 @@ from patterndb.core.code import canonical_code
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from query import Boundary
-from query.expand import Expanded, expand_marked
-from query.families.family import family
-from query.marks.bestmarked import BestMarked, MarkedIndex, family_index
-from query.marks.marked import family_marked, family_table
+from query.expand import ExpandedPattern, expand_marked
+from query.families.family import load_family
+from query.marks.bestmarked import BestMarked, MarkedIndex, load_family_index
+from query.marks.marked import load_family_table, load_marked_family
 
 
 @contextmanager
@@ -25,13 +25,13 @@ def own_cache(folder: Path) -> Iterator[Path]:
     """Tables are made anew, and kept in a folder that is not the user's."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("PATTERNDB_CACHE", str(folder))
-        for made in (family, family_table, family_marked, family_index):
+        for made in (load_family, load_family_table, load_marked_family, load_family_index):
             made.cache_clear()
         yield folder
 
 
 def index_for(boundary: Boundary) -> MarkedIndex:
-    return family_index(max(boundary.n_sides, 1), free=boundary.n_sides == 0)
+    return load_family_index(max(boundary.n_sides, 1), free=boundary.n_sides == 0)
 
 
 def targets(boundary: Boundary) -> NDArray[np.int64]:
@@ -60,7 +60,7 @@ def irregular(boundary: Boundary, quads: NDArray[np.int32], n_vertices: int) -> 
     return int((valence[p:] != 4).sum()), int((valence[:p] != targets(boundary)).sum())
 
 
-def checked(boundary: Boundary, found: BestMarked, index: MarkedIndex) -> Expanded:
+def checked(boundary: Boundary, found: BestMarked, index: MarkedIndex) -> ExpandedPattern:
     """The fill, after a look at all that was foretold of it."""
     fill = expand_marked(index.marked, found.row, found.strand_widths, found.orientation)
     assert fill.lengths == boundary.lengths

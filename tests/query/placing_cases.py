@@ -11,7 +11,7 @@ from query_cases import small_patterns
 from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points
 from query import Boundary, Fill
-from query.expand import expand
+from query.expand import expand_pattern
 from query.identity import is_mesh
 from query.placing import Surface
 
@@ -22,7 +22,7 @@ CONVEX = [p for p in small_patterns() if all(count == 1 for count in p.corners)]
 def widened(pattern: Pattern, chance: random.Random, widest: int) -> Fill | None:
     """The pattern with random widths, None if that is no mesh."""
     n = pattern.n_chords + pattern.n_loops
-    fill = expand(pattern, [chance.randint(1, widest) for _ in range(n)])
+    fill = expand_pattern(pattern, [chance.randint(1, widest) for _ in range(n)])
     return fill if is_mesh(fill.quads) else None
 
 
@@ -54,8 +54,8 @@ def convex_outline(lengths: Sequence[int], chance: random.Random) -> Points:
 def grid(columns: int, rows: int) -> Fill:
     """The rectangle of so many quads, as a fill of four sides."""
     square = Pattern.from_code(np.zeros(4, np.uint16))
-    fill = expand(square, (columns, rows))
-    return fill if fill.lengths[0] == columns else expand(square, (rows, columns))
+    fill = expand_pattern(square, (columns, rows))
+    return fill if fill.lengths[0] == columns else expand_pattern(square, (rows, columns))
 
 
 def sphere(levels: int = 4) -> Surface:

@@ -18,12 +18,12 @@ from shared import SHARED
 
 from query import Boundary, Fill
 from query.boundary import CornerKind
-from query.construct import PartFill, constructed
-from query.construct.plan import carry_out, least
+from query.construct import PartFill, construct_fills
+from query.construct.plan import carry_out_plan, count_least
 from query.construct.planner import Planner
 from query.errors import InvalidQueryError
 from query.listing.construction import FamilyLookup
-from query.recognise import irregular_counts, quad_counts
+from query.recognise import count_irregular, count_quads
 
 LOOKUP = FamilyLookup.shared()
 
@@ -95,7 +95,7 @@ def small_boundaries(perimeter: int, kinds: tuple[CornerKind, ...]) -> Iterator[
 def test_every_small_boundary_has_a_fill(perimeter: int, kinds: tuple[CornerKind, ...]) -> None:
     n = 0
     for boundary in small_boundaries(perimeter, kinds):
-        (fill,) = constructed(boundary, LOOKUP, limit=1)
+        (fill,) = construct_fills(boundary, LOOKUP, limit=1)
         assert_fills(fill, boundary)
         n += 1
     assert n > 10
@@ -105,14 +105,14 @@ def test_every_small_boundary_has_a_fill(perimeter: int, kinds: tuple[CornerKind
 @given(st.integers(0, 2**32))
 def test_small_boundaries_of_any_corners_have_fills(seed: int) -> None:
     boundary = random_boundary(seed, (0, 10), 3, 0.4)
-    assert_listed(list(constructed(boundary, LOOKUP)), boundary)
+    assert_listed(list(construct_fills(boundary, LOOKUP)), boundary)
 
 
 @settings(max_examples=25, derandomize=True, deadline=None)
 @given(st.integers(0, 2**32))
 def test_convex_boundaries_have_fills(seed: int) -> None:
     boundary = random_boundary(seed, (0, 16), 9, 0)
-    fills = list(constructed(boundary, LOOKUP))
+    fills = list(construct_fills(boundary, LOOKUP))
     assert fills
     assert_listed(fills, boundary)
 
@@ -121,7 +121,7 @@ def test_convex_boundaries_have_fills(seed: int) -> None:
 @given(st.integers(0, 2**32))
 def test_boundaries_with_reflex_corners_have_fills(seed: int) -> None:
     boundary = random_boundary(seed, (3, 12), 8, 0.25, shortest=2)
-    fills = list(constructed(boundary, LOOKUP))
+    fills = list(construct_fills(boundary, LOOKUP))
     assert fills
     assert_listed(fills, boundary)
 
@@ -130,7 +130,7 @@ def test_boundaries_with_reflex_corners_have_fills(seed: int) -> None:
 @given(st.integers(0, 2**32))
 def test_strict_fills_have_their_corners_as_asked(seed: int) -> None:
     boundary = random_boundary(seed, (4, 12), 9, 0.1, shortest=3)
-    strict = list(constructed(boundary, LOOKUP, strict=True))
+    strict = list(construct_fills(boundary, LOOKUP, strict=True))
     assert all(fill.strict for fill in strict)
     assert_listed(strict, boundary)
 
@@ -140,15 +140,15 @@ def test_strict_fills_have_their_corners_as_asked(seed: int) -> None:
 def test_a_plan_foretells_its_irregular_vertices(seed: int) -> None:
     boundary = random_boundary(seed, (5, 16), 9, 0.1 if seed % 2 else 0)
     for plan in Planner(LOOKUP).plans(boundary, seed % 3 == 0):
-        quads, n_vertices = carry_out(plan, boundary.perimeter, LOOKUP)
-        found = sum(irregular_counts(quad_counts(quads, n_vertices), boundary))
-        assert least(plan) <= found <= plan.count
+        quads, n_vertices = carry_out_plan(plan, boundary.perimeter, LOOKUP)
+        found = sum(count_irregular(count_quads(quads, n_vertices), boundary))
+        assert count_least(plan) <= found <= plan.count
 
 
 def test_corners_are_kept_where_there_is_room() -> None:
     for n in range(9, 15):
         boundary = Boundary([8] * n)
-        fill = next(constructed(boundary, LOOKUP, strict=True))
+        fill = next(construct_fills(boundary, LOOKUP, strict=True))
         assert_fills(fill, boundary)
         assert fill.strict
         # One valence-5 vertex for every corner beyond four.
@@ -159,9 +159,9 @@ def test_corners_are_kept_where_there_is_room() -> None:
 @given(st.integers(0, 2**32))
 def test_a_shorter_list_is_the_beginning_of_a_longer_one(seed: int) -> None:
     boundary = random_boundary(seed, (0, 11), 7, 0.2)
-    whole = [code_of(fill) for fill in constructed(boundary, LOOKUP)]
+    whole = [code_of(fill) for fill in construct_fills(boundary, LOOKUP)]
     for limit in (1, 2, 5):
-        some = [code_of(fill) for fill in constructed(boundary, LOOKUP, limit=limit)]
+        some = [code_of(fill) for fill in construct_fills(boundary, LOOKUP, limit=limit)]
         assert some == whole[:limit]
 
 
@@ -169,7 +169,7 @@ def test_a_shorter_list_is_the_beginning_of_a_longer_one(seed: int) -> None:
 @given(st.integers(0, 2**32))
 def test_a_grid_answers_what_nobody_knows(seed: int) -> None:
     boundary = random_boundary(seed, (0, 12), 4, 0.3)
-    fill = next(constructed(boundary, NoLookup()))
+    fill = next(construct_fills(boundary, NoLookup()))
     assert_fills(fill, boundary)
     perimeter, half = boundary.perimeter, boundary.perimeter // 2
     corner = dict(zip(boundary.side_starts, boundary.corners, strict=False))
@@ -207,25 +207,25 @@ def test_a_grid_answers_what_nobody_knows(seed: int) -> None:
     ids=lambda b: f"{b.n_sides}-{b.perimeter}",
 )
 def test_extreme_boundaries_have_a_fill(boundary: Boundary) -> None:
-    (fill,) = constructed(boundary, LOOKUP, limit=1)
+    (fill,) = construct_fills(boundary, LOOKUP, limit=1)
     assert_fills(fill, boundary)
 
 
 def test_a_closed_side_is_a_square() -> None:
-    (fill,) = constructed(Boundary.closed(12), LOOKUP)
+    (fill,) = construct_fills(Boundary.closed(12), LOOKUP)
     assert (fill.n_irregular, fill.n_quads) == (4, 9)
-    assert next(constructed(Boundary([12]), LOOKUP)).n_irregular == 3
+    assert next(construct_fills(Boundary([12]), LOOKUP)).n_irregular == 3
 
 
 def test_an_l_shape_is_two_rectangles() -> None:
     """The chord prolongs a side through the reflex corner, and everything is regular."""
     boundary = Boundary([8, 3, 5, 4, 3, 7], CONVEX * 3 + REFLEX + CONVEX * 2)
-    assert next(constructed(boundary, LOOKUP, strict=True)).n_irregular == 0
+    assert next(construct_fills(boundary, LOOKUP, strict=True)).n_irregular == 0
 
 
 def test_a_limit_below_one_is_refused() -> None:
     with pytest.raises(InvalidQueryError, match="at least 1"):
-        constructed(Boundary([1, 1, 1, 1]), LOOKUP, limit=0)
+        construct_fills(Boundary([1, 1, 1, 1]), LOOKUP, limit=0)
 
 
 class BrokenLookup(FamilyLookup):
@@ -242,7 +242,7 @@ class BrokenLookup(FamilyLookup):
 
 def test_parts_that_do_not_join_to_a_mesh_are_left_out() -> None:
     boundary = Boundary([5, 4, 6, 5, 4, 5, 6, 5])
-    (fill,) = constructed(boundary, BrokenLookup(), limit=1)
+    (fill,) = construct_fills(boundary, BrokenLookup(), limit=1)
     assert_fills(fill, boundary)
 
 
@@ -252,7 +252,7 @@ def test_fills_pass_the_independent_checker() -> None:
     n = 0
     for seed in range(8):
         boundary = random_boundary(seed, (5, 14), 6, 0)
-        listed = list(constructed(boundary, LOOKUP, limit=3))
+        listed = list(construct_fills(boundary, LOOKUP, limit=3))
         n += len(listed)
         answers = [
             {

@@ -18,7 +18,7 @@ from patterndb.core.pattern import Pattern
 from patterndb.errors import InvalidMeshError
 from query import Boundary, Fill
 from query.boundary import CornerKind
-from query.expand import expand, expand_quads
+from query.expand import expand_pattern, expand_quads
 from query.recognise import as_fill
 
 PATTERNS = st.sampled_from(range(len(small_patterns())))
@@ -60,7 +60,7 @@ def test_an_expanded_pattern_is_recognised(at: int, seed: int) -> None:
     chance = random.Random(seed)
     widths = grid_widths(chance, pattern, 3).tolist()
     rotation, mirror = chance.choice(all_orientations(pattern.n_sides))
-    known = expand(pattern, widths, rotation=rotation, mirrored=mirror)
+    known = expand_pattern(pattern, widths, rotation=rotation, mirrored=mirror)
     if max(pattern.corners, default=1) > 3:
         return
     # The order of the quads and the numbers of the inner vertices shall not matter.
@@ -110,7 +110,9 @@ def test_a_closed_side_is_recognised() -> None:
     (pattern,) = [p for p in small_patterns() if p.n_sides == 0]
     for rotation in range(3):
         for mirror in (False, True):
-            known = expand(pattern, [2] * pattern.n_chords, rotation=rotation, mirrored=mirror)
+            known = expand_pattern(
+                pattern, [2] * pattern.n_chords, rotation=rotation, mirrored=mirror
+            )
             fill = as_fill(known.quads, Boundary.closed(known.perimeter), "drawn")
             assert fill.pattern == pattern
             assert fill.strict

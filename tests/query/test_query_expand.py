@@ -26,9 +26,9 @@ from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.reduction import reduce_disk
 from query import Fill
 from query.errors import InvalidQueryError
-from query.expand import expand
+from query.expand import expand_pattern
 from query.identity import is_mesh
-from query.orientation import distinct_orientations
+from query.orientation import list_distinct_orientations
 
 PATTERNS = st.sampled_from(range(len(small_patterns())))
 
@@ -82,7 +82,7 @@ def test_a_fill_is_what_was_asked_for(at: int, seed: int) -> None:
     chance = random.Random(seed)
     widths = grid_widths(chance, pattern, 4).tolist()
     rotation, mirror = chance.choice(all_orientations(pattern.n_sides))
-    fill = expand(pattern, widths, rotation=rotation, mirrored=mirror)
+    fill = expand_pattern(pattern, widths, rotation=rotation, mirrored=mirror)
     assert fill.widths == tuple(widths)
     assert (fill.rotation, fill.mirrored) == (rotation, mirror)
     assert_fill(fill, pattern, rotation, mirror)
@@ -93,7 +93,7 @@ def test_a_fill_is_what_was_asked_for(at: int, seed: int) -> None:
 def test_reducing_a_fill_gives_its_pattern_back(at: int, seed: int) -> None:
     pattern = small_patterns()[at]
     widths = grid_widths(random.Random(seed), pattern, 3).tolist()
-    fill = expand(pattern, widths, mirrored=seed % 2 == 1)
+    fill = expand_pattern(pattern, widths, mirrored=seed % 2 == 1)
     if has_wide_crossing(pattern, fill.widths):
         return
     twin = QuadMesh.from_quads(fill.quads).twin
@@ -105,7 +105,7 @@ def test_reducing_a_fill_gives_its_pattern_back(at: int, seed: int) -> None:
 def test_so_does_collapsing_by_plain_python(at: int, seed: int) -> None:
     pattern = small_patterns()[at]
     widths = grid_widths(random.Random(seed), pattern, 2).tolist()
-    fill = expand(pattern, widths)
+    fill = expand_pattern(pattern, widths)
     if has_wide_crossing(pattern, fill.widths):
         return
     reduced = reduction.reduce_disk(boundary_twin(fill)[0], random.Random(seed), False)
@@ -117,7 +117,7 @@ def test_so_does_collapsing_by_plain_python(at: int, seed: int) -> None:
 def test_widths_of_one_give_the_pattern_itself(at: int) -> None:
     pattern = small_patterns()[at]
     ones = [1] * (pattern.n_chords + pattern.n_loops)
-    twin, start = boundary_twin(expand(pattern, ones))
+    twin, start = boundary_twin(expand_pattern(pattern, ones))
     assert rooted_code(twin, start) == tuple(pattern.code.tolist())
 
 
@@ -127,8 +127,8 @@ def test_a_mirrored_fill_is_the_mirror_image(at: int, seed: int) -> None:
     """Seen in a mirror, side 0 of the one is side 0 of the other, read backwards."""
     pattern = small_patterns()[at]
     widths = grid_widths(random.Random(seed), pattern, 3).tolist()
-    twin, start = boundary_twin(expand(pattern, widths))
-    fill = expand(pattern, widths, mirrored=True)
+    twin, start = boundary_twin(expand_pattern(pattern, widths))
+    fill = expand_pattern(pattern, widths, mirrored=True)
     other, first = boundary_twin(fill)
     # The mirror image of the edges that begin at vertex 0 end there: one on, at the far end
     # of side 0, the mirror image of the plain fill begins with its side 0.
@@ -148,10 +148,10 @@ def test_orientations_are_told_apart_exactly_up_to_symmetry(at: int) -> None:
     widths = [1] * (pattern.n_chords + pattern.n_loops)
 
     def code(rotation: int, mirror: bool) -> tuple[int, ...]:
-        fill = expand(pattern, widths, rotation=rotation, mirrored=mirror)
+        fill = expand_pattern(pattern, widths, rotation=rotation, mirrored=mirror)
         return rooted_code(*boundary_twin(fill))
 
-    distinct = [code(o.rotation, o.mirrored) for o in distinct_orientations(pattern)]
+    distinct = [code(o.rotation, o.mirrored) for o in list_distinct_orientations(pattern)]
     assert len(set(distinct)) == len(distinct)
     assert set(distinct) == {code(*o) for o in all_orientations(pattern.n_sides)}
 
@@ -160,11 +160,11 @@ def test_orientations_are_told_apart_exactly_up_to_symmetry(at: int) -> None:
 def test_a_closed_side_turns_edge_by_edge(mirror: bool) -> None:
     (pattern,) = [p for p in small_patterns() if p.n_sides == 0]
     widths = grid_widths(random.Random(1), pattern, 3).tolist()
-    plain, start = boundary_twin(expand(pattern, widths))
+    plain, start = boundary_twin(expand_pattern(pattern, widths))
     loop = border_loop(as_complex(plain), start)
     perimeter = len(loop)
     for rotation in range(perimeter + 2):
-        fill = expand(pattern, widths, rotation=rotation, mirrored=mirror)
+        fill = expand_pattern(pattern, widths, rotation=rotation, mirrored=mirror)
         assert fill.rotation == rotation % perimeter
         assert_fill(fill, pattern, rotation, mirror)
         edge = loop[rotation % perimeter]
@@ -178,9 +178,9 @@ def test_a_closed_side_turns_edge_by_edge(mirror: bool) -> None:
 def test_loops_may_be_left_out_and_are_one_wide_then() -> None:
     (pattern,) = [p for p in small_patterns() if p.n_sides == 0]
     assert pattern.n_loops
-    fill = expand(pattern, [2] * pattern.n_chords)
+    fill = expand_pattern(pattern, [2] * pattern.n_chords)
     assert fill.widths == (2,) * pattern.n_chords + (1,) * pattern.n_loops
-    wide = expand(pattern, [2] * pattern.n_chords + [3] * pattern.n_loops)
+    wide = expand_pattern(pattern, [2] * pattern.n_chords + [3] * pattern.n_loops)
     assert wide.lengths == fill.lengths
     assert wide.n_quads > fill.n_quads
     assert_fill(wide, pattern, 0, False)
@@ -190,7 +190,7 @@ def test_a_quad_on_one_polychord_becomes_a_square() -> None:
     pattern = next(p for p in small_patterns() if p.self_crossing)
     polychords = pattern.polychords()
     widths = np.arange(2, 2 + polychords.n)
-    fill = expand(pattern, widths.tolist())
+    fill = expand_pattern(pattern, widths.tolist())
     assert fill.n_quads == (widths[polychords.of_strand].prod(axis=1)).sum()
     assert_fill(fill, pattern, 0, False)
 
@@ -199,4 +199,4 @@ def test_a_quad_on_one_polychord_becomes_a_square() -> None:
 def test_wrong_widths_are_refused(widths: list[int]) -> None:
     square = class_of(4, [p for p in small_patterns() if p.n_quads == 1]).pattern(0)
     with pytest.raises(InvalidQueryError, match=r"give one for each|the least is 1"):
-        expand(square, widths)
+        expand_pattern(square, widths)

@@ -16,14 +16,14 @@ from patterndb.core.packing import unpack
 from patterndb.core.reduction import reduce_disk
 from patterndb.system.caches import cache_folders, read_cached, write_cached
 from query.errors import InvalidQueryError
-from query.families.family import Family, family
+from query.families.family import Family, load_family
 
 
 @pytest.fixture(autouse=True)
 def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """An empty cache folder; what the process itself holds is forgotten too."""
     monkeypatch.setenv("PATTERNDB_CACHE", str(tmp_path / "cache"))
-    family.cache_clear()
+    load_family.cache_clear()
     return tmp_path / "cache"
 
 
@@ -44,7 +44,7 @@ def convex_at_most_cost(patterns: Family) -> dict[int, int]:
     ],
 )
 def test_counts(most: int, total: int, convex: dict[int, int]) -> None:
-    patterns = family(most)
+    patterns = load_family(most)
     assert len(patterns) == total
     found = convex_at_most_cost(patterns)
     assert {n: found[n] for n in found if n > 2 or most < 3} == convex
@@ -53,7 +53,7 @@ def test_counts(most: int, total: int, convex: dict[int, int]) -> None:
 
 
 def test_a_greater_valence() -> None:
-    five, six = family(3), family(3, 6)
+    five, six = load_family(3), load_family(3, 6)
     assert set(five.codes) < set(six.codes)
     fits = [
         max(p.valences, default=4) <= 5 and max(p.corners, default=1) <= 3
@@ -63,7 +63,7 @@ def test_a_greater_valence() -> None:
 
 
 def test_every_pattern_is_what_it_should_be() -> None:
-    patterns = family()
+    patterns = load_family()
     # Raises for a code that is not canonical or not a disk's.
     rows = d.describe(patterns.codes)
     assert len(set(patterns.codes)) == len(set(patterns.ids.tolist())) == len(patterns)
@@ -86,7 +86,7 @@ def test_every_pattern_is_what_it_should_be() -> None:
 
 
 def test_sorted_and_taken_apart_by_sides() -> None:
-    patterns = family(3)
+    patterns = load_family(3)
     keys = list(
         zip(patterns.cost.tolist(), patterns.n_sides.tolist(), patterns.ids.tolist(), strict=True)
     )
@@ -100,7 +100,7 @@ def test_sorted_and_taken_apart_by_sides() -> None:
 
 @pytest.mark.parametrize("most", [2, 4])
 def test_holds_every_small_pattern(most: int) -> None:
-    ids = set(family(most).ids.tolist())
+    ids = set(load_family(most).ids.tolist())
     within = [
         p
         for p in small_patterns()
@@ -111,7 +111,7 @@ def test_holds_every_small_pattern(most: int) -> None:
 
 
 def test_a_smaller_cap_only_leaves_out() -> None:
-    small, large = family(3, max_quads=12), family(3)
+    small, large = load_family(3, max_quads=12), load_family(3)
     assert set(small.codes) <= set(large.codes)
     assert small.n_quads.max() <= 12
     assert {c for c, q in zip(large.codes, large.n_quads, strict=True) if q <= 12} == set(
@@ -123,33 +123,33 @@ def test_a_smaller_cap_only_leaves_out() -> None:
 def test_bounds_that_mean_nothing(bounds: tuple[int, int, int]) -> None:
     most, valence, max_quads = bounds
     with pytest.raises(InvalidQueryError, match="a family needs"):
-        family(most, valence, max_quads=max_quads)
+        load_family(most, valence, max_quads=max_quads)
 
 
 def test_kept_between_runs(cache: Path) -> None:
-    first = family(2)
+    first = load_family(2)
     (kept,) = cache.iterdir()
     before = kept.read_bytes(), kept.stat().st_mtime_ns
-    family.cache_clear()
-    again = family(2)
+    load_family.cache_clear()
+    again = load_family(2)
     assert again is not first
     assert again.codes == first.codes
     assert (kept.read_bytes(), kept.stat().st_mtime_ns) == before
     # Another family has another file.
-    family(1)
-    family(2, 6)
-    family(2, max_quads=50)
+    load_family(1)
+    load_family(2, 6)
+    load_family(2, max_quads=50)
     assert len(list(cache.iterdir())) == 4
 
 
 @pytest.mark.parametrize("damage", ["short", "flipped", "empty", "foreign", "another's"])
 def test_a_damaged_file_is_made_anew(cache: Path, damage: str) -> None:
-    first = family(2)
+    first = load_family(2)
     (kept,) = cache.iterdir()
     good = kept.read_bytes()
     bad = bytearray(good)
     bad[len(bad) // 2] ^= 4
-    family(1)
+    load_family(1)
     (other,) = (path for path in cache.iterdir() if path != kept)
     content = {
         "short": good[:-3],
@@ -159,8 +159,8 @@ def test_a_damaged_file_is_made_anew(cache: Path, damage: str) -> None:
         "another's": other.read_bytes(),
     }[damage]
     kept.write_bytes(content)
-    family.cache_clear()
-    assert family(2).codes == first.codes
+    load_family.cache_clear()
+    assert load_family(2).codes == first.codes
     assert kept.read_bytes() == good
 
 
@@ -169,7 +169,7 @@ def test_nowhere_to_keep_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setenv("PATTERNDB_CACHE", str(tmp_path / "file" / "below"))
     assert not write_cached("a", b"b")
     assert read_cached("a") is None
-    assert len(family(2)) == 23
+    assert len(load_family(2)) == 23
 
 
 def test_the_folder_is_the_user_s_to_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

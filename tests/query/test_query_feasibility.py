@@ -21,9 +21,9 @@ from query_cases import (
 from patterndb.core.pattern import Pattern
 from query import Boundary
 from query.listing.filters import Filters
-from query.listing.table import strict_table
+from query.listing.table import get_strict_table
 from query.solving import cpsat, feasibility
-from query.solving.batch import asked
+from query.solving.batch import pose_question
 from query.solving.systems import Chords
 
 
@@ -70,7 +70,7 @@ def test_the_class_answers_as_its_patterns_would(n_sides: int) -> None:
     some = 0
     for boundary in boundaries(n_sides, chance, 12, 5):
         rows = Filters().rows(patterns, boundary)
-        fit = set(feasibility.feasible_rows(patterns, boundary, rows, threads=1).tolist())
+        fit = set(feasibility.find_feasible_rows(patterns, boundary, rows, threads=1).tolist())
         tried = rows.tolist() if len(rows) < 60 else chance.sample(rows.tolist(), 60)
         for row in tried:
             assert (row in fit) == fits_somehow(patterns.pattern(row), boundary)
@@ -82,10 +82,10 @@ def test_the_class_answers_as_its_patterns_would(n_sides: int) -> None:
 def test_cpsat_answers_the_same(n_sides: int) -> None:
     patterns = small_class(n_sides)
     for boundary in boundaries(n_sides, random.Random(n_sides), 5, 7):
-        table = strict_table(patterns)
+        table = get_strict_table(patterns)
         entries = table.entries(boundary, np.ones(len(patterns), np.bool_))
         kernel = table.feasible(entries, boundary, np.zeros(1, np.uint8), None)
-        question = asked(boundary, (), 0)
+        question = pose_question(boundary, (), 0)
         other = cpsat.keep_carrying(table.labels, entries.row, entries.allowed, question)
         assert other.tolist() == kernel.tolist()
 
@@ -99,8 +99,8 @@ def test_the_answer_does_not_depend_on_threads(
         patterns = small_class(n_sides)
         for boundary in boundaries(n_sides, random.Random(0), 6, 6):
             rows = Filters().rows(patterns, boundary)
-            one = feasibility.feasible_rows(patterns, boundary, rows, threads=1)
-            more = feasibility.feasible_rows(patterns, boundary, rows, threads=threads)
+            one = feasibility.find_feasible_rows(patterns, boundary, rows, threads=1)
+            more = feasibility.find_feasible_rows(patterns, boundary, rows, threads=threads)
             assert one.tolist() == more.tolist()
 
 
@@ -109,7 +109,7 @@ def test_every_small_disk_makes_its_own_pattern_fit() -> None:
     for boundary in random.Random(3).sample(sorted(small_fills(), key=repr), 300):
         patterns = small_class(boundary.n_sides)
         rows = Filters().rows(patterns, boundary)
-        assert len(feasibility.feasible_rows(patterns, boundary, rows)) > 0
+        assert len(feasibility.find_feasible_rows(patterns, boundary, rows)) > 0
 
 
 def test_filters_bound_number_and_valence() -> None:

@@ -106,12 +106,12 @@ def test_kernel_cpsat_and_trying_agree(seed: int) -> None:
         expected = tried(chords, lengths, flows)
         solvable += bool(expected)
         several += len(expected) > 1
-        assert rows(solve.solutions(chords, lengths, None, flows)) == expected
-        assert rows(cpsat.solutions(chords, lengths, None, flows)) == expected
-        assert solve.feasible(chords, lengths, flows) == bool(expected)
-        assert cpsat.feasible(chords, lengths, flows) == bool(expected)
+        assert rows(solve.find_solutions(chords, lengths, None, flows)) == expected
+        assert rows(cpsat.find_solutions(chords, lengths, None, flows)) == expected
+        assert solve.is_feasible(chords, lengths, flows) == bool(expected)
+        assert cpsat.is_feasible(chords, lengths, flows) == bool(expected)
         for limit in (1, 2, 5):
-            best = solve.solutions(chords, lengths, limit, flows)
+            best = solve.find_solutions(chords, lengths, limit, flows)
             assert rows(best) == expected[:limit]
             assert best.truncated == (len(expected) > limit)
     assert solvable > SYSTEMS // 12
@@ -121,19 +121,19 @@ def test_kernel_cpsat_and_trying_agree(seed: int) -> None:
 def test_two_strokes_on_one_polychord_need_two_strands() -> None:
     grid = Chords.from_label(((0,), (1,), (0,), (1,)))
     across = np.array([[0, 1, 2, 1], [0, 1, 2, 1]], np.int32)
-    assert rows(solve.solutions(grid, [3, 2, 3, 2], None, Flows(across[:1], 0))) == [(3, 2)]
-    assert not solve.feasible(grid, [3, 2, 3, 2], Flows(across, 0))
-    assert solve.feasible(grid, [3, 2, 3, 2], Flows(across, 1))
-    assert not solve.feasible(grid, [1, 2, 1, 2], Flows(across * [1, 0, 1, 0], 3))
+    assert rows(solve.find_solutions(grid, [3, 2, 3, 2], None, Flows(across[:1], 0))) == [(3, 2)]
+    assert not solve.is_feasible(grid, [3, 2, 3, 2], Flows(across, 0))
+    assert solve.is_feasible(grid, [3, 2, 3, 2], Flows(across, 1))
+    assert not solve.is_feasible(grid, [1, 2, 1, 2], Flows(across * [1, 0, 1, 0], 3))
 
 
 def test_the_second_end_sees_strands_in_reverse() -> None:
     grid = Chords.from_label(((0,), (1,), (0,), (1,)))
     for edge in range(5):
         right = np.array([[0, edge, 2, 4 - edge]], np.int32)
-        assert solve.feasible(grid, [5, 2, 5, 2], Flows(right, 0))
+        assert solve.is_feasible(grid, [5, 2, 5, 2], Flows(right, 0))
         wrong = np.array([[0, edge, 2, edge]], np.int32)
-        assert solve.feasible(grid, [5, 2, 5, 2], Flows(wrong, 0)) == (edge == 2)
+        assert solve.is_feasible(grid, [5, 2, 5, 2], Flows(wrong, 0)) == (edge == 2)
 
 
 def test_the_example_of_the_paper() -> None:
@@ -148,8 +148,8 @@ def test_the_example_of_the_paper() -> None:
     chords = Chords.from_label(((x1, x2, x3, x4), (x4, x2), (x3, x7), (x7, x8), (x8, x1)))
     lengths = [6, 2, 3, 3, 4]
     c, d = (2, 1, 2, 1, 1, 2), (3, 1, 1, 1, 2, 1)
-    assert sorted(rows(solve.solutions(chords, lengths))) == [c, d]
+    assert sorted(rows(solve.find_solutions(chords, lengths))) == [c, d]
     stroke = np.array([[0, 2, 1, 1]], np.int32)
-    for solver in (solve.solutions, cpsat.solutions):
+    for solver in (solve.find_solutions, cpsat.find_solutions):
         assert rows(solver(chords, lengths, None, Flows(stroke, 0))) == [c]
         assert rows(solver(chords, lengths, None, Flows(stroke, 1))) == [c, d]

@@ -24,8 +24,8 @@ from patterndb.core.reduction import reduce_disk
 from query import Boundary
 from query.errors import InvalidQueryError
 from query.expand import expand_marked
-from query.marks.bestmarked import BOUNDARY_CAP, MarkedIndex, best_marked, family_index
-from query.marks.marked import family_marked, family_table, marked_class
+from query.marks.bestmarked import BOUNDARY_CAP, MarkedIndex, find_best_marked, load_family_index
+from query.marks.marked import load_family_table, load_marked_family, mark_patterns
 from query.marks.patterntable import PatternTable
 from query.orientation import Orientation
 
@@ -53,7 +53,7 @@ def test_no_worse_than_the_reference() -> None:
     assert len(rows) == 249
     for boundary, reference in rows:
         index = index_for(boundary)
-        found = best_marked(index, boundary)
+        found = find_best_marked(index, boundary)
         assert found is not None
         checked(boundary, found, index)
         assert found.n_irregular <= reference
@@ -113,7 +113,7 @@ def test_best_of_every_small_disk(reflex: float) -> None:
     for _ in range(400):
         boundary = random_boundary(chance, 2 * chance.randint(2, 6), reflex)
         index = index_for(boundary)
-        found = best_marked(index, boundary)
+        found = find_best_marked(index, boundary)
         best = best_small_disk(boundary, index.marked.most)
         if found is None:
             assert best is None
@@ -151,9 +151,9 @@ def test_every_placing_on_a_small_disk_is_held() -> None:
         tried += 1
         boundary = Boundary(np.diff([*at, at[0] + p]).tolist())
         pattern = Pattern.from_disk(reduce_disk(QuadMesh.from_quads(disk.quads).twin))
-        marked = family_marked(len(at))
+        marked = load_marked_family(len(at))
         index = MarkedIndex.of(marked, (marked.patterns.ids == pattern.id)[marked.pattern])
-        found = best_marked(index, boundary, cap=8)
+        found = find_best_marked(index, boundary, cap=8)
         assert found is not None
         checked(boundary, found, index)
         off = int((valence[:p] != targets_at(p, at)).sum())
@@ -188,7 +188,7 @@ def test_optima_of_random_boundaries(n_sides: int) -> None:
         lengths = [chance.randint(1, 20) for _ in range(n_sides)]
         if sum(lengths) % 2 or sum(lengths) < 4:
             continue
-        best = best_marked(family_index(n_sides), Boundary(lengths))
+        best = find_best_marked(load_family_index(n_sides), Boundary(lengths))
         # A few boundaries of seven sides need one more than the table has.
         found[best.n_irregular if best else 5] += 1
     for total in range(6):
@@ -199,39 +199,39 @@ def test_optima_of_random_boundaries(n_sides: int) -> None:
 
 
 def test_limits() -> None:
-    index = family_index(3)
+    index = load_family_index(3)
     triangle = Boundary((2, 1, 1))
-    found = best_marked(index, triangle)
+    found = find_best_marked(index, triangle)
     assert found is not None
     # One quad, one of its corners inside the side of length 2.
     assert (found.n_irregular, found.n_irregular_boundary) == (1, 1)
     assert len(checked(triangle, found, index).quads) == 1
-    assert best_marked(index, triangle, cap=0) is None
-    assert best_marked(index, triangle, most=0) is None
-    assert best_marked(index, triangle, most=1) == found
+    assert find_best_marked(index, triangle, cap=0) is None
+    assert find_best_marked(index, triangle, most=0) is None
+    assert find_best_marked(index, triangle, most=1) == found
     none = np.zeros(len(index.marked), np.bool_)
-    assert best_marked(MarkedIndex.of(index.marked, none), triangle) is None
+    assert find_best_marked(MarkedIndex.of(index.marked, none), triangle) is None
 
 
 def test_from_learned_patterns() -> None:
     """Any set of patterns will do, and one that is in two tables is one."""
     small = PatternTable.joined(PatternTable.from_class(small_class(n), 4) for n in range(1, 9))
-    both = PatternTable.joined([small, family_table()])
+    both = PatternTable.joined([small, load_family_table()])
     ids = {p.id for p in small_patterns() if 1 <= p.n_sides <= 8}
     assert set(small.ids.tolist()) <= ids
     assert small.learned.all()
     crossing = [p.id for p in small_patterns() if p.self_crossing]
-    new = set(small.ids.tolist()) - set(family_table().ids.tolist())
+    new = set(small.ids.tolist()) - set(load_family_table().ids.tolist())
     assert new <= set(crossing)
-    assert len(both) == len(family_table()) + len(new)
+    assert len(both) == len(load_family_table()) + len(new)
     known = np.isin(both.ids, small.ids)
     assert (both.learned == known).all()
     assert (both.frequency[known] == small.frequency).all()
     assert not both.frequency[~known].any()
-    marked = marked_class(small, 4)
+    marked = mark_patterns(small, 4)
     index = MarkedIndex.of(marked, marked.within((3, 5)))
     boundary = Boundary((5, 4, 3, 2))
-    found = best_marked(index, boundary)
+    found = find_best_marked(index, boundary)
     assert found is not None
     pattern = checked(boundary, found, index).pattern
     assert (pattern.origin, pattern.frequency > 0) == ("learned", True)
@@ -240,8 +240,8 @@ def test_from_learned_patterns() -> None:
 
 def test_the_wrong_table() -> None:
     with pytest.raises(InvalidQueryError, match="a table for 3"):
-        best_marked(family_index(3), Boundary((2, 2)))
+        find_best_marked(load_family_index(3), Boundary((2, 2)))
     with pytest.raises(InvalidQueryError, match="a table for 1"):
-        best_marked(family_index(1), Boundary.closed(8))
+        find_best_marked(load_family_index(1), Boundary.closed(8))
     with pytest.raises(InvalidQueryError, match="strands"):
-        expand_marked(family_marked(3), 0, (0,), Orientation(False, 0))
+        expand_marked(load_marked_family(3), 0, (0,), Orientation(False, 0))

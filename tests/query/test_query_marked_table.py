@@ -16,8 +16,8 @@ from patterndb.core.quadmesh import QuadMesh
 from query import Boundary
 from query.errors import InvalidQueryError
 from query.expand import expand_marked
-from query.families.family import family
-from query.marks.marked import MarkedClass, family_marked, family_table, marked_class
+from query.families.family import load_family
+from query.marks.marked import MarkedClass, load_family_table, load_marked_family, mark_patterns
 from query.marks.markplaces import Partings
 from query.orientation import Orientation
 
@@ -45,7 +45,7 @@ def foretold(marked: MarkedClass, row: int, boundary: Boundary, o: Orientation) 
 @pytest.mark.parametrize(("n_sides", "free"), [(1, True), (1, False), (2, False), (3, False)])
 def test_every_row_expands_to_what_its_columns_say(n_sides: int, free: bool) -> None:
     chance = random.Random(5)
-    marked = family_marked(n_sides, free=free)
+    marked = load_marked_family(n_sides, free=free)
     rows = list(range(len(marked)))
     for row in rows if len(rows) < 150 else chance.sample(rows, 150):
         widths = [chance.randint(1, 3) for _ in marked.chords(row)]
@@ -64,7 +64,7 @@ def test_every_row_expands_to_what_its_columns_say(n_sides: int, free: bool) -> 
 
 @pytest.mark.parametrize("n_sides", [2, 4, 7])
 def test_systems_are_those_of_the_labels(n_sides: int) -> None:
-    marked = family_marked(n_sides)
+    marked = load_marked_family(n_sides)
     assert len({j.tobytes() for j in marked.joins}) == len(marked.joins)
     for row in random.Random(6).sample(range(len(marked)), 200):
         sides = marked.sides(row)
@@ -93,7 +93,7 @@ def test_systems_are_those_of_the_labels(n_sides: int) -> None:
 
 @pytest.mark.parametrize("n_sides", [1, 3, 4, 6])
 def test_in_order(n_sides: int) -> None:
-    marked = family_marked(n_sides)
+    marked = load_marked_family(n_sides)
     keys = [
         (
             int(marked.cost[row]),
@@ -108,9 +108,9 @@ def test_in_order(n_sides: int) -> None:
 
 
 def test_strict_rows_are_the_patterns_themselves() -> None:
-    patterns = family()
+    patterns = load_family()
     for n_sides in (1, 2, 5, 8):
-        marked = family_marked(n_sides)
+        marked = load_marked_family(n_sides)
         rows = np.flatnonzero(marked.strict)
         ids = marked.patterns.ids[marked.pattern[rows]]
         assert sorted(ids.tolist()) == sorted(patterns.ids[patterns.rows(n_sides)].tolist())
@@ -123,7 +123,7 @@ def test_strict_rows_are_the_patterns_themselves() -> None:
 
 @pytest.mark.parametrize(("n_sides", "free"), [(2, False), (3, False), (4, False), (1, True)])
 def test_no_row_is_the_image_of_another(n_sides: int, free: bool) -> None:
-    marked = family_marked(n_sides, most=4 if free or n_sides == 2 else 3, free=free)
+    marked = load_marked_family(n_sides, most=4 if free or n_sides == 2 else 3, free=free)
     seen: set[tuple[tuple[int, ...], tuple[int, ...]]] = set()
     for row in range(len(marked)):
         if marked.patterns.pattern(int(marked.pattern[row])).self_crossing:
@@ -174,20 +174,20 @@ def test_partings() -> None:
 @pytest.mark.parametrize(("n_sides", "most", "free"), [(0, 4, False), (2, 4, True), (3, 99, False)])
 def test_tables_that_mean_nothing(n_sides: int, most: int, free: bool) -> None:
     with pytest.raises(InvalidQueryError, match="marked patterns need"):
-        family_marked(n_sides, most=most, free=free)
+        load_marked_family(n_sides, most=most, free=free)
 
 
 def test_kept_between_runs(cache_folder: Path) -> None:
-    first = family_marked(5)
+    first = load_marked_family(5)
     kept = list(cache_folder.glob("marked-*-5.bin"))
     assert len(kept) == 1
     before = kept[0].read_bytes()
     kept[0].write_bytes(before[:-1])
-    family_marked.cache_clear()
-    again = family_marked(5)
+    load_marked_family.cache_clear()
+    again = load_marked_family(5)
     assert kept[0].read_bytes() == before
-    family_marked.cache_clear()
-    for other in (again, family_marked(5), marked_class(family_table(), 5)):
+    load_marked_family.cache_clear()
+    for other in (again, load_marked_family(5), mark_patterns(load_family_table(), 5)):
         assert other.patterns.codes == first.patterns.codes
         for column in ("pattern", "cost", "counts", "label", "strand_chord", "signature", "joins"):
             assert np.array_equal(getattr(other, column), getattr(first, column))

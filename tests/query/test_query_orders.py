@@ -12,8 +12,8 @@ from query import Boundary, Fill, Stroke
 from query.errors import InvalidQueryError
 from query.identity import count_symmetries
 from query.listing.orders import ORDERS, FillOrder, describe_orders
-from query.placing import flow_distance, laid, quality
-from query.placing.strands import edges_off
+from query.placing import lay_flat, measure_flow_distance, quality
+from query.placing.strands import count_edges_off
 
 #: What an order without a measure sorts by, as far as a fill tells; the order "artist" goes by
 #: what a database has seen, see tests/query/test_query_stream.py.
@@ -53,7 +53,7 @@ def test_every_order_is_in_order(order: FillOrder) -> None:
     assert len(found) > 10
     keys = [key_of(order, fill, stroke) for fill in found]
     assert keys == sorted(keys)
-    assert all(edges_off(fill, [stroke], 1) is not None for fill in found)
+    assert all(count_edges_off(fill, [stroke], 1) is not None for fill in found)
 
 
 @pytest.mark.parametrize("order", ORDERS.values(), ids=ORDERS)
@@ -107,14 +107,14 @@ def test_the_measures_are_what_the_orders_say() -> None:
     keys: dict[str, set[float]] = {name: set() for name in ORDERS}
     for fill in query.fills(Source(), BOUNDARY, strokes=[stroke], limit=40, order="regular"):
         assert BOUNDARY.points is not None
-        vertices = laid(fill, BOUNDARY.points)
+        vertices = lay_flat(fill, BOUNDARY.points)
         expected = {
-            "flow": flow_distance(fill, vertices, [stroke]),
+            "flow": measure_flow_distance(fill, vertices, [stroke]),
             "quality": quality(fill.quads, vertices),
             "small": float(fill.n_quads),
             "symmetric": -float(count_symmetries(fill, BOUNDARY)),
         }
-        assert fill.flow_distance == edges_off(fill, [stroke], 1)
+        assert fill.flow_distance == count_edges_off(fill, [stroke], 1)
         for name, value in expected.items():
             measure = ORDERS[name].measure
             assert measure is not None

@@ -12,9 +12,9 @@ from test_query_feasibility import boundaries
 from patterndb.core.pattern import Pattern
 from query import Boundary
 from query.listing.filters import Filters
-from query.orientation import orientations
+from query.orientation import list_orientations
 from query.solving import cpsat, feasibility
-from query.solving.feasibility import LANES, is_refused, lane_of, negative, words
+from query.solving.feasibility import LANES, is_refused, lane_of, mark_negative, pack_words
 from query.solving.systems import Chords, systems_of
 
 
@@ -22,7 +22,7 @@ def fitting_orientations(pattern: Pattern, boundary: Boundary) -> list[bool]:
     """By the definition of an orientation, and by trying widths."""
     chords = Chords.from_label(pattern.label)
     found = []
-    for orientation in orientations(pattern.n_sides):
+    for orientation in list_orientations(pattern.n_sides):
         lengths, corners = orientation.seen(boundary)
         found.append(
             tuple(corners.tolist()) == pattern.corners
@@ -38,7 +38,7 @@ def test_every_orientation_is_answered_by_itself(n_sides: int) -> None:
     some = 0
     for boundary in boundaries(n_sides, chance, 10, 5):
         rows = Filters().rows(patterns, boundary)
-        fit = feasibility.feasible_orientations(patterns, boundary, rows, threads=1)
+        fit = feasibility.find_feasible_orientations(patterns, boundary, rows, threads=1)
         assert fit.shape == (len(rows), 2 * max(n_sides, 1))
         some += int(fit.sum())
         for at in chance.sample(range(len(rows)), min(len(rows), 25)):
@@ -54,14 +54,14 @@ def test_cpsat_answers_every_orientation_the_same(n_sides: int) -> None:
     for boundary in boundaries(n_sides, chance, 3, 9):
         rows = Filters().rows(patterns, boundary)
         rows = np.sort(chance.sample(rows.tolist(), min(len(rows), 12)))
-        fit = feasibility.feasible_orientations(patterns, boundary, rows)
+        fit = feasibility.find_feasible_orientations(patterns, boundary, rows)
         for at, row in enumerate(rows.tolist()):
             pattern = patterns.pattern(row)
             chords = Chords.from_label(pattern.label)
-            for o, orientation in enumerate(orientations(n_sides)):
+            for o, orientation in enumerate(list_orientations(n_sides)):
                 lengths, corners = orientation.seen(boundary)
                 same = tuple(corners.tolist()) == pattern.corners
-                assert fit[at, o] == (same and cpsat.feasible(chords, lengths))
+                assert fit[at, o] == (same and cpsat.is_feasible(chords, lengths))
 
 
 @pytest.mark.parametrize("n_sides", [1, 5, 8])
@@ -71,13 +71,13 @@ def test_slices_of_rows_answer_as_the_whole(n_sides: int, monkeypatch: pytest.Mo
     for boundary in boundaries(n_sides, random.Random(1), 6, 6):
         rows = Filters().rows(patterns, boundary)
         np.random.default_rng(2).shuffle(rows)
-        whole = feasibility.feasible_orientations(patterns, boundary, rows, threads=3)
+        whole = feasibility.find_feasible_orientations(patterns, boundary, rows, threads=3)
         parts = [
-            feasibility.feasible_orientations(patterns, boundary, part)
+            feasibility.find_feasible_orientations(patterns, boundary, part)
             for part in np.array_split(rows, 5)
         ]
         assert (np.concatenate(parts) == whole).all()
-        fit = feasibility.feasible_rows(patterns, boundary, rows)
+        fit = feasibility.find_feasible_rows(patterns, boundary, rows)
         assert fit.tolist() == rows[whole.any(axis=1)].tolist()
 
 
@@ -86,11 +86,11 @@ def test_a_call_that_is_cancelled_looks_at_nothing() -> None:
     boundary = Boundary((4, 4, 4, 4, 4))
     rows = Filters().rows(patterns, boundary)
     flag = np.zeros(1, np.uint8)
-    assert len(feasibility.feasible_rows(patterns, boundary, rows, cancel=flag))
-    assert feasibility.feasible_orientations(patterns, boundary, rows, cancel=flag).any()
+    assert len(feasibility.find_feasible_rows(patterns, boundary, rows, cancel=flag))
+    assert feasibility.find_feasible_orientations(patterns, boundary, rows, cancel=flag).any()
     flag[0] = 1
-    assert not len(feasibility.feasible_rows(patterns, boundary, rows, cancel=flag))
-    assert not feasibility.feasible_orientations(patterns, boundary, rows, cancel=flag).any()
+    assert not len(feasibility.find_feasible_rows(patterns, boundary, rows, cancel=flag))
+    assert not feasibility.find_feasible_orientations(patterns, boundary, rows, cancel=flag).any()
 
 
 def test_systems_are_made_once_and_forgotten_with_their_class() -> None:
@@ -118,12 +118,12 @@ def test_words_hold_their_lanes_apart() -> None:
     chance = random.Random(4)
     for _ in range(50):
         rows = np.array([[chance.randint(0, 2000) for _ in range(4)] for _ in range(7)], np.int32)
-        packed = words(rows)
+        packed = pack_words(rows)
         assert packed.shape == (2, 4)
         signs = [chance.choice([-1, 0, 1]) for _ in range(4)]
         for o in range(7):
             word = sum(sign * int(w) for sign, w in zip(signs, packed[o // LANES], strict=True))
             value = sum(sign * int(x) for sign, x in zip(signs, rows[o], strict=True))
             assert lane_of(word, o % LANES) == value
-            assert is_refused(negative(word), o % LANES) == (value < 0)
+            assert is_refused(mark_negative(word), o % LANES) == (value < 0)
         assert (packed[1] >> 48 == -1).all()

@@ -15,9 +15,9 @@ from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.quadshape import flipped, plane_normal
 from query import Fill
-from query.placing import laid, place, quality
-from query.placing.laplace import centred
-from query.placing.untangle import energy
+from query.placing import lay_flat, place, quality
+from query.placing.laplace import solve_centred
+from query.placing.untangle import compute_energy
 
 CASES = st.tuples(st.sampled_from(range(len(CONVEX))), st.integers(0, 2**32))
 
@@ -73,7 +73,7 @@ class TestInThePlane:
         off = (placed.vertices - points[0]) @ normal
         assert np.abs(off).max() < 1e-9 * size
         assert np.abs(placed.vertices - dense(fill, points)).max() < 1e-9 * size
-        assert (placed.vertices == laid(fill, points)).all()
+        assert (placed.vertices == lay_flat(fill, points)).all()
 
     def test_a_grid_is_a_grid(self) -> None:
         fill = grid(5, 3)
@@ -90,7 +90,7 @@ class TestInThePlane:
         )
         top = np.flatnonzero(points[:, 1] == 4.0)
         points[top, 1] -= 3.4 * np.maximum(0.0, 1.0 - np.abs(points[top, 0] - 4.0) / 2.0)
-        membrane = laid(fill, points)
+        membrane = lay_flat(fill, points)
         up = np.tile([0.0, 0.0, 1.0], (fill.n_vertices, 1))
         assert flipped(fill.quads, membrane, up).any()
         placed = place(fill, points)
@@ -106,7 +106,7 @@ class TestInThePlane:
         fill = replace(grid(1, 1), quads=quads, n_vertices=10)
         outer = np.array([[0, 0, 0], [3, 0, 0], [3, 3, 0], [0, 4, 0]], float)
         up = np.tile([0.0, 0.0, 1.0], (10, 1))
-        assert flipped(quads, laid(fill, outer), up).sum() >= len(inside)
+        assert flipped(quads, lay_flat(fill, outer), up).sum() >= len(inside)
         placed = place(fill, outer)
         assert len(placed.flipped) == 0
         assert (placed.vertices[:4] == outer).all()
@@ -120,7 +120,7 @@ class TestInThePlane:
         if fill is not None:
             points = convex_outline(fill.lengths, chance)
             beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
-            assert_faces_up(fill, centred(fill.quads, beside, points), points)
+            assert_faces_up(fill, solve_centred(fill.quads, beside, points), points)
 
     def test_no_interior(self) -> None:
         fill = grid(3, 1)
@@ -138,7 +138,7 @@ class TestEnergy:
         wanted = np.ones((fill.n_quads, 4), np.bool_)
         up = rng.normal(size=(fill.n_quads, 3))
         force = np.empty_like(points)
-        energy(fill.quads, wanted, up, 0.7, 0.3, points, force)
+        compute_energy(fill.quads, wanted, up, 0.7, 0.3, points, force)
         scratch = np.empty_like(points)
         for vertex in (0, fill.n_vertices - 1):
             for c in range(3):
@@ -146,7 +146,7 @@ class TestEnergy:
                 for step in (1e-6, -1e-6):
                     moved = points.copy()
                     moved[vertex, c] += step
-                    ends.append(energy(fill.quads, wanted, up, 0.7, 0.3, moved, scratch)[0])
+                    ends.append(compute_energy(fill.quads, wanted, up, 0.7, 0.3, moved, scratch)[0])
                 slope = (ends[0] - ends[1]) / 2e-6
                 assert force[vertex, c] == pytest.approx(slope, rel=1e-5, abs=1e-5)
 
@@ -156,7 +156,7 @@ class TestQuality:
         rng = np.random.default_rng(5)
         fill = grid(4, 3)
         corners = np.array([[0, 0, 0], [4, 0, 0], [5, 3, 1], [0, 3, 0]], float)
-        vertices = laid(fill, polygon(corners, fill.lengths))
+        vertices = lay_flat(fill, polygon(corners, fill.lengths))
         vertices += 0.05 * rng.normal(size=vertices.shape)
         total = 0.0
         for quad in fill.quads.tolist():

@@ -13,7 +13,7 @@ from placing_cases import CONVEX, grid, parallel, polygon, sphere, widened
 
 from query import Boundary, Fill
 from query.errors import InvalidQueryError
-from query.placing import flow_distance, laid, loops, place, strand
+from query.placing import find_loops, find_strand, lay_flat, measure_flow_distance, place
 from query.stroke import Stroke
 
 
@@ -46,7 +46,7 @@ class TestStrand:
         ends: dict[tuple[int, int], tuple[int, int]] = {}
         for side, length in enumerate(fill.lengths):
             for edge in range(length):
-                one = strand(fill, (side, edge))
+                one = find_strand(fill, (side, edge))
                 assert one.ends is not None and one.ends[0] == (side, edge)
                 ends[one.ends[0]] = one.ends[1]
                 assert len(one.edges) == len(one.quads) + 1
@@ -58,7 +58,7 @@ class TestStrand:
                     assert corners[turn:] + corners[:turn] == [b, a, c, d]
                 np.add.at(crossed, one.quads, 1)
         assert all(ends[ends[edge]] == edge for edge in ends)
-        for loop in loops(fill):
+        for loop in find_loops(fill):
             assert loop.is_loop and len(loop.edges) == len(loop.quads)
             np.add.at(crossed, loop.quads, 2)
         # Every open strand was met from both its ends.
@@ -66,7 +66,7 @@ class TestStrand:
 
     def test_no_such_edge(self) -> None:
         with pytest.raises(InvalidQueryError, match="no edge 5 of side 0"):
-            strand(grid(5, 3), (0, 5))
+            find_strand(grid(5, 3), (0, 5))
 
 
 class TestFlowDistance:
@@ -75,53 +75,59 @@ class TestFlowDistance:
     def test_against_fine_steps(self, seed: int, tolerance: int) -> None:
         chance = random.Random(seed)
         fill = grid(6, 4)
-        vertices = laid(fill, rectangle(fill))
+        vertices = lay_flat(fill, rectangle(fill))
         i, j = chance.randrange(6), chance.randrange(6)
         drawn = np.array([[i + 0.5, 0, 0], [chance.uniform(1, 5), 2, chance.uniform(-1, 1)]])
         drawn = np.r_[drawn, [[5 - j + 0.5, 4, 0]]]
         stroke = Stroke((0, i), (2, j), drawn)
         # Strand k runs from edge k of side 0 to edge 5 - k of side 2.
         possible = [
-            integral(drawn, strand(fill, (0, k)).midline(vertices))
+            integral(drawn, find_strand(fill, (0, k)).midline(vertices))
             for k in range(6)
             if abs(k - i) <= tolerance and abs(5 - k - j) <= tolerance
         ]
-        found = flow_distance(fill, vertices, [stroke], tolerance)
+        found = measure_flow_distance(fill, vertices, [stroke], tolerance)
         if possible:
             assert found == pytest.approx(min(possible), rel=2e-3, abs=2e-3)
         else:
             assert found == math.inf
         # Which end comes first does not matter.
         turned = Stroke((2, j), (0, i), drawn[::-1])
-        assert flow_distance(fill, vertices, [turned], tolerance) == pytest.approx(found)
+        assert measure_flow_distance(fill, vertices, [turned], tolerance) == pytest.approx(found)
 
     def test_two_strokes_take_two_strands(self) -> None:
         fill = grid(6, 4)
-        vertices = laid(fill, rectangle(fill))
+        vertices = lay_flat(fill, rectangle(fill))
         line = np.array([[2.5, 0, 0], [2.5, 4, 0]])
         stroke = Stroke((0, 2), (2, 3), line)
-        assert flow_distance(fill, vertices, [stroke]) == pytest.approx(0.0, abs=1e-12)
-        assert flow_distance(fill, vertices, [stroke] * 2) == pytest.approx(4.0)
-        assert flow_distance(fill, vertices, [stroke] * 3) == pytest.approx(8.0)
-        assert flow_distance(fill, vertices, [stroke] * 4) == math.inf
+        assert measure_flow_distance(fill, vertices, [stroke]) == pytest.approx(0.0, abs=1e-12)
+        assert measure_flow_distance(fill, vertices, [stroke] * 2) == pytest.approx(4.0)
+        assert measure_flow_distance(fill, vertices, [stroke] * 3) == pytest.approx(8.0)
+        assert measure_flow_distance(fill, vertices, [stroke] * 4) == math.inf
 
     def test_without_points_nothing_counts(self) -> None:
         fill = grid(6, 4)
-        assert flow_distance(fill, laid(fill, rectangle(fill)), [Stroke((0, 0), (2, 0))]) == 0.0
+        assert (
+            measure_flow_distance(fill, lay_flat(fill, rectangle(fill)), [Stroke((0, 0), (2, 0))])
+            == 0.0
+        )
 
     def test_loops_begin_anywhere_and_run_either_way(self) -> None:
         fill, points = with_loop()
-        vertices = laid(fill, points)
-        (ring,) = loops(fill)
+        vertices = lay_flat(fill, points)
+        (ring,) = find_loops(fill)
         drawn = ring.midline(vertices)
         for turn in range(len(drawn)):
             for sense in (1, -1):
                 stroke = Stroke.loop(np.roll(drawn, turn, axis=0)[::sense])
                 # The start is sought in steps of a 64th of the loop.
                 length = np.linalg.norm(drawn - np.roll(drawn, 1, axis=0), axis=1).sum()
-                assert flow_distance(fill, vertices, [stroke]) < length * length / 100
-        assert flow_distance(fill, vertices, [Stroke.loop(drawn + np.array([0.0, 0.0, 2.0]))]) > 1.5
-        assert flow_distance(grid(2, 2), vertices, [Stroke.loop(drawn)]) == math.inf
+                assert measure_flow_distance(fill, vertices, [stroke]) < length * length / 100
+        assert (
+            measure_flow_distance(fill, vertices, [Stroke.loop(drawn + np.array([0.0, 0.0, 2.0]))])
+            > 1.5
+        )
+        assert measure_flow_distance(grid(2, 2), vertices, [Stroke.loop(drawn)]) == math.inf
 
 
 def with_loop() -> tuple[Fill, np.ndarray]:
@@ -130,7 +136,7 @@ def with_loop() -> tuple[Fill, np.ndarray]:
     for pattern in CONVEX:
         if pattern.n_loops == 1:
             fill = widened(pattern, chance, 1)
-            if fill is not None and len(loops(fill)) == 1:
+            if fill is not None and len(find_loops(fill)) == 1:
                 turn = 2.0 * np.pi * np.arange(fill.perimeter) / fill.perimeter
                 return fill, 3.0 * np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
     raise AssertionError("no pattern with a loop")
@@ -174,8 +180,8 @@ class TestPulling:
 
     def test_a_loop_comes_to_lie_on_its_stroke(self) -> None:
         fill, points = with_loop()
-        (ring,) = loops(fill)
-        drawn = ring.midline(laid(fill, points))
+        (ring,) = find_loops(fill)
+        drawn = ring.midline(lay_flat(fill, points))
         middle = drawn.mean(axis=0)
         placed = place(fill, points, strokes=[Stroke.loop(middle + 1.2 * (drawn - middle))])
         assert placed.strokes_after[0, 0] < 0.6 * placed.strokes_before[0, 0]

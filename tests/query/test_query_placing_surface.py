@@ -14,7 +14,7 @@ from patterndb.errors import InvalidMeshError
 from patterndb.geometry.casting import first_along
 from patterndb.geometry.proximity import nearest
 from patterndb.geometry.tree import build
-from query.placing import Surface, enclosed, place
+from query.placing import Surface, enclose_region, place
 
 SPHERE = sphere()
 
@@ -62,12 +62,12 @@ class TestOnASphere:
         assert len(placed.flipped) == 0
         assert placed.at_rest and placed.rounds > 0
         assert placed.vertices[:, 2].max() > 0.99
-        again = place(fill, points, enclosed(SPHERE, points))
+        again = place(fill, points, enclose_region(SPHERE, points))
         assert (again.vertices == placed.vertices).all()
 
     def test_turned_about_it_covers_the_rest(self) -> None:
         points = parallel(SPHERE, 16, 40.0)
-        one, other = enclosed(SPHERE, points), enclosed(SPHERE, points[::-1])
+        one, other = enclose_region(SPHERE, points), enclose_region(SPHERE, points[::-1])
         assert one.separates and other.separates
         crossed = len(one.surface.triangles) + len(other.surface.triangles)
         assert one.share < 0.3 and other.share > 0.75
@@ -87,7 +87,7 @@ class TestEnclosing:
         ]
         tube = Surface.from_arrays(np.concatenate(rings), np.concatenate(quads))
         loop = tube.nearest(np.c_[rings[0][:, :2], np.full(24, 2.5)]).points
-        region = enclosed(tube, loop)
+        region = enclose_region(tube, loop)
         assert region.separates
         heights = region.surface.vertices[region.surface.triangles][..., 2]
         assert heights.min() == 2.0 and heights.max() == 5.0
@@ -105,7 +105,7 @@ class TestEnclosing:
         faces = np.concatenate(halves).reshape(-1, 3)
         torus = Surface.from_arrays(points.reshape(-1, 3), faces)
         around = torus.nearest(points[5] + 0.01).points
-        region = enclosed(torus, around)
+        region = enclose_region(torus, around)
         assert not region.separates and region.share == 1.0
         assert len(region.surface.triangles) == len(faces)
 

@@ -15,9 +15,9 @@ from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from query import Fill
-from query.placing import Surface, enclosed, place
-from query.placing.projection import laid_on_disk, normals_at, settled_whole
-from query.placing.untangle import flipped_corners, pieces, untangled
+from query.placing import Surface, enclose_region, place
+from query.placing.projection import find_normals, lay_on_disk, settle_whole
+from query.placing.untangle import count_flipped_corners, find_pieces, untangle
 
 Height = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
@@ -82,7 +82,7 @@ def test_tangles_are_opened_and_nothing_else_moves(seed: int, n_tangles: int) ->
     normals = np.tile(UP, (len(at), 1))
     beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
     assert flipped(fill.quads, at, normals).any()
-    made = untangled(fill.quads, at, normals, fill.perimeter, beside)
+    made = untangle(fill.quads, at, normals, fill.perimeter, beside)
     assert not flipped(fill.quads, made, normals).any()
     moved = np.linalg.norm(made - at, axis=1) > 0.0
     far = np.linalg.norm(at[:, None, :2] - at[thrown][None, :, :2], axis=2).min(axis=1) > 11.0
@@ -100,7 +100,7 @@ def test_a_tangle_that_cannot_be_opened_keeps_no_other_from_it() -> None:
     at[last] = at[last[::-1]]
     stuck = flipped(fill.quads, at, normals) & np.isin(fill.quads, last).any(axis=1)
     assert stuck.any()
-    made = untangled(fill.quads, at, normals, fill.perimeter, beside)
+    made = untangle(fill.quads, at, normals, fill.perimeter, beside)
     remain = flipped(fill.quads, made, normals)
     middle = made[fill.quads].mean(axis=1)
     assert remain.any()
@@ -114,7 +114,7 @@ def test_pieces_have_no_free_vertex_in_common(seed: int) -> None:
     fill = grid(9, 7)
     free = chance.random(fill.n_vertices) < 0.3
     quads = fill.quads[free[fill.quads].any(axis=1)]
-    found = pieces(quads, free)
+    found = find_pieces(quads, free)
     # By brute force: names spread over common free vertices until nothing changes.
     name = np.arange(len(quads))
     while True:
@@ -147,22 +147,22 @@ def test_smoothing_that_flips_nothing_shortens_the_net() -> None:
     fill = grid(20, 20)
     points = on(folds, wavy(20, 0.5), surface)
     beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
-    region = enclosed(surface, points)
-    start = laid_on_disk(region, beside, points)
+    region = enclose_region(surface, points)
+    start = lay_on_disk(region, beside, points)
     assert start is not None
-    start = untangled(
-        fill.quads, start, normals_at(region.surface, beside, start), fill.perimeter, beside
+    start = untangle(
+        fill.quads, start, find_normals(region.surface, beside, start), fill.perimeter, beside
     )
     start[fill.perimeter :] = region.surface.nearest(start[fill.perimeter :]).points
 
     def wrong(vertices: Points) -> NDArray[np.bool_]:
-        return flipped(fill.quads, vertices, normals_at(region.surface, beside, vertices))
+        return flipped(fill.quads, vertices, find_normals(region.surface, beside, vertices))
 
     def stretch(vertices: Points) -> float:
         edge = vertices[fill.quads] - vertices[np.roll(fill.quads, 1, axis=1)]
         return float((edge**2).sum())
 
-    rest = settled_whole(region.surface, fill.quads, beside, start, fill.perimeter)
+    rest = settle_whole(region.surface, fill.quads, beside, start, fill.perimeter)
     assert not (wrong(rest.vertices) & ~wrong(start)).any()
     assert stretch(rest.vertices) < stretch(start)
     assert (rest.vertices[: fill.perimeter] == points).all()
@@ -180,4 +180,4 @@ def test_flipped_corners_are_those_of_no_positive_area() -> None:
         for e in range(4):
             leaving, entering = at[quad[(e + 1) % 4]] - at[quad[e]], at[quad[e - 1]] - at[quad[e]]
             count += bool(wanted[f, e]) and np.cross(leaving, entering) @ up[f] <= 0.0
-    assert flipped_corners(fill.quads, wanted, up, at) == count
+    assert count_flipped_corners(fill.quads, wanted, up, at) == count

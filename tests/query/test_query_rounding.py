@@ -14,7 +14,7 @@ from query_cases import brute_force
 from patterndb.core.halfedge import Int32Array
 from query.solving import cpsat, solve
 from query.solving.halves import COPY_BY, QUEUE
-from query.solving.matching import matchable, soluble
+from query.solving.matching import is_matchable, is_soluble
 from query.solving.systems import Chords, make_systems
 
 Edges = list[tuple[int, int]]
@@ -28,7 +28,7 @@ def decide(w: int, edges: Edges, slack: list[int]) -> tuple[int, Int32Array, Int
     graphs = make_systems(np.ones((1, w), np.int32), joins).graphs
     flow = np.zeros((w, w), np.int32)
     scratch = np.empty((5, w), np.int32)
-    cut = matchable(np.array(slack, np.int32), 0, *graphs, flow, scratch)
+    cut = is_matchable(np.array(slack, np.int32), 0, *graphs, flow, scratch)
     return cut, flow, scratch
 
 
@@ -69,7 +69,7 @@ def check(w: int, edges: Edges, slack: list[int], expected: bool) -> None:
     helpful = np.r_[class_i, class_i[:1], 0].astype(np.int32)
     helped = np.r_[class_j, class_j[:1], 0].astype(np.int32)
     closed = np.array([False] * (m + 1) + [True])
-    assert soluble(need, helpful, helped, m + 2, closed) == expected
+    assert is_soluble(need, helpful, helped, m + 2, closed) == expected
     if cut > 0:
         sides = scratch[QUEUE, :cut].tolist()
         near = {j for e in edges for i, j in (e, e[::-1]) if i in sides}
@@ -155,8 +155,8 @@ def test_large_systems_are_decided_as_cpsat_does(seed: int) -> None:
             slack[s] += chance.choice([1, 1, 6])
     slack[0] += sum(slack) % 2
     lengths = chords.base_lengths() + np.array(slack)
-    expected = cpsat.feasible(chords, lengths)
-    assert solve.feasible(chords, lengths) == expected
+    expected = cpsat.is_feasible(chords, lengths)
+    assert solve.is_feasible(chords, lengths) == expected
     assert (decide(w, edges, slack)[0] == 0) == expected
 
 
@@ -165,5 +165,5 @@ def test_a_search_lists_all_where_few_of_many_branches_have_solutions() -> None:
     chords = Chords.from_sides(w, edges)
     for slack in ([3] + [3] * 9, [1] + [3] * 9, [5, *[2, 2, 3] * 3]):
         lengths = (chords.base_lengths() + np.array(slack)).tolist()
-        rows = [tuple(r) for r in solve.solutions(chords, lengths, None).widths.tolist()]
+        rows = [tuple(r) for r in solve.find_solutions(chords, lengths, None).widths.tolist()]
         assert rows == brute_force(chords, lengths)

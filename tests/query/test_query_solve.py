@@ -14,7 +14,7 @@ from query_cases import Widths, brute_force, random_system
 from query.errors import InvalidQueryError
 from query.solving import cpsat, solve
 from query.solving.evenness import even_cost
-from query.solving.matching import MANY, splits
+from query.solving.matching import MANY, count_splits
 from query.solving.solve import Solutions
 from query.solving.systems import Chords
 
@@ -28,12 +28,12 @@ def rows(solutions: Solutions) -> list[Widths]:
 
 
 def assert_best(chords: Chords, lengths: list[int], all_of_them: list[Widths]) -> None:
-    assert solve.feasible(chords, lengths) == bool(all_of_them)
-    whole = solve.solutions(chords, lengths, None)
+    assert solve.is_feasible(chords, lengths) == bool(all_of_them)
+    whole = solve.find_solutions(chords, lengths, None)
     assert rows(whole) == all_of_them
     assert not whole.truncated
     for limit in LIMITS:
-        best = solve.solutions(chords, lengths, limit)
+        best = solve.find_solutions(chords, lengths, limit)
         assert rows(best) == all_of_them[:limit]
         assert best.truncated == (len(all_of_them) > limit)
 
@@ -47,8 +47,8 @@ def test_kernel_cpsat_and_trying_agree(seed: int) -> None:
         expected = brute_force(chords, lengths)
         solvable += bool(expected)
         assert_best(chords, lengths, expected)
-        assert rows(cpsat.solutions(chords, lengths, None)) == expected
-        assert cpsat.feasible(chords, lengths) == bool(expected)
+        assert rows(cpsat.find_solutions(chords, lengths, None)) == expected
+        assert cpsat.is_feasible(chords, lengths) == bool(expected)
     assert solvable > SYSTEMS // 12
 
 
@@ -64,8 +64,8 @@ def test_cpsat_lists_the_same_best(seed: int) -> None:
     chance = random.Random(seed)
     chords, lengths = random_system(chance, most_sides=3, most_chords=6)
     for limit in (1, 3):
-        kernel = solve.solutions(chords, lengths, limit)
-        other = cpsat.solutions(chords, lengths, limit)
+        kernel = solve.find_solutions(chords, lengths, limit)
+        other = cpsat.find_solutions(chords, lengths, limit)
         assert rows(kernel) == rows(other)
         assert kernel.truncated == other.truncated
 
@@ -85,7 +85,7 @@ def test_long_sides_need_no_list_of_all_solutions(seed: int) -> None:
     chords = Chords.from_sides(n_sides, sides)
     planted = [chance.randint(1, 100) for _ in range(chords.n)]
     lengths = chords.side_lengths(planted)
-    best = solve.solutions(chords, lengths, 10)
+    best = solve.find_solutions(chords, lengths, 10)
     keys = (best.widths.astype(np.int64) ** 2).sum(axis=1)
     assert (best.widths >= 1).all()
     assert all((chords.side_lengths(row) == lengths).all() for row in best.widths)
@@ -94,7 +94,7 @@ def test_long_sides_need_no_list_of_all_solutions(seed: int) -> None:
     )
     assert len(set(rows(best))) == len(best.widths)
     assert keys[0] <= sum(x * x for x in planted)
-    longer = solve.solutions(chords, lengths, 15)
+    longer = solve.find_solutions(chords, lengths, 15)
     assert rows(longer)[: len(best.widths)] == rows(best)
     assert best.truncated or rows(longer) == rows(best)
 
@@ -105,15 +105,15 @@ def test_what_only_a_flow_can_refuse_is_refused() -> None:
     cross = [(i, j) for i in range(3) for j in (3, 4)] + [(5, j) for j in (3, 4)]
     chords = Chords.from_sides(8, [*cross, (5, 6), (5, 7), (6, 7)])
     slack = np.array([300, 300, 300, 440, 440, 500, 260, 260])
-    assert not solve.feasible(chords, chords.base_lengths() + slack)
+    assert not solve.is_feasible(chords, chords.base_lengths() + slack)
     slack = np.array([300, 300, 300, 460, 460, 500, 240, 240])
-    assert solve.feasible(chords, chords.base_lengths() + slack)
+    assert solve.is_feasible(chords, chords.base_lengths() + slack)
 
 
 def test_ties_go_to_the_lexicographically_smaller_widths() -> None:
     chords = Chords.from_sides(2, [(0, 1)] * 3)
-    assert rows(solve.solutions(chords, [4, 4], 2)) == [(1, 1, 2), (1, 2, 1)]
-    assert rows(solve.solutions(chords, [5, 5], None)) == [
+    assert rows(solve.find_solutions(chords, [4, 4], 2)) == [(1, 1, 2), (1, 2, 1)]
+    assert rows(solve.find_solutions(chords, [5, 5], None)) == [
         (1, 2, 2),
         (2, 1, 2),
         (2, 2, 1),
@@ -127,12 +127,12 @@ def test_a_polychord_with_both_ends_on_a_side_counts_twice() -> None:
     chords = Chords.from_label(((0, 1, 0), (1,)))
     assert chords.sides.tolist() == [[0, 0], [0, 1]]
     assert chords.base_lengths().tolist() == [3, 1]
-    assert rows(solve.solutions(chords, [9, 3], None)) == [(3, 3)]
-    assert not solve.feasible(chords, [9, 2])
+    assert rows(solve.find_solutions(chords, [9, 3], None)) == [(3, 3)]
+    assert not solve.is_feasible(chords, [9, 2])
 
 
 @pytest.mark.parametrize("limit", [0, -3])
-@pytest.mark.parametrize("solver", [solve.solutions, cpsat.solutions])
+@pytest.mark.parametrize("solver", [solve.find_solutions, cpsat.find_solutions])
 def test_a_limit_below_one_is_refused(limit: int, solver: solve.Solver) -> None:
     with pytest.raises(InvalidQueryError, match="at least 1"):
         solver(Chords.from_sides(1, [(0, 0)]), [4], limit)
@@ -146,9 +146,9 @@ def test_even_cost_and_splits_by_trying(parts: int, value: int) -> None:
         return [(s, *rest) for s in range(value + 1) for rest in compositions(parts - 1, value - s)]
 
     ways = compositions(parts, value)
-    assert splits(value, parts) == len(ways)
+    assert count_splits(value, parts) == len(ways)
     assert even_cost(parts, value) == min(sum((1 + s) ** 2 for s in way) for way in ways)
 
 
 def test_counts_stop_at_many() -> None:
-    assert splits(5000, 40) == MANY
+    assert count_splits(5000, 40) == MANY

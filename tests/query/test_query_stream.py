@@ -14,8 +14,8 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from query import Boundary, Stroke
 from query.errors import InvalidQueryError
-from query.listing.lane import loop_widths
-from query.placing.strands import edges_off
+from query.listing.lane import list_loop_widths
+from query.placing.strands import count_edges_off
 
 HEXAGON = Boundary((4, 3, 4, 3, 4, 4))
 
@@ -115,11 +115,11 @@ def test_points_make_widths_even_in_length_not_in_edges() -> None:
 
 
 def test_loops_are_as_wide_as_their_strokes_ask() -> None:
-    assert loop_widths(0, 0) == [()]
-    assert loop_widths(0, 1) == []
-    assert loop_widths(1, 3) == [(3,)]
-    assert loop_widths(2, 1) == [(1, 1)]
-    assert loop_widths(2, 2) == [(1, 1), (1, 2), (2, 1)]
+    assert list_loop_widths(0, 0) == [()]
+    assert list_loop_widths(0, 1) == []
+    assert list_loop_widths(1, 3) == [(3,)]
+    assert list_loop_widths(2, 1) == [(1, 1)]
+    assert list_loop_widths(2, 2) == [(1, 1), (1, 2), (2, 1)]
     looped = [p for p in small_patterns() if p.n_loops and p.n_sides]
     pattern = looped[0]
     source = PatternClass.from_patterns(pattern.n_sides, [pattern])
@@ -130,7 +130,7 @@ def test_loops_are_as_wide_as_their_strokes_ask() -> None:
         for fill in found:
             assert sum(fill.widths[pattern.n_chords :]) >= n
             assert fill.flow_distance == 0
-            assert edges_off(fill, [Stroke.loop()] * n, 0) == 0
+            assert count_edges_off(fill, [Stroke.loop()] * n, 0) == 0
 
 
 def _kinds(pattern: Pattern) -> tuple[str, ...]:
@@ -213,13 +213,13 @@ def test_strokes_on_a_closed_side_are_counted_from_its_vertex_0() -> None:
             )
         )
         assert found
-        assert all(edges_off(fill, strokes, 0) == 0 for fill in found)
+        assert all(count_edges_off(fill, strokes, 0) == 0 for fill in found)
         # By hand: of all fills, turned by every number of edges, those with such a strand.
         wanted = set()
         for fill in whole:
             for turn in range(12):
                 start = Stroke((0, turn), (0, (turn + end) % 12))
-                if fill.strict and edges_off(fill, [start], 0) == 0:
+                if fill.strict and count_edges_off(fill, [start], 0) == 0:
                     wanted.add((code_of(fill, True), fill.n_quads))
         assert {(code_of(f, True), f.n_quads) for f in found if f.strict} == wanted
 

@@ -15,7 +15,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.filling import Choice
 from patterndb_sketch.retopo.filling.expansion import Expansion
 from query.engine import PatternSource, fills
-from query.identity import quads_key, weld
+from query.identity import hash_quads, weld
 
 
 def split(choice: Choice, half: int) -> tuple[Int32Array, list[int]]:
@@ -91,7 +91,7 @@ def test_any_fill_is_read_and_its_strips_are_doubled(
     assert made.lengths == tuple(longer)
     assert made.n_irregular == choice.n_irregular
     twin = weld(quads, int(quads.max()) + 1, sum(longer))
-    assert key(made) == quads_key(quads, twin, False)
+    assert key(made) == hash_quads(quads, twin, False)
     again = Expansion.of(made)
     assert (again.widths, again.first, again.strict) == (made.widths, again.first, read.strict)
     if rim:

@@ -20,7 +20,7 @@ from patterndb_sketch.retopo.filling import (
 )
 from patterndb_sketch.retopo.network import Network, check
 from query.engine import PatternSource
-from query.identity import quads_key, weld
+from query.identity import hash_quads, weld
 
 UP = np.array([0.0, 0.0, 1.0])
 
@@ -51,7 +51,7 @@ def assert_manifold(mesh: RetopoMesh) -> None:
 
 def key(choice: Choice) -> bytes:
     faces = choice.faces
-    return quads_key(faces, weld(faces, choice.n_vertices, choice.perimeter), False)
+    return hash_quads(faces, weld(faces, choice.n_vertices, choice.perimeter), False)
 
 
 def drawn_quads(source: PatternSource, network: Network) -> Int32Array:

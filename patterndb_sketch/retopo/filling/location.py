@@ -13,7 +13,7 @@ from patterndb_sketch.retopo.filling.placing import PlacedPatch
 from patterndb_sketch.retopo.ground import Feet, Ground
 from patterndb_sketch.retopo.network import Network, outline
 from patterndb_sketch.retopo.network.faces import joined_chains
-from query.placing import enclosed
+from query.placing import enclose_region
 
 #: A point no further to the right of a patch's border, as a part of the ground's diagonal, is on
 #: it, and so within: rounding alone moves points by less.
@@ -47,7 +47,7 @@ def is_within(ground: Ground, border: tuple[Points, Points], foot: Feet) -> bool
     border: (n, 3) points and (n, 3) normals, the first not repeated. What is on it is within.
     """
     points, normals = border
-    inside = enclosed(ground.surface, points)
+    inside = enclose_region(ground.surface, points)
     if not inside.separates:
         return False
     triangle = ground.triangles[foot.triangles[0]]

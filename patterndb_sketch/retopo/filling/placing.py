@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.filling.choice import Choice, Filling
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import SYMMETRY, Chain, HalfChain, Network, Patch
 from query.fill import Fill
-from query.placing import enclosed, place
+from query.placing import enclose_region, place
 
 # == The border of a patch: where its boundary vertices lie.
 
@@ -109,7 +109,7 @@ def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
         vertices, at_rest = np.empty_like(at), True
     else:
         points = lay_border(network, patch, ground)
-        found = place(fill_of(choice), points, enclosed(ground.surface, points))
+        found = place(fill_of(choice), points, enclose_region(ground.surface, points))
         if not len(which):
             normals = ground.nearest(found.vertices).normals
             return PlacedPatch(

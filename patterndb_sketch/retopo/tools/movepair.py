@@ -24,8 +24,8 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from query.engine import PatternSource
 from query.identity import is_mesh
-from query.placing.laplace import harmonic
-from query.solving.solve import solutions
+from query.placing.laplace import solve_harmonic
+from query.solving.solve import find_solutions
 from query.solving.systems import Chords
 
 #: One step changes the width of a polychord by this much at most. Circuits of a graph, which the
@@ -171,7 +171,7 @@ def find_least_changes(chords: Chords) -> Int32Array:
     sought among the MOST_CHANGES least ones that change no width by more than REACH.
     """
     room = REACH + 1
-    found = solutions(chords, room * chords.base_lengths(), MOST_CHANGES).widths - room
+    found = find_solutions(chords, room * chords.base_lengths(), MOST_CHANGES).widths - room
     kept: list[Int32Array] = []
     for change in found[(np.abs(found) <= REACH).all(axis=1) & found.any(axis=1)]:
         parts = (
@@ -189,7 +189,7 @@ def _laid(
 ) -> tuple[Int32Array, Points]:
     """Quads and vertices of the pattern with these widths, cheaply placed."""
     quads, n_vertices = expansion.quads(widths.tolist())
-    return quads, harmonic(Neighbours.of(quads, n_vertices, len(points)), points)
+    return quads, solve_harmonic(Neighbours.of(quads, n_vertices, len(points)), points)
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:

@@ -17,7 +17,7 @@ from patterndb_sketch.surfacing.sampling import Loop
 from query import Fill, fills
 from query.boundary import Boundary, CornerKind
 from query.engine import PatternSource
-from query.placing import Placement, Region, Surface, laid, place, quality
+from query.placing import Placement, Region, Surface, lay_flat, place, quality
 
 #: Fills that the squarest is chosen from, the first in the order of what artists did.
 POOL = 20
@@ -104,7 +104,8 @@ def _best(db: PatternSource, boundary: Boundary, region: Region) -> tuple[Fill, 
     at = boundary.points
     assert pool and at is not None, "every boundary of even length has a fill"
     costs = [
-        quality(fill.quads, laid(fill, at)) + PRICE_OF_IRREGULAR * fill.n_irregular for fill in pool
+        quality(fill.quads, lay_flat(fill, at)) + PRICE_OF_IRREGULAR * fill.n_irregular
+        for fill in pool
     ]
     best: tuple[Fill, Placement] | None = None
     for i in islice(np.argsort(costs, kind="stable").tolist(), PLACED):

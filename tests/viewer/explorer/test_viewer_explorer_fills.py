@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
 from query import Stroke, fills
-from query.placing import strand
+from query.placing import find_strand
 from viewer.contour import flat
 from viewer.explorer_keys import ACTIONS, KEYS
 from viewer.explorer_scene import compose
@@ -138,7 +138,7 @@ def test_strokes_snap_to_boundary_edges_and_are_had(state: ExplorerState) -> Non
     state.settle()
     assert state.fills
     for fill in state.fills:
-        ends = strand(fill, stroke.start).ends
+        ends = find_strand(fill, stroke.start).ends
         assert ends is not None and stroke.end in ends
     placed = state.placed
     assert placed is not None and len(placed.net.carried)
