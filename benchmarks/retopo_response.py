@@ -20,7 +20,7 @@ import numpy as np
 import patterndb
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import change_counts, choose_counts, rank_fills
-from patterndb_sketch.retopo.ground import Ground, cleaned
+from patterndb_sketch.retopo.ground import Ground, clean_stroke
 from patterndb_sketch.retopo.network import check
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import find_completions
@@ -144,7 +144,7 @@ def main() -> None:
             )
 
         assert suggest()
-        spine = cleaned(line((8.6, 3.2), (8.7, 6.0)), ground, editor.sizes, closed=False)
+        spine = clean_stroke(line((8.6, 3.2), (8.7, 6.0)), ground, editor.sizes, closed=False)
         rows = [
             ("stroke to filled patch", timed(stroke, undo, given.times)),
             ("suggestions under the cursor", timed(suggest, int, given.times)),

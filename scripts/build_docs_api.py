@@ -53,7 +53,13 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "patterndb_sketch.retopo.editor": ("Call", "Editor", "Outcome", "State"),
     "patterndb_sketch.retopo.table": ("TOOLS", "describe_tools"),
     "patterndb_sketch.retopo.tool": ("Tool", "Control", "ToolWork", "Result"),
-    "patterndb_sketch.retopo.ground": ("Ground", "Feet", "Projected", "Stroke", "cleaned"),
+    "patterndb_sketch.retopo.ground": (
+        "Ground",
+        "GroundPoints",
+        "ProjectedPoints",
+        "GroundStroke",
+        "clean_stroke",
+    ),
     "patterndb_sketch.retopo.network": ("Network", "Node", "Chain", "Patch"),
     "patterndb_sketch.retopo.filling": (
         "FilledNetwork",

@@ -141,7 +141,7 @@ RETOPO = """
 import numpy as np
 from patterndb_sketch.retopo.counts import CountsProblem, change_count, solve_counts
 from patterndb_sketch.retopo.filling.edgecounts import count_fewest_edges
-from patterndb_sketch.retopo.ground import Ground, cleaned, geodesic, planar_cut
+from patterndb_sketch.retopo.ground import Ground, clean_stroke, cut_by_plane, trace_geodesic
 from patterndb_sketch.retopo.network import Network, with_borders
 from patterndb_sketch.retopo.network.flooding import flooded
 from patterndb_sketch.retopo.sizes import Sizes
@@ -160,14 +160,14 @@ network = with_borders(Network(longest=99.0), ground, sizes.sampling)
 ring = [(4 + np.cos(t), 4 + np.sin(t), 0) for t in np.linspace(0, 6.2, 50)]
 lines = [[(2, 4, 0), (7, 4, 0)], [(3, 2, 0), (3, 7, 0)], [(2, 2, 0), (2, 7, 0), (7, 7, 0)]]
 for line in (*lines, ring):
-    network = insert_stroke(network, ground, sizes, cleaned(line, ground, sizes)).network
+    network = insert_stroke(network, ground, sizes, clean_stroke(line, ground, sizes)).network
 ground.project([[4, 4, 9.0]], [[0, 0, 1.0]])
 one, two = ground.nearest([[1, 1, 0.0]]), ground.nearest([[8, 8, 0.0]])
-geodesic(ground, one, two).sampled(ground, sizes.sampling)
-planar_cut(ground, one, (1, 0.3, 0))
+trace_geodesic(ground, one, two).sample(ground, sizes.sampling)
+cut_by_plane(ground, one, (1, 0.3, 0))
 find_completions(network, ground, (4.99, 4, 0), (0, 0, 1), sizes)
 network = toggle_corner(network, sizes, (5, 4.1, 0), (0, 0, 1)).network
-erase_crossed_chains(network, cleaned([(4.5, 3, 0), (4.5, 6, 0)], ground, sizes))
+erase_crossed_chains(network, clean_stroke([(4.5, 3, 0), (4.5, 6, 0)], ground, sizes))
 count_fewest_edges(next(iter(network.chains.values())), sizes.edge)
 flooded(ground, np.zeros(len(ground.triangles), bool), np.array([0], np.int32), 1e9)
 Salience.of(ground, sizes.edge).felt(ground.vertices[:2], ground.normals[:2], "both")

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb.system.files import replace_file
 from patterndb_sketch.retopo.editor import Call
-from patterndb_sketch.retopo.ground import Feet, Ground, geodesic, planar_cut
+from patterndb_sketch.retopo.ground import Ground, GroundPoints, cut_by_plane, trace_geodesic
 from patterndb_sketch.retopo.script import line_of
 
 Points = NDArray[np.float64]
@@ -105,7 +105,7 @@ class Sketch:
         start = self.ground.nearest(middle[None])
         if inside:
             start = self._beyond(middle, across, next(iter(names.values())))
-        cut = planar_cut(self.ground, start, across).round
+        cut = cut_by_plane(self.ground, start, across).round
         cut = at_lengths(cut, np.linspace(0.0, arc_length(cut)[-1], AROUND + 1)[:-1])
         self._name_around(cut, names)
         self._call("loop", at=start.points[0], normal=across)
@@ -131,7 +131,7 @@ class Sketch:
         parts: list[Points] = []
         fixed = [0]
         for one, two in pairwise(feet):
-            path = geodesic(self.ground, one, two).points
+            path = trace_geodesic(self.ground, one, two).points
             along = arc_length(path)
             count = max(3, round(float(along[-1]) / (self.fine * self.ground.diagonal)))
             even = at_lengths(path, np.linspace(0.0, along[-1], count + 1))
@@ -219,7 +219,7 @@ class Sketch:
     def _remember(self, one: str, two: str, middle: Points) -> None:
         self._middles[frozenset((one, two))] = middle
 
-    def _beyond(self, at: Points, across: Points, way: Sequence[float]) -> Feet:
+    def _beyond(self, at: Points, across: Points, way: Sequence[float]) -> GroundPoints:
         """What is met first from a point inside, in the plane across which ``across`` stands."""
         towards = np.asarray(way, float)
         towards = towards - (towards @ across) / (across @ across) * across

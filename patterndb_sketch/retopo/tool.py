@@ -18,7 +18,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import MOST_POINTS, Argument, Number
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Feet, Ground, Stroke, cleaned
+from patterndb_sketch.retopo.ground import Ground, GroundPoints, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import Edit, Network, nearest_place, samples
 from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Half, refuse_beyond
@@ -67,13 +67,13 @@ class ToolWork:
         """The whole ground, whatever symmetry is."""
         return self.ground if self.half is None else self.half.whole
 
-    def foot(self, point: ArrayLike) -> Feet:
+    def foot(self, point: ArrayLike) -> GroundPoints:
         """The point of the ground nearest to a point (3,), as one foot."""
         at = np.asarray(point, np.float64)[None]
         self._refuse_far(at)
         return self.ground.nearest(at)
 
-    def stroke(self, points: Points, closed: bool | None = None) -> Stroke:
+    def stroke(self, points: Points, closed: bool | None = None) -> GroundStroke:
         """A stroke as it was drawn, cleaned."""
         self._refuse_far(points)
         samples = arc_length(points)[-1] / self.state.sizes.sampling
@@ -82,9 +82,9 @@ class ToolWork:
                 f"the stroke would have {samples:,.0f} points at a sampling of "
                 f"{self.state.sizes.sampling:g}, and {MOST_POINTS:,} are the most; draw it shorter"
             )
-        return cleaned(points, self.whole, self.state.sizes, closed)
+        return clean_stroke(points, self.whole, self.state.sizes, closed)
 
-    def stroke_here(self, points: Points, what: str, closed: bool | None = None) -> Stroke:
+    def stroke_here(self, points: Points, what: str, closed: bool | None = None) -> GroundStroke:
         """A stroke, cleaned, that must be on the half that is worked on; what: it is, for words.
 
         Raises RefusedError if it is not, while symmetry is on.

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 from ground_cases import grid
 
-from patterndb_sketch.retopo.ground import Ground, Stroke
+from patterndb_sketch.retopo.ground import Ground, GroundStroke
 from patterndb_sketch.retopo.network import AtNode, Draft, Network
 from patterndb_sketch.retopo.sizes import Sizes
 
@@ -40,9 +40,9 @@ def up(points: np.ndarray) -> np.ndarray:
     return np.tile([0.0, 0.0, 1.0], (len(points), 1))
 
 
-def stroke(*corners: tuple[float, float]) -> Stroke:
+def stroke(*corners: tuple[float, float]) -> GroundStroke:
     points = line(*corners)
-    return Stroke(points, up(points), False)
+    return GroundStroke(points, up(points), False)
 
 
 def polygons(*drawn: list[tuple[float, float, bool]]) -> Network:
@@ -65,7 +65,7 @@ def polygons(*drawn: list[tuple[float, float, bool]]) -> Network:
                         nodes[end] = draft.add_node([*end, 0.0], [0.0, 0.0, 1.0])
                 draft.add_chain(points, up(points), AtNode(nodes[side[0]]), AtNode(nodes[side[-1]]))
                 side = [(x, y)]
-    return draft.finished()
+    return draft.finish()
 
 
 def corners_of(network: Network, patch: int) -> np.ndarray:

@@ -91,7 +91,7 @@ def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network
         corners.append(draft.end_node(AtChain(place.chain, place.place), *([np.zeros(3)] * 2)))
     points = line((x1, 0.0), (x1, y1), (x0, y1), (x0, 0.0))
     draft.add_chain(points, up(points), AtNode(corners[1]), AtNode(corners[0]))
-    return draft.finished()
+    return draft.finish()
 
 
 def test_nothing_far_from_all_patches_and_no_more_choices_than_there_are() -> None:

@@ -13,7 +13,7 @@ from retopo_cases import genus
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Feet, Ground, cleaned
+from patterndb_sketch.retopo.ground import Ground, GroundPoints, clean_stroke
 from patterndb_sketch.retopo.network import Network, check, face, outline, with_borders
 from patterndb_sketch.retopo.network.flooding import flooded, wall_of
 from patterndb_sketch.retopo.network.patches import ROUNDNESS
@@ -75,7 +75,7 @@ def ring(z: float, radius: float = 1.0) -> Points:
     return np.c_[radius * np.cos(t), radius * np.sin(t), np.full(90, z)]
 
 
-def feet(ground: Ground, *point: float) -> Feet:
+def feet(ground: Ground, *point: float) -> GroundPoints:
     return ground.nearest(np.array([point]))
 
 
@@ -84,7 +84,7 @@ def ringed(ground: Ground, *heights: float, corners: int = 4) -> tuple[Network, 
     sizes = Sizes.of(ground.diagonal)
     network = with_borders(Network(longest=2.0 * ground.diagonal), ground, sizes.sampling)
     for z in heights:
-        stroke = cleaned(ring(z), ground, sizes, True)
+        stroke = clean_stroke(ring(z), ground, sizes, True)
         network = insert_stroke(network, ground, sizes, stroke).network
         for k in range(corners):
             at = ring(z)[90 * k // corners]
@@ -128,7 +128,7 @@ def test_a_ring_around_a_finger_has_its_tip_up_to_the_bound(z: float) -> None:
     ground = finger()
     sizes = Sizes.of(ground.diagonal)
     network = Network(longest=2.0 * ground.diagonal, ground=ground)
-    stroke = cleaned(ring(z, radius), ground, sizes, True)
+    stroke = clean_stroke(ring(z, radius), ground, sizes, True)
     network = insert_stroke(network, ground, sizes, stroke).network
     for angle in (0.0, 2.0, 4.0):
         foot = feet(ground, radius * np.cos(angle), radius * np.sin(angle), z)
@@ -157,7 +157,9 @@ def test_around_a_handle_there_is_no_end() -> None:
     sizes = Sizes.of(ground.diagonal)
     t = np.linspace(0.0, 2.0 * np.pi, 60, endpoint=False)
     line = np.c_[1.0 + 0.3 * np.cos(t), np.zeros(60), 0.3 * np.sin(t)]
-    network = insert_stroke(Network(), ground, sizes, cleaned(line, ground, sizes, True)).network
+    network = insert_stroke(
+        Network(), ground, sizes, clean_stroke(line, ground, sizes, True)
+    ).network
     for at in line[::20]:
         foot = ground.nearest(at[None])
         network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
@@ -191,9 +193,11 @@ def test_the_cap_of_a_cylinder_knows_the_ends_of_limbs() -> None:
     sizes = Sizes.of(ground.diagonal)
     network = Network(longest=2.0 * ground.diagonal)
     for z in (3.8, 2.0):
-        stroke = cleaned(ring(z), ground, sizes, True)
+        stroke = clean_stroke(ring(z), ground, sizes, True)
         network = insert_stroke(network, ground, sizes, stroke).network
-    stroke = cleaned(np.array([[1.0, 0, 2.0], [1.0, 0, 2.9], [1.0, 0, 3.8]]), ground, sizes, False)
+    stroke = clean_stroke(
+        np.array([[1.0, 0, 2.0], [1.0, 0, 2.9], [1.0, 0, 3.8]]), ground, sizes, False
+    )
     done = join_loops(network, ground, sizes, stroke).network
     check(done)
     # Four around, and the top; below there is more than an end.
@@ -218,7 +222,7 @@ def test_by_hand_any_loop_around_a_place_is_a_patch_and_none_again(height: float
 def test_a_patch_let_go_stays_so_while_others_are_drawn() -> None:
     network, sizes = ringed(tin(), 3.7)
     gone = drop_patch(network, tin(), feet(tin(), 0.0, 0.0, 4.0)).network
-    other = insert_stroke(gone, tin(), sizes, cleaned(ring(1.0), tin(), sizes, True)).network
+    other = insert_stroke(gone, tin(), sizes, clean_stroke(ring(1.0), tin(), sizes, True)).network
     assert not other.patches
     # Another corner on its loop, and it is looked at anew.
     foot = feet(tin(), *ring(3.7)[11])
@@ -238,7 +242,7 @@ def test_what_can_be_no_patch_by_hand_is_refused() -> None:
         make_patch(plain, ground, feet(ground, -1, 0, 3))
     line = np.array([[1.0, 0.0, 1.0], [1.0, 0.0, 2.0]])
     single, sizes = ringed(ground, 1.0)
-    stem = insert_stroke(single, ground, sizes, cleaned(line, ground, sizes, False)).network
+    stem = insert_stroke(single, ground, sizes, clean_stroke(line, ground, sizes, False)).network
     with pytest.raises(RefusedError, match="open end"):
         make_patch(stem, ground, feet(ground, 0.0, 1.0, 2.0))
 
@@ -259,7 +263,7 @@ def slit() -> tuple[Network, Ground, Sizes]:
     """On a tin, two rings with one curve between them; beyond them patches."""
     network, sizes = ringed(tin(), 0.3, 3.7)
     line = np.array([[1.0, 0.0, 0.3], [1.0, 0.0, 2.0], [1.0, 0.0, 3.7]])
-    network = insert_stroke(network, tin(), sizes, cleaned(line, tin(), sizes, False)).network
+    network = insert_stroke(network, tin(), sizes, clean_stroke(line, tin(), sizes, False)).network
     return network, tin(), sizes
 
 
@@ -267,7 +271,7 @@ def test_a_strip_closed_by_one_curve_is_open_to_spines_and_suggestions() -> None
     network, ground, sizes = slit()
     check(network)
     assert genus(network) == 0
-    stroke = cleaned(np.array([[-0.9, 0.4, 0.3], [-0.9, 0.4, 1.2]]), ground, sizes, False)
+    stroke = clean_stroke(np.array([[-0.9, 0.4, 0.3], [-0.9, 0.4, 1.2]]), ground, sizes, False)
     drawn = draw_spine(network, ground, stroke, sizes).network
     check(drawn, patches=False)
     assert genus(drawn) == 0

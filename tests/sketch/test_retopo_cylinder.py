@@ -9,7 +9,7 @@ import pytest
 from ground_cases import plane, sphere, tube
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtChain,
     Draft,
@@ -53,8 +53,8 @@ def two_loops(ground: Ground, low: float, high: float) -> Network:
     return network
 
 
-def drawn(ground: Ground, *points: tuple[float, float, float]) -> Stroke:
-    return cleaned(points, ground, SIZES, closed=False)
+def drawn(ground: Ground, *points: tuple[float, float, float]) -> GroundStroke:
+    return clean_stroke(points, ground, SIZES, closed=False)
 
 
 def angles(network: Network, z: float) -> np.ndarray:
@@ -78,7 +78,7 @@ def with_corners(network: Network, z: float, degrees: list[float]) -> Network:
         node = draft.end_node(AtChain(place.chain, place.place), np.zeros(3), np.zeros(3))
         for half in draft.nodes[node].ends:
             draft.flag(half, True)
-        network = draft.finished()
+        network = draft.finish()
     return network
 
 
@@ -197,7 +197,7 @@ def test_nested_circles_of_a_plane_are_joined_and_the_inner_one_filled() -> None
     for radius in (1.0, 2.0):
         t = np.linspace(0, 2 * np.pi, 200, endpoint=False)
         points = np.c_[3 + radius * np.cos(t), 3 + radius * np.sin(t), 0 * t]
-        closed = cleaned(points, ground, SIZES, closed=True)
+        closed = clean_stroke(points, ground, SIZES, closed=True)
         network = insert_stroke(network, ground, SIZES, closed).network
     stroke = drawn(ground, (4, 3, 0), (5, 3, 0))
     after = join_loops(network, ground, SIZES, stroke).network

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike
 from retopo_cases import SIZES, drawn, even, flat, genus, node_at, plane, up
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtNode,
     Draft,
@@ -92,7 +92,7 @@ def test_a_curve_may_go_round_a_handle_of_the_ground() -> None:
     long = np.c_[1.4 * np.cos(turn), 1.4 * np.sin(turn), np.zeros(80)]
     network = Network()
     for line, goes_round in ((short, 0), (long, 1)):
-        network = insert_stroke(network, ring, sizes, cleaned(line, ring, sizes, True)).network
+        network = insert_stroke(network, ring, sizes, clean_stroke(line, ring, sizes, True)).network
         check(network)
         assert genus(network) == goes_round
     (node,) = network.nodes.values()
@@ -124,7 +124,7 @@ def test_a_stroke_along_a_curve_is_that_curve(seed: int, backwards: bool) -> Non
 def test_a_stroke_there_and_back_is_one_curve(times: int, aside: float) -> None:
     ends = [[0.0, k * aside] if k % 2 == 0 else [1.0, k * aside] for k in range(times + 1)]
     line = even(ends)
-    stroke = cleaned(line, plane(), SIZES, False)
+    stroke = clean_stroke(line, plane(), SIZES, False)
     network = insert_stroke(Network(), plane(), SIZES, stroke).network
     sound(network)
     network = after(network, [[0.5, -0.5], [0.5, 0.5]])
@@ -249,14 +249,14 @@ def test_what_would_pass_through_a_curve_is_refused() -> None:
     inside, outside = even([[0, 0], [0.5, 0.5]]), even([[0, 0], [-0.5, -0.5]])
     one = draft.add_chain(inside, up(inside), AtNode(node))
     two = draft.add_chain(outside, up(outside), AtNode(node))
-    kept = draft.finished()
+    kept = draft.finish()
     sound(kept)
     ends = [kept.chains[c].end for c in (one, two)]
     through = even([[0.5, 0.5], [1.5, 0.5], [1.5, -0.5], [-0.5, -0.5]])
     with pytest.raises(RefusedError, match="pass through"):
         Draft(kept).add_chain(through, up(through), AtNode(ends[0]), AtNode(ends[1]))
     # As a stroke it crosses the ring.
-    stroke = Stroke(through, up(through), False)
+    stroke = GroundStroke(through, up(through), False)
     made = insert_stroke(kept, plane(), SIZES, stroke, AtNode(ends[0]), AtNode(ends[1])).network
     sound(made)
     assert not equal(made, kept)

@@ -11,18 +11,18 @@ from scipy.optimize import minimize
 from test_retopo_planarcut import CUBE, CUBE_FACES, lies_within
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Feet, Ground, Trace, geodesic
+from patterndb_sketch.retopo.ground import Ground, GroundPoints, Trace, trace_geodesic
 
 
 def between(ground: Ground, a: np.ndarray, b: np.ndarray) -> Trace:
     feet = ground.nearest([a, b])
-    trace = geodesic(ground, feet[:1], feet[1:])
+    trace = trace_geodesic(ground, feet[:1], feet[1:])
     assert (trace.points[0] == feet.points[0]).all()
     assert (trace.points[-1] == feet.points[1]).all()
     return trace
 
 
-def somewhere(ground: Ground, rng: np.random.Generator) -> Feet:
+def somewhere(ground: Ground, rng: np.random.Generator) -> GroundPoints:
     """A point within a triangle, on an edge, or at a vertex."""
     weights = rng.dirichlet((1.0, 1.0, 1.0))
     kind = rng.integers(3)
@@ -116,7 +116,7 @@ class TestUnrolled:
         apart = float(np.linalg.norm(a.points - b.points))
         if apart == 0.0:
             return
-        trace = geodesic(flat, a, b)
+        trace = trace_geodesic(flat, a, b)
         assert trace.length == pytest.approx(apart, rel=1e-9)
         lies_within(flat, trace)
 
@@ -161,7 +161,7 @@ class TestCurved:
         a, b = somewhere(hills, rng), somewhere(hills, rng)
         if (a.points == b.points).all():
             return
-        trace = geodesic(hills, a, b)
+        trace = trace_geodesic(hills, a, b)
         lies_within(hills, trace)
         straight_all_round(hills, trace)
         if len(trace.points) > 2:
@@ -185,7 +185,7 @@ class TestCurved:
     def test_sampled_it_stays_on_the_ground(self) -> None:
         hills = bumps(2)
         trace = between(hills, np.array((0.1, 0.1, 0.0)), np.array((0.9, 0.8, 0.0)))
-        stroke = trace.sampled(hills, 0.01)
+        stroke = trace.sample(hills, 0.01)
         assert not stroke.closed and len(stroke.points) == round(trace.length / 0.01) + 1
         assert (stroke.points[[0, -1]] == trace.points[[0, -1]]).all()
         assert np.abs(hills.nearest(stroke.points).points - stroke.points).max() < 1e-12
@@ -230,6 +230,6 @@ class TestRefusals:
         flat = plane(4, 4)
         feet = flat.nearest([(0.1, 0.1, 0.0), (0.2, 0.2, 0.0)])
         with pytest.raises(RefusedError, match="two points"):
-            geodesic(flat, feet[:1], feet[:1])
+            trace_geodesic(flat, feet[:1], feet[:1])
         with pytest.raises(InvalidRetopoError, match="one point"):
-            geodesic(flat, feet, feet[:1])
+            trace_geodesic(flat, feet, feet[:1])

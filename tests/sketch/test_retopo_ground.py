@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from patterndb.errors import InvalidMeshError
 from patterndb_sketch.retopo import InvalidRetopoError, RefusedError, Sizes
-from patterndb_sketch.retopo.ground import Ground, cleaned, smoothed, targets
-from patterndb_sketch.retopo.ground.topology import Topology
+from patterndb_sketch.retopo.ground import Ground, clean_stroke, smooth_polyline, smoothing_targets
+from patterndb_sketch.retopo.ground.topology import GroundTopology
 
 
 def plates(gap: float) -> Ground:
@@ -58,7 +58,7 @@ class TestTopology:
         rng = np.random.default_rng(seed)
         vertices = rng.normal(size=(7, 3))
         faces = np.array([rng.choice(7, 3, replace=False) for _ in range(9)], np.int32)
-        topology = Topology.of(vertices, faces)
+        topology = GroundTopology.of(vertices, faces)
         ends = np.sort(np.stack([faces.ravel(), np.roll(faces, -1, axis=1).ravel()], 1), axis=1)
         assert (topology.ends[topology.edges] == ends).all()
         for side in range(27):
@@ -78,7 +78,7 @@ class TestTopology:
 
     def test_of_three_at_an_edge_the_straightest_two_are_neighbours(self) -> None:
         points = np.array([(0, 0, 0), (0, 2, 0), (1, 1, 0.1), (-1, 1, 0), (0.1, 1, 1)], float)
-        topology = Topology.of(points, np.array([(0, 2, 1), (0, 4, 1), (0, 1, 3)], np.int32))
+        topology = GroundTopology.of(points, np.array([(0, 2, 1), (0, 4, 1), (0, 1, 3)], np.int32))
         assert topology.across[2] == 6 and topology.across[6] == 2 and topology.across[5] == -1
 
 
@@ -171,7 +171,7 @@ class TestCleaning:
         rng = np.random.default_rng(1)
         drawn = np.linspace((0.2, 0.2, 0.0), (1.7, 1.4, 0.0), 300)
         drawn[1:-1] += 0.002 * rng.normal(size=(298, 3))
-        stroke = cleaned(drawn, flat, sizes)
+        stroke = clean_stroke(drawn, flat, sizes)
         assert not stroke.closed and stroke.missed == 0
         assert np.abs(stroke.points[:, 2]).max() < 1e-12
         assert np.abs(stroke.points[[0, -1]] - drawn[[0, -1]]).max() < 1e-12
@@ -190,7 +190,7 @@ class TestCleaning:
         a, b = np.c_[np.random.default_rng(seed).uniform(0.1, 1.9, (2, 2)), (0.0, 0.0)]
         if np.linalg.norm(a - b) < 0.1:
             return
-        stroke = cleaned([a, b], flat, Sizes.of(flat.diagonal), closed=False)
+        stroke = clean_stroke([a, b], flat, Sizes.of(flat.diagonal), closed=False)
         n = len(stroke.points) - 1
         assert np.abs(stroke.points - np.linspace(a, b, n + 1)).max() < 1e-9
         assert n == round(np.linalg.norm(a - b) / (0.002 * flat.diagonal))
@@ -200,42 +200,42 @@ class TestCleaning:
         sizes = Sizes.of(ball.diagonal)
         turn = np.linspace(0.0, 2.0 * np.pi - 0.02, 60)
         drawn = np.stack([np.cos(turn), np.sin(turn), 0.0 * turn], axis=1)
-        stroke = cleaned(drawn, ball, sizes)
+        stroke = clean_stroke(drawn, ball, sizes)
         assert stroke.closed and (stroke.points[0] != stroke.points[-1]).any()
         assert stroke.length == pytest.approx(2.0 * np.pi, rel=1e-2)
         assert np.abs(ball.nearest(stroke.points).points - stroke.points).max() < 1e-9
         # Turned about, the same circle; and left open if that is asked for.
-        assert cleaned(drawn[::-1], ball, sizes).closed
-        assert not cleaned(drawn, ball, sizes, closed=False).closed
-        assert cleaned(drawn[:40], ball, sizes, closed=True).closed
+        assert clean_stroke(drawn[::-1], ball, sizes).closed
+        assert not clean_stroke(drawn, ball, sizes, closed=False).closed
+        assert clean_stroke(drawn[:40], ball, sizes, closed=True).closed
 
     def test_a_short_stroke_is_not_closed(self) -> None:
         flat = plane(20, 20, 0.1)
         sizes = Sizes.of(flat.diagonal)
-        stroke = cleaned([(1, 1, 0), (1 + 0.5 * sizes.snap, 1, 0)], flat, sizes)
+        stroke = clean_stroke([(1, 1, 0), (1 + 0.5 * sizes.snap, 1, 0)], flat, sizes)
         assert not stroke.closed and len(stroke.points) >= 3
-        assert len(cleaned([(1, 1, 0), (1.0001, 1, 0)], flat, sizes).points) == 3
+        assert len(clean_stroke([(1, 1, 0), (1.0001, 1, 0)], flat, sizes).points) == 3
 
     def test_normals_keep_it_on_its_side_of_a_thin_plate(self) -> None:
         thin = plates(0.001)
         drawn = np.linspace((-0.5, 0.0, -0.01), (0.5, 0.2, -0.01), 20)
         sizes = Sizes.of(thin.diagonal)
-        up = cleaned(drawn, thin, sizes, normals=np.tile((0, 0, 1.0), (20, 1)))
+        up = clean_stroke(drawn, thin, sizes, normals=np.tile((0, 0, 1.0), (20, 1)))
         assert up.points[:, 2] == pytest.approx(0.001) and up.normals[:, 2].min() > 0.99
-        assert cleaned(drawn, thin, sizes).points[:, 2] == pytest.approx(0.0)
+        assert clean_stroke(drawn, thin, sizes).points[:, 2] == pytest.approx(0.0)
 
     @pytest.mark.parametrize("points", [[], [(0, 0, 1)], [(0, 0, 1), (0, 0, 1)]])
     def test_no_length_is_refused(self, points: list[tuple[float, ...]]) -> None:
         ball = sphere(1)
         with pytest.raises(RefusedError, match="no length"):
-            cleaned(np.array(points, float).reshape(-1, 3), ball, Sizes.of(1.0))
+            clean_stroke(np.array(points, float).reshape(-1, 3), ball, Sizes.of(1.0))
 
     def test_bad_input_is_named(self) -> None:
         ball = sphere(1)
         with pytest.raises(InvalidRetopoError, match="not finite"):
-            cleaned([(0, 0, 1), (np.inf, 0, 0)], ball, Sizes.of(1.0))
+            clean_stroke([(0, 0, 1), (np.inf, 0, 0)], ball, Sizes.of(1.0))
         with pytest.raises(InvalidRetopoError, match="2 points has 1 normals"):
-            cleaned([(0, 0, 1), (0, 1, 0)], ball, Sizes.of(1.0), normals=[(0, 0, 1)])
+            clean_stroke([(0, 0, 1), (0, 1, 0)], ball, Sizes.of(1.0), normals=[(0, 0, 1)])
 
 
 class TestSmoothing:
@@ -243,7 +243,7 @@ class TestSmoothing:
     @given(st.integers(0, 2**32), st.integers(1, 12), st.booleans())
     def test_targets_point_by_point(self, seed: int, n: int, closed: bool) -> None:
         p = np.random.default_rng(seed).normal(size=(n, 3))
-        middle, curved = targets(p, closed)
+        middle, curved = smoothing_targets(p, closed)
         for i in range(n):
             inner = n >= 3 and (closed or 0 < i < n - 1)
             deep = n >= 5 and (closed or 1 < i < n - 2)
@@ -258,9 +258,9 @@ class TestSmoothing:
     @given(st.integers(0, 2**32), st.booleans())
     def test_turned_about_it_is_the_same(self, seed: int, closed: bool) -> None:
         p = np.random.default_rng(seed).normal(size=(20, 3))
-        assert np.allclose(smoothed(p[::-1], 3, closed), smoothed(p, 3, closed)[::-1])
+        assert np.allclose(smooth_polyline(p[::-1], 3, closed), smooth_polyline(p, 3, closed)[::-1])
         if not closed:
-            assert (smoothed(p, 3, closed)[[0, -1]] == p[[0, -1]]).all()
+            assert (smooth_polyline(p, 3, closed)[[0, -1]] == p[[0, -1]]).all()
 
 
 def test_points_that_lie_nearly_on_the_ground_stay_near() -> None:
@@ -278,5 +278,5 @@ def test_points_that_lie_nearly_on_the_ground_stay_near() -> None:
     assert np.allclose(ground.project_near(above, up, sizes).feet.points, [[1.0, 0.3, 0.0]])
     # A stroke along the edge that strays off it goes along the edge.
     x = 0.02 * np.sin(np.linspace(0.0, 9.0, 60))
-    stroke = cleaned(np.c_[x, np.linspace(-0.9, 0.9, 60), np.zeros(60)], ground, sizes)
+    stroke = clean_stroke(np.c_[x, np.linspace(-0.9, 0.9, 60), np.zeros(60)], ground, sizes)
     assert (stroke.points[:, 2] == 0.0).all() and stroke.missed > 0

@@ -133,7 +133,7 @@ def test_ends_are_counter_clockwise_whatever_order_they_come_in(degrees: list[in
         else:
             half = 2 * draft.add_chain(line[::-1], up(line), Free(), AtNode(node)) + 1
         towards[half] = degree
-    network = draft.finished()
+    network = draft.finish()
     check(network)
     around = [towards[half] for half in network.nodes[node].ends]
     first = around.index(min(around))
@@ -160,7 +160,7 @@ def test_places_of_before_cuts_stay_where_they_were(
     nodes: list[int] = []
     for cut in cuts:
         nodes.append(draft.cut_chain(chain, cut * old.segments))
-    now, place = draft.located(chain, asked * old.segments)
+    now, place = draft.locate(chain, asked * old.segments)
     expected = at_places(old.round, asked * old.segments)
     # A cut next to a sample is at the sample, which moves what is between by as much.
     step = np.linalg.norm(np.diff(old.round, axis=0), axis=1).max()
@@ -171,7 +171,7 @@ def test_places_of_before_cuts_stay_where_they_were(
     for node in nodes:
         if node in draft.nodes and draft.nodes[node].ends:
             draft.flag(draft.nodes[node].ends[0], len(draft.nodes[node].ends) > 1)
-    done = draft.finished()
+    done = draft.finish()
     check(done)
     assert sum(c.length for c in done.chains.values()) == pytest.approx(old.length, rel=0.02)
 
@@ -199,7 +199,7 @@ def test_a_cut_without_a_corner_leaves_the_chain_as_it_was() -> None:
     chain = chain_between(network, (0, 0), (2, 0))
     draft = Draft(network)
     draft.cut_chain(chain, 30.0)
-    done = draft.finished()
+    done = draft.finish()
     check(done)
     again = done.chains[chain_between(done, (0, 0), (2, 0))]
     assert again.points.tobytes() == network.chains[chain].points.tobytes()
@@ -268,18 +268,18 @@ def test_a_loop_can_be_made_a_patch_against_equation_one() -> None:
         node = draft.cut_chain(chain, place)
         for half in draft.nodes[node].ends:
             draft.flag(half, True)
-    plain = draft.finished()
+    plain = draft.finish()
     check(plain)
     assert not plain.patches
     draft = Draft(plain)
     half = 2 * min(plain.chains)
-    done = draft.finished(also=[half])
+    done = draft.finish(also=[half])
     check(done)
     (patch,) = done.patches.values()
     assert half in patch.loop
     open_end, single = add_chain(Network(), even([[0, 0], [1, 0]]), up(even([[0, 0], [1, 0]])))
     with pytest.raises(InvalidRetopoError, match="can be no patch"):
-        Draft(open_end).finished(also=[2 * single])
+        Draft(open_end).finish(also=[2 * single])
 
 
 def test_samples_are_those_of_all_chains() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from retopo_cases import genus, plane, sphere
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import Edit, Network, check, equal, with_borders, with_count
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle_corner
@@ -26,7 +26,7 @@ SIZES = Sizes(snap=0.1, spine=1.0, autocompletion=1.0, brush=1.0, edge=0.2, samp
 EDITS = ("insert",) * 5 + ("erase", "erase open", "toggle", "flip", "knot", "count", "undo")
 
 
-def scribble(rng: np.random.Generator, ground: Ground) -> Stroke:
+def scribble(rng: np.random.Generator, ground: Ground) -> GroundStroke:
     """A stroke through some random places; on a plane at times on a grid, over others."""
     places = rng.uniform(-0.9, 0.9, (rng.integers(2, 7), 2))
     if ground is plane() and rng.random() < 0.3:
@@ -34,7 +34,7 @@ def scribble(rng: np.random.Generator, ground: Ground) -> Stroke:
     if rng.random() < 0.1:
         places[-1] = [6.0, 0.0]
     height = 0.9 if ground is sphere() else 0.0
-    return cleaned(np.c_[places, np.full(len(places), height)], ground, SIZES)
+    return clean_stroke(np.c_[places, np.full(len(places), height)], ground, SIZES)
 
 
 def place(rng: np.random.Generator, network: Network, ground: Ground) -> tuple[np.ndarray, ...]:
@@ -117,7 +117,7 @@ def test_the_order_around_nodes_is_that_of_a_drawing(ground, seed: int) -> None:
     for _ in range(10):
         places = rng.uniform(-0.9, 0.9, (3, 2))
         height = 0.9 if on is sphere() else 0.0
-        stroke = cleaned(np.c_[places, np.full(3, height)], on, SIZES)
+        stroke = clean_stroke(np.c_[places, np.full(3, height)], on, SIZES)
         with suppress(RefusedError):  # it may lie on another
             network = insert_stroke(network, on, SIZES, stroke).network
         check(network)

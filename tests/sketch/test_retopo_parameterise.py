@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground import Feet, Ground, LocalMap, Window, local_map
+from patterndb_sketch.retopo.ground import Ground, GroundPoints, LocalMap, MapExtent, spread_map
 from patterndb_sketch.retopo.ground.localmap import TORN
 
 B = 1.0
@@ -30,8 +30,11 @@ class TestOnThePlane:
     def test_a_straight_stroke_is_exact(self, seed: int) -> None:
         ground = flat_ground(60, 80, seed, (-3.0, -2.0))
         stroke = line((0.0, 0.0, 0.0), (0.0, 4.0, 0.0), 81)
-        found = local_map(
-            ground, ground.nearest(stroke), np.tile((0.0, 1.0, 0.0), (81, 1)), Window.spine(B, 4.0)
+        found = spread_map(
+            ground,
+            ground.nearest(stroke),
+            np.tile((0.0, 1.0, 0.0), (81, 1)),
+            MapExtent.spine(B, 4.0),
         )
         error = np.abs(found.uv - ground.vertices[found.vertices, :2])
         assert error.max() < 1e-9 * B
@@ -49,7 +52,7 @@ class TestOnThePlane:
         along, right = (np.cos(turn), np.sin(turn), 0.0), (np.sin(turn), -np.cos(turn), 0.0)
         # Its length and a part across the surface do not count.
         tangent = 7.0 * np.array(along) + np.array((0.0, 0.0, rng.normal()))
-        found = local_map(ground, ground.nearest(at[None]), tangent[None], Window.completion(B))
+        found = spread_map(ground, ground.nearest(at[None]), tangent[None], MapExtent.completion(B))
         off = ground.vertices[found.vertices] - at
         assert np.abs(found.uv - np.stack([off @ right, off @ along], axis=1)).max() < 1e-9 * B
         assert found.uv[:, 0].min() < -B and found.uv[:, 1].max() > 2.0 * B
@@ -62,7 +65,7 @@ class TestOnThePlane:
         stroke = radius * np.stack([np.cos(turn) - 1.0, np.sin(turn), 0.0 * turn], axis=1)
         tangents = np.stack([-np.sin(turn), np.cos(turn), 0.0 * turn], axis=1)
         length = 2.0 * half * radius
-        found = local_map(ground, ground.nearest(stroke), tangents, Window.spine(B, length))
+        found = spread_map(ground, ground.nearest(stroke), tangents, MapExtent.spine(B, length))
         x, y = (ground.vertices[found.vertices, :2] + (radius, 0.0)).T
         polar = np.stack([np.hypot(x, y) - radius, (np.arctan2(y, x) + half) * radius], axis=1)
         beside = (np.abs(polar[:, 0]) <= B) & (polar[:, 1] >= 0.0) & (polar[:, 1] <= length)
@@ -79,7 +82,9 @@ class TestOnACylinder:
         rolled = np.c_[radius * np.cos(turn), radius * np.sin(turn), flat[:, 1]]
         ground = Ground.of(rolled, faces)
         stroke = ground.nearest(line((radius, 0.0, 0.0), (radius, 0.0, 4.0), 81))
-        found = local_map(ground, stroke, np.tile((0.0, 0.0, 1.0), (81, 1)), Window.spine(B, 4.0))
+        found = spread_map(
+            ground, stroke, np.tile((0.0, 0.0, 1.0), (81, 1)), MapExtent.spine(B, 4.0)
+        )
         error = np.abs(found.uv - flat[found.vertices])[np.abs(flat[found.vertices, 0]) <= B]
         assert len(error) > 500 and error.max() < 1e-3 * B
 
@@ -88,7 +93,7 @@ def spread(seed: int) -> tuple[Ground, LocalMap]:
     ground = bumps(seed, 40)
     rng = np.random.default_rng(seed)
     at = ground.nearest(rng.uniform(0.4, 0.6, (1, 3)))
-    return ground, local_map(ground, at, [(1.0, 0.3, 0.0)], Window.completion(0.15))
+    return ground, spread_map(ground, at, [(1.0, 0.3, 0.0)], MapExtent.completion(0.15))
 
 
 class TestBothWays:
@@ -149,7 +154,7 @@ class TestBothWays:
 class TestReach:
     def test_only_triangles_with_all_corners_within(self) -> None:
         ground, found = spread(5)
-        window = Window.completion(0.15)
+        window = MapExtent.completion(0.15)
         assert (found.distance <= window.distance).all() and (np.diff(found.distance) >= 0).all()
         for d, (low, high) in enumerate((window.u, window.v)):
             assert (found.uv[:, d] >= low).all() and (found.uv[:, d] <= high).all()
@@ -171,8 +176,8 @@ class TestReach:
         ]
         ground = Ground.of(np.concatenate(rings), np.concatenate(faces))
         seeds = ground.nearest(line((1.0, 0.0, 0.5), (1.0, 0.0, 2.5), 9))
-        window = Window(20.0, (-9.0, 9.0), (-9.0, 9.0))
-        found = local_map(ground, seeds, np.tile((0.0, 0.0, 1.0), (9, 1)), window)
+        window = MapExtent(20.0, (-9.0, 9.0), (-9.0, 9.0))
+        found = spread_map(ground, seeds, np.tile((0.0, 0.0, 1.0), (9, 1)), window)
         assert len(found.vertices) == len(ground.vertices)
         assert len(found.triangles) < len(ground.triangles)
         corner = found.uv[found.corners]
@@ -188,9 +193,9 @@ class TestReach:
             np.concatenate([near.triangles, far.triangles + len(near.vertices)]),
         )
         seed = near.nearest([(0.0, 0.0, 1.0)])
-        window = Window.completion(0.4)
-        one = local_map(near, seed, [(1.0, 0.0, 0.0)], window)
-        two = local_map(both, both.nearest(seed.points), [(1.0, 0.0, 0.0)], window)
+        window = MapExtent.completion(0.4)
+        one = spread_map(near, seed, [(1.0, 0.0, 0.0)], window)
+        two = spread_map(both, both.nearest(seed.points), [(1.0, 0.0, 0.0)], window)
         assert len(one.vertices) == len(two.vertices)
         assert np.abs(one.uv - two.uv).max() < 1e-12
 
@@ -199,16 +204,16 @@ class TestRefusals:
     def test_no_seed(self) -> None:
         ground = sphere(1)
         with pytest.raises(InvalidRetopoError, match="one point or more"):
-            local_map(
-                ground, ground.nearest(np.empty((0, 3))), np.empty((0, 3)), Window.spine(1, 1)
+            spread_map(
+                ground, ground.nearest(np.empty((0, 3))), np.empty((0, 3)), MapExtent.spine(1, 1)
             )
 
     @pytest.mark.parametrize("tangent", [(0.0, 0.0, 0.0), (0.0, 0.0, 2.0), (0.0, np.nan, 0.0)])
     def test_a_tangent_across_the_surface(self, tangent: tuple[float, ...]) -> None:
         ground = flat_ground(4, 4, 0, (0.0, 0.0))
-        seed: Feet = ground.nearest([(0.2, 0.2, 0.0)])
+        seed: GroundPoints = ground.nearest([(0.2, 0.2, 0.0)])
         with pytest.raises(InvalidRetopoError, match="no part along the surface"):
-            local_map(ground, seed, [tangent], Window.spine(1, 1))
+            spread_map(ground, seed, [tangent], MapExtent.spine(1, 1))
 
     def test_shapes(self) -> None:
         _, found = spread(1)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, Trace, planar_cut
+from patterndb_sketch.retopo.ground import Ground, Trace, cut_by_plane
 
 CUBE = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
 CUBE_FACES = np.array(
@@ -67,7 +67,7 @@ class TestClosed:
         height = (ball.vertices - start.points[0]) @ normal
         if np.minimum(height.max(), -height.min()) < 0.05 * np.linalg.norm(normal):
             return
-        trace = planar_cut(ball, start, normal)
+        trace = cut_by_plane(ball, start, normal)
         assert trace.closed
         assert np.abs((trace.points - start.points[0]) @ normal).max() < 1e-9
         lies_within(ball, trace)
@@ -93,7 +93,7 @@ class TestClosed:
             ((1.0, 0.0, 0.0), 4.0),
             ((0.0, 0.0, 1.0), 4.0),
         ):
-            trace = planar_cut(cube, start, normal)
+            trace = cut_by_plane(cube, start, normal)
             assert trace.closed
             assert trace.length == pytest.approx(length, rel=1e-12)
             assert (np.diff(trace.round, axis=0) != 0.0).any(axis=1).all()
@@ -108,7 +108,7 @@ class TestClosed:
     ) -> None:
         cube = Ground.of(CUBE, CUBE_FACES)
         with pytest.raises(RefusedError, match="only touches"):
-            planar_cut(cube, cube.nearest([point]), normal)
+            cut_by_plane(cube, cube.nearest([point]), normal)
 
     def test_parts_are_cut_one_by_one(self) -> None:
         ball = sphere(2)
@@ -117,8 +117,8 @@ class TestClosed:
             np.concatenate([ball.triangles, ball.triangles + len(ball.vertices)]),
         )
         start = both.nearest([(0.0, 1.0, 0.1)])
-        one = planar_cut(ball, ball.nearest([(0.0, 1.0, 0.1)]), (0.0, 0.0, 1.0))
-        two = planar_cut(both, start, (0.0, 0.0, 1.0))
+        one = cut_by_plane(ball, ball.nearest([(0.0, 1.0, 0.1)]), (0.0, 0.0, 1.0))
+        two = cut_by_plane(both, start, (0.0, 0.0, 1.0))
         assert two.closed and two.length == pytest.approx(one.length, rel=1e-12)
 
 
@@ -131,7 +131,7 @@ class TestOpen:
         start = hills.nearest(rng.uniform(0.3, 0.7, (1, 3)))
         turn = rng.uniform(0.0, 2.0 * np.pi)
         normal = np.array((np.cos(turn), np.sin(turn), 0.0))
-        trace = planar_cut(hills, start, normal)
+        trace = cut_by_plane(hills, start, normal)
         assert not trace.closed
         lies_within(hills, trace)
         ends = trace.points[[0, -1], :2]
@@ -140,16 +140,16 @@ class TestOpen:
         flat = trace.points[:, :2] - trace.points[0, :2]
         along = flat @ (np.array((-normal[1], normal[0])))
         assert (np.diff(along) * np.sign(along[-1]) > 0.0).all()
-        back = planar_cut(hills, start, -normal)
+        back = cut_by_plane(hills, start, -normal)
         assert np.abs(back.points[::-1] - trace.points).max() < 1e-9
 
     def test_a_tube_is_cut_round_and_along(self) -> None:
         pipe = tube()
         side = 2.0 * np.sin(np.pi / 32)
         start = pipe.nearest([(1.0, 0.0, 0.73)])
-        around = planar_cut(pipe, start, (0.0, 0.0, 1.0))
+        around = cut_by_plane(pipe, start, (0.0, 0.0, 1.0))
         assert around.closed and around.length == pytest.approx(32 * side, rel=1e-12)
-        along = planar_cut(pipe, start, (0.0, 1.0, 0.0))
+        along = cut_by_plane(pipe, start, (0.0, 1.0, 0.0))
         assert not along.closed and along.length == pytest.approx(2.0, rel=1e-12)
 
     def test_neighbours_turned_against_each_other(self) -> None:
@@ -158,8 +158,8 @@ class TestOpen:
         turned[::3] = turned[::3, ::-1]
         mixed = Ground.of(flat.vertices, turned)
         start = mixed.nearest([(0.31, 0.32, 0.0)])
-        trace = planar_cut(mixed, start, (1.0, 0.2, 0.0))
-        again = planar_cut(flat, flat.nearest([(0.31, 0.32, 0.0)]), (1.0, 0.2, 0.0))
+        trace = cut_by_plane(mixed, start, (1.0, 0.2, 0.0))
+        again = cut_by_plane(flat, flat.nearest([(0.31, 0.32, 0.0)]), (1.0, 0.2, 0.0))
         assert trace.length == pytest.approx(again.length, rel=1e-12)
 
 
@@ -167,30 +167,30 @@ class TestLimit:
     def test_given_up_beyond_it(self) -> None:
         ball = sphere(3)
         start = ball.nearest([(1.0, 0.0, 0.01)])
-        length = planar_cut(ball, start, (0.0, 0.0, 1.0)).length
-        assert planar_cut(ball, start, (0.0, 0.0, 1.0), limit=length * 1.001).closed
+        length = cut_by_plane(ball, start, (0.0, 0.0, 1.0)).length
+        assert cut_by_plane(ball, start, (0.0, 0.0, 1.0), limit=length * 1.001).closed
         with pytest.raises(RefusedError, match="longer than its limit"):
-            planar_cut(ball, start, (0.0, 0.0, 1.0), limit=0.999 * length)
+            cut_by_plane(ball, start, (0.0, 0.0, 1.0), limit=0.999 * length)
 
     def test_both_halves_of_an_open_cut_count(self) -> None:
         flat = plane()
         start = flat.nearest([(1.0, 1.0, 0.0)])
-        assert planar_cut(flat, start, (1.0, 0.0, 0.0), limit=2.001).length == pytest.approx(2.0)
+        assert cut_by_plane(flat, start, (1.0, 0.0, 0.0), limit=2.001).length == pytest.approx(2.0)
         with pytest.raises(RefusedError, match="longer than its limit"):
-            planar_cut(flat, start, (1.0, 0.0, 0.0), limit=1.999)
+            cut_by_plane(flat, start, (1.0, 0.0, 0.0), limit=1.999)
 
     @pytest.mark.parametrize("normal", [(0.0, 0.0, 0.0), (np.nan, 0.0, 1.0), (1.0, 0.0)])
     def test_a_plane_needs_a_direction(self, normal: tuple[float, ...]) -> None:
         flat = plane(2, 2)
         with pytest.raises(InvalidRetopoError, match="direction"):
-            planar_cut(flat, flat.nearest([(0.1, 0.1, 0.0)]), normal)
+            cut_by_plane(flat, flat.nearest([(0.1, 0.1, 0.0)]), normal)
 
 
 class TestSampled:
     def test_even_steps_on_the_ground(self) -> None:
         ball = sphere(4)
-        trace = planar_cut(ball, ball.nearest([(1.0, 0.0, 0.2)]), (0.0, 0.1, 1.0))
-        stroke = trace.sampled(ball, 0.05)
+        trace = cut_by_plane(ball, ball.nearest([(1.0, 0.0, 0.2)]), (0.0, 0.1, 1.0))
+        stroke = trace.sample(ball, 0.05)
         assert stroke.closed and len(stroke.points) == round(trace.length / 0.05)
         feet = ball.nearest(stroke.points)
         assert np.abs(feet.points - stroke.points).max() < 1e-12
@@ -200,6 +200,6 @@ class TestSampled:
 
     def test_ends_of_an_open_one_are_exact(self) -> None:
         hills = bumps(1)
-        trace = planar_cut(hills, hills.nearest([(0.5, 0.5, 0.0)]), (1.0, 0.3, 0.0))
-        stroke = trace.sampled(hills, 0.01)
+        trace = cut_by_plane(hills, hills.nearest([(0.5, 0.5, 0.0)]), (1.0, 0.3, 0.0))
+        stroke = trace.sample(hills, 0.01)
         assert (stroke.points[[0, -1]] == trace.points[[0, -1]]).all() and not stroke.closed

@@ -22,7 +22,7 @@ from retopo_cases import (
 
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import cleaned
+from patterndb_sketch.retopo.ground import clean_stroke
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -136,7 +136,9 @@ def test_on_a_sphere_all_stays_on_the_ground() -> None:
     lines = [[[0.6, -0.5, 0.7], [0.7, 0.0, 0.7]], [[0.7, 0.0, 0.7], [0.4, 0.3, 0.8]]]
     network = Network()
     for line in lines:
-        network = insert_stroke(network, sphere(), sizes, cleaned(line, sphere(), sizes)).network
+        network = insert_stroke(
+            network, sphere(), sizes, clean_stroke(line, sphere(), sizes)
+        ).network
     (corner,) = [node for node in network.nodes.values() if node.valence == 2]
     to = sphere().nearest([[0.9, 0.3, 0.3]])
     edit = pull_held(network, sphere(), sizes, AtNode(corner.id), to.points[0], to.normals[0])

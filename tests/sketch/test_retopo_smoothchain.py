@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from retopo_cases import SIZES, chain_between, drawn, flat, plane, sphere, square
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import cleaned
+from patterndb_sketch.retopo.ground import clean_stroke
 from patterndb_sketch.retopo.network import (
     Network,
     add_chain,
@@ -87,7 +87,7 @@ def test_on_a_sphere_it_stays_on_the_ground() -> None:
     sizes = Sizes.of(sphere().diagonal)
     drawn_line = [[0.6, -0.5, 0.7], [0.7, 0.0, 0.7], [0.4, 0.3, 0.8]]
     network = insert_stroke(
-        Network(), sphere(), sizes, cleaned(drawn_line, sphere(), sizes)
+        Network(), sphere(), sizes, clean_stroke(drawn_line, sphere(), sizes)
     ).network
     (chain,) = network.chains
     done = smooth_chain(network, sphere(), sizes, chain).network

@@ -15,7 +15,7 @@ from retopo_cases import up as plane_up
 from scipy.spatial.transform import Rotation
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import (
     Network,
     add_chain,
@@ -71,10 +71,10 @@ def sizes(edge: float) -> Sizes:
     return Sizes(snap=0.02, spine=0.1, autocompletion=0.1, brush=0.1, edge=edge, sampling=0.004)
 
 
-def beside(ground: Ground, off: float, half: float = 0.25) -> Stroke:
+def beside(ground: Ground, off: float, half: float = 0.25) -> GroundStroke:
     """A line on the top of the cube, parallel to an edge along y, and this far off its plane."""
     line = even([[0.5 - off, -half, 0.5], [0.5 - off, half, 0.5]], step=0.004)
-    return Stroke(line, ground.nearest(line).normals, False)
+    return GroundStroke(line, ground.nearest(line).normals, False)
 
 
 def off_ridge(points: np.ndarray) -> np.ndarray:
@@ -251,7 +251,7 @@ def test_the_direction_of_a_curve_does_not_matter(seed: int) -> None:
     ends = rng.uniform(0.1, 0.9, (2, 2))
     if np.linalg.norm(ends[1] - ends[0]) < 0.2:
         return
-    line = cleaned(np.c_[ends, np.zeros(2)], ground, size, closed=False)
+    line = clean_stroke(np.c_[ends, np.zeros(2)], ground, size, closed=False)
     mode: Mode = MODES[int(rng.integers(3))]
     one, up, last = move_snake(line.points, line.normals, False, ground, size, salience, mode)
     back = line.points[::-1].copy(), line.normals[::-1].copy()
@@ -300,7 +300,7 @@ def test_a_corner_moves_and_its_curves_follow() -> None:
     network = insert_stroke(Network(), ground, at, stroke).network
     across = even([[0.5 - 1.6 * RADIUS, 0.0, 0.5], [-0.2, 0.0, 0.5]], step=0.004)
     network = insert_stroke(
-        network, ground, at, Stroke(across, ground.nearest(across).normals, False)
+        network, ground, at, GroundStroke(across, ground.nearest(across).normals, False)
     ).network
     (tee,) = [node for node in network.nodes.values() if node.valence == 3]
     salience = Salience.of(ground, at.edge)
@@ -324,7 +324,7 @@ def test_patches_stay_and_crossings_are_told() -> None:
     for k in range(4):
         line = even(np.stack([corners[k], corners[(k + 1) % 4]]), step=0.004)
         network = insert_stroke(
-            network, ground, at, Stroke(line, ground.nearest(line).normals, False)
+            network, ground, at, GroundStroke(line, ground.nearest(line).normals, False)
         ).network
     (patch,) = network.patches
     network = with_choice(network, patch, "a fill")

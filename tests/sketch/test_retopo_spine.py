@@ -10,7 +10,7 @@ from boundary_cases import same_corners
 from plane_cases import SIZES, corners_of, plane_ground, polygons, stroke, t_junctions, up
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Stroke
+from patterndb_sketch.retopo.ground import GroundStroke
 from patterndb_sketch.retopo.network import Network, check, equal
 from patterndb_sketch.retopo.tools.spine import draw_spine, preview_spine
 
@@ -104,12 +104,12 @@ def test_one_spine_after_the_other_shares_their_boundary() -> None:
 @pytest.mark.parametrize(
     ("drawn", "words"),
     [
-        (Stroke(SPINE.points, SPINE.normals, True), "closed"),
+        (GroundStroke(SPINE.points, SPINE.normals, True), "closed"),
         (replace(SPINE, points=SPINE.points[:2], normals=SPINE.normals[:2]), "longer"),
         (replace(SPINE, missed=3), "off the surface"),
     ],
 )
-def test_what_is_no_spine_is_refused(drawn: Stroke, words: str) -> None:
+def test_what_is_no_spine_is_refused(drawn: GroundStroke, words: str) -> None:
     with pytest.raises(RefusedError, match=words):
         draw_spine(Network(), plane_ground(), drawn, SIZES)
 
@@ -125,4 +125,4 @@ def test_a_patch_across_a_curve_is_refused_and_nothing_changes() -> None:
 def test_a_stroke_beside_the_surface_border_is_refused_beyond_it() -> None:
     points = np.c_[np.linspace(7.5, 7.5, 40), np.linspace(-2, 2, 40), np.zeros(40)]
     with pytest.raises(RefusedError, match="beyond the surface"):
-        draw_spine(Network(), plane_ground(), Stroke(points, up(points), False), SIZES)
+        draw_spine(Network(), plane_ground(), GroundStroke(points, up(points), False), SIZES)

@@ -65,6 +65,6 @@ def test_a_ring_around_a_limb_falls_into_two_patches_wherever_it_is_parted(angle
         draft.add_chain(*around(angle, 360, z), last, first)
     for a in (0, angle):
         draft.add_chain(*along(a, 0.0, 0.1), AtNode(nodes[a, 0.0]), AtNode(nodes[a, 0.1]))
-    network = draft.finished()
+    network = draft.finish()
     check(network)
     assert sorted(len(patch.corners) for patch in network.patches.values()) == [4, 4]

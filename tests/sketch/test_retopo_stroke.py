@@ -25,7 +25,7 @@ from retopo_cases import (
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, Stroke, cleaned
+from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -194,7 +194,7 @@ def test_an_open_stroke_with_loops_crosses_itself_at_each() -> None:
     curl = np.c_[0.1 * t + np.sin(t), np.cos(t)]
     line = even(curl, step=0.2)
     found = self_crossings(line, up(line), False)
-    network = insert_stroke(Network(), plane(), SIZES, Stroke(line, up(line), False)).network
+    network = insert_stroke(Network(), plane(), SIZES, GroundStroke(line, up(line), False)).network
     check(network)
     assert genus(network) == 0
     pairs = itertools.combinations(range(len(line) - 1), 2)
@@ -211,19 +211,19 @@ def test_the_two_sides_of_a_thin_sheet_do_not_cross() -> None:
     ground = Ground.of(vertices, [[4, 5, 6], [4, 6, 7], [0, 2, 1], [0, 3, 2]])
     top = even([[-0.5, 0, 0.01], [0.5, 0, 0.01]])
     below = even([[0, -0.5, 0], [0, 0.5, 0]])
-    network = insert_stroke(Network(), ground, SIZES, Stroke(top, up(top), False)).network
-    network = insert_stroke(network, ground, SIZES, Stroke(below, -up(below), False)).network
+    network = insert_stroke(Network(), ground, SIZES, GroundStroke(top, up(top), False)).network
+    network = insert_stroke(network, ground, SIZES, GroundStroke(below, -up(below), False)).network
     check(network)
     assert len(network.chains) == 2 and len(network.nodes) == 4
     other = even([[0, -0.5, 0.01], [0, 0.5, 0.01]])
-    network = insert_stroke(network, ground, SIZES, Stroke(other, up(other), False)).network
+    network = insert_stroke(network, ground, SIZES, GroundStroke(other, up(other), False)).network
     assert len(network.chains) == 1 + 4
 
 
 def test_what_runs_beyond_a_border_is_left_out() -> None:
     network = with_borders(Network(), plane(), 0.02)
     line = even([[4, 0], [6, 0], [6, 1], [4, 1]])
-    stroke = Stroke(line, up(line), False)
+    stroke = GroundStroke(line, up(line), False)
     done = insert_stroke(network, plane(), SIZES, stroke, Free(), Free()).network
     check(done)
     inner = [chain for chain in done.chains.values() if not chain.marked]
@@ -332,7 +332,7 @@ def test_great_circles_of_a_sphere_make_eight_triangles() -> None:
     network = Network()
     for axis in range(3):
         ring = np.roll(flat_ring, axis, axis=1) @ tilted
-        stroke = cleaned(ring, sphere(), SIZES, True)
+        stroke = clean_stroke(ring, sphere(), SIZES, True)
         network = insert_stroke(network, sphere(), SIZES, stroke).network
         check(network)
         assert genus(network) == 0

@@ -17,7 +17,7 @@ import patterndb
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import FilledNetwork, fill_network, find_open_edges, weld_fills
-from patterndb_sketch.retopo.ground import Ground, cleaned
+from patterndb_sketch.retopo.ground import Ground, clean_stroke
 from patterndb_sketch.retopo.network import BORDER, Network, check
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
@@ -48,7 +48,7 @@ def quadrants(plane: Plane) -> tuple[Half, Sizes, Network]:
     at, sizes = half("ball", plane), Sizes.of(ball().diagonal)
     network = begin_symmetry(empty(ball(), sizes), at, sizes.sampling).network
     for k in range(4):
-        stroke = cleaned(arc(plane, 0.5 * np.pi * k), ball(), sizes)
+        stroke = clean_stroke(arc(plane, 0.5 * np.pi * k), ball(), sizes)
         edit = insert_stroke_on_half(network, at, sizes, stroke)
         assert "1 parts of the stroke beyond the plane are left out" in edit.notes
         network = edit.network
@@ -231,7 +231,7 @@ def test_an_open_surface_has_borders_and_a_seam_between_them() -> None:
     (one,) = seam(network)
     assert {network.chains[one].start, network.chains[one].end} == set(network.nodes)
     stroke = np.array([[np.sin(t), 0.0, np.cos(t)] for t in np.linspace(-0.3, 1.7, 60)])
-    network = insert_stroke_on_half(network, at, sizes, cleaned(stroke, ground, sizes)).network
+    network = insert_stroke_on_half(network, at, sizes, clean_stroke(stroke, ground, sizes)).network
     check(network)
     assert genus(network) == 0
     assert len(network.patches) == 2

@@ -10,7 +10,7 @@ from retopo_cases import genus
 from symmetry_cases import TILTED, X, ball, empty, half, seam
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Stroke, cleaned
+from patterndb_sketch.retopo.ground import GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import SYMMETRY, add_chain, check
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
@@ -32,7 +32,7 @@ def test_curves_drawn_before_are_cut_and_told() -> None:
     drawn: list[int] = []
     for level, radius in ((0.5, 1.0), (0.0, 1.0)):
         circle = np.stack([radius * np.cos(t), radius * np.sin(t), 0.0 * t + level], axis=1)
-        stroke = cleaned(circle, ball(), sizes, True)
+        stroke = clean_stroke(circle, ball(), sizes, True)
         edit = insert_stroke_on_half(
             network, cut_half(ball(), Plane((-9.0, 0.0, 0.0))), sizes, stroke
         )
@@ -41,7 +41,7 @@ def test_curves_drawn_before_are_cut_and_told() -> None:
     # One on the far side alone, and one on the near side alone.
     for x in (-0.8, 0.8):
         small = np.stack([0.0 * t + x, 0.3 * np.cos(t), 0.3 * np.sin(t) + 0.7], axis=1)
-        far = cleaned(small / np.linalg.norm(small, axis=1)[:, None], ball(), sizes, True)
+        far = clean_stroke(small / np.linalg.norm(small, axis=1)[:, None], ball(), sizes, True)
         network = insert_stroke_on_half(
             network, cut_half(ball(), Plane((-9.0, 0.0, 0.0))), sizes, far
         ).network
@@ -81,7 +81,7 @@ def test_closed_strokes_become_open_and_end_on_the_plane() -> None:
     wave = 0.3 * np.sin(3.0 * t)
     circle = np.stack([np.cos(t), np.sin(t), wave], axis=1)
     circle /= np.linalg.norm(circle, axis=1)[:, None]
-    stroke = cleaned(circle, ball(), sizes, True)
+    stroke = clean_stroke(circle, ball(), sizes, True)
     found = split_stroke(stroke, at, sizes)
     assert (len(found.parts), found.beyond) == (1, 1)
     (part,) = found.parts
@@ -91,9 +91,9 @@ def test_closed_strokes_become_open_and_end_on_the_plane() -> None:
     assert part.stroke.points[:, 0].min() == 0.0
     # One that does not cross stays closed; one beyond is nothing.
     small = np.stack([0.0 * t + 0.8, 0.3 * np.cos(t), 0.3 * np.sin(t)], axis=1)
-    near = cleaned(small, ball(), sizes, True)
+    near = clean_stroke(small, ball(), sizes, True)
     assert [part.stroke.closed for part in split_stroke(near, at, sizes).parts] == [True]
-    far = cleaned(small * [-1.0, 1.0, 1.0], ball(), sizes, True)
+    far = clean_stroke(small * [-1.0, 1.0, 1.0], ball(), sizes, True)
     assert split_stroke(far, at, sizes).parts == ()
     network = begin_symmetry(empty(ball(), sizes), at, sizes.sampling).network
     with pytest.raises(RefusedError, match="other side of the plane"):
@@ -107,7 +107,7 @@ def test_a_stroke_along_the_plane_is_none() -> None:
     sizes, at = Sizes.of(ball().diagonal), half("ball", X)
     t = np.linspace(0.3, 1.5, 80)
     line = np.stack([0.2 * sizes.snap * np.sin(40.0 * t), np.cos(t), np.sin(t)], axis=1)
-    stroke = Stroke(line, line.copy(), False)
+    stroke = GroundStroke(line, line.copy(), False)
     found = split_stroke(stroke, at, sizes)
     assert found.parts == ()
     assert found.along > 3
@@ -123,7 +123,7 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
     sizes = Sizes.of(at.whole.diagonal)
     whole = cut_half(at.whole, Plane((-9.0, 0.0, 0.0)))
 
-    def scribble() -> Stroke:
+    def scribble() -> GroundStroke:
         places = rng.normal(size=(rng.integers(2, 5), 3))
         if name == "dome":
             places[:, 2] = np.abs(places[:, 2]) + 0.1
@@ -131,7 +131,7 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
         line = np.stack([np.interp(t, np.arange(len(places)), places[:, d]) for d in range(3)], 1)
         line /= np.linalg.norm(line, axis=1)[:, None]
         # A closed one of two places would run back upon itself.
-        return cleaned(line, at.whole, sizes, len(places) > 2 and bool(rng.integers(2)))
+        return clean_stroke(line, at.whole, sizes, len(places) > 2 and bool(rng.integers(2)))
 
     network = empty(at.whole, sizes)
     for _ in range(2):

@@ -9,7 +9,7 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import find_strip
-from patterndb_sketch.retopo.ground import Feet
+from patterndb_sketch.retopo.ground import GroundPoints
 from patterndb_sketch.retopo.tool import SNAP
 from patterndb_sketch.retopo.tools.loop import plane_of_line
 from viewer.retopo.acting import Acting, Files
@@ -61,7 +61,7 @@ class Aiming(Acting, Sight):
         self._held: Held | None = None
         self._pressed: tuple[float, float] | None = None
         self._strayed = False
-        self._foot: Feet | None = None
+        self._foot: GroundPoints | None = None
 
     def close(self) -> None:
         self._latest.close()
@@ -75,7 +75,7 @@ class Aiming(Acting, Sight):
         return self._held in ("line", "plane", "drag")
 
     @property
-    def foot(self) -> Feet | None:
+    def foot(self) -> GroundPoints | None:
         """The point of the ground under the pointer."""
         return self._foot
 
@@ -206,7 +206,7 @@ class Aiming(Acting, Sight):
             given[SNAP] = self.reach
         return given
 
-    def _ends(self, begun: Points, foot: Feet) -> dict[str, object]:
+    def _ends(self, begun: Points, foot: GroundPoints) -> dict[str, object]:
         """The places that a drag gives: where it began, and a foot."""
         first, second = self.mode.places
         return {first: begun.tolist(), second: foot.points[0].tolist()}

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Feet, Ground
+from patterndb_sketch.retopo.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -31,7 +31,7 @@ STEP = 3.0
 BENEATH = 0.004
 
 
-def picked(view: View, ground: Ground, places: ArrayLike) -> tuple[Feet, NDArray[np.bool_]]:
+def picked(view: View, ground: Ground, places: ArrayLike) -> tuple[GroundPoints, NDArray[np.bool_]]:
     """The front-most points of the ground at places (n, 2) of the picture, in points from its
     middle, and (n,) whether there are any; the others are some points of the ground."""
     toward = view.axes[2]
@@ -48,7 +48,7 @@ def picked(view: View, ground: Ground, places: ArrayLike) -> tuple[Feet, NDArray
     return ground.at(np.where(found, triangle, 0).astype(np.int32), weights), found
 
 
-def foot_at(view: View, ground: Ground, x: float, y: float) -> Feet | None:
+def foot_at(view: View, ground: Ground, x: float, y: float) -> GroundPoints | None:
     """The front-most point of the ground at a place of the picture, as one foot."""
     feet, found = picked(view, ground, [[x, y]])
     return feet if found[0] else None
@@ -87,18 +87,20 @@ class Finder:
             self._network, self._samples = network, samples(network)
         return self._samples
 
-    def chain(self, network: Network, foot: Feet, reach: float) -> tuple[int, Points] | None:
+    def chain(
+        self, network: Network, foot: GroundPoints, reach: float
+    ) -> tuple[int, Points] | None:
         """The curve within a reach of a foot, and its point (3,) that is nearest."""
         found = nearest_place(self.of(network), foot.points[0], foot.normals[0], reach)
         return None if found is None else (found.chain, point_on(network, found.chain, found.place))
 
-    def node(self, network: Network, foot: Feet, reach: float) -> Points | None:
+    def node(self, network: Network, foot: GroundPoints, reach: float) -> Points | None:
         """(3,) the node within a reach of a foot that is nearest."""
         valences = range(1, MOST_ENDS)
         node = nearest_node(network, foot.points[0], foot.normals[0], reach, valences)
         return None if node is None else node.point
 
-    def end(self, network: Network, foot: Feet, snap: float) -> Points | None:
+    def end(self, network: Network, foot: GroundPoints, snap: float) -> Points | None:
         """(3,) where an end of a stroke at a foot snaps to."""
         point, normal = foot.points[0], foot.normals[0]
         found = find_end(network, self.of(network), point, normal, snap)

@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.filling.fills import fill_patch
 from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.filling.placing import divide_chain
-from patterndb_sketch.retopo.ground import Feet
+from patterndb_sketch.retopo.ground import GroundPoints
 from patterndb_sketch.retopo.network import Network, nearest_place, samples
 from patterndb_sketch.retopo.tool import ToolWork
 from patterndb_sketch.retopo.tools.autocomplete import find_completions
@@ -53,7 +53,7 @@ class Preview:
     quads: Points | None = None
 
 
-def completion(work: ToolWork, foot: Feet, radius: float, number: int) -> Preview:
+def completion(work: ToolWork, foot: GroundPoints, radius: float, number: int) -> Preview:
     """A patch that could be completed around a foot; number: which of them, from 0 on, the last
     if there are not so many."""
     network, point = work.network, foot.points[0]
@@ -108,7 +108,7 @@ def pulled(work: ToolWork, begun: Points, point: Points) -> Preview:
     return Preview(network, point, tuple(moved))
 
 
-def looped(work: ToolWork, mesh: RetopoMesh, foot: Feet) -> Preview:
+def looped(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) -> Preview:
     """Where a loop would run that is inserted at a foot, along a strip of the quads of a mesh."""
     network, point = work.network, foot.points[0]
     near = nearest_place(samples(network), point, foot.normals[0], work.state.sizes.snap)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.ground import Feet
+from patterndb_sketch.retopo.ground import GroundPoints
 from viewer.retopo.foreseeing import Foreseeing
 from viewer.retopo.modes import Mode, Option
 
@@ -126,7 +126,7 @@ class Using(Foreseeing):
         given = self._given() | {self.mode.places[0]: np.stack(line).tolist()}
         self.do(self.mode.tool, **given)
 
-    def _click(self, foot: Feet | None) -> None:
+    def _click(self, foot: GroundPoints | None) -> None:
         """A click on the ground."""
         mode = self.mode
         if foot is None:

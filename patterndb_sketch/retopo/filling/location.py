@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.placing import PlacedPatch
-from patterndb_sketch.retopo.ground import Feet, Ground
+from patterndb_sketch.retopo.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.network import Network, outline
 from patterndb_sketch.retopo.network.faces import joined_chains
 from query.placing import enclose_region
@@ -41,7 +41,7 @@ def find_patch(network: Network, ground: Ground, point: ArrayLike) -> int:
     raise RefusedError("there is no patch here; point into one")
 
 
-def is_within(ground: Ground, border: tuple[Points, Points], foot: Feet) -> bool:
+def is_within(ground: Ground, border: tuple[Points, Points], foot: GroundPoints) -> bool:
     """Is a place, one foot, within a patch: on the ground to the left of its border?
 
     border: (n, 3) points and (n, 3) normals, the first not repeated. What is on it is within.

@@ -1,30 +1,36 @@
 """The ground that is drawn on, and what can be done on it.
 
 - :class:`Ground`: triangles; ``nearest``, ``nearest_facing``, ``project``, ``at``.
-- :func:`cleaned`: what was drawn becomes a :class:`Stroke`, even, smooth and on the ground.
-- :func:`planar_cut` and :func:`geodesic`: a :class:`Trace`, exact from side to side of the
-  triangles; ``Trace.sampled`` makes it a :class:`Stroke`.
-- :func:`local_map`: a :class:`LocalMap`, (u, v) around a stroke or a point, both ways.
+- :func:`clean_stroke`: what was drawn becomes a :class:`GroundStroke`, even, smooth and on the ground.
+- :func:`cut_by_plane` and :func:`trace_geodesic`: a :class:`Trace`, exact from side to side of the
+  triangles; ``Trace.sample`` makes it a :class:`GroundStroke`.
+- :func:`spread_map`: a :class:`LocalMap`, (u, v) around a stroke or a point, both ways.
 """
 
-from patterndb_sketch.retopo.ground.curves import Stroke, Trace, cleaned, smoothed, targets
-from patterndb_sketch.retopo.ground.geodesic import geodesic
-from patterndb_sketch.retopo.ground.ground import Feet, Ground, Projected
-from patterndb_sketch.retopo.ground.localmap import LocalMap, Window, local_map
-from patterndb_sketch.retopo.ground.planarcut import planar_cut
+from patterndb_sketch.retopo.ground.curves import (
+    GroundStroke,
+    Trace,
+    clean_stroke,
+    smooth_polyline,
+    smoothing_targets,
+)
+from patterndb_sketch.retopo.ground.geodesic import trace_geodesic
+from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints, ProjectedPoints
+from patterndb_sketch.retopo.ground.localmap import LocalMap, MapExtent, spread_map
+from patterndb_sketch.retopo.ground.planarcut import cut_by_plane
 
 __all__ = [
-    "Feet",
     "Ground",
+    "GroundPoints",
+    "GroundStroke",
     "LocalMap",
-    "Projected",
-    "Stroke",
+    "MapExtent",
+    "ProjectedPoints",
     "Trace",
-    "Window",
-    "cleaned",
-    "geodesic",
-    "local_map",
-    "planar_cut",
-    "smoothed",
-    "targets",
+    "clean_stroke",
+    "cut_by_plane",
+    "smooth_polyline",
+    "smoothing_targets",
+    "spread_map",
+    "trace_geodesic",
 ]

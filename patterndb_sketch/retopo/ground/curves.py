@@ -11,7 +11,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, as_points, units
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground.ground import Feet, Ground
+from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.sizes import Sizes
 
 #: Rounds of smoothing that take the jitter of a hand out of a stroke. Source: the released
@@ -20,7 +20,7 @@ ROUNDS = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stroke:
+class GroundStroke:
     """A polyline on the ground.
 
     points:  (n, 3) float64; a closed one does not repeat its first point.
@@ -42,13 +42,13 @@ class Stroke:
         return float(arc_length(np.concatenate([self.points, ends]))[-1])
 
 
-def cleaned(
+def clean_stroke(
     points: ArrayLike,
     ground: Ground,
     sizes: Sizes,
     closed: bool | None = None,
     normals: ArrayLike | None = None,
-) -> Stroke:
+) -> GroundStroke:
     """A stroke as it was drawn, (k, 3) points on or near the ground, made even and smooth.
 
     normals: (k, 3) the ground's normals where it was drawn, as picking gives them; without
@@ -77,7 +77,7 @@ def cleaned(
     if len(drawn) < 2:
         raise RefusedError("the stroke has no length: it needs two points at different places")
     if closed is None:
-        closed = runs_back(drawn, sizes.snap)
+        closed = is_closing(drawn, sizes.snap)
     if closed and (drawn[0] != drawn[-1]).any():
         drawn, up = np.concatenate([drawn, drawn[:1]]), np.concatenate([up, up[:1]])
     along = arc_length(drawn)
@@ -85,30 +85,30 @@ def cleaned(
     wanted = np.linspace(0.0, along[-1], edges + 1)[: edges if closed else edges + 1]
     even = at_lengths(drawn, wanted)
     turned = np.stack([np.interp(wanted, along, up[:, d]) for d in range(3)], axis=1)
-    even = smoothed(even, ROUNDS, closed)
+    even = smooth_polyline(even, ROUNDS, closed)
     done = ground.project_near(even, units(turned), sizes)
-    return Stroke(done.points, done.normals, closed, len(done.missed) + len(done.lost))
+    return GroundStroke(done.points, done.normals, closed, len(done.missed) + len(done.lost))
 
 
-def runs_back(points: Points, snap: float) -> bool:
+def is_closing(points: Points, snap: float) -> bool:
     """Are the ends of the polyline (k, 3) within the snap radius, and was it outside between?"""
     off = np.linalg.norm(points - points[0], axis=1)
     return bool(off[-1] <= snap < off.max())
 
 
-def smoothed(points: Points, rounds: int, closed: bool) -> Points:
+def smooth_polyline(points: Points, rounds: int, closed: bool) -> Points:
     """(n, 3) the points after rounds that bring each halfway to the mean of its two targets.
 
     The ends of an open polyline stay; it is not projected.
     """
     at = points.copy()
     for _ in range(rounds):
-        middle, curved = targets(at, closed)
+        middle, curved = smoothing_targets(at, closed)
         at = 0.5 * at + 0.25 * (middle + curved)
     return at
 
 
-def targets(points: Points, closed: bool) -> tuple[Points, Points]:
+def smoothing_targets(points: Points, closed: bool) -> tuple[Points, Points]:
     """Where smoothing wants every point (n, 3), twice: between its neighbours, and on the
     cubic through its four neighbours.
 
@@ -158,7 +158,7 @@ class Trace:
     def length(self) -> float:
         return float(arc_length(self.round)[-1])
 
-    def feet(self, ground: Ground, lengths: Points) -> Feet:
+    def feet(self, ground: Ground, lengths: Points) -> GroundPoints:
         """Points on the ground at these arc lengths (k,) from its start, the ends beyond."""
         line = self.round
         along = arc_length(line)
@@ -168,10 +168,10 @@ class Trace:
         share = np.where(step > 0.0, (wanted - along[k]) / np.where(step > 0.0, step, 1.0), 0.0)
         points = line[k] + share[:, None] * (line[k + 1] - line[k])
         triangles = self.triangles[k]
-        found = ground.at(triangles, weights_in(ground, triangles, points))
-        return Feet(points, found.normals, found.triangles, found.weights)
+        found = ground.at(triangles, find_weights(ground, triangles, points))
+        return GroundPoints(points, found.normals, found.triangles, found.weights)
 
-    def sampled(self, ground: Ground, sampling: float) -> Stroke:
+    def sample(self, ground: Ground, sampling: float) -> GroundStroke:
         """At equal arc length, about ``sampling`` apart, at least 3 points; ends exact."""
         length = self.length
         edges = max(3 if self.closed else 2, round(length / sampling))
@@ -180,10 +180,10 @@ class Trace:
         points = feet.points.copy()
         if not self.closed:
             points[0], points[-1] = self.points[0], self.points[-1]
-        return Stroke(points, feet.normals, self.closed)
+        return GroundStroke(points, feet.normals, self.closed)
 
 
-def weights_in(ground: Ground, triangles: Int32Array, points: Points) -> Points:
+def find_weights(ground: Ground, triangles: Int32Array, points: Points) -> Points:
     """(n, 3) barycentric weights of points (n, 3) in the planes of triangles (n,), none below 0."""
     corner = ground.vertices[ground.triangles[triangles]]
     u, v = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]

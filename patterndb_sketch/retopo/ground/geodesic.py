@@ -11,13 +11,18 @@ from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground.curves import Trace
-from patterndb_sketch.retopo.ground.ground import Feet, Ground
+from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.ground.heap import grown, pop, push
-from patterndb_sketch.retopo.ground.shortening import crossed, laid_flat, pulled_tight, shortened
-from patterndb_sketch.retopo.ground.topology import Topology
+from patterndb_sketch.retopo.ground.shortening import (
+    cross_gates,
+    pull_tight,
+    shorten_strip,
+    unfold_strip,
+)
+from patterndb_sketch.retopo.ground.topology import GroundTopology
 
 
-def geodesic(ground: Ground, start: Feet, end: Feet) -> Trace:
+def trace_geodesic(ground: Ground, start: GroundPoints, end: GroundPoints) -> Trace:
     """The locally shortest path over the ground from one point (one foot) to another.
 
     It is straight within triangles and, laid flat, across edges; at a vertex that it passes
@@ -43,20 +48,20 @@ def geodesic(ground: Ground, start: Feet, end: Feet) -> Trace:
     both = np.concatenate([start.points, end.points])
     if first[0] == last[0]:
         return Trace(both, first.copy(), False)
-    out, into = route(vertices, topology, first[0], start.points[0], last[0], end.points[0])
+    out, into = find_route(vertices, topology, first[0], start.points[0], last[0], end.points[0])
     if len(out) == 0:
         raise RefusedError(
             "there is no path between the two points: they are on parts of the surface that "
             "do not hang together; join the parts, or choose points on one"
         )
-    only, out, into, from_weights, to_weights = shortened(
+    only, out, into, from_weights, to_weights = shorten_strip(
         vertices, triangles, topology.across, out, into, start.weights[0], end.weights[0]
     )
     if len(out) == 0:
         return Trace(both, np.array([only], np.int32), False)
-    gate, flat, ends = laid_flat(vertices, triangles, out, into, from_weights, to_weights)
-    numbers, which, _ = pulled_tight(gate, flat, ends)
-    points = crossed(vertices, gate, flat, ends, numbers, which)
+    gate, flat, ends = unfold_strip(vertices, triangles, out, into, from_weights, to_weights)
+    numbers, which, _ = pull_tight(gate, flat, ends)
+    points = cross_gates(vertices, gate, flat, ends, numbers, which)
     points = np.concatenate([both[:1], points, both[1:]])
     held = np.concatenate([out // 3, into[-1:] // 3]).astype(np.int32)
     moves = (points[1:] != points[:-1]).any(axis=1)
@@ -66,8 +71,13 @@ def geodesic(ground: Ground, start: Feet, end: Feet) -> Trace:
 # == A first way over the ground from triangle to triangle, to be shortened afterwards.
 
 
-def route(
-    vertices: Points, topology: Topology, first: Index, start: Floats, last: Index, end: Floats
+def find_route(
+    vertices: Points,
+    topology: GroundTopology,
+    first: Index,
+    start: Floats,
+    last: Index,
+    end: Floats,
 ) -> tuple[Int32Array, Int32Array]:
     """The sides by which a way leaves one triangle (n,) and enters the next (n,).
 
@@ -75,7 +85,7 @@ def route(
     by straight steps through one triangle, or two laid flat, between the middles of edges. Edges
     of more than two triangles lead to all of them. Empty if there is no way.
     """
-    before, leaves, via = searched(
+    before, leaves, via = _search_route(
         vertices,
         topology.middles,
         topology.ends,
@@ -129,7 +139,7 @@ def _across(vertices: Points, a: Index, b: Index, one: Floats, two: Floats) -> f
 
 
 @kernel
-def searched(
+def _search_route(
     vertices: Points,
     middles: Points,
     ends: Int32Array,
@@ -141,7 +151,7 @@ def searched(
     last: Index,
     end: Floats,
 ) -> tuple[Int32Array, Int32Array, Int32Array]:
-    """A* of :func:`route`: for every edge, and the goal behind them, the edge before it, the
+    """A* of :func:`find_route`: for every edge, and the goal behind them, the edge before it, the
     side that the way leaves its triangle by, and that of the triangle before or -1, if the step
     leads through two. -1 before an edge that is first, or was not reached."""
     goal = len(middles)

@@ -12,12 +12,12 @@ from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.surface import GRAZE, Surface, Triangles
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground.topology import Topology
+from patterndb_sketch.retopo.ground.topology import GroundTopology
 from patterndb_sketch.retopo.sizes import EDGE, Sizes
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Feet:
+class GroundPoints:
     """Points on the surface.
 
     points: (n, 3) float64. normals: (n, 3) float64 unit normals, interpolated between the
@@ -33,15 +33,15 @@ class Feet:
     def __len__(self) -> int:
         return len(self.points)
 
-    def __getitem__(self, which: slice | NDArray[np.integer] | NDArray[np.bool_]) -> Feet:
+    def __getitem__(self, which: slice | NDArray[np.integer] | NDArray[np.bool_]) -> GroundPoints:
         """Some of them, by a slice or an index array; for one take ``feet[i : i + 1]``."""
-        return Feet(
+        return GroundPoints(
             self.points[which], self.normals[which], self.triangles[which], self.weights[which]
         )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Projected:
+class ProjectedPoints:
     """Points taken to the surface along their normals.
 
     feet:   where they are now, all of them on the surface.
@@ -51,7 +51,7 @@ class Projected:
             whole surface faces as the normal does: they are at the nearest point of all.
     """
 
-    feet: Feet
+    feet: GroundPoints
     missed: Int32Array
     lost: Int32Array
 
@@ -84,7 +84,7 @@ class Ground:
     """
 
     surface: Surface
-    topology: Topology
+    topology: GroundTopology
     diagonal: float
     vertex: Int32Array
     dropped: int
@@ -114,7 +114,7 @@ class Ground:
             surface = Surface.from_arrays(points, vertex[given.triangles])
         return cls(
             surface,
-            Topology.of(surface.vertices, surface.triangles),
+            GroundTopology.of(surface.vertices, surface.triangles),
             surface.diagonal,
             vertex.astype(np.int32),
             len(np.asarray(triangles)) - len(surface.triangles),
@@ -146,20 +146,20 @@ class Ground:
         """(v, 3) float64 unit normals of the vertices."""
         return self.surface.normals
 
-    def at(self, triangles: Int32Array, weights: Points) -> Feet:
+    def at(self, triangles: Int32Array, weights: Points) -> GroundPoints:
         """The points with these barycentric weights (n, 3) on these triangles (n,)."""
         triangles = np.asarray(triangles, np.int32)
         corner = self.surface.triangles[triangles]
         points = np.einsum("ne,nec->nc", weights, self.surface.vertices[corner])
         normals = units(np.einsum("ne,nec->nc", weights, self.surface.normals[corner]))
-        return Feet(points, normals, triangles, np.ascontiguousarray(weights))
+        return GroundPoints(points, normals, triangles, np.ascontiguousarray(weights))
 
-    def nearest(self, points: ArrayLike) -> Feet:
+    def nearest(self, points: ArrayLike) -> GroundPoints:
         """The points of the surface nearest to (n, 3) points."""
         at = _three(points, "points")
         return self.at(*self.surface.located(at))
 
-    def nearest_facing(self, points: ArrayLike, normals: ArrayLike) -> Projected:
+    def nearest_facing(self, points: ArrayLike, normals: ArrayLike) -> ProjectedPoints:
         """The nearest points on triangles that face as (n, 3) normals do.
 
         Where no triangle of the surface does, the nearest point of all (``lost``).
@@ -169,9 +169,9 @@ class Ground:
         lost = np.flatnonzero(triangle < 0).astype(np.int32)
         if len(lost):
             triangle[lost], weights[lost] = self.surface.located(at[lost])
-        return Projected(self.at(triangle, weights), np.empty(0, np.int32), lost)
+        return ProjectedPoints(self.at(triangle, weights), np.empty(0, np.int32), lost)
 
-    def project_near(self, points: ArrayLike, normals: ArrayLike, sizes: Sizes) -> Projected:
+    def project_near(self, points: ArrayLike, normals: ArrayLike, sizes: Sizes) -> ProjectedPoints:
         """Points (n, 3) that lie nearly on the ground, as those of a curve that was smoothed or
         cut short between places on it, taken along their normals; see :meth:`project`.
 
@@ -186,7 +186,7 @@ class Ground:
 
     def project(
         self, points: ArrayLike, normals: ArrayLike, reach: ArrayLike | None = None
-    ) -> Projected:
+    ) -> ProjectedPoints:
         """Points (n, 3) taken along their normals (n, 3), both ways, to the nearest hit.
 
         Triangles that face away from the normal are not seen. reach: how far a hit may be, one
@@ -209,7 +209,7 @@ class Ground:
             triangle[missed], weights[missed] = other.feet.triangles, other.feet.weights
             lost = missed[other.lost]
             missed = np.setdiff1d(missed, lost)
-        return Projected(self.at(triangle, weights), missed, lost)
+        return ProjectedPoints(self.at(triangle, weights), missed, lost)
 
 
 def _three(points: ArrayLike, name: str) -> Points:

@@ -17,7 +17,7 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
-from patterndb_sketch.retopo.ground.ground import Feet, Ground
+from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.ground.heap import grown, pop, push
 
 #: A triangle with an edge this many times as long in (u, v) as it is lies where two fronts met,
@@ -26,7 +26,7 @@ TORN = 2.5
 
 
 @dataclass(frozen=True, slots=True)
-class Window:
+class MapExtent:
     """How far a map goes: along the surface's edges from its seeds, and in u and v.
 
     The factors of the two makers are those of the released program of Takayama et al. 2013.
@@ -37,12 +37,12 @@ class Window:
     v: tuple[float, float]
 
     @classmethod
-    def spine(cls, b: float, length: float) -> Window:
+    def spine(cls, b: float, length: float) -> MapExtent:
         """Around a stroke of this length, for a brush of half-width b."""
         return cls(1.8 * b, (-1.5 * b, 1.5 * b), (-0.5 * b, length + 0.5 * b))
 
     @classmethod
-    def completion(cls, b: float) -> Window:
+    def completion(cls, b: float) -> MapExtent:
         """Around a point of a boundary, for suggestions of radius b."""
         return cls(3.8 * b, (-1.2 * b, 1.2 * b), (-0.3 * b, 2.2 * b))
 
@@ -66,7 +66,7 @@ class LocalMap:
     corners: Int32Array
     _grid: tuple[Points, Int32Array, Int32Array]
 
-    def of(self, feet: Feet) -> Points:
+    def of(self, feet: GroundPoints) -> Points:
         """(n, 2) the (u, v) of points on the ground; nan outside of the map."""
         result = np.full((len(feet), 2), np.nan)
         if len(self.triangles) == 0:
@@ -98,7 +98,7 @@ class LocalMap:
         result[near[there.lost]] = np.nan
         return result
 
-    def at(self, uv: ArrayLike) -> tuple[Feet, NDArray[np.bool_]]:
+    def at(self, uv: ArrayLike) -> tuple[GroundPoints, NDArray[np.bool_]]:
         """Points of the ground with these (u, v), (n, 2), and (n,) whether there is one.
 
         Where the map lies over itself the one nearest to the seeds. Where there is none the
@@ -107,10 +107,10 @@ class LocalMap:
         wanted = np.ascontiguousarray(uv, np.float64)
         if wanted.ndim != 2 or wanted.shape[1] != 2:
             raise InvalidRetopoError(f"(u, v) must be (n, 2), got {wanted.shape}")
-        place, weights = containing(self.uv, self.corners, self.distance, *self._grid, wanted)
+        place, weights = _find_containing(self.uv, self.corners, self.distance, *self._grid, wanted)
         found = place >= 0
         n = len(wanted)
-        feet = Feet(
+        feet = GroundPoints(
             np.full((n, 3), np.nan), np.full((n, 3), np.nan), np.full(n, -1, np.int32), weights
         )
         on = self.ground.at(self.triangles[place[found]], weights[found])
@@ -119,7 +119,9 @@ class LocalMap:
         return feet, found
 
 
-def local_map(ground: Ground, seeds: Feet, tangents: ArrayLike, window: Window) -> LocalMap:
+def spread_map(
+    ground: Ground, seeds: GroundPoints, tangents: ArrayLike, window: MapExtent
+) -> LocalMap:
     """The map spread from a stroke's points (n >= 1), or from one point.
 
     tangents: (n, 3) directions of v, of any length above 0; only their parts along the surface
@@ -144,10 +146,10 @@ def local_map(ground: Ground, seeds: Feet, tangents: ArrayLike, window: Window) 
             "of the stroke there"
         )
     right = np.cross(along / size[:, None], up)
-    vertices, uv, axes, distance = _seeded(ground, seeds, right)
+    vertices, uv, axes, distance = _seed_vertices(ground, seeds, right)
     low = np.array([window.u[0], window.v[0]])
     high = np.array([window.u[1], window.v[1]])
-    found, uv, distance = spread(
+    found, uv, distance = _spread_front(
         ground.vertices,
         ground.normals,
         ground.topology.star_start,
@@ -160,12 +162,12 @@ def local_map(ground: Ground, seeds: Feet, tangents: ArrayLike, window: Window) 
         low,
         high,
     )
-    triangles, corners = held(ground.triangles, ground.vertices, found, uv, TORN)
-    return LocalMap(ground, found, uv, distance, triangles, corners, filed(uv, corners))
+    triangles, corners = _find_mapped(ground.triangles, ground.vertices, found, uv, TORN)
+    return LocalMap(ground, found, uv, distance, triangles, corners, _file_triangles(uv, corners))
 
 
-def _seeded(
-    ground: Ground, seeds: Feet, right: Points
+def _seed_vertices(
+    ground: Ground, seeds: GroundPoints, right: Points
 ) -> tuple[Int32Array, Points, Points, NDArray[np.float64]]:
     """The vertices nearest to the seeds, with (u, v), u axes and distances: means over all the
     seeds of a vertex. right (n, 3): the seeds' own u axes."""
@@ -181,7 +183,7 @@ def _seeded(
     step = np.empty(5)
     turned = right.copy()
     for i in range(n):
-        if offset[i] > 0.0 and propose(places, normals, axes, i, n + i, step):
+        if offset[i] > 0.0 and _propose(places, normals, axes, i, n + i, step):
             uv[i] += step[:2]
             turned[i] = step[2:]
     chosen, which, count = np.unique(vertex, return_inverse=True, return_counts=True)
@@ -210,7 +212,7 @@ OPPOSITE = 1e-9
 
 
 @kernel
-def propose(
+def _propose(
     vertices: Points, normals: Points, axes: Points, p: Index, q: Index, out: NDArray[np.float64]
 ) -> bool:
     """What p hands on to q: out (5,) becomes the step in (u, v) and the u axis at q.
@@ -258,7 +260,7 @@ def _settle(axes: Points, normals: Points, q: Index) -> bool:
 
 
 @kernel
-def spread(
+def _spread_front(
     vertices: Points,
     normals: Points,
     star_start: Int32Array,
@@ -310,7 +312,7 @@ def spread(
             axes[q] = 0.0
             for k in range(star_start[q], star_start[q + 1]):
                 p = star[k]
-                if not frozen[p] or not propose(vertices, normals, axes, p, q, step):
+                if not frozen[p] or not _propose(vertices, normals, axes, p, q, step):
                     continue
                 size = 0.0
                 for c in range(3):
@@ -350,7 +352,7 @@ def spread(
 
 
 @kernel
-def held(
+def _find_mapped(
     triangles: Int32Array, vertices: Points, found: Int32Array, uv: Points, torn: float
 ) -> tuple[Int32Array, Int32Array]:
     """(k,) the triangles all of whose corners were found (m,), ascending; (k, 3) those corners
@@ -399,7 +401,7 @@ def _cell(x: float, low: float, size: float, n: Index) -> int:
 
 
 @kernel
-def filed(uv: Points, corners: Int32Array) -> tuple[Points, Int32Array, Int32Array]:
+def _file_triangles(uv: Points, corners: Int32Array) -> tuple[Points, Int32Array, Int32Array]:
     """A grid over the triangles (k, 3) of points uv (m, 2): its frame (3, 2), which is low
     corner, cell size and numbers of cells; and the triangles by cell: start, numbers."""
     k = len(corners)
@@ -441,7 +443,7 @@ def filed(uv: Points, corners: Int32Array) -> tuple[Points, Int32Array, Int32Arr
 
 
 @kernel
-def containing(
+def _find_containing(
     uv: Points,
     corners: Int32Array,
     distance: NDArray[np.float64],

@@ -12,7 +12,7 @@ from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground.curves import Trace
-from patterndb_sketch.retopo.ground.ground import Feet, Ground
+from patterndb_sketch.retopo.ground.ground import Ground, GroundPoints
 
 #: Vertices this near to the plane, as a part of the diagonal, are on it: what is lost of a
 #: coordinate in a dot product.
@@ -21,7 +21,9 @@ ON_PLANE = 1e-14
 TOUCHES = "the plane only touches the surface there; turn it a little"
 
 
-def planar_cut(ground: Ground, start: Feet, normal: ArrayLike, limit: float | None = None) -> Trace:
+def cut_by_plane(
+    ground: Ground, start: GroundPoints, normal: ArrayLike, limit: float | None = None
+) -> Trace:
     """The curve in which a plane cuts the ground, followed from one of its points.
 
     start: one foot, which the plane goes through; normal: (3,) the plane's, of any length. The
@@ -36,7 +38,7 @@ def planar_cut(ground: Ground, start: Feet, normal: ArrayLike, limit: float | No
     the limit, or if the plane only touches the ground there.
 
     Differs from the program: exact from side to side of the triangles;
-    :meth:`Trace.sampled` has it at even steps, not at 9 points from crossing to crossing.
+    :meth:`Trace.sample` has it at even steps, not at 9 points from crossing to crossing.
     """
     across = np.asarray(normal, np.float64)
     if across.shape != (3,) or not np.isfinite(across).all() or not across.any():
@@ -47,18 +49,18 @@ def planar_cut(ground: Ground, start: Feet, normal: ArrayLike, limit: float | No
         raise InvalidRetopoError(f"a cut starts at one point of the surface, not {len(start)}")
     height = (ground.vertices - start.points[0]) @ (across / np.linalg.norm(across))
     height[np.abs(height) < ON_PLANE * ground.diagonal] = 0.0
-    first = _first_cut(ground, height, start)
+    first = _find_first_cut(ground, height, start)
     if first < 0:
         raise RefusedError(TOUCHES)
     most = np.inf if limit is None else float(limit)
     vertices, triangles, across = ground.vertices, ground.triangles, ground.topology.across
-    out, into = cut_sides(triangles, height, first)
-    ahead, length, closed = followed(vertices, triangles, across, height, out, most)
+    out, into = _find_cut_sides(triangles, height, first)
+    ahead, length, closed = _follow_cut(vertices, triangles, across, height, out, most)
     held = np.roll(ahead // 3, -1)
     if not closed and length <= most:
-        ends = [_crossing(vertices, triangles, height, side) for side in (into, out)]
+        ends = [_place_crossing(vertices, triangles, height, side) for side in (into, out)]
         length += float(np.linalg.norm(ends[1] - ends[0]))
-        back, further, _ = followed(vertices, triangles, across, height, into, most - length)
+        back, further, _ = _follow_cut(vertices, triangles, across, height, into, most - length)
         length += further
         # Every side stands for the triangle that the curve leaves by it; the first triangle's
         # own segment joins both ways.
@@ -68,14 +70,14 @@ def planar_cut(ground: Ground, start: Feet, normal: ArrayLike, limit: float | No
         raise RefusedError(
             f"the cut is longer than its limit, {limit:.4g}; raise the limit, or turn the plane"
         )
-    points = np.array([_crossing(vertices, triangles, height, side) for side in ahead])
-    trace = _moving(points, held.astype(np.int32), bool(closed))
+    points = np.array([_place_crossing(vertices, triangles, height, side) for side in ahead])
+    trace = _drop_still_segments(points, held.astype(np.int32), bool(closed))
     if len(trace.triangles) < (3 if closed else 1):
         raise RefusedError(TOUCHES)
     return trace
 
 
-def _moving(points: Points, held: Int32Array, closed: bool) -> Trace:
+def _drop_still_segments(points: Points, held: Int32Array, closed: bool) -> Trace:
     """The trace without segments of no length, where the cut turns about a vertex."""
     follower = np.roll(points, -1, axis=0) if closed else points[1:]
     moves = (points[: len(follower)] != follower).any(axis=1)
@@ -83,7 +85,7 @@ def _moving(points: Points, held: Int32Array, closed: bool) -> Trace:
     return Trace(points[kept], held[moves], closed)
 
 
-def _first_cut(ground: Ground, height: NDArray[np.float64], start: Feet) -> int:
+def _find_first_cut(ground: Ground, height: NDArray[np.float64], start: GroundPoints) -> int:
     """The start's triangle, if the plane passes through it; else the nearest that it does among
     those joined to it by vertices on the plane; -1 without."""
     triangles = ground.triangles
@@ -108,14 +110,16 @@ def _first_cut(ground: Ground, height: NDArray[np.float64], start: Feet) -> int:
         return -1
     middle = np.zeros((len(mixed), 3))
     for i, f in enumerate(mixed):
-        for side in cut_sides(triangles, height, f):
-            middle[i] += 0.5 * _crossing(ground.vertices, triangles, height, side)
+        for side in _find_cut_sides(triangles, height, f):
+            middle[i] += 0.5 * _place_crossing(ground.vertices, triangles, height, side)
     off = np.linalg.norm(middle - start.points[0], axis=1)
     return int(mixed[np.argmin(off)])
 
 
 @kernel
-def cut_sides(triangles: Int32Array, height: NDArray[np.float64], f: Index) -> tuple[int, int]:
+def _find_cut_sides(
+    triangles: Int32Array, height: NDArray[np.float64], f: Index
+) -> tuple[int, int]:
     """The sides by which the cut leaves and enters triangle f, with the normal on its left."""
     out, into = -1, -1
     for e in range(3):
@@ -129,7 +133,7 @@ def cut_sides(triangles: Int32Array, height: NDArray[np.float64], f: Index) -> t
 
 
 @kernel
-def _crossing(
+def _place_crossing(
     vertices: Points, triangles: Int32Array, height: NDArray[np.float64], side: Index
 ) -> NDArray[np.float64]:
     """(3,) where the plane cuts a side, the same seen from both of its triangles."""
@@ -142,7 +146,7 @@ def _crossing(
 
 
 @kernel
-def followed(
+def _follow_cut(
     vertices: Points,
     triangles: Int32Array,
     across: Int32Array,
@@ -161,16 +165,16 @@ def followed(
     sides[0] = side
     n = 1
     length = 0.0
-    at = _crossing(vertices, triangles, height, side)
+    at = _place_crossing(vertices, triangles, height, side)
     while length <= most:
         beyond = across[side]
         if beyond < 0:
             return sides[:n].copy(), length, False
         f = beyond // 3
-        out, into = cut_sides(triangles, height, f)
+        out, into = _find_cut_sides(triangles, height, f)
         # Neighbours may be turned against each other.
         side = into if beyond == out else out
-        there = _crossing(vertices, triangles, height, side)
+        there = _place_crossing(vertices, triangles, height, side)
         length += math.sqrt(((there - at) ** 2).sum())
         at = there
         if f == first:

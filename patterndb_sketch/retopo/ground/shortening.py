@@ -14,7 +14,7 @@ from patterndb.system.kernels import kernel
 
 
 @kernel
-def laid_flat(
+def unfold_strip(
     vertices: Points,
     triangles: Int32Array,
     out: Int32Array,
@@ -113,10 +113,10 @@ def _turn(a: Floats, b: Floats, c: Floats) -> float:
 
 
 @kernel
-def pulled_tight(
+def pull_tight(
     gate: Int32Array, flat: Points, ends: Points
 ) -> tuple[Int32Array, Int32Array, float]:
-    """Where the shortest path through the gates of :func:`laid_flat` turns: (m,) numbers of
+    """Where the shortest path through the gates of :func:`unfold_strip` turns: (m,) numbers of
     gates, counted from 0, and (m,) their sides, 0 left and 1 right; and the path's length.
 
     Source: Lee and Preparata 1984; the funnel is opened anew behind every turn.
@@ -172,7 +172,7 @@ PATIENCE = 4
 
 
 @kernel
-def shortened(
+def shorten_strip(
     vertices: Points,
     triangles: Int32Array,
     across: Int32Array,
@@ -193,12 +193,12 @@ def shortened(
     waited = 0
     best_out, best_into, best_start, best_end = out, into, start, end
     while True:
-        out, into = without_loops(out, into, seen)
-        first, out, into, start, end = trimmed(triangles, first, out, into, start, end)
+        out, into = _remove_loops(out, into, seen)
+        first, out, into, start, end = _trim_ends(triangles, first, out, into, start, end)
         if len(out) == 0:
             return first, out, into, start, end
-        gate, flat, ends = laid_flat(vertices, triangles, out, into, start, end)
-        numbers, which, length = pulled_tight(gate, flat, ends)
+        gate, flat, ends = unfold_strip(vertices, triangles, out, into, start, end)
+        numbers, which, length = pull_tight(gate, flat, ends)
         if length < best * (1.0 - 1e-15):
             best = length
             waited = 0
@@ -207,7 +207,7 @@ def shortened(
             waited += 1
             if waited > PATIENCE:
                 break
-        rerouted, out, into = _rerouted(
+        rerouted, out, into = _reroute(
             vertices, triangles, across, out, into, gate, flat, ends, numbers, which
         )
         if not rerouted:
@@ -216,7 +216,7 @@ def shortened(
 
 
 @kernel
-def without_loops(
+def _remove_loops(
     out: Int32Array, into: Int32Array, seen: Int32Array
 ) -> tuple[Int32Array, Int32Array]:
     """The strip without what lies between two passes through one triangle.
@@ -247,7 +247,7 @@ def without_loops(
 
 
 @kernel
-def trimmed(
+def _trim_ends(
     triangles: Int32Array,
     first: Index,
     out: Int32Array,
@@ -261,17 +261,17 @@ def trimmed(
     low = 0
     high = len(out)
     while low < high and start[(out[low] % 3 + 2) % 3] <= ON_EDGE:
-        start = _carried(triangles, out[low], into[low], start)
+        start = _carry_weights(triangles, out[low], into[low], start)
         first = into[low] // 3
         low += 1
     while low < high and end[(into[high - 1] % 3 + 2) % 3] <= ON_EDGE:
-        end = _carried(triangles, into[high - 1], out[high - 1], end)
+        end = _carry_weights(triangles, into[high - 1], out[high - 1], end)
         high -= 1
     return first, out[low:high].copy(), into[low:high].copy(), start, end
 
 
 @kernel
-def _carried(triangles: Int32Array, side: Index, other: Index, weights: Floats) -> Floats:
+def _carry_weights(triangles: Int32Array, side: Index, other: Index, weights: Floats) -> Floats:
     """Weights in the triangle of the side ``other`` of a point on ``side``, the same edge."""
     result = np.zeros(3)
     for e in range(3):
@@ -317,7 +317,7 @@ def _other_side(triangles: Int32Array, side: Index, v: Index) -> int:
 
 
 @kernel
-def _rerouted(
+def _reroute(
     vertices: Points,
     triangles: Int32Array,
     across: Int32Array,
@@ -394,7 +394,7 @@ def _rerouted(
 
 
 @kernel
-def crossed(
+def cross_gates(
     vertices: Points,
     gate: Int32Array,
     flat: Points,

@@ -18,7 +18,7 @@ from patterndb.system.kernels import kernel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Topology:
+class GroundTopology:
     """Side 3 f + e is the edge of triangle f from its corner e to the next.
 
     across:     (3t,) int32, the side that is the same edge seen from the neighbour; -1 at a
@@ -43,7 +43,7 @@ class Topology:
     star: Int32Array
 
     @classmethod
-    def of(cls, vertices: Points, triangles: Int32Array) -> Topology:
+    def of(cls, vertices: Points, triangles: Int32Array) -> GroundTopology:
         """Of (v, 3) vertices and (t, 3) triangles, each with an area."""
         key = edge_keys(triangles)
         order = np.argsort(key, kind="stable")
@@ -59,7 +59,7 @@ class Topology:
         counts = np.bincount(both[:, 0], minlength=len(vertices))
         star_start = np.r_[0, np.cumsum(counts)].astype(np.int32)
         star = np.ascontiguousarray(both[around, 1])
-        across = paired(np.ascontiguousarray(vertices), triangles, start, sides)
+        across = _pair_sides(np.ascontiguousarray(vertices), triangles, start, sides)
         middles = vertices[ends].mean(axis=1)
         return cls(across, edges, ends, middles, start, sides, star_start, star)
 
@@ -70,7 +70,7 @@ class Topology:
 
 
 @kernel
-def paired(
+def _pair_sides(
     vertices: Points, triangles: Int32Array, start: Int32Array, sides: Int32Array
 ) -> Int32Array:
     """(3t,) :attr:`Topology.across`: of the sides of an edge, the straightest pairs first."""
@@ -85,7 +85,7 @@ def paired(
             group = sides[start[k] : start[k + 1]]
             away = np.empty((n, 3))
             for i in range(n):
-                _away(vertices, triangles, group[i], away[i])
+                _point_away(vertices, triangles, group[i], away[i])
             free = np.ones(n, np.bool_)
             for _ in range(n // 2):
                 best = np.inf
@@ -108,7 +108,9 @@ def paired(
 
 
 @kernel
-def _away(vertices: Points, triangles: Int32Array, side: int, away: NDArray[np.float64]) -> None:
+def _point_away(
+    vertices: Points, triangles: Int32Array, side: int, away: NDArray[np.float64]
+) -> None:
     """Unit direction (3,) from a side into its triangle, at right angles to it."""
     f, e = side // 3, side % 3
     a, b, c = triangles[f, e], triangles[f, (e + 1) % 3], triangles[f, (e + 2) % 3]

@@ -27,7 +27,7 @@ a :class:`Draft`, in which chains that were cut may still be named by their old 
     left = draft.add_chain(points, normals, AtChain(5, 12.0), Free())
     right = draft.add_chain(others, normals, AtChain(5, 30.0), AtNode(node))
     draft.flag(2 * left, False)       # the wedge on its left is passed straight
-    network = draft.finished()        # patches are found again, only where something changed
+    network = draft.finish()        # patches are found again, only where something changed
 
 A network stays a drawing on its ground: both ends of a new chain go into one face, whatever
 directions say, and :func:`genus_of` is never above the ground's :func:`handles_of`. What could only

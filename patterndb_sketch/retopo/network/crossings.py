@@ -48,7 +48,7 @@ class Crossings:
     def __len__(self) -> int:
         return len(self.along)
 
-    def taken(self, order: Sequence[int]) -> Crossings:
+    def select(self, order: Sequence[int]) -> Crossings:
         """Those with these numbers, in this order."""
         k = np.array(order, np.int64)
         return Crossings(self.along[k], self.chain[k], self.place[k], self.rightward[k])

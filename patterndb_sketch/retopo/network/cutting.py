@@ -48,7 +48,7 @@ class Cut:
     def place(self) -> float:
         return self.at + self.share
 
-    def moved(self, place: float) -> tuple[int, float]:
+    def move_place(self, place: float) -> tuple[int, float]:
         """The new chain, and the place on it, of a place on the old one."""
         if len(self.pieces) == 2 and place <= self.place:
             return self.pieces[0], self._before(place, self.at)

@@ -64,7 +64,7 @@ SAMPLES_AHEAD = 2.0
 
 
 class Draft:
-    """A network that edits change in place; :meth:`finished` gives the new network.
+    """A network that edits change in place; :meth:`finish` gives the new network.
 
     Chains that were cut may still be named by their old ids and places: they stand for the
     pieces. Patches are found again when it is finished, and only where something changed.
@@ -180,7 +180,7 @@ class Draft:
         The node's wedges are unflagged; unless that changes, or a curve is added there, the
         parts are one chain again when the draft is finished.
         """
-        chain, place = self.located(chain, place)
+        chain, place = self.locate(chain, place)
         old = self.chains[chain]
         k, share = located(old, place)
         if not old.loose and share == 0.0 and k in (0, len(old.points) - 1):
@@ -240,7 +240,7 @@ class Draft:
         Where it left one chain, that has an open end now; where more, the gap closes: it is a
         corner if two chains are left, or if fewer than two other corners are.
         """
-        chain, _ = self.located(chain, 0.0)
+        chain, _ = self.locate(chain, 0.0)
         old = self.chains.pop(chain)
         if old.loose:
             return ()
@@ -299,7 +299,7 @@ class Draft:
 
     # Finishing
 
-    def finished(self, also: Iterable[HalfChain] = (), forget: bool = False) -> Network:
+    def finish(self, also: Iterable[HalfChain] = (), forget: bool = False) -> Network:
         """The network with all edits, its patches found again where something changed.
 
         Nodes without chains are dropped; two chains that pass a node without a corner become one.
@@ -347,10 +347,10 @@ class Draft:
 
     # What old names mean now
 
-    def located(self, chain: int, place: float) -> tuple[int, float]:
+    def locate(self, chain: int, place: float) -> tuple[int, float]:
         """The chain and place that a chain and place, perhaps of before a cut, are now."""
         while chain in self.cuts:
-            chain, place = self.cuts[chain].moved(place)
+            chain, place = self.cuts[chain].move_place(place)
         if chain not in self.chains:
             raise InvalidRetopoError(f"there is no chain {chain} in the network")
         return chain, place

@@ -54,14 +54,14 @@ def add_chain(
     """With a chain that crosses no other; its id. See :meth:`Draft.add_chain`."""
     draft = Draft(network)
     chain = draft.add_chain(points, normals, start, end)
-    return draft.finished(), chain
+    return draft.finish(), chain
 
 
 def add_loop(network: Network, points: ArrayLike, normals: ArrayLike) -> tuple[Network, int]:
     """With a closed chain that crosses no other; its id. See :meth:`Draft.add_loop`."""
     draft = Draft(network)
     chain = draft.add_loop(points, normals)
-    return draft.finished(), chain
+    return draft.finish(), chain
 
 
 def cut_chain(
@@ -73,7 +73,7 @@ def cut_chain(
     if node not in network.nodes:
         for half in draft.nodes[node].ends:
             draft.flag(half, True)
-    return draft.finished(), node
+    return draft.finish(), node
 
 
 def remove_chains(network: Network, chains: Iterable[int]) -> Network:
@@ -84,7 +84,7 @@ def remove_chains(network: Network, chains: Iterable[int]) -> Network:
     draft = Draft(network)
     for chain in sorted(set(chains)):
         draft.remove_chain(chain)
-    return draft.finished(forget=True)
+    return draft.finish(forget=True)
 
 
 def with_count(network: Network, chain: int, count: int, pinned: bool = False) -> Network:
@@ -123,7 +123,7 @@ def with_borders(network: Network, ground: Ground, sampling: float) -> Network:
             units(up[edge] + share * (up_after - up)[edge]),
             marks=("", BORDER),
         )
-    return draft.finished()
+    return draft.finish()
 
 
 def border_loops(ground: Ground) -> list[Int32Array]:

@@ -249,7 +249,7 @@ def _through(
     at, after = first, gaps[0]
     begin = 0
     for half, place, k in between_faces(draft.nodes, draft.chains, line, (first, last), near.open):
-        chain, place = draft.located(half >> 1, place)
+        chain, place = draft.locate(half >> 1, place)
         line_of = draft.chains[chain]
         node = draft.cut_chain(chain, place)
         # At an end of the chain, the half-chain that leaves it there.

@@ -71,7 +71,7 @@ def stops_of(
     """
     found = crossings(line, up, False, samples_of(draft.chains))
     if passed:
-        found = found.taken(_elsewhere(draft, found, passed, near.node))
+        found = found.select(_elsewhere(draft, found, passed, near.node))
     if not len(found):
         return []
     at = np.interp(found.along, np.arange(len(along)), along)
@@ -81,7 +81,7 @@ def stops_of(
     ]
     order = in_order(draft.nodes, draft.chains, at, crossed, near.node)
     if order != sorted(order):
-        found = found.taken(order)
+        found = found.select(order)
         at = np.maximum.accumulate(at[order])
     points, normals = between(line, up, found.along)
     for k, chain in enumerate(found.chain):
@@ -93,7 +93,7 @@ def stops_of(
     limits = _overshoots(draft, found, at, float(along[-1]), points, joints, near.ends)
     stops: list[Stop] = []
     for k in range(len(found)):
-        chain, place = draft.located(int(found.chain[k]), float(found.place[k]))
+        chain, place = draft.locate(int(found.chain[k]), float(found.place[k]))
         line_of = draft.chains[chain]
         near_end = _near_end(draft, line_of, place, near.node, limits)
         if near_end is None:
@@ -154,7 +154,7 @@ def _overshoots(
     crossings are at the node, for a hand overshoots."""
     limits: dict[HalfChain, float] = {}
     for k in range(len(found)):
-        chain, place = draft.located(int(found.chain[k]), float(found.place[k]))
+        chain, place = draft.locate(int(found.chain[k]), float(found.place[k]))
         ends = _ends(draft.chains[chain], place)
         for joint, off, reach in zip(joints, (at[k], whole - at[k]), reaches, strict=True):
             if joint is None or off > reach:

@@ -13,7 +13,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, Stroke
+from patterndb_sketch.retopo.ground import Ground, GroundStroke
 from patterndb_sketch.retopo.network.edits import border_loops
 from patterndb_sketch.retopo.network.samples import between
 from patterndb_sketch.retopo.sizes import Sizes
@@ -278,7 +278,7 @@ SHORTEST = 2.0
 class StrokePart:
     """A part of a stroke on the half. on: is its start, and its end, on the plane?"""
 
-    stroke: Stroke
+    stroke: GroundStroke
     on: tuple[bool, bool]
 
 
@@ -295,7 +295,7 @@ class SplitStroke:
     along: int
 
 
-def split_stroke(stroke: Stroke, half: Half, sizes: Sizes) -> SplitStroke:
+def split_stroke(stroke: GroundStroke, half: Half, sizes: Sizes) -> SplitStroke:
     """Split a stroke, cleaned on the whole ground, at the plane.
 
     What is beyond the plane is dropped. Where it was cut it is exactly on the plane, as near as
@@ -328,7 +328,7 @@ def split_stroke(stroke: Stroke, half: Half, sizes: Sizes) -> SplitStroke:
         elif _along(points, there.max(), on, sizes):
             along += 1
         else:
-            parts.append(StrokePart(Stroke(points, normals, False, stroke.missed), on))
+            parts.append(StrokePart(GroundStroke(points, normals, False, stroke.missed), on))
     return SplitStroke(tuple(parts), beyond, along)
 
 
@@ -339,7 +339,7 @@ def _along(points: Points, highest: float, on: tuple[bool, bool], sizes: Sizes) 
     return any(on) and float(arc_length(points)[-1]) < SHORTEST * sizes.sampling
 
 
-def refuse_beyond(stroke: Stroke, half: Half, what: str) -> None:
+def refuse_beyond(stroke: GroundStroke, half: Half, what: str) -> None:
     """Raise RefusedError if a stroke is partly beyond the plane; ``what`` is drawn, in words."""
     if (measure_heights(half, stroke.points) < 0.0).any():
         raise RefusedError(

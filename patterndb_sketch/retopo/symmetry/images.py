@@ -87,7 +87,7 @@ class _Images:
             draft = Draft(both)
             for chain in sorted(self.off):
                 draft.remove_chain(chain)
-            both = draft.finished()
+            both = draft.finish()
             notes.append(
                 f"the surface is not symmetric: the images of {len(self.off)} curves, up to "
                 f"{max(self.off.values()):.4g} off it, are left out"

@@ -73,7 +73,7 @@ def begin_symmetry(network: Network, half: Half, sampling: float) -> Edit:
     for node in {node for at in places for _, node in at}:
         if node in draft.nodes and draft.nodes[node].valence > 1:
             draft.flag(_from_outside(draft, half, node)[-1], False)
-    after = draft.finished()
+    after = draft.finish()
     # A patch beyond, all of whose curves have become the seam, is left.
     inside = {
         patch: one

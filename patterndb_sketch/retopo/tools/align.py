@@ -12,7 +12,7 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, targets
+from patterndb_sketch.retopo.ground import Ground, smoothing_targets
 from patterndb_sketch.retopo.network.draft import AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.structure import Network
@@ -104,7 +104,7 @@ def align_chain(
     points, normals = even_course(points, normals, ground, sizes, line.loose)
     draft = Draft(network)
     draft.reshape_chain(chain, points, normals)
-    after = draft.finished()
+    after = draft.finish()
     notes = _on_its_way(last) + note_crossings(network, after, [chain], sizes)
     return Edit.of(network, after, notes)
 
@@ -140,7 +140,7 @@ def align_node(
             break
     draft = Draft(network)
     move_node_to(draft, ground, sizes, node, point[0], normal[0])
-    after = draft.finished()
+    after = draft.finish()
     notes = _on_its_way(last)
     notes += note_crossings(network, after, [half >> 1 for half in at.ends], sizes)
     return Edit.of(network, after, notes)
@@ -179,7 +179,7 @@ def move_snake(
         pull = salience.felt(at, up, mode)[1]
         pull -= np.einsum("nc,nc->n", pull, ahead)[:, None] * ahead
         pull = _averaged(fade[:, None] * _short(pull, sizes), wide, closed)
-        middle, curved = targets(at, closed)
+        middle, curved = smoothing_targets(at, closed)
         step = WEIGHTS[0] * (middle - at) + WEIGHTS[1] * (curved - at) + WEIGHTS[2] * pull
         moved, up = take_to_ground(at + PART / sum(WEIGHTS) * step, up, ground, sizes)
         if not closed:

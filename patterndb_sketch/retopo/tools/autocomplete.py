@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import AT, Argument, Number, optional_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, LocalMap, Window, local_map
+from patterndb_sketch.retopo.ground import Ground, LocalMap, MapExtent, spread_map
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -69,7 +69,7 @@ def find_completions(
     ahead = np.cross(foot.normals, _along(edge, k)[None])
     if not np.linalg.norm(ahead) > 0.0:
         return []
-    onto = local_map(ground, foot, ahead, Window.completion(radius))
+    onto = spread_map(ground, foot, ahead, MapExtent.completion(radius))
     boundaries, strokes = map_boundaries(network, edges, onto)
 
     def covered(line: Points) -> bool:

@@ -295,7 +295,7 @@ class BrushedQuads:
                 lines.add(int(self.mesh.chain[vertex]))
         for chain in sorted(lines - still):
             self._reshape(draft, ground, sizes, chain, course)
-        after = draft.finished()
+        after = draft.finish()
         for patch, number in self.number.items():
             if moved[number].any():
                 filling = filling_of(after.patches[patch])

@@ -71,7 +71,7 @@ def close_patch(
     for half, (_, _, corner) in zip(leaving, parts, strict=True):
         draft.flag(half, corner)
     try:
-        after = draft.finished(also=leaving[:1])
+        after = draft.finish(also=leaving[:1])
     except InvalidRetopoError as error:
         raise RefusedError(
             f"the curves would not close to a patch ({error}); draw it a little elsewhere"
@@ -132,7 +132,7 @@ def _within(
 def _leaving(draft: Draft, network: Network, edge: GroundBoundary, part: OldSide) -> HalfChain:
     """The half-chain by which a stretch of a boundary leaves its first node, after cutting."""
     half, local = edge.located(network, part.start + min(BEYOND, (part.end - part.start) / 2.0))
-    chain, _ = draft.located(half >> 1, local)
+    chain, _ = draft.locate(half >> 1, local)
     return 2 * chain + (half & 1)
 
 

@@ -45,7 +45,7 @@ def toggle_corner(network: Network, sizes: Sizes, point: ArrayLike, normal: Arra
             )
         for half in draft.nodes[node].ends:
             draft.flag(half, True)
-        return Edit.of(network, draft.finished())
+        return Edit.of(network, draft.finish())
     patches = network.patch_of()
     for half, flagged in zip(corner.ends, corner.flagged, strict=True):
         if flagged:
@@ -56,7 +56,7 @@ def toggle_corner(network: Network, sizes: Sizes, point: ArrayLike, normal: Arra
         raise RefusedError("a border ends at this corner: it cannot go")
     for half, flagged in zip(corner.ends, corner.flagged, strict=True):
         draft.flag(half, not flagged)
-    return Edit.of(network, draft.finished())
+    return Edit.of(network, draft.finish())
 
 
 def flip_wedge(
@@ -88,7 +88,7 @@ def flip_wedge(
         _refuse_below(network, network.patch_of(), node.ends[wedge])
     draft = Draft(network)
     draft.flag(node.ends[wedge], not flags[wedge])
-    return Edit.of(network, draft.finished())
+    return Edit.of(network, draft.finish())
 
 
 def _refuse_below(network: Network, patches: dict[HalfChain, int], half: HalfChain) -> None:

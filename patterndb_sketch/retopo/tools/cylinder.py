@@ -15,7 +15,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import POINTS, Argument, Number, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, Stroke, geodesic
+from patterndb_sketch.retopo.ground import Ground, GroundStroke, trace_geodesic
 from patterndb_sketch.retopo.network import (
     AtNode,
     Draft,
@@ -50,7 +50,7 @@ def join_loops(
     network: Network,
     ground: Ground,
     sizes: Sizes,
-    stroke: Stroke,
+    stroke: GroundStroke,
     division: int = DIVISION,
     caps: Caps = "auto",
 ) -> Edit:
@@ -93,14 +93,14 @@ def join_loops(
             ]
             also += beyond[:1]
     try:
-        after = draft.finished(also=also)
+        after = draft.finish(also=also)
     except InvalidRetopoError as error:
         raise RefusedError(f"the loops would not close to patches: {error}") from error
     return Edit.of(network, after, draft.notes)
 
 
 def _ends(
-    network: Network, stroke: Stroke, snap: float
+    network: Network, stroke: GroundStroke, snap: float
 ) -> tuple[tuple[Ring, int], tuple[Ring, int]]:
     """The rings that the stroke joins, with the vertices it snaps to."""
     if stroke.closed:
@@ -136,7 +136,7 @@ def _node(draft: Draft, network: Network, ring: Ring, place: float) -> int:
 
 
 def _join(
-    draft: Draft, ground: Ground, sizes: Sizes, one: int, other: int, stroke: Stroke | None
+    draft: Draft, ground: Ground, sizes: Sizes, one: int, other: int, stroke: GroundStroke | None
 ) -> int:
     """The chain from node to node: the stroke, or the shortest path; it must cross nothing."""
     ends = AtNode(one), AtNode(other)
@@ -148,7 +148,7 @@ def _join(
     if stroke is None:
         a, b = draft.nodes[one], draft.nodes[other]
         feet = [ground.nearest_facing(n.point[None], n.normal[None]).feet for n in (a, b)]
-        stroke = geodesic(ground, feet[0], feet[1]).sampled(ground, sizes.sampling)
+        stroke = trace_geodesic(ground, feet[0], feet[1]).sample(ground, sizes.sampling)
     line, up = drag_to_ends(stroke.points, stroke.normals, draft, list(ends), project)
     near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (0.0, 0.0))
     made = weave(draft, line, up, *ends, near, project)

@@ -8,7 +8,7 @@ from typing import Any
 
 from patterndb_sketch.retopo.arguments import Argument, Flag, PointList, Vector
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Stroke
+from patterndb_sketch.retopo.ground import GroundStroke
 from patterndb_sketch.retopo.network.attaching import departure, turn
 from patterndb_sketch.retopo.network.crossings import crossings
 from patterndb_sketch.retopo.network.draft import Draft
@@ -24,7 +24,7 @@ STRAIGHT = math.radians(30.0)
 SAMPLES_AHEAD = 2.0
 
 
-def erase_crossed_chains(network: Network, scribble: Stroke) -> Edit:
+def erase_crossed_chains(network: Network, scribble: GroundStroke) -> Edit:
     """Erase every chain that a scribble crosses, but marked ones; see :func:`erase_chains`.
 
     Raises RefusedError if it crosses none that can be erased.
@@ -71,7 +71,7 @@ def erase_chains(network: Network, chains: Iterable[int]) -> Edit:
     ]
     for node in joints:
         draft.merge(node)
-    return Edit.of(network, draft.finished(forget=True), notes)
+    return Edit.of(network, draft.finish(forget=True), notes)
 
 
 def _one_curve(draft: Draft, before: Node) -> bool:

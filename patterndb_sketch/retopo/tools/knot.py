@@ -63,7 +63,7 @@ def clean_knot(
             merged = draft.merge(node)
             if merged is not None:
                 draft.set_count(merged, kept.count, kept.pinned)
-    return Edit.of(network, draft.finished())
+    return Edit.of(network, draft.finish())
 
 
 def _within(

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import AT, Argument, Vector, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Feet, Ground, Stroke, planar_cut
+from patterndb_sketch.retopo.ground import Ground, GroundPoints, GroundStroke, cut_by_plane
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -25,7 +25,7 @@ def cut_loop(
     network: Network,
     ground: Ground,
     sizes: Sizes,
-    start: Feet,
+    start: GroundPoints,
     normal: ArrayLike,
     limit: float | None = None,
 ) -> Edit:
@@ -40,10 +40,10 @@ def cut_loop(
 
 
 def preview_loop(
-    ground: Ground, sizes: Sizes, start: Feet, normal: ArrayLike, limit: float | None = None
-) -> Stroke:
+    ground: Ground, sizes: Sizes, start: GroundPoints, normal: ArrayLike, limit: float | None = None
+) -> GroundStroke:
     """The curve that :func:`cut_loop` would add; raises as that does."""
-    return planar_cut(ground, start, normal, limit).sampled(ground, sizes.sampling)
+    return cut_by_plane(ground, start, normal, limit).sample(ground, sizes.sampling)
 
 
 def plane_of_line(begin: ArrayLike, end: ArrayLike, towards: ArrayLike) -> tuple[Points, float]:

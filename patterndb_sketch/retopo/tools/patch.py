@@ -9,7 +9,7 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.arguments import AT, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Feet, Ground
+from patterndb_sketch.retopo.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.network import Draft, Edit, HalfChain, Network, face, without_patch
 from patterndb_sketch.retopo.network.flooding import CLEAR, Wall, flooded, wall_of
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 STRAY = 0.1
 
 
-def make_patch(network: Network, ground: Ground, place: Feet) -> Edit:
+def make_patch(network: Network, ground: Ground, place: GroundPoints) -> Edit:
     """Make a patch of the loop around a place, whatever it encloses.
 
     place: one foot. Raises RefusedError if no loop is around it, or several are; if the loop has
@@ -30,7 +30,7 @@ def make_patch(network: Network, ground: Ground, place: Feet) -> Edit:
         raise RefusedError("this is a patch already")
     draft = Draft(network, ground)
     try:
-        return Edit.of(network, draft.finished(also=(half,)))
+        return Edit.of(network, draft.finish(also=(half,)))
     except InvalidRetopoError as error:
         raise RefusedError(
             "the loop around this place can be no patch: it has an open end, a marked side or "
@@ -38,7 +38,7 @@ def make_patch(network: Network, ground: Ground, place: Feet) -> Edit:
         ) from error
 
 
-def drop_patch(network: Network, ground: Ground, place: Feet) -> Edit:
+def drop_patch(network: Network, ground: Ground, place: GroundPoints) -> Edit:
     """Let the loop around a place be no patch; its curves stay.
 
     It stays so until one of its curves is cut, joined or given another corner: then the loop is
@@ -50,7 +50,7 @@ def drop_patch(network: Network, ground: Ground, place: Feet) -> Edit:
     return Edit.of(network, without_patch(network, patch))
 
 
-def find_loop(network: Network, ground: Ground, place: Feet) -> HalfChain:
+def find_loop(network: Network, ground: Ground, place: GroundPoints) -> HalfChain:
     """A half-chain of the loop around a place, one foot: the ground is flooded from there up to
     the curves. Raises RefusedError if none is met, or more than one loop."""
     chains = sorted(network.chains)
@@ -95,7 +95,7 @@ def _loops(
     return sorted(first for first, count in loops.items() if count >= STRAY * most)
 
 
-def _beside(network: Network, wall: Wall, chains: list[int], place: Feet) -> HalfChain:
+def _beside(network: Network, wall: Wall, chains: list[int], place: GroundPoints) -> HalfChain:
     """By the nearest curve: on a triangle that one crosses flooding tells nothing."""
     away = place.points[0] - wall.points
     k = int(np.argmin(np.linalg.norm(away, axis=1)))

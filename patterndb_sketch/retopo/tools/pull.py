@@ -75,7 +75,7 @@ def pull_held(
     for chain in moved:
         if not draft.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: pull less far")
-    after = draft.finished()
+    after = draft.finish()
     return Edit.of(network, after, note_crossings(network, after, moved, sizes))
 
 
@@ -114,7 +114,7 @@ def release_held(
     if isinstance(done, str):
         dropped = pull_held(network, ground, sizes, at, point, normal)
         return Edit.of(network, dropped.network, [f"not joined: {done}", *dropped.notes])
-    after = done.finished()
+    after = done.finish()
     return Edit.of(network, after, note_crossings(network, after, moved, sizes))
 
 

@@ -12,7 +12,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.arguments import POINTS
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, Stroke
+from patterndb_sketch.retopo.ground import Ground, GroundStroke
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.samples import between, nearest_place, samples_of
@@ -38,7 +38,7 @@ class _Part:
     distance: float
 
 
-def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: Stroke) -> Edit:
+def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: GroundStroke) -> Edit:
     """Let a chain run along a stroke, cleaned before, between the places where both its ends are
     within the snap radius of the chain.
 
@@ -78,7 +78,7 @@ def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: Stroke)
     points, normals = _spliced(line, part, way, up)
     draft = Draft(network)
     draft.reshape_chain(line.id, points, normals)
-    after = draft.finished()
+    after = draft.finish()
     before = find_crossed(network, [line.id], sizes.sampling)
     if find_crossed(after, [line.id], sizes.sampling) - before:
         raise RefusedError(
@@ -88,7 +88,7 @@ def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: Stroke)
     return Edit.of(network, after)
 
 
-def _part(network: Network, sizes: Sizes, stroke: Stroke) -> _Part:
+def _part(network: Network, sizes: Sizes, stroke: GroundStroke) -> _Part:
     """The part of the chain that is nearest to both ends of a stroke."""
     best: _Part | None = None
     for chain, line in network.chains.items():
@@ -109,7 +109,7 @@ def _part(network: Network, sizes: Sizes, stroke: Stroke) -> _Part:
 
 
 def _between_places(
-    line: Chain, one: float, two: float, distance: float, sizes: Sizes, stroke: Stroke
+    line: Chain, one: float, two: float, distance: float, sizes: Sizes, stroke: GroundStroke
 ) -> _Part:
     """The part of a chain between two places. Of a chain that is closed, with a node or without,
     there may be two: that which is nearer to the stroke."""

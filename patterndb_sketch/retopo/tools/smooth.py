@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from patterndb_sketch.retopo.arguments import NEAR_CURVE
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, smoothed
+from patterndb_sketch.retopo.ground import Ground, smooth_polyline
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.samples import nearest_place, samples
@@ -53,10 +53,12 @@ def smooth_chain(network: Network, ground: Ground, sizes: Sizes, chain: int) -> 
         raise RefusedError(f"the curve has fewer than {least} points: it is as smooth as can be")
     points, normals = line.points, line.normals
     for _ in range(ROUNDS):
-        points, normals = take_to_ground(smoothed(points, 1, line.loose), normals, ground, sizes)
+        points, normals = take_to_ground(
+            smooth_polyline(points, 1, line.loose), normals, ground, sizes
+        )
     draft = Draft(network)
     draft.reshape_chain(chain, points, normals)
-    after = draft.finished()
+    after = draft.finish()
     return Edit.of(network, after, note_crossings(network, after, [chain], sizes))
 
 

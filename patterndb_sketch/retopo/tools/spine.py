@@ -13,7 +13,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import POINTS, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, LocalMap, Stroke, Window, local_map
+from patterndb_sketch.retopo.ground import Ground, GroundStroke, LocalMap, MapExtent, spread_map
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -56,7 +56,7 @@ class SpinePatch:
         ]
 
 
-def draw_spine(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -> Edit:
+def draw_spine(network: Network, ground: Ground, stroke: GroundStroke, sizes: Sizes) -> Edit:
     """The network with a four-sided patch whose midline is the stroke.
 
     The patch is ``sizes.spine`` wide to either side, less where a boundary is nearer. Raises
@@ -69,7 +69,9 @@ def draw_spine(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -
     return close_patch(network, found.patch, found.edges, found.onto, sizes)
 
 
-def preview_spine(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes) -> SpinePatch:
+def preview_spine(
+    network: Network, ground: Ground, stroke: GroundStroke, sizes: Sizes
+) -> SpinePatch:
     """The patch that :func:`draw_spine` would make; raises as that does."""
     if stroke.closed:
         raise RefusedError("a spine has two ends; this stroke is closed")
@@ -82,8 +84,8 @@ def preview_spine(network: Network, ground: Ground, stroke: Stroke, sizes: Sizes
     width, snap = sizes.spine, sizes.snap_within(sizes.spine)
     length = float(arc_length(stroke.points)[-1])
     seeds = ground.nearest_facing(stroke.points, stroke.normals).feet
-    window = Window.spine(width, length)
-    onto = local_map(ground, seeds, np.gradient(stroke.points, axis=0), window)
+    window = MapExtent.spine(width, length)
+    onto = spread_map(ground, seeds, np.gradient(stroke.points, axis=0), window)
     edges = find_boundaries(network)
     boundaries, strokes = map_boundaries(network, edges, onto)
     patch = plan_spine(boundaries, length, width, snap)

@@ -11,7 +11,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import POINTS, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import Ground, Stroke
+from patterndb_sketch.retopo.ground import Ground, GroundStroke
 from patterndb_sketch.retopo.network import SYMMETRY
 from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft, End, Free
 from patterndb_sketch.retopo.network.edits import Edit
@@ -45,7 +45,7 @@ def insert_stroke(
     network: Network,
     ground: Ground,
     sizes: Sizes,
-    stroke: Stroke,
+    stroke: GroundStroke,
     start: End | None = None,
     end: End | None = None,
     smooth: tuple[bool, bool] = (False, False),
@@ -110,7 +110,7 @@ def insert_stroke(
     notes: list[str] = []
     if stroke.missed:
         notes.append(f"{stroke.missed} points of the stroke had no surface along their normals")
-    return Edit.of(network, draft.finished(), notes)
+    return Edit.of(network, draft.finish(), notes)
 
 
 def find_end(
@@ -164,7 +164,7 @@ def insert_stroke_on_half(
     network: Network,
     half: Half,
     sizes: Sizes,
-    stroke: Stroke,
+    stroke: GroundStroke,
     smooth: tuple[bool, bool] = (False, False),
 ) -> Edit:
     """Add a stroke, cleaned on the whole ground, to a network on half of it.
