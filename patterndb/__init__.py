@@ -1,36 +1,118 @@
 """patterndb: a database of the patterns in hand-made quad meshes.
 
-import patterndb, ingest, query
+    import patterndb
 
-with patterndb.open("my.db", "create") as db:
-    ingest.ingest(db, ["head.obj", "hand.obj"])
-    for fill in query.fills(db, query.Boundary((3, 5, 4, 6))):
-        ...
+    with patterndb.open("my.db", "create") as db:
+        patterndb.ingest(db, ["head.obj", "hand.obj"])
+        for fill in patterndb.fills(db, patterndb.Boundary((3, 5, 4, 6))):
+            ...
+
+This face has all that a script needs, and imports it when it is asked for. The packages behind
+it: core (quad disks, codes, patterns), geometry, store (the database file) and system (files,
+caches, kernels) here, then ingest, query, patterndb_sketch and viewer. The face and the module
+notebook are the one exception to the rule that nothing here imports what stands above.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from patterndb.errors import PatternDBError
+from patterndb.system.shadows import refuse_hidden_packages
 
 if TYPE_CHECKING:
+    from ingest.formats import ReadLimits, read_mesh, write_mesh
+    from ingest.pipeline import IngestReport, MeshReport, ingest, learn_mesh
+    from patterndb.core.pattern import Pattern
+    from patterndb.core.polygonmesh import PolygonMesh
+    from patterndb.geometry.surface import Surface
+    from patterndb.notebook import Sheet
     from patterndb.store import Database, LearningOptions, Provenance
     from patterndb.store.connection import Mode
+    from query.boundary import Boundary
+    from query.boundaryfile import read_boundary
+    from query.engine import best, fills
+    from query.fill import Fill
+    from query.listing.stream import Fills
+    from query.placing import Placement, place
+    from query.stroke import Stroke
 
 __version__ = "0.1.0"
 
-__all__ = ["Database", "LearningOptions", "PatternDBError", "Provenance", "open"]
+__all__ = [
+    "Boundary",
+    "Database",
+    "Fill",
+    "Fills",
+    "IngestReport",
+    "LearningOptions",
+    "MeshReport",
+    "Pattern",
+    "PatternDBError",
+    "Placement",
+    "PolygonMesh",
+    "Provenance",
+    "ReadLimits",
+    "Sheet",
+    "Stroke",
+    "Surface",
+    "best",
+    "fills",
+    "ingest",
+    "learn_mesh",
+    "open",
+    "place",
+    "read_boundary",
+    "read_mesh",
+    "write_mesh",
+]
+
+#: Where each name of the face is defined.
+_HOMES = {
+    "Boundary": "query",
+    "Database": "patterndb.store",
+    "Fill": "query",
+    "Fills": "query",
+    "IngestReport": "ingest.pipeline",
+    "LearningOptions": "patterndb.store",
+    "MeshReport": "ingest.pipeline",
+    "Pattern": "patterndb.core.pattern",
+    "Placement": "query.placing",
+    "PolygonMesh": "patterndb.core.polygonmesh",
+    "Provenance": "patterndb.store",
+    "ReadLimits": "ingest.formats",
+    "Sheet": "patterndb.notebook",
+    "Stroke": "query",
+    "Surface": "patterndb.geometry.surface",
+    "best": "query",
+    "fills": "query",
+    "ingest": "ingest.pipeline",
+    "learn_mesh": "ingest.pipeline",
+    "place": "query.placing",
+    "read_boundary": "query.boundaryfile",
+    "read_mesh": "ingest.formats",
+    "write_mesh": "ingest.formats",
+}
+
+refuse_hidden_packages(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))  # noqa: PTH100, PTH120
 
 
 def __getattr__(name: str) -> Any:
-    # The store imports compiled kernels; --help and reading a mesh must not wait for them.
-    if name not in ("Database", "LearningOptions", "Provenance"):
+    # Most of it imports compiled kernels; --help and reading a mesh must not wait for them.
+    home = _HOMES.get(name)
+    if home is None:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module("patterndb.store"), name)
+    found = getattr(import_module(home), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
 
 
 def open(

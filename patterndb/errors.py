@@ -63,6 +63,10 @@ class NotFoundError(PatternDBError, LookupError):
     """No mesh or pattern of that name, id or code in the database."""
 
 
+class HiddenPackageError(PatternDBError, ImportError):
+    """A module of the user's hides one of our packages."""
+
+
 class MissingExtraError(PatternDBError, ImportError):
     """An optional dependency is needed and not installed."""
 

@@ -108,6 +108,14 @@ class Boundary:
         ]
         return cls(unplaced.lengths, unplaced.corners, np.concatenate(along))
 
+    def __repr__(self) -> str:
+        lengths = ", ".join(map(str, self.lengths))
+        what = f"sides {lengths}" if self.corners else f"one closed side of {lengths}"
+        others = [f"{kind} at {i}" for i, kind in enumerate(self.corners) if kind != "convex"]
+        corners = f", {', '.join(others)}" if others else ""
+        placed = "" if self.points is None else ", placed"
+        return f"<Boundary of {what}: {self.perimeter:,} edges{corners}{placed}>"
+
     @property
     def n_sides(self) -> int:
         """N: the number of corners, 0 for one closed side."""

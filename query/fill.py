@@ -75,6 +75,26 @@ class Fill:
     n_irregular_boundary: int = 0
     flow_distance: float | None = None
 
+    def __repr__(self) -> str:
+        quads = "1 quad" if len(self.quads) == 1 else f"{len(self.quads):,} quads"
+        irregular = f"{self.n_irregular} irregular" if self.n_irregular else "regular"
+        sides = ", ".join(map(str, self.lengths))
+        return (
+            f"<Fill of sides {sides}: {quads}, {irregular}, {self.origin} pattern "
+            f"{self.pattern.name}>"
+        )
+
+    def _repr_svg_(self) -> str:
+        # Imported here because only a notebook draws; see that module.
+        from patterndb.notebook import draw
+
+        return draw(self, ".svg").decode()
+
+    def _repr_png_(self) -> bytes:
+        from patterndb.notebook import draw
+
+        return draw(self, ".png")
+
     @property
     def strict(self) -> bool:
         """Are the pattern's corners exactly where the boundary's are, kind for kind?"""

@@ -97,6 +97,25 @@ class Pattern:
     def __hash__(self) -> int:
         return hash(self.id)
 
+    def __repr__(self) -> str:
+        sides = "1 side" if self.n_sides == 1 else f"{self.n_sides} sides"
+        valences = ", ".join(map(str, self.valences))
+        word = "valence" if self.n_irregular == 1 else "valences"
+        irregular = f"{self.n_irregular} irregular ({word} {valences})" if valences else "regular"
+        seen = f", seen {self.frequency:,}×" if self.frequency else ""
+        return f"<Pattern {self.name}: {sides}, {irregular}{seen}>"
+
+    def _repr_svg_(self) -> str:
+        # Imported here because only a notebook draws; see that module.
+        from patterndb.notebook import draw
+
+        return draw(self, ".svg").decode()
+
+    def _repr_png_(self) -> bytes:
+        from patterndb.notebook import draw
+
+        return draw(self, ".png")
+
     @property
     def name(self) -> str:
         """The id as 16 hexadecimal digits: how people and JSON name the pattern."""

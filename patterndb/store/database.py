@@ -59,6 +59,15 @@ class Database:
     ) -> None:
         self.close()
 
+    def __repr__(self) -> str:
+        try:
+            patterns, meshes = sum(self.sides_histogram().values()), len(self.meshes())
+        except DatabaseError:
+            return f"<Database {self.path}: closed or damaged>"
+        words = "1 pattern" if patterns == 1 else f"{patterns:,} patterns"
+        of = "1 mesh" if meshes == 1 else f"{meshes:,} meshes"
+        return f"<Database {self.path}: {words} of {of}, open to {self.mode}>"
+
     def close(self) -> None:
         """Close the file; the object is of no use afterwards."""
         self._connection.close()
