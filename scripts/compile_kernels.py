@@ -15,7 +15,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from patterndb.system.kernels import VARIABLE, kernel_folder
+from patterndb.system.caches import KERNELS_VARIABLE, kernel_folder
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "jug.obj"
 
@@ -187,7 +187,7 @@ def main() -> None:
         tail = "\nimport time; print(time.perf_counter() - begun, 's')\n" if times else ""
         head = "import time; begun = time.perf_counter()\n" + head if times else head
         # Queries below name another cache folder, to grow the family anew.
-        named = {**os.environ, VARIABLE: str(kernel_folder())}
+        named = {**os.environ, KERNELS_VARIABLE: str(kernel_folder())}
         runs = [
             subprocess.Popen([sys.executable, "-c", head + text + tail], env=named) for text in RUNS
         ]

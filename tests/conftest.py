@@ -7,17 +7,22 @@ import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import HealthCheck, settings
 from shared import SHARED
 
 import patterndb
-from patterndb.system.kernels import VARIABLE, kernel_folder
-from query.engine import PatternSource
+from patterndb.system.caches import KERNELS_VARIABLE, kernel_folder
+
+if TYPE_CHECKING:
+    # Importing it takes seconds, and compiles kernels where there are none: for one test file
+    # those shall be its own.
+    from query.engine import PatternSource
 
 # Tests that name another cache folder shall not compile all kernels again.
-os.environ.setdefault(VARIABLE, str(kernel_folder()))
+os.environ.setdefault(KERNELS_VARIABLE, str(kernel_folder()))
 
 # No test asserts a time, nor does hypothesis for it.
 settings.register_profile(
@@ -38,14 +43,23 @@ NEEDS_SHARED = re.compile(
 def pytest_report_header() -> str:
     if SHARED.is_dir():
         return f"shared folder: {SHARED}"
-    return f"no shared folder at {SHARED}: the test modules that compare with it are left out"
+    return f"no shared folder at {SHARED}: the test modules that compare with it are skipped"
 
 
-def pytest_ignore_collect(collection_path: Path) -> bool | None:
-    """Leave out, where there is no shared folder, the modules that need it."""
-    if SHARED.is_dir() or not collection_path.name.startswith("test_"):
+class SkippedModule(pytest.Module):
+    """A test module that needs the shared folder where there is none; it is not imported."""
+
+    def collect(self) -> list[pytest.Item]:
+        pytest.skip("compares with the shared folder, which is not there", allow_module_level=True)
+
+
+def pytest_pycollect_makemodule(
+    module_path: Path, parent: pytest.Collector
+) -> pytest.Module | None:
+    """Skip, where there is no shared folder, the modules that need it, named ones too."""
+    if SHARED.is_dir() or not NEEDS_SHARED.search(module_path.read_text(encoding="utf-8")):
         return None
-    return True if NEEDS_SHARED.search(collection_path.read_text(encoding="utf-8")) else None
+    return SkippedModule.from_parent(parent, path=module_path)
 
 
 @pytest.fixture(scope="session")

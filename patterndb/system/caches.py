@@ -13,6 +13,9 @@ import platformdirs
 
 from patterndb.system.files import replace_file
 
+#: The environment variable that names the folder of compiled kernels.
+KERNELS_VARIABLE = "PATTERNDB_KERNELS"
+
 
 def cache_folders() -> list[Path]:
     """Where to keep things, best first; none of the folders need exist."""
@@ -21,6 +24,20 @@ def cache_folders() -> list[Path]:
         return [Path(named)]
     own = platformdirs.user_cache_path("patterndb", appauthor=False)
     return [own, Path(tempfile.gettempdir()) / f"patterndb-{_user()}"]
+
+
+def kernel_folder() -> Path:
+    """The folder that this process keeps compiled kernels in; it need not exist."""
+    named = os.environ.get(KERNELS_VARIABLE)
+    folders = [Path(named)] if named else [folder / "kernels" for folder in cache_folders()]
+    for folder in folders:
+        try:
+            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        except OSError:
+            continue
+        if os.access(folder, os.W_OK):
+            return folder
+    return folders[-1]
 
 
 def read_cached(name: str) -> bytes | None:

@@ -18,7 +18,6 @@ import pickle
 import sys
 from collections.abc import Callable, Iterable, Iterator
 from functools import cache
-from pathlib import Path
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar, overload
 
@@ -32,10 +31,7 @@ from numba.core.dispatcher import Dispatcher
 from numba.core.environment import _rebuild_env
 from numba.core.serialize import dumps
 
-from patterndb.system.caches import cache_folders
-
-#: The environment variable that names the folder of compiled kernels.
-VARIABLE = "PATTERNDB_KERNELS"
+from patterndb.system.caches import kernel_folder
 
 #: Changed when files of an earlier version can no longer be read.
 FORMAT = 1
@@ -258,20 +254,6 @@ def _stamp() -> str:
 
 
 @cache
-def kernel_folder() -> Path:
-    """The folder that this process keeps compiled kernels in; it need not exist."""
-    named = os.environ.get(VARIABLE)
-    folders = [Path(named)] if named else [folder / "kernels" for folder in cache_folders()]
-    for folder in folders:
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            return folder
-    return folders[-1]
-
-
 def _read(key: str) -> bytes | None:
     """Read what :func:`_write` kept; None for a file that is not there or not whole."""
     try:

@@ -19,7 +19,12 @@ def run(folder: Path, *words: str, path: str = str(CHECKOUT)) -> subprocess.Comp
     """Run Python in the folder, our packages found by PYTHONPATH."""
     environment = {**os.environ, "PYTHONPATH": path}
     return subprocess.run(
-        [sys.executable, *words], cwd=folder, env=environment, capture_output=True, text=True
+        [sys.executable, *words],
+        cwd=folder,
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=False,
     )
 
 
