@@ -13,9 +13,9 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-from patterndb_sketch.features.errors import InvalidFeatureError
 
 #: Points this close, as a share of the diagonal, are one: coordinates in files have some seven
 #: digits, computed ones fifteen.
@@ -63,12 +63,12 @@ def triangulated(
     faces are covered once, which a fan from one corner does not do.
 
     Source: the dynamic programme of Barequet and Sharir 1995, "Filling gaps in the boundary of
-    a polyhedron". Raises InvalidFeatureError for a face of more than MOST_CORNERS corners.
+    a polyhedron". Raises InvalidMeshError for a face of more than MOST_CORNERS corners.
     """
     arity = np.diff(offsets)
     if len(arity) and arity.max() > MOST_CORNERS:
         face = int(np.argmax(arity))
-        raise InvalidFeatureError(
+        raise InvalidMeshError(
             f"face {face} has {arity[face]} corners, the limit is {MOST_CORNERS}; "
             "cut it into smaller faces"
         )

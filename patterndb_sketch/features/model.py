@@ -11,6 +11,7 @@ from scipy.sparse.csgraph import connected_components
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Floats, Points, as_points
 from patterndb.geometry.trianglemesh import TriangleMesh
 from patterndb.geometry.triangulation import WELD, sorted_triangles, triangulated, weld
@@ -92,7 +93,10 @@ class Model:
         points, place = weld(chosen, WELD * diagonal)
         name = np.zeros(len(mesh.points), np.int64)
         name[used] = place
-        pieces, dropped = triangulated(points, name[mesh.corners], mesh.offsets)
+        try:
+            pieces, dropped = triangulated(points, name[mesh.corners], mesh.offsets)
+        except InvalidMeshError as error:
+            raise InvalidFeatureError(str(error)) from None
         triangles, repeated = sorted_triangles(pieces)
         if not len(triangles):
             raise InvalidFeatureError("the model has no triangle with three corners")

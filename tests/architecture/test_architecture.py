@@ -35,6 +35,7 @@ ENTRY_POINTS = {
 #: topology, codes, collapsing, enumerating, solving, fitting and meshing.
 WORLDLY_MODULES = ("patterndb_app.cli", "patterndb.store", "ingest.formats")
 WORLDLY_MODULES += ("patterndb.notebook", "patterndb.system.shadows", "ingest.read")
+WORLDLY_MODULES += ("patterndb_sketch.retopo.arguments",)  # quotes values as JSON
 WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.files")
 WORLDLY_MODULES += ("patterndb.store.starter", "patterndb.system.kernels", "ingest.pipeline")
 WORLDLY_MODULES += ("patterndb.system.caches", "query.boundaryfile", "patterndb.system.documents")
