@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from query.engine import best, fills
     from query.fill import Fill
     from query.listing.stream import Fills
-    from query.placing import Placement, place
+    from query.placing import Placement, enclose_region, place
     from query.stroke import Stroke
 
 __version__ = "0.1.0"
@@ -61,6 +61,7 @@ __all__ = [
     "Stroke",
     "Surface",
     "best",
+    "enclose_region",
     "fills",
     "ingest",
     "learn_mesh",
@@ -89,6 +90,7 @@ _HOMES = {
     "Stroke": "query",
     "Surface": "patterndb.geometry.surface",
     "best": "query",
+    "enclose_region": "query.placing",
     "fills": "query",
     "ingest": "ingest.pipeline",
     "learn_mesh": "ingest.pipeline",

@@ -11,16 +11,23 @@ from build_docs_markdown import NOTICE, anchors, fence
 
 
 def cli_page() -> str:
+    from ingest.formats import FORMATS
     from patterndb_app.cli import cli
 
     verbs = list(leaves(cli))
     lines = [NOTICE, "# Command line\n", *help_text(cli.help), "| verb | |", "|---|---|"]
-    links = dict(zip((name for name, _ in verbs), anchors(n for n, _ in verbs), strict=True))
+    names = [name for name, _ in verbs]
+    links = dict(zip(names, anchors(["Mesh files", *names])[1:], strict=True))
     lines += [f"| [{name}](#{links[name]}) | {summary(command.help)} |" for name, command in verbs]
     lines += [
         "",
         "Every verb has `--help` (or `-h`). `python -m patterndb` is the same program.\n",
     ]
+    lines += ["## Mesh files\n", "| format | files | |", "|---|---|---|"]
+    for entry in FORMATS:
+        suffixes = " ".join(f"`{suffix}`" for suffix in entry.suffixes)
+        lines.append(f"| {entry.name} | {suffixes} | {entry.help}. |")
+    lines.append("")
     for name, command in verbs:
         lines += [f"## {name}\n", *fence("text", usage(name, command)), *help_text(command.help)]
         options = [p for p in command.params if isinstance(p, click.Option)]

@@ -22,7 +22,6 @@ from patterndb_app.cli.options import (
     picture_path,
 )
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
-
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, describe_methods
 
 if TYPE_CHECKING:

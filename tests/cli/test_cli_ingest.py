@@ -261,3 +261,10 @@ def test_an_empty_file_becomes_a_database(tmp_path: Path) -> None:
     db.touch()
     assert run("ingest", JUG, "--db", db, *TINY).code == 0
     assert run("verify", "--db", db).code == 0
+
+
+def test_the_help_names_every_format_of_the_registry() -> None:
+    from ingest.formats import list_format_names
+
+    for verb in ("ingest", "features"):
+        assert f"({list_format_names()})" in run(verb, "--help").out.replace("\n ", "")
