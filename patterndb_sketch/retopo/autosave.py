@@ -1,13 +1,14 @@
 """Autosave: what was drawn is written every half minute, and found again after a crash.
 
-A recovery file is a session (:mod:`patterndb_sketch.retopo.sessionfile`) beside the one that is worked on, or
-in a given folder where there is none yet:
+A recovery file is a session (:mod:`patterndb_sketch.retopo.sessionfile`) beside the one that is
+worked on, or in a given folder where there is none yet:
 
     spot.retopo  ->  spot.retopo.1234-5ef2c0d9.recovery        unnamed.1234-5ef2c0d9.recovery
 
-with the number of the process that writes it, and a number of its own, so that two windows do
-not take each other's. One whose process is gone was left by a crash, or by a window that was closed
-with unsaved work: :func:`find_recoveries` finds these. All saved, or discarded by the user, it goes.
+with the number of the process that writes it, and a number of its own, so that two windows do not
+take each other's. One whose process is gone was left by a crash, or by a window that was closed
+with unsaved work: :func:`find_recoveries` finds these. All saved, or discarded by the user, it
+goes.
 """
 
 from __future__ import annotations
@@ -144,8 +145,8 @@ def find_recoveries(session: Path | None = None, folder: Path | None = None) -> 
     """What crashes left of work on a session, or with None of unnamed work in a folder; the latest
     first. Files of programs that still run are not among them.
 
-    Read one with :func:`~patterndb_sketch.retopo.sessionfile.read_session`; remove it once its state is
-    saved, or the user does not want it.
+    Read one with :func:`~patterndb_sketch.retopo.sessionfile.read_session`; remove it once its
+    state is saved, or the user does not want it.
     """
     where = session.absolute().parent if session is not None else folder
     if where is None or not where.is_dir():

@@ -1,7 +1,7 @@
 """The editor: what a window, a script and a test drive.
 
-It has a state and its history (:mod:`patterndb_sketch.retopo.state`), and obeys calls of the tools of
-the table (:mod:`patterndb_sketch.retopo.table`), which may say what
+It has a state and its history (:mod:`patterndb_sketch.retopo.state`), and obeys calls of the tools
+of the table (:mod:`patterndb_sketch.retopo.table`), which may say what
 :mod:`patterndb_sketch.retopo.arguments` reads.
 """
 

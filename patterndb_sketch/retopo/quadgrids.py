@@ -1,4 +1,10 @@
-"""The quads of a mesh, checked, and how they are joined."""
+"""Cut a mesh of quads into regular grids, along its separatrices.
+
+Read :func:`check_quads` (the mesh, checked, and how its quads are joined),
+:func:`mark_separatrices` (the edges that cut it into grids), :func:`follow_curves` (these as
+sequences of edges from corner to corner) and :func:`read_grid` (the vertices of one grid, with
+:func:`make_grid_choice`, the fill that is such a grid).
+"""
 
 from __future__ import annotations
 
@@ -132,9 +138,6 @@ def _twins(quads: Int32Array) -> Int32Array:
     return twin
 
 
-# == Separatrices: edges that cut a mesh of quads into regular grids.
-
-
 def mark_separatrices(mesh: Quads) -> tuple[Bools, Bools]:
     """(4q,) bool, half-edges on curves between patches; (v,) bool, vertices that are corners.
 
@@ -216,9 +219,6 @@ def _cut_regular(
         else:
             _run(twin, tail, stop, marked, 4 * root)
             _run(twin, tail, stop, marked, twin[prev_edge(4 * root)])
-
-
-# == The curves between patches, as sequences of edges from corner to corner.
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -311,8 +311,6 @@ def _followed(
         start[count] = n
     return edges[:n].copy(), start[: count + 1].copy(), half
 
-
-# == Grids: the regular regions between separatrices, and fills that are such grids.
 
 #: Grids of so many sizes are kept.
 KEPT = 4096

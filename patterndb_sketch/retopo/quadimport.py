@@ -1,4 +1,8 @@
-"""A mesh of quads becomes a network whose patches are its regular grids."""
+"""Import a mesh of quads as a network whose patches are its regular grids.
+
+The mesh is cut along its separatrices (:mod:`patterndb_sketch.retopo.quadgrids`); every grid
+between them becomes a patch with a regular fill that holds the vertices where they were.
+"""
 
 from __future__ import annotations
 

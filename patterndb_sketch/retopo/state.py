@@ -1,4 +1,4 @@
-"""State: everything that editing changes, as one immutable value."""
+"""Keep what editing changes as one immutable value, and the values before and after it."""
 
 from __future__ import annotations
 
@@ -30,8 +30,6 @@ class State:
             and equal(self.network, other.network)
         )
 
-
-# == History: the states before and after, for undo and redo.
 
 #: Steps that can be undone, as in the released program of Takayama et al. 2013.
 DEPTH = 150

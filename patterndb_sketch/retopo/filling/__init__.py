@@ -1,8 +1,10 @@
 """Filling: from a network of curves to quads.
 
-:mod:`.counting` chooses how many edges every chain has, :mod:`.choosing` a fill for every patch
-from the pattern database, :mod:`.placing` lays it on the ground, and :mod:`.meshing` welds the
-patches to one mesh. :mod:`.choice` is what the network keeps of it.
+Read :mod:`.choice` (what the network keeps of a patch's fill), :mod:`.edgecounts` (how many edges
+every chain has), :mod:`.placing` (where a fill lies on the ground), :mod:`.fills` (which fill a
+patch gets from the pattern database), :mod:`.location` (which patch a point is in),
+:mod:`.mesh` (all patches welded to one mesh) and :mod:`.report`; :mod:`.expansion` is for tools
+that make a fill's strips wider.
 """
 
 from patterndb_sketch.retopo.filling.choice import Choice, Filling, Flow
@@ -41,32 +43,32 @@ from patterndb_sketch.retopo.filling.placing import (
 )
 
 __all__ = [
-    "PlacedCache",
     "Choice",
     "FilledNetwork",
     "Filling",
     "Flow",
+    "PlacedCache",
     "PlacedPatch",
     "RetopoMesh",
-    "trace_border",
+    "add_flow",
     "change_counts",
     "choose_counts",
-    "fill_network",
+    "clear_flows",
     "complete_counts",
     "divide_chain",
+    "fill_network",
     "filling_of",
-    "free_counts",
     "find_irregular_vertices",
-    "side_lengths",
-    "release_vertices",
     "find_open_edges",
+    "find_strip",
+    "free_counts",
+    "has_suitable_fill",
     "place_fill",
     "rank_fills",
+    "release_vertices",
+    "side_lengths",
     "step_fill",
-    "find_strip",
-    "has_suitable_fill",
     "take_fill",
+    "trace_border",
     "weld_fills",
-    "add_flow",
-    "clear_flows",
 ]

@@ -1,4 +1,4 @@
-"""Choice: which fill a patch has."""
+"""Keep which fill a patch has: its choice, the lines that it follows, vertices moved by hand."""
 
 from __future__ import annotations
 

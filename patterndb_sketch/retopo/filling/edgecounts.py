@@ -1,4 +1,11 @@
-"""Counting: the numbers of edges of a network's chains, chosen and changed."""
+"""Choose and change how many edges every chain of a network has.
+
+:class:`NumberedCounts` is a network as a problem of :mod:`patterndb_sketch.retopo.counts`. How
+many edges a chain needs at least to keep its shape follows from its curvature
+(:func:`count_fewest_edges`): an edge of length e cuts a sagitta of e^2 kappa / 8 off a curve of
+curvature kappa. Counts are chosen near length / target edge, but strips tie opposite sides of
+patches together, and a round end may get half of that, which flattens it.
+"""
 
 from __future__ import annotations
 
@@ -154,9 +161,7 @@ def change_counts(
         ((chain, count),) = asked.items()
         network, _ = complete_counts(network, edge)
         whole = NumberedCounts.of(network, edge)
-        made = change_count(
-            whole.problem, whole.counts(network), whole.chains.index(chain), count
-        )
+        made = change_count(whole.problem, whole.counts(network), whole.chains.index(chain), count)
         network, notes = whole.put(network, made.counts), whole.told(made.stuck)
     elif asked:
         network, _ = complete_counts(network, edge)
@@ -220,12 +225,6 @@ def _with_counts(network: Network, counts: Mapping[int, int], pin: bool) -> Netw
     }
     return replace(network, chains={**network.chains, **new})
 
-
-# == Bending: how many edges a curve needs at least to keep its shape.
-#
-# == An edge of length e cuts a sagitta of e^2 kappa / 8 off a curve of curvature kappa. Counts are
-# == chosen near length / target edge, but strips tie opposite sides of patches together, and a round
-# == end may get half of that, which flattens it.
 
 #: An edge may cut so much off a curve, in target edges. A ring of four edges of the target length
 #: around a limb cuts off 0.21, one of six 0.13.

@@ -1,4 +1,4 @@
-"""Expansion: a fill as the pattern that it expands, so that its polychords can be made wider."""
+"""Read a fill as the pattern that it expands, so that its polychords can be made wider."""
 
 from __future__ import annotations
 

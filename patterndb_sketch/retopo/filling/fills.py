@@ -1,4 +1,4 @@
-"""Choosing: the fills that a patch can have, and the one that it gets."""
+"""Rank the fills that a patch can have, and choose the one that it gets."""
 
 from __future__ import annotations
 

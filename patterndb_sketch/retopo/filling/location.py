@@ -1,4 +1,9 @@
-"""Finding: which patch a point of the ground is in."""
+"""Find which patch a point of the ground is in, and which patches lie within others.
+
+A patch is the loop around it, whatever else is drawn in there. Where parts of the network lie
+within it, joined to none of its sides (islands), its quads would lie over those of the patches
+there; so it has none until a curve joins both, and makes other loops of them.
+"""
 
 from __future__ import annotations
 
@@ -82,12 +87,6 @@ def left_of(points: Points, normals: Points, at: Points, up: Points) -> float:
         # At a vertex: left of both its segments together, whichever way the polygon turns there.
         left = left + lefts[(k + (1 if share[k] else -1)) % len(points)]
     return float((at - nearest[k]) @ units(left[None])[0])
-
-
-# == Islands: parts of the network that lie within a patch, joined to none of its sides.
-#
-# == A patch is the loop around it, whatever else is drawn in there. Its quads would lie over those of
-# == patches within; so it has none until a curve joins both, and makes other loops of them.
 
 
 def find_islands(

@@ -1,4 +1,4 @@
-"""Meshing: all patches of a network filled, and welded to one mesh of quads."""
+"""Fill all patches of a network, and weld them to one mesh of quads."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Placing: where the vertices of a patch's fill lie on the ground.
+"""Place the vertices of a patch's fill on the ground.
 
 Boundary vertices divide the network's curves; interior ones are at rest under rounds of
 smoothing and projection (:mod:`query.placing`). Only the ground within the patch is looked at.
@@ -20,8 +20,6 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import SYMMETRY, Chain, HalfChain, Network, Patch
 from query.fill import Fill
 from query.placing import enclose_region, place
-
-# == The border of a patch: where its boundary vertices lie.
 
 
 def divide_chain(chain: Chain) -> tuple[Points, Points]:

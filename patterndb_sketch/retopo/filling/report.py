@@ -1,4 +1,4 @@
-"""Report: what a mesh of quads is like, and how far it is from its ground."""
+"""Report what a mesh of quads is like, how far it is from its ground, and what is left open."""
 
 from __future__ import annotations
 

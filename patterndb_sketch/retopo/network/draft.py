@@ -111,9 +111,9 @@ class Draft:
         """A chain between two ends; returns its id.
 
         points: (n, 3) with n >= 2, normals: (n, 3) unit; their ends are set to the nodes'. It
-        must cross no chain: :func:`~patterndb_sketch.retopo.tools.stroke.insert_stroke` is for curves
-        that may. At a node it goes into the gap that it points into, or that is given; both wedges beside
-        it become corners. On a chain, that is cut; the wedge on the far side stays unflagged.
+        must cross no chain: :func:`~patterndb_sketch.retopo.tools.stroke.insert_stroke` is for
+        curves that may. At a node it goes into the gap that it points into, or that is given; both
+        wedges beside it become corners. On a chain, that is cut; the wedge on the far side stays unflagged.
 
         A smooth joint makes one chain of two; the id returned then is the one of that.
         Raises InvalidRetopoError for ends that are not there and points that are none, and

@@ -79,7 +79,8 @@ def cut_chain(
 def remove_chains(network: Network, chains: Iterable[int]) -> Network:
     """Without some chains; nodes that they leave stay corners. See :meth:`Draft.remove_chain`.
 
-    :func:`~patterndb_sketch.retopo.tools.erase.erase_chains` also joins what the removed ones had cut.
+    :func:`~patterndb_sketch.retopo.tools.erase.erase_chains` also joins what the removed
+    ones had cut.
     """
     draft = Draft(network)
     for chain in sorted(set(chains)):

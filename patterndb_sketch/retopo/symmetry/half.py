@@ -1,4 +1,9 @@
-"""Half of the ground: what lies on one side of the plane of symmetry."""
+"""Mirror in a plane, and cut in half by it: planes, the half of the ground, parts of strokes.
+
+Read :class:`Plane`, :func:`cut_half` (the ground on one side, all that tools work on while
+symmetry is on) and :func:`split_stroke` (strokes are drawn on the whole ground, and what is on the
+half is kept).
+"""
 
 from __future__ import annotations
 
@@ -17,8 +22,6 @@ from patterndb_sketch.retopo.ground import Ground, GroundStroke
 from patterndb_sketch.retopo.network.edits import border_loops
 from patterndb_sketch.retopo.network.samples import between
 from patterndb_sketch.retopo.sizes import Sizes
-
-# == The plane of symmetry.
 
 Vector = tuple[float, float, float]
 
@@ -262,8 +265,6 @@ def find_plane_crossings(height: NDArray[np.float64], closed: bool) -> list[floa
         found.append(float(off[-1] + 1))
     return sorted(set(found))
 
-
-# == Strokes on a half: split at the plane, and joined to the seam there.
 
 #: A part of a stroke that begins and ends on the plane is drawn along it, not across the half, if
 #: it never is further from it than this part of the snap radius.

@@ -1,4 +1,4 @@
-"""Switching symmetry off: the image of a network becomes curves of its own."""
+"""Make the image of a half: of its network, where symmetry ends, and of its mesh."""
 
 from __future__ import annotations
 
@@ -223,9 +223,6 @@ def mirror_filling(
 
 def _ends(chain: Chain) -> set[int]:
     return {chain.start, chain.end} - {NONE}
-
-
-# == The mesh of a half together with its image.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""A plane of symmetry that a surface has by itself, and how well."""
+"""Propose the plane of symmetry that a surface has by itself, and measure how well it has it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The seam: the curves in which the plane cuts the surface, as marked chains of the network."""
+"""Begin symmetry: cut a network by the plane, and lay the seam along it.
+
+The seam is the curves in which the plane cuts the surface, as marked chains of the network.
+:func:`cut_at_plane` drops what lies beyond the plane; :func:`begin_symmetry` does it all.
+"""
 
 from __future__ import annotations
 
@@ -244,9 +248,6 @@ def _from_outside(draft: Draft, half: Half, node: int) -> tuple[HalfChain, ...]:
         turns.append(turn(at.normal, outward, departure(chain.points, bool(end & 1), reach)))
     first = int(np.argmin(turns))
     return at.ends[first:] + at.ends[:first]
-
-
-# == A network cut by the plane of symmetry: what lies beyond it goes.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -1,4 +1,4 @@
-"""Snakes: a curve, or a corner with its curves, moves to a ridge or a valley near it."""
+"""The alignment tool: a curve, or a corner with its curves, moves to a ridge or valley near it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""The autocompletion tool: what would close against the boundaries around a place."""
+"""The autocompletion tool: what would close against the boundaries around a place.
+
+It takes the list of :mod:`patterndb_sketch.retopo.tools.suggestions` from the ground to a plane,
+and the one that is taken back into the network.
+"""
 
 from __future__ import annotations
 

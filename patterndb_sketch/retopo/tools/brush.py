@@ -1,4 +1,7 @@
-"""Vertex brush: placed vertices follow the hand, or are smoothed; chains follow them."""
+"""The vertex brush: vertices of quads follow the hand, or are smoothed; chains follow them.
+
+:class:`BrushedQuads` is what lies under the brush, and makes the network of vertices that moved.
+"""
 
 from __future__ import annotations
 
@@ -95,11 +98,11 @@ def relax_vertices(
 ) -> Edit:
     """Smooth the vertices of the quads within the brush's radius of a point.
 
-    Each round takes every vertex, by the share of :func:`drag_vertices`, to the mean of its neighbours:
-    for one on a side these are its two along the side and the inner ones of both patches, for a
-    corner all around it. One on a curve that has quads on one side only goes to the middle
-    between its neighbours along it, and stays on the curve; there, corners stay, and what is on
-    a border or the seam of symmetry.
+    Each round takes every vertex, by the share of :func:`drag_vertices`, to the mean of its
+    neighbours: for one on a side these are its two along the side and the inner ones of both
+    patches, for a corner all around it. One on a curve that has quads on one side only goes to the
+    middle between its neighbours along it, and stays on the curve; there, corners stay, and what
+    is on a border or the seam of symmetry.
 
     Raises RefusedError if no quads are near. Source: the program of Takayama et al. 2013. Differs
     from it: there each patch weighs a corner's neighbours along its sides by half; as each such
@@ -168,8 +171,6 @@ def _on_chain(line: Chain, point: Points) -> tuple[Points, Points]:
     return at[k], units(up[None])[0]
 
 
-# == Under the brush: the vertices of quads near a point, and the network after they moved.
-
 #: A vertex that moves by less than this part of the ground's diagonal stays: it is at rest.
 STILL = 1e-9
 
@@ -189,9 +190,9 @@ class BrushedQuads:
 
     network: with their counts and fills. mesh: the patches that may have vertices under it,
     welded. number: of every vertex of their fills in the mesh, by patch. at: of what is on the
-    network, by its key, see :func:`name_border_vertices`. share: (v,) by which each moves, 0 outside.
-    one_sided: chains with quads on one side. rim: (v,) is it on one, or on the corner of one?
-    marked: (v,) the same of chains that stay, borders and the seam.
+    network, by its key, see :func:`name_border_vertices`. share: (v,) by which each moves, 0
+    outside. one_sided: chains with quads on one side. rim: (v,) is it on one, or on the corner of
+    one? marked: (v,) the same of chains that stay, borders and the seam.
     """
 
     network: Network

@@ -1,4 +1,9 @@
-"""Closing: a patch in the plane becomes curves and a patch of the network."""
+"""Close a patch: boundaries of the network around a place, and a planar patch made part of it.
+
+For the tools that plan a patch in the plane (:mod:`patterndb_sketch.retopo.tools.planar`):
+:func:`find_boundaries` finds what they snap to, :func:`map_boundaries` takes it to the plane, and
+:func:`close_patch` makes curves and a patch of the network of what they planned.
+"""
 
 from __future__ import annotations
 
@@ -135,8 +140,6 @@ def _leaving(draft: Draft, network: Network, edge: GroundBoundary, part: OldSide
     chain, _ = draft.locate(half >> 1, local)
     return 2 * chain + (half & 1)
 
-
-# == The boundaries around a place: what tools that close patches snap to.
 
 #: A place nearer to a node than this part of a sample is at the node.
 AT_NODE = 0.25

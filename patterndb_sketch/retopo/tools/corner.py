@@ -1,4 +1,4 @@
-"""Corners: set and taken away on curves, and switched to T-junctions and back."""
+"""The corner tool: corners are set on curves and taken away, or switched to T-junctions."""
 
 from __future__ import annotations
 

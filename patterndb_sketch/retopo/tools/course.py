@@ -1,4 +1,4 @@
-"""The course of a chain after it moved: its samples even again, and what it crosses now."""
+"""Mend the course of a chain after it moved: even samples, and what it crosses now."""
 
 from __future__ import annotations
 

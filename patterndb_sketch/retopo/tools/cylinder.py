@@ -1,6 +1,8 @@
-"""The cylinder tool.
+"""The cylinder tool: a stroke from loop to loop makes a row of patches between, and their caps.
 
-Source: sketch-based quad meshes paper, section 4 and Fig. 6.
+Source: sketch-based quad meshes paper, section 4 and Fig. 6. A ring is a closed loop with nothing
+on its left yet: :func:`find_rings` finds them, :func:`_pair_places` says which points of one
+belong to which of the other, shortest paths join these, and caps are the patches beyond the rings.
 """
 
 from __future__ import annotations
@@ -157,9 +159,6 @@ def _join(
     return made[0]
 
 
-# == Which points of one ring belong to which of the other.
-
-
 def _pair_places(
     first: tuple[Ring, int], second: tuple[Ring, int], division: int
 ) -> list[tuple[float, float]]:
@@ -208,8 +207,6 @@ def _around(ring: Ring, start: int, *, backwards: bool) -> list[int]:
     return [int(ring.corners[k]) for k in np.argsort(way)]
 
 
-# == Caps: patches beyond the rings that a cylinder joins.
-
 Caps = Literal["auto", "always", "never"]
 CAPS = get_args(Caps)
 
@@ -237,9 +234,6 @@ def _flag_beyond(draft: Draft, node: int, join: HalfChain) -> HalfChain:
     after = ends[(ends.index(join) + 1) % len(ends)]
     draft.flag(after, True)
     return after
-
-
-# == Rings: closed loops with nothing on their left yet.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

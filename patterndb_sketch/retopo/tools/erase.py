@@ -1,4 +1,4 @@
-"""Erasing chains: those that a scribble crosses, some by name, or all that hang loose."""
+"""The eraser: chains that a scribble crosses, some by name, or all that hang loose."""
 
 from __future__ import annotations
 

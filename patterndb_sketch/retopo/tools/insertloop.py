@@ -1,4 +1,4 @@
-"""Looping: an edge loop is inserted; the strip of quads that it runs along is split."""
+"""The loop insertion tool: an edge loop is inserted along a strip of quads, which is split."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Joining: two nodes in one place become one, and curves that lie on each other then, too."""
+"""Join two nodes in one place to one, and curves that lie on each other then, too."""
 
 from __future__ import annotations
 

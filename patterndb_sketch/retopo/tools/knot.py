@@ -1,4 +1,4 @@
-"""Cleaning a knot: all that meets within a small circle meets in one corner."""
+"""The knot tool: all that meets within a small circle meets in one corner."""
 
 from __future__ import annotations
 

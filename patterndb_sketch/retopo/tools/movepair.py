@@ -1,4 +1,4 @@
-"""Moving: a pair of irregular vertices within a patch, its border staying as it is."""
+"""The tool that moves a pair of irregular vertices within a patch, its border staying."""
 
 from __future__ import annotations
 

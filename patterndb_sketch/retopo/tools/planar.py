@@ -1,4 +1,9 @@
-"""Boundaries of patches in the plane of a local parameterisation."""
+"""Plan a patch in the plane of a local parameterisation, against the boundaries around it.
+
+Read :class:`PlanarBoundary` (what is there), :class:`OldSide` and :class:`NewSide` (what sides
+consist of), :class:`PlanarPatch`, and :func:`find_fault` (what no new patch may do: cross
+boundaries or itself, or be inside out).
+"""
 
 from __future__ import annotations
 
@@ -46,8 +51,6 @@ class PlanarBoundary:
         start = self.points[before % n]
         return start if part == 0.0 else start + part * (self.points[(before + 1) % n] - start)
 
-
-# == Sides of a suggested patch: stretches of boundaries that are there, and new curves.
 
 #: Points of an arc, ends included. A cubic over a tenth to two brush radii is smooth with these.
 ARC_POINTS = 17
@@ -115,9 +118,6 @@ def make_arc(start: Points, leaving: Points, end: Points, arriving: Points) -> N
     return NewSide(points)
 
 
-# == A patch that a tool would make, in the plane.
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class PlanarPatch:
     """A patch that closes against boundaries.
@@ -157,8 +157,6 @@ class PlanarPatch:
             ]
         )
 
-
-# == What no new patch may do: cross boundaries or itself, or be inside out.
 
 #: The part of a new curve at either end that is not looked at, since it touches what it joins.
 TRIM = 1e-6

@@ -1,4 +1,4 @@
-"""Pulling: a corner, an open end or a place on a chain follows the hand, and its curves with it."""
+"""The pull tool: a corner, an open end or a place on a chain follows the hand, curves with it."""
 
 from __future__ import annotations
 
@@ -88,8 +88,8 @@ def release_held(
     normal: ArrayLike,
     smooth: bool = False,
 ) -> Edit:
-    """Let go what was pulled: as :func:`pull_held`, and a corner or an open end snaps to what is within
-    the snap radius of the point.
+    """Let go what was pulled: as :func:`pull_held`, and a corner or an open end snaps to what is
+    within the snap radius of the point.
 
     It looks for the nearest open end, else the nearest corner at the far end of one of its own
     chains, which collapses, else another corner, else a side, which is cut there. The two corners

@@ -1,4 +1,4 @@
-"""Redrawing: a stroke takes the place of the part of a chain between its two ends."""
+"""The redraw tool: a stroke takes the place of the part of a chain between its two ends."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What of a ground is salient: ridges and valleys, and where the nearest of them pull a curve."""
+"""Find what of a ground is salient: ridges and valleys, and where they pull a curve."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Smoothing a chain: the jitter of a hand goes, its ends stay."""
+"""The smoothing tool: the jitter of a hand goes from a chain, its ends stay."""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""The spine tool: a patch about a stroke on the ground."""
+"""The spine tool: one stroke makes a four-sided patch about itself, snapped to what is around.
+
+Source: sketch-based quad meshes paper, section 4 and Fig. 4. The patch is planned in the plane of
+the stroke's parameterisation (:func:`plan_spine`): its ends snap where the stroke meets a boundary
+(:func:`_snap_end`, orthogonal snapping), its flanks where boundaries run along
+(:func:`_plan_flank`, parallel snapping). :func:`draw_spine` takes it from the ground there and
+back into the network.
+"""
 
 from __future__ import annotations
 
@@ -95,11 +102,6 @@ def preview_spine(
     return SpinePatch(patch, tuple(edges), onto)
 
 
-# == The patch about a stroke.
-#
-# == Source: sketch-based quad meshes paper, section 4 and Fig. 4.
-
-
 def plan_spine(
     boundaries: Sequence[PlanarBoundary], length: float, half_width: float, snap: float
 ) -> PlanarPatch:
@@ -194,9 +196,6 @@ def _turned_side(side: Side, length: float) -> Side:
     return NewSide(_half_turn(side.points, length)) if isinstance(side, NewSide) else side
 
 
-# == The ends of a spine's patch: orthogonal snapping.
-
-
 def _snap_end(
     boundaries: Sequence[PlanarBoundary], half_width: float, snap: float
 ) -> tuple[PlanarCorner, PlanarCorner] | None:
@@ -243,8 +242,6 @@ def _walk(
             break
     return PlanarCorner(boundary.at(at), number, float(at))
 
-
-# == The flanks of a spine's patch: parallel snapping.
 
 #: A boundary runs along the stroke if it is less than this off its direction, in radians. The
 #: paper has no figure; that of the released program.

@@ -1,4 +1,8 @@
-"""A stroke becomes part of the network: ends snap, and crossings become corners."""
+"""The stroke tool: a drawn curve joins the network; ends snap, and crossings become corners.
+
+While symmetry is on a stroke is split at the plane, and its parts end on the seam
+(:func:`insert_stroke_on_half`).
+"""
 
 from __future__ import annotations
 
@@ -171,8 +175,8 @@ def insert_stroke_on_half(
 
     It is split at the plane, and what is beyond is dropped and told; parts end on the seam, at a
     node there within the snap radius, else where they cross. See
-    :func:`~patterndb_sketch.retopo.tools.stroke.insert_stroke` for the rest. Raises RefusedError if nothing of
-    it is on the half.
+    :func:`~patterndb_sketch.retopo.tools.stroke.insert_stroke` for the rest. Raises RefusedError
+    if nothing of it is on the half.
     """
     split = split_stroke(stroke, half, sizes)
     if not split.parts:

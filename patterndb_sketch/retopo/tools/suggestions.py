@@ -1,4 +1,10 @@
-"""The list of suggestions for a place, the largest first."""
+"""Suggest patches that close against the boundaries around a point, in the plane.
+
+Source: sketch-based quad meshes paper, section 5 and Fig. 11; cases have its letters. A window of
+each of some sizes shows sequences of the boundaries (:func:`_find_sequences`); each configuration
+of their corners suggests a patch, or none (:func:`_suggest`); :func:`suggest_patches` lists those
+that can be, the largest first.
+"""
 
 from __future__ import annotations
 
@@ -92,10 +98,6 @@ def _same(a: Suggestion, b: Suggestion, snap: float) -> bool:
         for k in range(len(one))
     )
 
-
-# == The patch that a configuration of boundaries suggests.
-#
-# == Source: sketch-based quad meshes paper, section 5 and Fig. 11; cases have its letters.
 
 #: Angles on the empty side, in radians, below which a corner is sharp, and very sharp: those of
 #: the authors' released program.
@@ -406,8 +408,6 @@ def _left(v: Points) -> Points:
 def _cross(a: Points, b: Points) -> Points:
     return a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
 
-
-# == Sequences: what a window shows of the boundaries around it.
 
 #: How far a window reaches behind the boundary that it stands on, and ahead of it, as multiples
 #: of its half-width.
