@@ -22,10 +22,10 @@ from patterndb.core.code import pattern_id
 from patterndb.core.packing import pack, pack_many, unpack, unpack_many
 from patterndb.errors import DatabaseError
 from patterndb.store import writing
-from patterndb.store.columns import SELECT_MESHES
 from patterndb.store.connection import atomic, connect
 from patterndb.store.reading import options_of
 from patterndb.store.records import Learned, Provenance
+from patterndb.store.writing import SELECT_MESHES
 
 FORMAT = b"patterndb compact 2\n"
 #: As version 2, but for the last entry of every mesh, its origin: all were learned.

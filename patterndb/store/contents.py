@@ -13,13 +13,13 @@ from patterndb.core.disk import Disk
 from patterndb.core.packing import unpack
 from patterndb.core.reduction import reduce_disk
 from patterndb.errors import PatternDBError
-from patterndb.store import columns
+from patterndb.store import writing
 
 #: Findings after which verify() stops listing; a damaged database has as many as rows.
 MAX_FINDINGS = 100
 
 
-def content_hash(connection: sqlite3.Connection) -> str:
+def hash_content(connection: sqlite3.Connection) -> str:
     """SHA-256 over meshes, patterns and occurrences, whatever order they came in.
 
     Equal hashes mean that the same was learned. Row ids, which depend on the order of
@@ -28,7 +28,7 @@ def content_hash(connection: sqlite3.Connection) -> str:
     """
     total = hashlib.sha256()
     rank: dict[int, int] = {}
-    for number, (mesh_id, *row) in enumerate(connection.execute(columns.SELECT_MESHES)):
+    for number, (mesh_id, *row) in enumerate(connection.execute(writing.SELECT_MESHES)):
         rank[mesh_id] = number
         # Learned meshes are hashed as in version 1 of the schema, which knew no others.
         total.update(repr(row[:-1] if row[-1] == "learned" else row).encode())
@@ -104,7 +104,7 @@ def _findings(connection: sqlite3.Connection) -> list[str]:
 
 def _check_patterns(connection: sqlite3.Connection) -> list[str]:
     found: list[str] = []
-    for number, packed, *stored in connection.execute(columns.SELECT_PATTERNS):
+    for number, packed, *stored in connection.execute(writing.SELECT_PATTERNS):
         if len(found) >= MAX_FINDINGS:
             break
         try:
@@ -122,7 +122,7 @@ def _check_patterns(connection: sqlite3.Connection) -> list[str]:
             continue
         rows = d.describe([code])
         counts: list[int] = rows.counts[0].tolist()
-        expected = list(columns.derived(counts, rows.packed()))
+        expected = list(writing.derive_columns(counts, rows.packed()))
         if stored != expected or number != pattern_id(packed, counts[d.N_CORNERS]):
             found.append(
                 f"pattern {format_id(number)} has columns that do not follow from its code"

@@ -16,7 +16,7 @@ from patterndb.core.code import Code
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
-from patterndb.store import compact, contents, ddq, reading, selection, usage, writing
+from patterndb.store import compact, contents, ddq, reading, writing
 from patterndb.store.connection import Mode, atomic, connect, explained
 from patterndb.store.records import (
     Learned,
@@ -76,19 +76,19 @@ class Database:
 
     def statistics(self) -> Statistics:
         """Counts over the whole database, with its content hash."""
-        return self._ask(reading.statistics, self.content_hash())
+        return self._ask(reading.read_statistics, self.content_hash())
 
     def sides_histogram(self) -> dict[int, int]:
         """Number of patterns by number of sides."""
-        return self._ask(reading.histogram, "n_sides")
+        return self._ask(reading.count_by_column, "n_sides")
 
     def content_hash(self) -> str:
         """Hash of everything learned; equal for databases that learned the same."""
-        return self._ask(contents.content_hash)
+        return self._ask(contents.hash_content)
 
     def meshes(self) -> list[Mesh]:
         """All meshes, by name."""
-        return self._ask(reading.meshes)
+        return self._ask(reading.list_meshes)
 
     def find_mesh(self, sha256: str) -> Mesh | None:
         """The mesh of a file with this SHA-256 (hexadecimal), or None."""
@@ -96,21 +96,21 @@ class Database:
 
     def pattern(self, name: str) -> Pattern:
         """The pattern whose name begins with ``name``; NotFoundError if not exactly one."""
-        return self._ask(reading.pattern, name)
+        return self._ask(reading.find_pattern, name)
 
     def occurrences(self, pattern: Pattern) -> list[Occurrence]:
         """The meshes that hold the pattern."""
-        return self._ask(reading.occurrences, pattern.id)
+        return self._ask(reading.list_occurrences, pattern.id)
 
     def pattern_class(self, n_sides: int) -> PatternClass:
         """All patterns of ``n_sides`` sides, in default order."""
         if n_sides not in self._classes:
-            self._classes[n_sides] = self._ask(reading.pattern_class, n_sides)
+            self._classes[n_sides] = self._ask(reading.load_class, n_sides)
         return self._classes[n_sides]
 
     def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k,) int64 patches that reduce to the patterns of these ids (k,); 0 for unknown ones."""
-        return self._ask(reading.frequencies, ids)
+        return self._ask(reading.read_frequencies, ids)
 
     def pattern_ids(
         self,
@@ -123,13 +123,13 @@ class Database:
 
         ``*`` in a licence stands for anything, and letters' case does not matter. Raises
         NotFoundError, naming what comes near, if no mesh has a name or licence. More at
-        :func:`patterndb.store.selection.pattern_ids`.
+        :func:`patterndb.store.reading.find_pattern_ids`.
         """
-        return self._ask(selection.pattern_ids, n_sides, meshes, licences)
+        return self._ask(reading.find_pattern_ids, n_sides, meshes, licences)
 
     def uses(self) -> dict[int, int]:
         """How often fills were accepted, by pattern id; those never used are left out."""
-        return self._ask(usage.uses)
+        return self._ask(reading.read_uses)
 
     def verify(self) -> list[str]:
         """Everything that is wrong with the database, in words."""
@@ -233,10 +233,10 @@ class Database:
         Raises InvalidCodeError for a code that is not canonical or can be reduced, ValueError
         for a count below 1, DatabaseError if the database is open for reading only.
         """
-        wanted = usage.checked(pattern, count)
+        wanted = writing.check_use(pattern, count)
         held = {n: c for n, c in self._classes.items() if n != wanted.n_sides}
         with self._change() as connection:
-            total = usage.record(connection, wanted, count)
+            total = writing.record_use(connection, wanted, count)
         self._classes |= held  # none but its own class is another now
         return total
 
@@ -249,7 +249,7 @@ class Database:
         with self._change() as connection:
             ids: list[int] = []
             for name in names:
-                found = reading.mesh_ids(connection, name)
+                found = reading.find_mesh_ids(connection, name)
                 if not found:
                     raise NotFoundError(f"no mesh {name!r}; 'patterndb meshes' lists them")
                 if len(found) > 1:
@@ -267,7 +267,7 @@ class Database:
             raise DatabaseError(f"{self.path} cannot be merged into itself")
         with self._change() as connection:
             try:
-                return writing.merge(connection, other._connection)
+                return writing.merge_database(connection, other._connection)
             except InvalidCodeError as error:
                 raise DatabaseError(
                     f"{other.path} is damaged ({error}); 'patterndb verify' tells what is wrong"

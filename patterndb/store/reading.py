@@ -1,10 +1,12 @@
-"""What is asked of a database."""
+"""Read a database: patterns by class, name and source, meshes, occurrences, statistics."""
 
 from __future__ import annotations
 
+import difflib
 import json
 import sqlite3
 from collections.abc import Sequence
+from fnmatch import fnmatchcase
 from typing import Any
 
 import numpy as np
@@ -19,15 +21,15 @@ from patterndb.errors import NotFoundError
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance, Statistics
 
 
-def id_range(n_sides: int) -> tuple[int, int]:
+def get_id_range(n_sides: int) -> tuple[int, int]:
     """Smallest and largest id of the class (of all classes from MAX_CLASS on together)."""
     first = min(n_sides, MAX_CLASS) << 56
     return first, first + (1 << 56) - 1
 
 
-def pattern_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
+def load_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
     """All patterns of ``n_sides`` sides, in default order."""
-    low, high = id_range(n_sides)
+    low, high = get_id_range(n_sides)
     rows = connection.execute(
         "SELECT id, frequency, n_irregular, n_quads, valences, n_reflex, corners, n_loops, "
         "chiral, sig_rotation, sig_reflected, code, signature, lengths, joins, pattern.origin, "
@@ -91,7 +93,7 @@ def _flat(blobs: Sequence[bytes]) -> NDArray[np.int32]:
     return unpack(b"".join(blobs))
 
 
-def frequencies(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+def read_frequencies(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> NDArray[np.int64]:
     """(k,) int64 frequency of every pattern; 0 for those that are not there."""
     wanted = ids.tolist()
     found: dict[int, int] = dict(
@@ -106,7 +108,7 @@ def frequencies(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> NDArr
 _PATTERN = "SELECT code, frequency, origin FROM pattern WHERE id "
 
 
-def pattern(connection: sqlite3.Connection, name: str) -> Pattern:
+def find_pattern(connection: sqlite3.Connection, name: str) -> Pattern:
     """The pattern whose name (16 hexadecimal digits) begins with ``name``.
 
     Raises NotFoundError if there is none, or more than one.
@@ -129,7 +131,7 @@ def pattern(connection: sqlite3.Connection, name: str) -> Pattern:
     )
 
 
-def occurrences(connection: sqlite3.Connection, pattern_id: int) -> list[Occurrence]:
+def list_occurrences(connection: sqlite3.Connection, pattern_id: int) -> list[Occurrence]:
     """The meshes that hold the pattern, the one with most patches first."""
     return [
         Occurrence(name, patches, mirrored, tuple(np.cumsum(unpack(example)).tolist()))
@@ -150,7 +152,7 @@ FROM mesh
 """
 
 
-def meshes(connection: sqlite3.Connection) -> list[Mesh]:
+def list_meshes(connection: sqlite3.Connection) -> list[Mesh]:
     """All meshes, by name."""
     return [_mesh(row) for row in connection.execute(_MESHES + "ORDER BY name, sha256")]
 
@@ -161,7 +163,7 @@ def find_mesh(connection: sqlite3.Connection, sha256: bytes) -> Mesh | None:
     return None if row is None else _mesh(row)
 
 
-def mesh_ids(connection: sqlite3.Connection, name: str) -> list[int]:
+def find_mesh_ids(connection: sqlite3.Connection, name: str) -> list[int]:
     """Ids of the meshes of this name, or whose SHA-256 begins with it (8 digits and more)."""
     rows = connection.execute("SELECT id FROM mesh WHERE name = ?", (name,)).fetchall()
     if not rows and len(name) >= 8:
@@ -190,7 +192,7 @@ def options_of(basic: object, side: object, convex: object, prepared: object) ->
     return LearningOptions(basic, side, convex, bool(prepared))  # pyright: ignore[reportArgumentType]
 
 
-def histogram(connection: sqlite3.Connection, column: str) -> dict[int, int]:
+def count_by_column(connection: sqlite3.Connection, column: str) -> dict[int, int]:
     """Patterns by ``n_sides`` or ``n_irregular``."""
     queries = {
         "n_sides": "SELECT n_sides, count(*) FROM pattern GROUP BY 1 ORDER BY 1",
@@ -199,7 +201,7 @@ def histogram(connection: sqlite3.Connection, column: str) -> dict[int, int]:
     return dict(connection.execute(queries[column]).fetchall())
 
 
-def statistics(connection: sqlite3.Connection, content_hash: str) -> Statistics:
+def read_statistics(connection: sqlite3.Connection, content_hash: str) -> Statistics:
     """Counts over the whole database, beside its content hash."""
     one = connection.execute
     patterns, chiral = one("SELECT count(*), coalesce(sum(chiral), 0) FROM pattern").fetchone()
@@ -215,10 +217,127 @@ def statistics(connection: sqlite3.Connection, content_hash: str) -> Statistics:
         patterns=patterns,
         patterns_oriented=patterns + chiral,
         patterns_met=met,
-        by_sides=histogram(connection, "n_sides"),
-        by_irregular=histogram(connection, "n_irregular"),
+        by_sides=count_by_column(connection, "n_sides"),
+        by_irregular=count_by_column(connection, "n_irregular"),
         signatures=one("SELECT count(DISTINCT signature) FROM pattern").fetchone()[0],
         meshes=meshes,
         patches=patches,
         content_hash=content_hash,
     )
+
+
+#: Names that a message offers where one is unknown.
+OFFERED = 3
+
+
+def find_pattern_ids(
+    connection: sqlite3.Connection,
+    n_sides: int | None,
+    meshes: Sequence[str] | None = None,
+    licences: Sequence[str] | None = None,
+) -> NDArray[np.int64]:
+    """Ids (k,) int64, ascending, of the patterns of ``n_sides`` sides (None: of any number)
+    in certain meshes.
+
+    meshes: names, or first digits (8 and more) of SHA-256 hashes; a name that several meshes
+    have stands for all of them. licences: of these licences, letters' case aside; ``*``,
+    ``?`` and ``[...]`` stand for others, so "cc*" takes every one that begins so. A mesh of
+    which no licence is known has none of them. Where both are given, a mesh must meet both;
+    without any, these are all patterns of the class, those that were only used included.
+
+    Raises NotFoundError if no mesh has one of the names or licences; it tells which come near.
+    """
+    if n_sides is None:
+        return _of_any_class(connection, meshes, licences)
+    low, high = get_id_range(n_sides)
+    if meshes is None and licences is None:
+        rows = connection.execute(
+            "SELECT id FROM pattern WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY id",
+            (low, high, n_sides),
+        )
+    else:
+        chosen = _chosen(connection, meshes, licences)
+        # The rows of one class lie together; only the last class holds several numbers of sides.
+        rows = connection.execute(
+            "SELECT DISTINCT pattern_id FROM occurrence WHERE pattern_id BETWEEN ? AND ? "
+            "AND mesh_id IN (SELECT value FROM json_each(?)) AND (? >> 56 < ? OR "
+            "(SELECT n_sides FROM pattern WHERE id = pattern_id) = ?) ORDER BY pattern_id",
+            (low, high, json.dumps(sorted(chosen)), low, MAX_CLASS, n_sides),
+        )
+    return np.array([row[0] for row in rows.fetchall()], np.int64)
+
+
+def _of_any_class(
+    connection: sqlite3.Connection,
+    meshes: Sequence[str] | None,
+    licences: Sequence[str] | None,
+) -> NDArray[np.int64]:
+    if meshes is None and licences is None:
+        rows = connection.execute("SELECT id FROM pattern ORDER BY id")
+    else:
+        rows = connection.execute(
+            "SELECT DISTINCT pattern_id FROM occurrence "
+            "WHERE mesh_id IN (SELECT value FROM json_each(?)) ORDER BY pattern_id",
+            (json.dumps(sorted(_chosen(connection, meshes, licences))),),
+        )
+    return np.array([row[0] for row in rows.fetchall()], np.int64)
+
+
+def _chosen(
+    connection: sqlite3.Connection,
+    meshes: Sequence[str] | None,
+    licences: Sequence[str] | None,
+) -> set[int]:
+    """Ids of the meshes that meet both."""
+    known = connection.execute("SELECT id, name, licence FROM mesh").fetchall()
+    chosen = {row[0] for row in known}
+    if meshes is not None:
+        named: set[int] = set()
+        for name in meshes:
+            found = find_mesh_ids(connection, name)
+            if not found:
+                raise NotFoundError(
+                    f"no mesh {name!r}{_near(name, {row[1] for row in known})}; "
+                    "'patterndb meshes' lists them"
+                )
+            named.update(found)
+        chosen &= named
+    if licences is not None:
+        licensed: set[int] = set()
+        for pattern in licences:
+            wanted = pattern.strip().lower()
+            found = [
+                number
+                for number, _, licence in known
+                if licence is not None
+                and (licence.lower() == wanted or fnmatchcase(licence.lower(), wanted))
+            ]
+            if not found:
+                raise NotFoundError(
+                    f"no mesh has the licence {pattern!r}; there are: {_licences(known)}"
+                )
+            licensed.update(found)
+        chosen &= licensed
+    return chosen
+
+
+def _near(name: str, known: set[str]) -> str:
+    """What comes near the name, as a part of a sentence; nothing where nothing does."""
+    lower = {one.lower(): one for one in sorted(known)}
+    near = difflib.get_close_matches(name.lower(), list(lower), OFFERED)
+    near += [one for one in lower if name and name.lower() in one and one not in near]
+    if not near:
+        return ""
+    return " (did you mean " + " or ".join(repr(lower[one]) for one in near[:OFFERED]) + "?)"
+
+
+def _licences(known: Sequence[tuple[int, str, str | None]]) -> str:
+    told = sorted({licence for _, _, licence in known if licence})
+    unknown = sum(licence is None for _, _, licence in known)
+    return ", ".join([*told, *([f"{unknown} meshes without any"] if unknown else [])]) or "none"
+
+
+def read_uses(connection: sqlite3.Connection) -> dict[int, int]:
+    """Uses by pattern id, of those that were used."""
+    rows = connection.execute("SELECT pattern_id, uses FROM usage ORDER BY pattern_id")
+    return dict(rows.fetchall())

@@ -1,15 +1,88 @@
-"""Changes to a database. Every function here belongs inside one atomic()."""
+"""Change a database: meshes, their patterns and occurrences, and how often fills were used.
+
+Every function that takes a connection belongs inside one atomic(). The columns of schema.sql
+stand here, for the statements that name them all.
+
+A pattern that no mesh holds (a query made it, or another database learned it) is written when it
+is first used, and says what it was then. Uses are no part of what was learned: they are neither in
+the content hash nor merged nor in the compact file.
+"""
 
 from __future__ import annotations
 
 import sqlite3
 from collections.abc import Iterable, Sequence
 
+import numpy as np
+
 from patterndb.core import description as d
-from patterndb.core.code import format_id, pattern_id
-from patterndb.errors import DatabaseError
-from patterndb.store import columns
+from patterndb.core.code import Code, format_id, pattern_id
+from patterndb.core.packing import pack
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import ORIGINS
+from patterndb.core.reduction import reduce_disk
+from patterndb.errors import DatabaseError, InvalidCodeError
 from patterndb.store.records import Learned, LearningOptions, Provenance
+
+#: Uses are kept in 63 bits; this many at once is a slip.
+MOST_AT_ONCE = 1 << 40
+
+_MESH = (
+    "sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, prepared, "
+    "quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches, origin"
+)
+#: Where the four columns of the learning options stand among those of a mesh.
+OPTIONS = slice(5, 9)
+
+#: What follows from a pattern's code; :func:`derive_columns` gives the values.
+_DERIVED = (
+    "n_sides, corners, n_reflex, n_quads, n_irregular, valences, n_chords, n_loops, "
+    "self_crossing, rotations, chiral, label, signature, sig_rotation, sig_reflected, "
+    "lengths, joins"
+)
+
+
+def _marks(columns: str) -> str:
+    return ", ".join("?" for _ in columns.split(","))
+
+
+# All put together from the constants above, and from nothing else.
+SELECT_MESHES = f"SELECT id, {_MESH} FROM mesh ORDER BY sha256"  # noqa: S608
+INSERT_MESH = f"INSERT INTO mesh ({_MESH}) VALUES ({_marks(_MESH)})"  # noqa: S608
+SELECT_PATTERNS = f"SELECT id, code, {_DERIVED} FROM pattern"  # noqa: S608
+INSERT_PATTERN = (
+    f"INSERT INTO pattern (id, code, {_DERIVED}, origin) "  # noqa: S608
+    f"VALUES (?, ?, {_marks(_DERIVED)}, ?)"
+)
+INSERT_OCCURRENCE = (
+    "INSERT INTO occurrence (pattern_id, mesh_id, patches, mirrored_patches, example) "
+    "VALUES (?, ?, ?, ?, ?)"
+)
+
+
+def derive_columns(counts: Sequence[int], lists: Sequence[bytes]) -> tuple[int | bytes, ...]:
+    """The derived columns of a pattern, from its row of counts and its packed lists (see
+    :mod:`patterndb.core.description`)."""
+    corners, valences, label, signature, lengths, joins = lists
+    return (
+        counts[d.N_CORNERS],
+        corners,
+        counts[d.N_REFLEX],
+        counts[d.N_QUADS],
+        counts[d.N_IRREGULAR],
+        valences,
+        counts[d.N_CHORDS],
+        counts[d.N_LOOPS],
+        counts[d.SELF_CROSSING],
+        counts[d.ROTATIONS],
+        counts[d.CHIRAL],
+        label,
+        signature,
+        counts[d.SIG_ROTATION],
+        counts[d.SIG_REFLECTED],
+        lengths,
+        joins,
+    )
 
 
 def add_mesh(
@@ -25,7 +98,7 @@ def add_mesh(
     Returns how many of its patterns are new to the database.
     """
     cursor = connection.execute(
-        columns.INSERT_MESH,
+        INSERT_MESH,
         (
             sha256,
             name,
@@ -52,7 +125,7 @@ def add_mesh(
     ]
     fresh = add_patterns(connection, ids, learned.codes)
     connection.executemany(
-        columns.INSERT_OCCURRENCE,
+        INSERT_OCCURRENCE,
         # In the order of the table's key, so that it is written front to back.
         sorted(
             (i, mesh_id, own + mirrored, mirrored, example)
@@ -102,8 +175,8 @@ def add_patterns(
                 f"the id {format_id(number)} does not follow from the pattern's code"
             )
         own = lists[d.LISTS * i : d.LISTS * (i + 1)]
-        patterns.append((number, code, *columns.derived(counts, own), origin))
-    connection.executemany(columns.INSERT_PATTERN, patterns)
+        patterns.append((number, code, *derive_columns(counts, own), origin))
+    connection.executemany(INSERT_PATTERN, patterns)
     return len(patterns)
 
 
@@ -128,7 +201,9 @@ def remove_meshes(connection: sqlite3.Connection, mesh_ids: Iterable[int]) -> in
     ).rowcount
 
 
-def merge(connection: sqlite3.Connection, other: sqlite3.Connection) -> tuple[int, int, int]:
+def merge_database(
+    connection: sqlite3.Connection, other: sqlite3.Connection
+) -> tuple[int, int, int]:
     """Add the meshes of another database; return (added, replaced, already there).
 
     A mesh that is here with the same options stays; one learned with other options is
@@ -136,21 +211,21 @@ def merge(connection: sqlite3.Connection, other: sqlite3.Connection) -> tuple[in
     merging twice would count it twice.
     """
     added = replaced = same = 0
-    for row in other.execute(columns.SELECT_MESHES):
+    for row in other.execute(SELECT_MESHES):
         other_id, *values = row
         here = connection.execute(
             "SELECT id, basic_limit, side_limit, convex_limit, prepared FROM mesh WHERE sha256 = ?",
             (values[0],),
         ).fetchone()
         if here is not None:
-            if here[1:] == tuple(values[columns.OPTIONS]):
+            if here[1:] == tuple(values[OPTIONS]):
                 same += 1
                 continue
             remove_meshes(connection, [here[0]])
             replaced += 1
         else:
             added += 1
-        mesh_id = connection.execute(columns.INSERT_MESH, values).lastrowid
+        mesh_id = connection.execute(INSERT_MESH, values).lastrowid
         rows = other.execute(
             "SELECT pattern.id, code, patches, mirrored_patches, example FROM occurrence "
             "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern.id",
@@ -158,7 +233,38 @@ def merge(connection: sqlite3.Connection, other: sqlite3.Connection) -> tuple[in
         ).fetchall()
         add_patterns(connection, [r[0] for r in rows], [r[1] for r in rows])
         connection.executemany(
-            columns.INSERT_OCCURRENCE,
+            INSERT_OCCURRENCE,
             ((r[0], mesh_id, r[2], r[3], r[4]) for r in rows),
         )
     return added, replaced, same
+
+
+def check_use(pattern: Pattern | Code, count: int) -> Pattern:
+    """The pattern to be recorded, of itself or of its code.
+
+    Raises InvalidCodeError if a code is not canonical or can be reduced further, ValueError
+    for a count below 1 or an origin that is none of ORIGINS.
+    """
+    if not 1 <= count <= MOST_AT_ONCE:
+        raise ValueError(f"count must lie in 1..{MOST_AT_ONCE}, not {count}")
+    if not isinstance(pattern, Pattern):
+        pattern = Pattern.from_code(np.asarray(pattern))
+    if pattern.origin not in ORIGINS:
+        raise ValueError(f"the origin of a pattern is one of {ORIGINS}, not {pattern.origin!r}")
+    twin = pattern.twin()
+    if len(reduce_disk(twin)) != len(twin):
+        raise InvalidCodeError(
+            "the pattern can be reduced further; record the one that its fill reduces to"
+        )
+    return pattern
+
+
+def record_use(connection: sqlite3.Connection, pattern: Pattern, count: int) -> int:
+    """Count the pattern's use; return how often it was used now. Belongs inside atomic()."""
+    add_patterns(connection, [pattern.id], [pack(pattern.code)], pattern.origin)
+    return connection.execute(
+        "INSERT INTO usage (pattern_id, uses, origin) "
+        "SELECT id, ?, CASE frequency WHEN 0 THEN ? ELSE origin END FROM pattern WHERE id = ? "
+        "ON CONFLICT (pattern_id) DO UPDATE SET uses = uses + excluded.uses RETURNING uses",
+        (count, pattern.origin, pattern.id),
+    ).fetchone()[0]

@@ -1,1 +1,2 @@
-"""What touches the machine: files, documents, the user's cache folder, compiled kernels."""
+"""What touches the machine: caches (the user's folder), files, documents (JSON), kernels (compiled
+code and where it is kept), and readers of formats that are no one tool's own."""
