@@ -88,9 +88,9 @@ def convex(chance: random.Random, count: int, shortest: int) -> None:
         for _ in range(count):
             asked = boundary(chance, n, 0, shortest)
             planner = Planner(lookup)
-            grid = least(planner.rectangle(asked, False))
-            kept = least(planner.kept(asked))
-            cut = least(planner.trimmed(asked, False))
+            grid = least(planner.plan_rectangle(asked, False))
+            kept = least(planner.plan_kept(asked))
+            cut = least(planner.plan_trimmed(asked, False))
             first = checked(list(construct_fills(asked, lookup, limit=1)), asked)
             strict = checked(list(construct_fills(asked, lookup, limit=1, strict=True)), asked)
             found = (grid, kept, cut, *(f[0].n_irregular if f else None for f in (strict, first)))

@@ -8,7 +8,9 @@ over the boundaries, with one thread and with two, for any orientation
 (``feasible_rows``) and for all 2N (``feasible_orientations``). Then some of the systems
 that are not too short for their boundary, chosen at random, are given to CP-SAT one by one: how
 many times as long it takes for one as the kernel for one of its own in the same query, and
-how often the two answers differ.
+how often the two answers differ. Last, the flow alone
+(:func:`query.solving.halves.find_transport`) beside ``scipy.sparse.csgraph.maximum_flow``, system
+by system: why the own kernel is kept.
 """
 
 from __future__ import annotations
@@ -22,6 +24,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import maximum_flow
 
 import patterndb
 from patterndb.core.patternclass import PatternClass
@@ -30,6 +34,7 @@ from query.listing.filters import Filters
 from query.orientation import list_orientations
 from query.solving import cpsat
 from query.solving.feasibility import find_feasible_orientations, find_feasible_rows
+from query.solving.halves import find_transport
 from query.solving.systems import Chords
 
 THREADS = (1, 2)
@@ -92,6 +97,44 @@ def beside_cpsat(
     return taken, differ
 
 
+def beside_scipy(
+    chance: random.Random, patterns: PatternClass, boundary: Boundary, n_systems: int
+) -> tuple[float, float, int]:
+    """(kernel, scipy) median microseconds for the flow of a system, and how often they differ."""
+    n = boundary.n_sides
+    lengths = np.array(boundary.lengths, np.int32)
+    base = patterns.lengths[patterns.signature]
+    fit = patterns.signature[(base <= lengths).all(axis=1)]
+    kernel: list[float] = []
+    other: list[float] = []
+    differ = 0
+    for s in chance.choices(fit.tolist(), k=n_systems) if len(fit) else ():
+        slack = (lengths - patterns.lengths[s]).astype(np.int32)
+        joined = patterns.joins[s] > 0
+        i, j = (ends.astype(np.int32) for ends in np.nonzero(np.triu(joined)))
+        closed, flow = np.zeros(len(i), np.bool_), np.empty((2, len(i)), np.int32)
+        scratch = np.empty((5, n), np.int32)
+        find_transport(slack, i, j, len(i), closed, flow, scratch)  # compiles
+        begin = time.perf_counter()
+        met = find_transport(slack, i, j, len(i), closed, flow, scratch)
+        kernel.append(time.perf_counter() - begin)
+        # From a source to the sides, from these to the copies, from these to a sink.
+        a, b = np.nonzero(joined)
+        side = np.arange(n)
+        tail = np.concatenate([np.full(n, 2 * n), a, n + side])
+        head = np.concatenate([side, n + b, np.full(n, 2 * n + 1)])
+        begin = time.perf_counter()
+        whole = int(slack.sum())
+        capacity = np.concatenate([slack, np.full(len(a), whole, np.int32), slack])
+        graph = csr_array((capacity, (tail, head)), shape=(2 * n + 2, 2 * n + 2))
+        found = maximum_flow(graph, 2 * n, 2 * n + 1).flow_value == whole
+        other.append(time.perf_counter() - begin)
+        differ += bool(found != met)
+    if not kernel:
+        return 0.0, 0.0, 0
+    return 1e6 * statistics.median(kernel), 1e6 * statistics.median(other), differ
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--db", type=Path, help="default: the starter database")
@@ -99,6 +142,7 @@ def main() -> None:
     parser.add_argument("--systems", type=int, default=20, help="for CP-SAT, for each N")
     parser.add_argument("--sides", type=int, nargs="+", default=tuple(range(3, 13)))
     parser.add_argument("--lengths", type=int, nargs=2, default=(2, 10))
+    parser.add_argument("--flows", type=int, default=200, help="for scipy, for each N")
     parser.add_argument("--seed", type=int, default=1)
     arguments = parser.parse_args()
     chance = random.Random(arguments.seed)
@@ -108,6 +152,7 @@ def main() -> None:
         + " | CP-SAT / kernel per system | answers that differ |"
     )
     print("| ---: | ---: | ---: | --- " + "| ---: " * (len(THREADS) + 2) + "|")
+    flows: list[tuple[int, float, float, int]] = []
     with patterndb.open(arguments.db) as database:
         for n in arguments.sides:
             patterns = database.pattern_class(n)
@@ -136,6 +181,11 @@ def main() -> None:
                     f"{' | '.join(cells)} | {ratio} | {differ} |",
                     flush=True,
                 )
+            flows.append((n, *beside_scipy(chance, patterns, asked[0], arguments.flows)))
+    print("\n| N | flow by the kernel, us | by scipy, us | answers that differ |")
+    print("| ---: | ---: | ---: | ---: |")
+    for n, mine, scipys, differ in flows:
+        print(f"| {n} | {mine:.1f} | {scipys:.1f} | {differ} |")
 
 
 if __name__ == "__main__":

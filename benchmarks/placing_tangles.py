@@ -4,8 +4,8 @@
 
 Grids within outlines that swing out and in, stars and spirals, in the plane and on a sheet of
 folds, of steep folds, of terraces and of bumps hardly larger than a quad. "angles" is the mean
-squared deviation from right angles, in radians squared (:func:`patterndb.geometry.quadshape.quality`).
-Seconds are of the processor. Prints Markdown.
+squared deviation from right angles, in radians squared
+(:func:`patterndb.geometry.quadshape.quality`). Seconds are of the processor. Prints Markdown.
 """
 
 from __future__ import annotations

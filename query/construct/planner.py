@@ -112,16 +112,16 @@ class Planner:
 
     def plans(self, boundary: Boundary, strict: bool) -> list[Plan]:
         """Every plan for a boundary that a construction arrives at."""
-        found = self.rectangle(boundary, strict)
+        found = self.plan_rectangle(boundary, strict)
         # Where there are reflex corners, it is the chords through them that pay.
         convex = boundary.convex
         if not strict:
-            found += self.kept(boundary, KEPT_TRIES if convex else KEPT_TRIES_REFLEX)
+            found += self.plan_kept(boundary, KEPT_TRIES if convex else KEPT_TRIES_REFLEX)
         ways = len(WAYS) if convex else WAYS_REFLEX
-        found += self.trimmed(boundary, strict, ways)
+        found += self.plan_trimmed(boundary, strict, ways)
         if not strict and boundary.n_sides > MOST_TRIMMED:
-            found += self.trimmed(boundary, True, ways)
-        found += self.prolonged(boundary, strict)
+            found += self.plan_trimmed(boundary, True, ways)
+        found += self.plan_prolonged(boundary, strict)
         return found
 
     def best(self, outline: Boundary, strict: bool, depth: int) -> Plan | None:
@@ -136,14 +136,14 @@ class Planner:
 
     def _find_best(self, outline: Boundary, strict: bool, depth: int) -> Plan | None:
         part = self._part(outline, strict)
-        found = [part] if part is not None else self.rectangle(outline, strict)
+        found = [part] if part is not None else self.plan_rectangle(outline, strict)
         # Gauss-Bonnet: with valences 3 and 5 there are at least so many where strict.
         needed = abs(sum(2 - k for k in outline.corner_counts) - 4)
         if part is None or (part.count > needed and not outline.convex):
-            found += self.trimmed(outline, strict, 1)
-            found += self.prolonged(outline, strict, depth)
+            found += self.plan_trimmed(outline, strict, 1)
+            found += self.plan_prolonged(outline, strict, depth)
             if not strict:
-                found += self.kept(outline, 2, 1)
+                found += self.plan_kept(outline, 2, 1)
         return min(found, key=lambda plan: plan.count, default=None)
 
     def _part(self, outline: Boundary, strict: bool) -> TablePart | None:
@@ -160,12 +160,12 @@ class Planner:
             self._parts[key] = None if count is None else TablePart(outline, strict, count)
         return self._parts[key]
 
-    def rectangle(self, outline: Boundary, strict: bool) -> list[Plan]:
+    def plan_rectangle(self, outline: Boundary, strict: bool) -> list[Plan]:
         """A grid, wherever its corners fall."""
         count, p, a = find_best_rectangle(outline)
         return [RectanglePart(outline.perimeter, p, a, count)] if count == 0 or not strict else []
 
-    def kept(
+    def plan_kept(
         self, boundary: Boundary, tries: int = KEPT_TRIES, wanted: int = KEPT_PLANS
     ) -> list[Plan]:
         """A fill of the lookup's in which some corners are dropped, at a cost of 1 each."""
@@ -182,7 +182,7 @@ class Planner:
                 good += count <= boundary.n_sides - 5
         return sorted(found, key=lambda plan: plan.count)[:wanted]
 
-    def trimmed(self, boundary: Boundary, strict: bool, ways: int = len(WAYS)) -> list[Plan]:
+    def plan_trimmed(self, boundary: Boundary, strict: bool, ways: int = len(WAYS)) -> list[Plan]:
         """Pentagons cut off until the lookup knows the rest, which keeps corners as asked.
 
         Of each way to cut, the best plan, and the best whose rest is strict. Above
@@ -228,7 +228,7 @@ class Planner:
                     break
         return best and best[1].plan(best[2])
 
-    def prolonged(self, boundary: Boundary, strict: bool, depth: int = 0) -> list[Plan]:
+    def plan_prolonged(self, boundary: Boundary, strict: bool, depth: int = 0) -> list[Plan]:
         """Reflex corners taken away by chords that prolong a side through them."""
         if boundary.convex:
             return []

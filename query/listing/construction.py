@@ -119,7 +119,7 @@ def _fewest(boundary: Boundary) -> int:
 
 
 def _rank(search: Search, irregular: int, boundary: int, off: int, place: int) -> Rank:
-    return search.ranking.made(irregular, AFTER + boundary, off, place)
+    return search.ranking.rank_constructed(irregular, AFTER + boundary, off, place)
 
 
 def _passes(fill: Fill, filters: Filters) -> bool:

@@ -23,7 +23,7 @@ Range = tuple[int, int]
 NO_DOUBLETS: Range = (3, 10_000)
 
 
-class Columns(Protocol):
+class FilterColumns(Protocol):
     """What filters look at: (r,) arrays over patterns."""
 
     @property
@@ -101,7 +101,7 @@ class Filters:
             passes &= patterns.n_irregular <= self.max_irregular
         return passes
 
-    def admitted(self, patterns: Columns, n_corners: Int32Array) -> NDArray[np.bool_]:
+    def admitted(self, patterns: FilterColumns, n_corners: Int32Array) -> NDArray[np.bool_]:
         """(r,) bool: which patterns pass, whatever their fills' irregular vertices.
 
         n_corners: (r,) their corners.

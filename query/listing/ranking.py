@@ -51,7 +51,7 @@ class Ranking:
     used: bool
     worth: bool = False
 
-    def listed(self, table: Table, entries: Entries) -> Listing:
+    def list_entries(self, table: Table, entries: Entries) -> Listing:
         """The entries in the order in which their fits may come."""
         seen = table.frequency[entries.row]
         meshes = table.n_meshes[entries.row].astype(np.float64)
@@ -69,7 +69,7 @@ class Ranking:
         order = np.lexsort((*keys, -worth) if self.artist else keys)
         return Listing(self, entries.take(order), worth[order], seen[order], ids[order])
 
-    def made(self, irregular: int, boundary: int, off: int, place: int) -> Rank:
+    def rank_constructed(self, irregular: int, boundary: int, off: int, place: int) -> Rank:
         """The rank of a fill that no table holds."""
         regular = (irregular, boundary, 0, 0, 0, off, place)
         return (0.0, *regular) if self.artist else regular

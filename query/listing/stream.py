@@ -217,7 +217,7 @@ class Fills(Iterator[Fill]):
                         heapq.heappush(waiting, (rank, number, found))
                         number += 1
                     continue
-                fill = sieve.passed(candidate)
+                fill = sieve.make_fill(candidate)
                 self.truncated = self.truncated or sieve.cut
                 if fill is not None:
                     self._found = True
@@ -226,7 +226,7 @@ class Fills(Iterator[Fill]):
                 if self.stopped == "time limit" and not self._found:
                     yield from self._in_a_hurry(search, sieve)
                     if not self._found:
-                        # Whoever has waited so long shall not go empty-handed.
+                        # Time is up and nothing is found: search on for one fill.
                         self._cancelled[0] = 0
                         self._late = True
                         yield from islice(self._merged(search), 1)
@@ -247,7 +247,7 @@ class Fills(Iterator[Fill]):
             for _, candidate in step.found:
                 if (
                     not isinstance(candidate, More)
-                    and (fill := sieve.passed(candidate)) is not None
+                    and (fill := sieve.make_fill(candidate)) is not None
                 ):
                     self._found = True
                     yield fill
@@ -295,7 +295,7 @@ class Fills(Iterator[Fill]):
             kept &= entries.irregular <= q.filters.max_irregular
         if q.filters.max_boundary_irregular is not None:
             kept &= entries.boundary <= q.filters.max_boundary_irregular
-        listing = ranking.listed(table, entries if kept.all() else entries.take(kept))
+        listing = ranking.list_entries(table, entries if kept.all() else entries.take(kept))
         if q.filters.ids is None:
             while len(table.listings) >= LISTINGS_KEPT:
                 table.listings.pop(next(iter(table.listings)))
@@ -353,8 +353,8 @@ class _Sieve:
         self._keys: set[bytes] = set()
         self.cut = False
 
-    def passed(self, candidate: Candidate) -> Fill | None:
-        """The fill, or None where it is not to be listed."""
+    def make_fill(self, candidate: Candidate) -> Fill | None:
+        """Make the fill; None where it is not to be listed."""
         q = self._query
         full = q.per_pattern is not None and self._of_pattern[candidate.pattern_id] >= q.per_pattern
         first = self._first

@@ -14,6 +14,7 @@ from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from query.placing.strands import (
     SidedDisk,
+    assign_strands,
     edges_of,
     find_far_ends,
     list_loop_chains,
@@ -108,7 +109,8 @@ def follow_strokes(
         return result
     beside = beside or Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
     choices = [_costs(fill, vertices, fill.lengths, strokes[i], tolerance, beside) for i in drawn]
-    for i, name, choice in zip(drawn, _distinct(choices), choices, strict=True):
+    costs = [{name: distance for name, (distance, _) in choice.items()} for choice in choices]
+    for i, name, choice in zip(drawn, assign_strands(costs), choices, strict=True):
         if name is not None:
             edges = edges_of(fill.quads, choice[name][1])
             result[i] = Following.between(strokes[i], edges, vertices)
@@ -149,24 +151,6 @@ def _costs(
         if name not in found or distance < found[name][0]:
             found[name] = distance, chain
     return found
-
-
-def _distinct(choices: Sequence[dict[int, tuple[float, Int32Array]]]) -> list[int | None]:
-    """A different strand for each stroke, for as many as can be, at the least sum."""
-    nearest = [min(choice, key=lambda name: choice[name][0], default=None) for choice in choices]
-    if len({name for name in nearest if name is not None}) == sum(map(bool, choices)):
-        return nearest
-    from scipy.optimize import linear_sum_assignment
-
-    names = sorted(set().union(*choices))
-    costs = [distance for choice in choices for distance, _ in choice.values()]
-    # A column of its own for every stroke stands for no strand: dearer than all strands.
-    cost = np.full((len(choices), len(names) + len(choices)), 2.0 * sum(costs) + 1.0)
-    for row, choice in enumerate(choices):
-        for column, name in enumerate(names):
-            cost[row, column] = choice[name][0] if name in choice else 2.0 * cost[row, -1]
-    _, columns = linear_sum_assignment(cost)
-    return [names[column] if column < len(names) else None for column in columns.tolist()]
 
 
 @kernel

@@ -145,7 +145,7 @@ def place(
                 locate_edge(fill.lengths, end)
     if surface is not None and not isinstance(surface, Region):
         surface = enclose_region(Surface.of(surface), at)
-    return _Placing(fill, at, surface).done(strokes, tolerance)
+    return _Placing(fill, at, surface).run(strokes, tolerance)
 
 
 class _Placing:
@@ -160,13 +160,13 @@ class _Placing:
         self.region = region
         self.rounds, self.residual = 0, 0.0
 
-    def done(self, strokes: Sequence[Stroke], tolerance: int) -> Placement:
-        vertices = self._placed()
+    def run(self, strokes: Sequence[Stroke], tolerance: int) -> Placement:
+        vertices = self._place()
         before = follow_strokes(self.fill, vertices, strokes, tolerance, self.beside)
         pull = 0.0
         drawn = [one for one in before if one is not None]
         if drawn:
-            vertices, pull = self._pulled(vertices, drawn)
+            vertices, pull = self._pull(vertices, drawn)
         after = [
             None if one is None else Following.between(one.stroke, one.edges, vertices)
             for one in before
@@ -178,7 +178,7 @@ class _Placing:
             off = float(np.linalg.norm(gaps, axis=1).max())
         return Placement(
             vertices=vertices,
-            flipped=np.flatnonzero(self._flipped(vertices)).astype(np.int32),
+            flipped=np.flatnonzero(self._find_flipped(vertices)).astype(np.int32),
             rounds=self.rounds,
             residual=self.residual,
             off_surface=off,
@@ -196,40 +196,40 @@ class _Placing:
             return np.tile(self.plane, (len(vertices), 1))
         return own_normals(self.quads, vertices, self.beside)
 
-    def _flipped(self, vertices: Points) -> NDArray[np.bool_]:
+    def _find_flipped(self, vertices: Points) -> NDArray[np.bool_]:
         return flipped(self.quads, vertices, self._normals(vertices))
 
-    def _wrong(self, vertices: Points) -> int:
+    def _count_flipped(self, vertices: Points) -> int:
         """How many quads are flipped."""
-        return int(self._flipped(vertices).sum())
+        return int(self._find_flipped(vertices).sum())
 
-    def _placed(self) -> Points:
+    def _place(self) -> Points:
         """Where the vertices lie without strokes."""
         if self.region is None:
-            return self._flat(self._sound(solve_harmonic(self.beside, self.points), hope=1.0))
+            return self._flat(self._mend(solve_harmonic(self.beside, self.points), hope=1.0))
         surface, p = self.region.surface, len(self.points)
         start = lay_on_region(self.region, self.beside, self.points)
         first = settle(surface, self.beside, start, p, TRIAL)
         self.rounds, self.residual = first.rounds, first.move
-        best, wrong = first.vertices, self._wrong(first.vertices)
+        best, wrong = first.vertices, self._count_flipped(first.vertices)
         if not wrong:
             rest = settle(surface, self.beside, best, p) if first.move >= AT_REST else first
-            if not self._wrong(rest.vertices):
+            if not self._count_flipped(rest.vertices):
                 self.rounds += 0 if rest is first else rest.rounds
                 self.residual = rest.move
                 return rest.vertices
             # A net over far more than half of a ball slips off and turns inside out: it goes on
             # as far as it stays whole.
         elif wrong <= max(FEW, ALL_OVER * len(self.quads)):
-            best = self._sound(best, NEAR)
-            wrong = self._wrong(best)
+            best = self._mend(best, NEAR)
+            wrong = self._count_flipped(best)
         if wrong:
-            return self._unfolded(best, wrong)
+            return self._unfold(best, wrong)
         rest = settle_whole(surface, self.quads, self.beside, best, p)
         self.rounds, self.residual = self.rounds + rest.rounds, rest.move
         return rest.vertices
 
-    def _unfolded(self, vertices: Points, wrong: int) -> Points:
+    def _unfold(self, vertices: Points, wrong: int) -> Points:
         """The placing with the fewest flipped quads: ``vertices``, which have ``wrong``, or fill
         and region laid on one disk, which folds nowhere; untangled.
 
@@ -240,27 +240,27 @@ class _Placing:
         best, fewest = vertices, wrong
         spread = lay_on_disk(self.region, self.beside, self.points)
         if spread is not None:
-            spread = self._sound(spread)
-            remain = self._wrong(spread)
+            spread = self._mend(spread)
+            remain = self._count_flipped(spread)
             if remain < fewest:
                 best, fewest = spread, remain
         if fewest and (spread is None or len(self.quads) <= SMALL):
             # Where the region is no disk there is only the net as it settles.
             rest = settle(self.region.surface, self.beside, vertices, len(self.points))
-            tried = self._sound(rest.vertices, hope=np.inf)
-            remain = self._wrong(tried)
+            tried = self._mend(rest.vertices, hope=np.inf)
+            remain = self._count_flipped(tried)
             if remain < fewest:
                 self.rounds, self.residual = self.rounds + rest.rounds, rest.move
                 return tried
         self.residual = max(self.residual, AT_REST)
         return best
 
-    def _sound(
+    def _mend(
         self, vertices: Points, reaches: Sequence[int] = REACHES, hope: float = HOPE
     ) -> Points:
         """The vertices with as few flipped quads as can be found."""
         p = len(self.points)
-        best, fewest = vertices, self._wrong(vertices)
+        best, fewest = vertices, self._count_flipped(vertices)
         at = best
         for _ in range(UNTANGLINGS):
             if fewest == 0:
@@ -269,7 +269,7 @@ class _Placing:
             at = untangle(self.quads, at, normals, p, self.beside, reaches)
             if self.region is not None:
                 at[p:] = self.region.surface.along(at[p:], normals[p:]).points
-            remain = self._wrong(at)
+            remain = self._count_flipped(at)
             hopeless = remain > hope * fewest and len(self.quads) > SMALL
             if remain < fewest:
                 best, fewest = at, remain
@@ -279,21 +279,21 @@ class _Placing:
 
     def _flat(self, vertices: Points) -> Points:
         """The vertices, or others with fewer flipped quads where the boundary is planar."""
-        fewest = self._wrong(vertices)
+        fewest = self._count_flipped(vertices)
         if fewest and self.plane is not None:
             tried = solve_centred(self.quads, self.beside, self.points)
-            if self._wrong(tried) < fewest:
+            if self._count_flipped(tried) < fewest:
                 return tried
         return vertices
 
-    def _pulled(self, vertices: Points, drawn: list[Following]) -> tuple[Points, float]:
+    def _pull(self, vertices: Points, drawn: list[Following]) -> tuple[Points, float]:
         """The vertices with strands on their strokes, and the part of the way they went."""
-        allowed = self._wrong(vertices)
+        allowed = self._count_flipped(vertices)
         for part in PULLS:
             partly = [one.partly(vertices, part) for one in drawn]
             moved = pull_strands(self.beside, vertices, len(self.points), partly, self._project)
-            moved = self._sound(moved)
-            if self._wrong(moved) <= allowed:
+            moved = self._mend(moved)
+            if self._count_flipped(moved) <= allowed:
                 return moved, part
         return vertices, 0.0
 

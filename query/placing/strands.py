@@ -6,7 +6,7 @@ far its strands are off strokes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -208,17 +208,31 @@ def count_edges_off(fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int) 
             off = abs(at - near) + abs(other - end)
             found[name] = min(off, found.get(name, off))
         choices.append(found)
-    return _least_sum(choices, set())
+    strands = assign_strands(choices)
+    total = 0
+    for name, choice in zip(strands, choices, strict=True):
+        if name is None:
+            return None
+        total += choice[name]
+    return total
 
 
-def _least_sum(choices: Sequence[dict[int, int]], taken: set[int]) -> int | None:
-    """The least sum with a different strand for each."""
-    if not choices:
-        return 0
-    sums: list[int] = []
-    for name, off in choices[0].items():
-        if name not in taken:
-            rest = _least_sum(choices[1:], taken | {name})
-            if rest is not None:
-                sums.append(off + rest)
-    return min(sums, default=None)
+def assign_strands(choices: Sequence[Mapping[int, float]]) -> list[int | None]:
+    """Give each stroke a different strand, for as many as can be, at the least sum.
+
+    choices: for every stroke what each strand that may carry it costs, by the strand's name.
+    """
+    nearest = [min(choice, key=lambda name: choice[name], default=None) for choice in choices]
+    if len({name for name in nearest if name is not None}) == sum(map(bool, choices)):
+        return nearest
+    from scipy.optimize import linear_sum_assignment
+
+    names = sorted({name for choice in choices for name in choice})
+    costs = [cost for choice in choices for cost in choice.values()]
+    # A column of its own for every stroke stands for no strand: dearer than all strands.
+    cost = np.full((len(choices), len(names) + len(choices)), 2.0 * sum(costs) + 1.0)
+    for row, choice in enumerate(choices):
+        for column, name in enumerate(names):
+            cost[row, column] = choice[name] if name in choice else 2.0 * cost[row, -1]
+    _, columns = linear_sum_assignment(cost)
+    return [names[column] if column < len(names) else None for column in columns.tolist()]

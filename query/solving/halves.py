@@ -11,6 +11,9 @@ ask for too much are named, which answers other orientations of the system as we
 :func:`find_transport` is for one system whose classes are decided one after another: the values
 that one class takes in all flows are an interval (:func:`tighten_bounds`), which cuts the search
 where it would try in vain value by value.
+
+scipy's maximum_flow gives the same answers, takes some 250 times as long for one system
+(benchmarks/feasibility.py), and cannot be called within a kernel.
 """
 
 from __future__ import annotations

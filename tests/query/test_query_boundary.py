@@ -66,7 +66,7 @@ def test_whole_numbers_of_any_type_are_lengths() -> None:
         ((), (), ["at least one side"]),
         ((3, 3, 4), ("convex",), ["3 sides have 3 corners, not 1"]),
         ((3, 3, 4), (), ["3 sides have 3 corners, not 0"]),
-        ((4, 4), ("convex", "flat"), ["corner 1 is 'flat'", '"convex" or "reflex"']),
+        ((4, 4), ("convex", "flat"), ["corner 1 is 'flat'", '"convex", "reflex" or "full"']),
         ((MAX_PERIMETER, 2), None, [f"above the limit of {MAX_PERIMETER}"]),
         ((10**30, 10**30), None, ["above the limit"]),
     ],
