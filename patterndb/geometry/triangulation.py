@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidMeshError
+from patterndb.geometry.leastarea import triangulate_cheapest
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 
@@ -142,48 +143,12 @@ def _written_once(face: Int32Array) -> Int32Array:
 
 
 @kernel
-def _cost(points: Points, a: int, b: int, c: int) -> float:
-    """Area of a triangle, a little more for long edges."""
-    px, py, pz = points[a, 0], points[a, 1], points[a, 2]
-    ux, uy, uz = points[b, 0] - px, points[b, 1] - py, points[b, 2] - pz
-    vx, vy, vz = points[c, 0] - px, points[c, 1] - py, points[c, 2] - pz
-    x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
-    edges = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz
-    edges += (ux - vx) ** 2 + (uy - vy) ** 2 + (uz - vz) ** 2
-    return 0.5 * np.sqrt(x * x + y * y + z * z) + SHORTER * edges
-
-
-@kernel
 def _cut_face(points: Points, face: Int32Array, result: Int32Array) -> None:
-    """The triangles (n - 2, 3) of one face (n,)."""
-    n = len(face)
-    cost = np.zeros((n, n))
-    best = np.zeros((n, n), np.int32)
-    for span in range(2, n):
-        for i in range(n - span):
-            j = i + span
-            least = np.inf
-            for k in range(i + 1, j):
-                total = cost[i, k] + cost[k, j]
-                if total >= least:
-                    continue
-                total += _cost(points, face[i], face[k], face[j])
-                if total < least:
-                    least = total
-                    best[i, j] = k
-            cost[i, j] = least
-    stack = np.empty((n, 2), np.int32)
-    stack[0, 0], stack[0, 1] = 0, n - 1
-    top = 1
-    at = 0
-    while top:
-        top -= 1
-        i, j = stack[top, 0], stack[top, 1]
-        if j - i < 2:
-            continue
-        k = best[i, j]
-        result[at, 0], result[at, 1], result[at, 2] = face[i], face[k], face[j]
-        at += 1
-        stack[top, 0], stack[top, 1] = i, k
-        stack[top + 1, 0], stack[top + 1, 1] = k, j
-        top += 2
+    """Write the triangles (n - 2, 3) of one face (n,)."""
+    corners = np.empty((len(face), 3))
+    for k in range(len(face)):
+        corners[k] = points[face[k]]
+    triangulate_cheapest(corners, SHORTER, result)
+    for t in range(len(result)):
+        for e in range(3):
+            result[t, e] = face[result[t, e]]

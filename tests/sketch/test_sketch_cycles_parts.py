@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from networks import cube, torus
 from numpy.typing import NDArray
 
+from patterndb.geometry.leastarea import triangulate_cheapest
 from patterndb_sketch.surfacing.cycles.choosing import choose
 from patterndb_sketch.surfacing.cycles.closing import (
     candidate_cycles,
@@ -21,7 +22,7 @@ from patterndb_sketch.surfacing.cycles.closing import (
 )
 from patterndb_sketch.surfacing.cycles.find import in_own_order
 from patterndb_sketch.surfacing.cycles.found import oriented, pinched
-from patterndb_sketch.surfacing.cycles.measures import badness, folds, least_area, measured
+from patterndb_sketch.surfacing.cycles.measures import badness, folds, measured
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
 #: Curves, gains, costs, forced, excluded and full, as choose() has them.
@@ -171,7 +172,7 @@ def plain_least_area(points: NDArray[np.float64]) -> float:
 def test_the_spanned_surface_has_the_least_area(n: int) -> None:
     points = np.random.default_rng(n).normal(size=(n, 3))
     triangles = np.empty((n - 2, 3), np.int64)
-    area = least_area(points, triangles)
+    area = triangulate_cheapest(points, 0.0, triangles)
     assert area == pytest.approx(plain_least_area(points))
     corners = points[triangles]
     sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.geometry.leastarea import tabulate_areas_around
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.chords.candidates import (
@@ -198,7 +199,7 @@ def added_area(points: Points, chords: NDArray[np.int64]) -> NDArray[np.float64]
     """
     n = len(points)
     middle = points - points.mean(axis=0)
-    least = _least_around(np.ascontiguousarray(middle.T))
+    least = tabulate_areas_around(np.ascontiguousarray(middle.T))
     whole = least[0, n - 1]
     if whole <= 0.0:
         return np.zeros(len(chords))
@@ -228,33 +229,3 @@ def _flatter(points: Points, chords: NDArray[np.int64]) -> NDArray[np.float64]:
         other = math.sqrt(max(0.0, determinant_of(moments_of(turned[j : i + n + 1]))))
         gained[c] = whole - one - other
     return gained
-
-
-# Sums may be reordered, so that the inner loop runs in vector registers; infinities do occur.
-@kernel(fastmath={"reassoc", "nnan", "nsz", "contract"})
-def _least_around(at: Points) -> Points:
-    """(n, n) [i, s]: twice the least area of the s + 1 vertices from i on, of a loop (3, n)."""
-    n = at.shape[1]
-    twice = np.empty((3, 2 * n))
-    twice[:, :n] = at
-    twice[:, n:] = at
-    least = np.zeros((n, n))
-    # The same by the vertex where a stretch ends: what the inner loop reads lies in a row.
-    ending = np.zeros((n, n))
-    for s in range(2, n):
-        for i in range(n):
-            j = i + s
-            x = twice[0, j] - twice[0, i]
-            y = twice[1, j] - twice[1, i]
-            z = twice[2, j] - twice[2, i]
-            row, column = least[i], ending[j % n]
-            best = np.inf
-            for k in range(1, s):
-                u = twice[0, i + k] - twice[0, i]
-                v = twice[1, i + k] - twice[1, i]
-                w = twice[2, i + k] - twice[2, i]
-                a, b, c = v * z - w * y, w * x - u * z, u * y - v * x
-                best = min(best, row[k] + column[s - k] + math.sqrt(a * a + b * b + c * c))
-            least[i, s] = best
-            ending[j % n, s] = best
-    return least

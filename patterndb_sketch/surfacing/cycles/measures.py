@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.leastarea import triangulate_cheapest
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import sampled
 from patterndb.system.kernels import kernel
@@ -156,7 +157,8 @@ def _measure(
     if n < 3:
         return
     triangles = np.empty((n - 2, 3), np.int64)
-    values[2] = least_area(at, triangles)
+    # Of equals any will do: only rough directions are read from it.
+    values[2] = triangulate_cheapest(at, 0.0, triangles)
     values[3] = _bending(at, triangles) / length
     _inward(at, triangles, corner, inward)
     m = len(steps)
@@ -224,45 +226,6 @@ def _flatness(at: Points, length: float) -> float:
                 moments[x, y] += size * (2.0 * u[x] * u[y] + 2.0 * v[x] * v[y] + both)
     values = np.linalg.eigvalsh(moments)
     return math.sqrt(max(values[0], 0.0) / values[2])
-
-
-@kernel
-def least_area(at: Points, triangles: Int64Array) -> float:
-    """The least area of a triangulation of a closed polyline (n, 3), written to (n - 2, 3).
-
-    Barequet and Sharir 1995, section 3. Two triangulations may have one area; whichever comes
-    first will do, since only rough directions are read from it.
-    """
-    n = len(at)
-    least = np.zeros((n, n))
-    apex = np.zeros((n, n), np.int64)
-    for i in range(n - 3, -1, -1):
-        for j in range(i + 2, n):
-            x, y, z = at[j, 0] - at[i, 0], at[j, 1] - at[i, 1], at[j, 2] - at[i, 2]
-            best, chosen = np.inf, i + 1
-            for k in range(i + 1, j):
-                both = least[i, k] + least[k, j]
-                if both >= best:
-                    continue
-                u, v, w = at[k, 0] - at[i, 0], at[k, 1] - at[i, 1], at[k, 2] - at[i, 2]
-                cx, cy, cz = v * z - w * y, w * x - u * z, u * y - v * x
-                both += 0.5 * math.sqrt(cx * cx + cy * cy + cz * cz)
-                if both < best:
-                    best, chosen = both, k
-            least[i, j] = best
-            apex[i, j] = chosen
-    waiting = [(0, n - 1)]
-    made = 0
-    while len(waiting) > 0:
-        i, j = waiting.pop()
-        if j - i < 2:
-            continue
-        k = apex[i, j]
-        triangles[made, 0], triangles[made, 1], triangles[made, 2] = i, k, j
-        made += 1
-        waiting.append((i, k))
-        waiting.append((k, j))
-    return least[0, n - 1]
 
 
 @kernel

@@ -1,14 +1,18 @@
 """Tessellation: the pieces of a patch as triangles, and what can be asked of them."""
 
 from patterndb_sketch.surfacing.tessellation.intersections import find_self_intersections
-from patterndb_sketch.surfacing.tessellation.minimalarea import MAX_VERTICES, minimal_area
 from patterndb_sketch.surfacing.tessellation.patchmesh import (
     PatchMesh,
     patch_of_least_area,
     tessellate_patch,
 )
 from patterndb_sketch.surfacing.tessellation.picking import Canvas, Pick, SurfaceStroke, draw, pick
-from patterndb_sketch.surfacing.tessellation.piece import Tessellation, tessellate
+from patterndb_sketch.surfacing.tessellation.piece import (
+    MAX_VERTICES,
+    Tessellation,
+    minimal_area,
+    tessellate,
+)
 from patterndb_sketch.surfacing.tessellation.planar import MAX_INNER
 from patterndb_sketch.surfacing.tessellation.triangles import area
 

@@ -12,8 +12,12 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import sampled
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
-from patterndb_sketch.surfacing.tessellation.minimalarea import minimal_area
-from patterndb_sketch.surfacing.tessellation.piece import PieceMethod, checked_spacing, tessellate
+from patterndb_sketch.surfacing.tessellation.piece import (
+    PieceMethod,
+    checked_spacing,
+    minimal_area,
+    tessellate,
+)
 
 
 @dataclass(frozen=True, slots=True)

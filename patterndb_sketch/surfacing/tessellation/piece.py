@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.leastarea import choose_triangles, tabulate_areas
 from patterndb.geometry.points import Points, as_points, tangents
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.network import InvalidNetworkError
-from patterndb_sketch.surfacing.tessellation.minimalarea import minimal_area
 from patterndb_sketch.surfacing.tessellation.planar import (
     GRID,
     filled,
@@ -26,6 +26,10 @@ from patterndb_sketch.surfacing.tessellation.planar import (
 
 #: How a piece was made: relaxed over a plane, or as the triangulation of least area.
 PieceMethod = Literal["laplacian", "area"]
+
+#: The most vertices of a polyline that is triangulated. The table takes 8 n**2 bytes (32 MB
+#: here), and time grows with n**3: some three seconds here (benchmarks/minimal_area.py).
+MAX_VERTICES = 2_000
 
 #: What is done with a piece that is not relaxed over a plane, and why it is not.
 INSTEAD = "triangulated with the least area instead, without points inside"
@@ -120,6 +124,49 @@ def _joins(triangles: NDArray[np.int64], barred: NDArray[np.bool_]) -> bool:
     tail, head = tail[outer], head[outer]
     neighbours = np.isin((tail - head) % m, (1, m - 1))
     return bool((barred[tail, head] & ~neighbours).any())
+
+
+def minimal_area(
+    points: ArrayLike, barred: NDArray[np.bool_] | None = None
+) -> tuple[NDArray[np.int64], float]:
+    """Find the triangulation of a closed polyline with the least summed area, and that area.
+
+    points: (n, 3), n >= 3, the first not repeated at the end. barred: (n, n) bool, symmetric,
+    the pairs of points that no triangle may join unless they are neighbours; by default none.
+    Returns (n - 2, 3) int64 triangles, which name points and turn as the polyline does, and the
+    area in squared units. Among the triangulations of one area (to
+    :data:`patterndb.geometry.leastarea.TIE`) it takes from edge to
+    edge the triangle with the widest angle opposite the edge, then the lowest vertex: where the
+    polyline is planar and convex, that is the Delaunay triangulation. The triangles may cross
+    one another.
+
+    Raises InvalidNetworkError for points that are none, for fewer than three, for more than
+    MAX_VERTICES, and if every triangulation joins a barred pair.
+
+    Source: Barequet and Sharir 1995, "Filling gaps in the boundary of a polyhedron", section 3,
+    see :mod:`patterndb.geometry.leastarea`.
+    """
+    at = as_points(points, "the polyline's points", InvalidNetworkError)
+    if len(at) < 3:
+        raise InvalidNetworkError(
+            f"a closed polyline of {len(at)} points encloses nothing; give three or more"
+        )
+    if len(at) > MAX_VERTICES:
+        raise InvalidNetworkError(
+            f"a closed polyline of {len(at):,} points is too long for the triangulation of least "
+            f"area; the limit is {MAX_VERTICES:,}, so make the spacing longer"
+        )
+    # About the middle and of size 1: no digits are lost far from the origin, nothing overflows.
+    middle = at - at.mean(axis=0)
+    size = float(np.abs(middle).max()) or 1.0
+    columns = np.ascontiguousarray((middle / size).T)
+    if barred is None:
+        barred = np.zeros((1, 1), np.bool_)
+    least = tabulate_areas(columns, barred)
+    if not math.isfinite(least[0, -1]):
+        raise InvalidNetworkError("every triangulation joins two points that are barred")
+    triangles, area = choose_triangles(columns, least)
+    return triangles, area * size * size
 
 
 def checked_spacing(spacing: float) -> None:
