@@ -24,13 +24,13 @@ from scipy.spatial import KDTree
 
 from ingest.formats import read_mesh
 from patterndb_sketch.features.files.strokesjson import read_strokes
-from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Registration, box_template, register
 from patterndb_sketch.features.sessionfile import read_network
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.snap import FeatureCurve, snap
-from patterndb_sketch.features.strokes import Stroke
+from patterndb_sketch.features.strokes import FeatureStroke
 
 ROOT = Path(__file__).parents[1]
 EXAMPLES = ROOT / "examples" / "features"
@@ -59,7 +59,9 @@ def soup_of(model: Model, seed: int = 1) -> Model:
     return Model.from_arrays(corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3))
 
 
-def snapped(model: Model, strokes: tuple[Stroke, ...]) -> tuple[list[FeatureCurve], list[float]]:
+def snapped(
+    model: Model, strokes: tuple[FeatureStroke, ...]
+) -> tuple[list[FeatureCurve], list[float]]:
     """The curves, and the seconds that each took."""
     curves: list[FeatureCurve] = []
     seconds: list[float] = []
@@ -70,7 +72,7 @@ def snapped(model: Model, strokes: tuple[Stroke, ...]) -> tuple[list[FeatureCurv
     return curves, seconds
 
 
-def row(name: str, model: Model, strokes: tuple[Stroke, ...], soup: bool) -> str:
+def row(name: str, model: Model, strokes: tuple[FeatureStroke, ...], soup: bool) -> str:
     curves, seconds = snapped(model, strokes)
     ribs = sum(len(curve.samples) for curve in curves)
     mended = sum(len(curve.repaired) for curve in curves)
@@ -79,7 +81,7 @@ def row(name: str, model: Model, strokes: tuple[Stroke, ...], soup: bool) -> str
     off: list[float] = []
     for one, curve in zip(strokes, curves, strict=True):
         along = curve.spline.sample(DENSE)
-        sketch = initial_curve(model, one.points).samples
+        sketch = find_initial_curve(model, one.points).samples
         moved.append(float(KDTree(along).query(sketch)[0].mean()) / model.diagonal)
         off.append(float(model.nearest(along).lengths.mean()) / model.diagonal)
     same = "-"

@@ -19,8 +19,8 @@ import numpy as np
 from patterndb.geometry.polyline import sampled
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import RADIUS, STITCH, build_ribs
-from patterndb_sketch.features.ribs.outline import repaired, sliced
-from patterndb_sketch.features.ribs.slicing import frame
+from patterndb_sketch.features.ribs.rib import slice_segments, trace_outline
+from patterndb_sketch.features.ribs.slicing import find_plane
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from bodies import CARS, body, degrade
@@ -68,11 +68,11 @@ def main() -> None:
     lone: list[float] = []
     line = sampled(car.feature("shoulder").smooth, 31)
     for origin, tangent in zip(line[1:-1], line[2:] - line[:-2], strict=True):
-        cut = sliced(*parts, *frame(origin, tangent), radius, tolerance)
+        cut = slice_segments(*parts, *find_plane(origin, tangent), radius, tolerance)
         points, offsets, closed, rims, gap, about, _, _ = cut
         if gap >= 0.0:
             given = (points, offsets, closed, rims, about, 1.0, radius, 0, gap, tolerance)
-            lone.append(timed(lambda g=given: repaired(*g))[0])
+            lone.append(timed(lambda g=given: trace_outline(*g))[0])
     middle, most = np.median(lone), np.max(lone)
     print(f"repair of one rib: {middle:.2f} ms, at most {most:.2f} ({len(lone)} ribs)")
 

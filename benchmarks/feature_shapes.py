@@ -25,7 +25,13 @@ from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Registration, Template, box_template, register
-from patterndb_sketch.features.shapemodel import ErrorTable, ShapeModel, edit, error_table, moved
+from patterndb_sketch.features.shapemodel import (
+    ErrorTable,
+    ShapeModel,
+    edit,
+    measure_errors,
+    pull_feature,
+)
 from patterndb_sketch.features.splines import Spline
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
@@ -236,10 +242,10 @@ def main() -> None:
             f"built in {seconds:.2f} s; all modes give the bodies back to {worst:.0e} m. "
             f"Errors in thousandths of the mean length, {length:.2f} m:"
         )
-        print_errors(model, error_table(model), length)
+        print_errors(model, measure_errors(model), length)
         if which == "clean":
             begun = time.perf_counter()
-            lifted = edit(model, moved(model, "roof_rail", (0.0, 0.0, 0.1)))
+            lifted = edit(model, pull_feature(model, "roof_rail", (0.0, 0.0, 0.1)))
             missed = 1000.0 * lifted.misses["roof_rail"]
             print(
                 f"\nThe roof rail dragged up by 100 mm: missed by {missed:.1f} "

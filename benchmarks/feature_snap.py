@@ -32,8 +32,8 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb_sketch.features.fishbone import Fishbone, cut, synchronised, terms
-from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.fishbone import Fishbone, cut, find_terms, synchronise
+from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import build_ribs
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
@@ -173,7 +173,7 @@ def measured(
     made: Body, model: Model, graph: Graph | None, feature: NamedCurve, seed: int
 ) -> Lateral:
     drawn = stroke(made, feature.name, ERROR, seed)
-    sketch = initial_curve(model, drawn).samples
+    sketch = find_initial_curve(model, drawn).samples
     start = time.perf_counter()
     curve = snap(model, drawn)
     seconds = time.perf_counter() - start
@@ -251,10 +251,10 @@ def timings() -> None:
     window, nearness = settings.window * model.diagonal, settings.nearness * model.diagonal
 
     def bone() -> Fishbone:
-        return synchronised(Fishbone.from_ribs(built))  # pyright: ignore[reportArgumentType]
+        return synchronise(Fishbone.from_ribs(built))  # pyright: ignore[reportArgumentType]
 
     def pulls() -> object:
-        return terms(bone(), window, nearness, (0.0, 0.0, 1.0), 1.0)
+        return find_terms(bone(), window, nearness, (0.0, 0.0, 1.0), 1.0)
 
     stiff = SnapSettings(alpha=0.7, stiffness=2.0)
     for name, function in (

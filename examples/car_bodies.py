@@ -27,7 +27,7 @@ from patterndb_sketch.features.files.strokesjson import write_strokes
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import write_network
 from patterndb_sketch.features.snap import SnapSettings
-from patterndb_sketch.features.strokes import Stroke
+from patterndb_sketch.features.strokes import FeatureStroke
 
 #: Decimals of what is written: tenths of a millimetre.
 DIGITS = 4
@@ -92,7 +92,7 @@ def write(car: Body, name: str, given: argparse.Namespace) -> None:
     print(f"{base}: {len(faces):,} faces, {len(strokes)} strokes")
 
 
-def drawn(car: Body, curve: NamedCurve, error: float, seed: int) -> Stroke:
+def drawn(car: Body, curve: NamedCurve, error: float, seed: int) -> FeatureStroke:
     """A rough stroke along a feature.
 
     The surface does not bend where the middle plane cuts it: such strokes are drawn in that
@@ -100,9 +100,9 @@ def drawn(car: Body, curve: NamedCurve, error: float, seed: int) -> Stroke:
     """
     points = stroke(car, curve.name, error, seed).round(DIGITS)
     if curve.kind != "profile":
-        return Stroke(curve.name, points)
+        return FeatureStroke(curve.name, points)
     points[:, 1] = 0.0
-    return Stroke(curve.name, points, settings=SnapSettings(alpha=0.0, axis=(0.0, 1.0, 0.0)))
+    return FeatureStroke(curve.name, points, settings=SnapSettings(alpha=0.0, axis=(0.0, 1.0, 0.0)))
 
 
 def write_obj(path: Path, points: np.ndarray, faces: np.ndarray, title: str) -> None:

@@ -113,7 +113,7 @@ import os, sys
 sys.path.insert(0, os.path.dirname(example))
 from patterndb.geometry.polyline import sampled
 from bodies import CARS, body, degrade, stroke
-from patterndb_sketch.features.drag import View, begin_drag, dragged
+from patterndb_sketch.features.drag import MatrixCamera, begin_drag, move_drag
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import build_ribs
 from patterndb_sketch.features.snap import Snap
@@ -124,16 +124,16 @@ for points, triangles in ((car.points, car.triangles), (mess.points, mess.triang
     model = Model.from_arrays(points, triangles)
     build_ribs(model, line[1:-1], line[2:] - line[:-2])
 snapped = Snap.begin(model, stroke(car, "shoulder"))
-view = View.parallel([3, 2, 1], [0, 0, 0], [0, 0, 1], 3.0, (99, 99), (0.1, 9.0))
+view = MatrixCamera.parallel([3, 2, 1], [0, 0, 0], [0, 0, 1], 3.0, (99, 99), (0.1, 9.0))
 samples = snapped.curve.samples
-drag = dragged(begin_drag(view, model, samples, view.seen_at(samples)[5]), model, [50, 50])
+drag = move_drag(begin_drag(view, model, samples, view.seen_at(samples)[5]), model, [50, 50])
 model.outermost(line[:2], line[1:3] - line[:2])
 from viewer.shading import shaded
 from viewer.skin import Skin
-from viewer.view import View as Seen
+from viewer.view import View
 import numpy as np
 skin = Skin.of(model.corners, model.triangles)
-shaded(skin, Seen(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
+shaded(skin, View(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)
 """
 
 #: Retopology: strokes that cross on a sheet, a loop, a path, a patch beside others, counts.

@@ -39,7 +39,7 @@ from ingest.formats import read_mesh
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.files.strokesjson import read_strokes
-from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import box_template, register
 from patterndb_sketch.features.sessionfile import read_network
@@ -113,7 +113,7 @@ def turned(model: Model) -> Model:
 
 def draw_stroke(scene: Scene, model: Model, clicked: Points) -> None:
     """What was sketched: the points, and in dashes the curve through them on the model."""
-    scene.dashed(initial_curve(model, clicked).samples)
+    scene.dashed(find_initial_curve(model, clicked).samples)
     scene.dots(clicked)
 
 

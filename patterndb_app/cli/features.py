@@ -26,10 +26,10 @@ from patterndb_app.cli.text import plural, say, shorten, table, write, write_jso
 
 if TYPE_CHECKING:
     from patterndb_sketch.features.model import Model
-    from patterndb_sketch.features.sessionfile import Session
+    from patterndb_sketch.features.sessionfile import FeatureSession
     from patterndb_sketch.features.snap import SnapSettings
     from patterndb_sketch.features.splines import Constraint
-    from patterndb_sketch.features.strokes import RecoveredCurve, Stroke
+    from patterndb_sketch.features.strokes import FeatureStroke, RecoveredCurve
 
 
 @click.command()
@@ -138,13 +138,12 @@ def features(
         if not looking:
             raise click.UsageError("without --strokes or --session there are no curves to write")
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from patterndb_sketch.features.curvesettings import settings_of_numbers
-    from patterndb_sketch.features.sessioncurves import with_curves
-    from patterndb_sketch.features.sessionfile import Session, read_session, write_session
+    from patterndb_sketch.features.sessioncurves import settings_of_numbers, with_curves
+    from patterndb_sketch.features.sessionfile import FeatureSession, read_session, write_session
     from patterndb_sketch.features.snap import SnapSettings
 
     there = session is not None and (session.exists() or (strokes is None and not view))
-    kept = read_session(session) if session is not None and there else Session(model.name)
+    kept = read_session(session) if session is not None and there else FeatureSession(model.name)
     given = _collect_settings(chosen)
     settings = replace(settings_of_numbers(kept.settings, SnapSettings()), **given)
     ground = read_model(model)
@@ -204,8 +203,8 @@ def _collect_settings(chosen: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _read_strokes(
-    strokes: Path | None, session: Session, usual: SnapSettings, given: Mapping[str, Any]
-) -> list[tuple[Stroke, tuple[Constraint, ...]]]:
+    strokes: Path | None, session: FeatureSession, usual: SnapSettings, given: Mapping[str, Any]
+) -> list[tuple[FeatureStroke, tuple[Constraint, ...]]]:
     """The strokes of the file, else those of the session with what was dragged there."""
     from patterndb_sketch.features.files.strokesjson import read_strokes
     from patterndb_sketch.features.sessioncurves import session_strokes
@@ -219,18 +218,18 @@ def _read_strokes(
 
 
 def _recover_curves(
-    model: Model, asked: Sequence[tuple[Stroke, tuple[Constraint, ...]]]
+    model: Model, asked: Sequence[tuple[FeatureStroke, tuple[Constraint, ...]]]
 ) -> tuple[list[RecoveredCurve], dict[str, str], float]:
     """The curves, why strokes have none, by name, and how many seconds it took."""
     from patterndb_sketch.features.errors import InvalidFeatureError
-    from patterndb_sketch.features.strokes import recovered
+    from patterndb_sketch.features.strokes import recover_curve
 
     found: list[RecoveredCurve] = []
     lost: dict[str, str] = {}
     started = time.perf_counter()
     for stroke, constraints in asked:
         try:
-            found.append(recovered(model, stroke, constraints))
+            found.append(recover_curve(model, stroke, constraints))
         except InvalidFeatureError as error:
             lost[stroke.name] = str(error)
             say(str(error))
@@ -269,7 +268,7 @@ def _row(one: RecoveredCurve) -> tuple[object, ...]:
     )
 
 
-def _say_model(path: Path, model: Model, session: Session) -> None:
+def _say_model(path: Path, model: Model, session: FeatureSession) -> None:
     parts = f"{plural(len(model.triangles), 'triangle')}, {plural(model.n_components, 'component')}"
     left_out = [
         f"{count:,} {what}"

@@ -159,9 +159,9 @@ def read_drawn(network: Path, tolerance: float | None) -> DrawnNetwork:
 
 def part_rows(made: Registration, template: Template) -> list[tuple[object, ...]]:
     """For every part of a template what has become of its vertices."""
-    from patterndb_sketch.features.registration.register import prepared
+    from patterndb_sketch.features.registration.register import prepare_template
 
-    of_part = template.of_part[prepared(template)[1].source]
+    of_part = template.of_part[prepare_template(template)[1].source]
     rows: list[tuple[object, ...]] = []
     for number, part in enumerate(template.parts):
         here = of_part == number
@@ -179,9 +179,9 @@ def part_rows(made: Registration, template: Template) -> list[tuple[object, ...]
 
 def write_registration(path: Path, made: Registration, template: Template) -> None:
     """Write a template that was laid onto a model, a group per part."""
-    from patterndb_sketch.features.registration.register import prepared
+    from patterndb_sketch.features.registration.register import prepare_template
 
-    of_part = template.of_part[prepared(template)[1].source]
+    of_part = template.of_part[prepare_template(template)[1].source]
     names = ["_".join(printable(part.name).split()) or "part" for part in template.parts]
     groups: list[str] = [names[i] for i in of_part[made.quads[:, 0]].tolist()]
     write_quads(path, made.points, made.quads, f"{template.name}, laid onto a model", groups)

@@ -100,7 +100,7 @@ def build(
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from patterndb_sketch.features.errors import InvalidFeatureError
     from patterndb_sketch.features.sessionfile import write_shapes
-    from patterndb_sketch.features.shapemodel import ShapeModel, error_table
+    from patterndb_sketch.features.shapemodel import ShapeModel, measure_errors
 
     laid_out = read_any_template(template)
     names = _names([path for path, _ in sources])
@@ -119,7 +119,7 @@ def build(
     )  # fmt: skip
     errors: ErrorTable | None = None
     if len(shapes) > 2:
-        errors = error_table(whole)
+        errors = measure_errors(whole)
     else:
         say("two shapes: there is one mode, and none to leave out; the table needs three")
     if modes is not None and modes > whole.n_modes:
@@ -200,10 +200,10 @@ def _shape_of(
 def _whole(template: Template) -> tuple[NDArray[np.int32], tuple[Any, ...]]:
     """The quads of a template, mirrored if it is half of something, and its features."""
     from patterndb_sketch.features.registration import Feature
-    from patterndb_sketch.features.registration.register import prepared
+    from patterndb_sketch.features.registration.register import prepare_template
 
     features = tuple(Feature(chain.name, chain.vertices) for chain in template.chains)
-    return prepared(template)[1].quads, features
+    return prepare_template(template)[1].quads, features
 
 
 def _error_rows(
@@ -350,13 +350,13 @@ def edit(
         if len(set(names)) < len(names):
             raise click.UsageError(f"{option} names a feature twice")
     from patterndb_sketch.features.shapemodel import edit as edited
-    from patterndb_sketch.features.shapemodel import moved
+    from patterndb_sketch.features.shapemodel import pull_feature
 
     model = _read(shapes, modes)
     start = _begin(model, like)
     targets: dict[str, Any] = {}
     for name, by in drags:
-        targets |= moved(model, name, by, start=start, vertex=vertex)
+        targets |= pull_feature(model, name, by, start=start, vertex=vertex)
     found = edited(model, targets, held=dict(holds), start=start)
     sides = {-1: "least", 1: "greatest"}
     notes = [

@@ -21,7 +21,7 @@ RATHER_VISIBLE = 8.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class View:
+class MatrixCamera:
     """A camera and its window.
 
     matrix: (4, 4) float64, from homogeneous places of space to clip coordinates as of OpenGL:
@@ -54,7 +54,7 @@ class View:
         angle: float,
         size: tuple[float, float],
         depth: tuple[float, float],
-    ) -> View:
+    ) -> MatrixCamera:
         """From an eye (3,) to a focus (3,); angle: radians from bottom to top of the window;
         depth: distances of the near and the far plane from the eye, the near above 0."""
         near, far = depth
@@ -74,7 +74,7 @@ class View:
         height: float,
         size: tuple[float, float],
         depth: tuple[float, float],
-    ) -> View:
+    ) -> MatrixCamera:
         """The same without perspective; height: units of space from bottom to top."""
         near, far = depth
         lens = np.diag([2.0 * size[1] / (height * size[0]), 2.0 / height, 2.0 / (near - far), 1.0])
@@ -111,7 +111,7 @@ class Drag:
     missed:  did the last ray miss the model, so that the point stayed?
     """
 
-    view: View
+    view: MatrixCamera
     sample: int
     pressed: NDArray[np.float64]
     begun: NDArray[np.float64]
@@ -124,7 +124,7 @@ class Drag:
         return self.sample, self.point
 
 
-def begin_drag(view: View, model: Model, samples: ArrayLike, pressed: ArrayLike) -> Drag:
+def begin_drag(view: MatrixCamera, model: Model, samples: ArrayLike, pressed: ArrayLike) -> Drag:
     """The drag of the one of a curve's (m, 3) samples that is seen nearest to a place (2,).
 
     Samples hidden by the model count only if visible ones are RATHER_VISIBLE pixels farther
@@ -148,7 +148,7 @@ def begin_drag(view: View, model: Model, samples: ArrayLike, pressed: ArrayLike)
     return Drag(view, chosen, place, seen[chosen], given[chosen])
 
 
-def dragged(drag: Drag, model: Model, place: ArrayLike) -> Drag:
+def move_drag(drag: Drag, model: Model, place: ArrayLike) -> Drag:
     """The drag after the pointer went to a place (2,) of the window.
 
     The sample is moved in the window as the pointer was, and goes to the front-most point of

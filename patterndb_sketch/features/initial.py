@@ -12,7 +12,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.splines import Spline, chordal
+from patterndb_sketch.features.splines import Spline, chordal_parameters
 
 #: Distance of samples, as a share of the model's diagonal.
 SPACING = 0.005
@@ -42,7 +42,7 @@ class InitialCurve:
     n_clicked: int
 
 
-def initial_curve(model: Model, clicked: ArrayLike) -> InitialCurve:
+def find_initial_curve(model: Model, clicked: ArrayLike) -> InitialCurve:
     """The curve through (k, 3) clicked points, sampled, on the model.
 
     Two points give a straight line, three a parabola, more a cubic spline, at chordal
@@ -61,14 +61,14 @@ def initial_curve(model: Model, clicked: ArrayLike) -> InitialCurve:
             kept.append(point)
     if len(kept) < 2:
         raise InvalidFeatureError("all clicked points are at one place; click at least two places")
-    through = interpolating(np.array(kept))
+    through = interpolate_points(np.array(kept))
     wanted = round(through.length / (SPACING * model.diagonal)) + 1
     feet = model.nearest(through.sample(min(max(wanted, FEWEST), MOST)))
     return InitialCurve(through, feet.points, feet.triangles, feet.lengths, len(kept))
 
 
-def interpolating(points: Points) -> Spline:
+def interpolate_points(points: Points) -> Spline:
     """The spline through (k, 3) points, no two neighbours at one place, of degree 3 or k - 1."""
     degree = min(3, len(points) - 1)
-    curve = make_interp_spline(chordal(points), points, k=degree)
+    curve = make_interp_spline(chordal_parameters(points), points, k=degree)
     return Spline(degree, curve.t, curve.c)

@@ -19,7 +19,7 @@ from patterndb_sketch.features.errors import InvalidFeatureError
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Feet:
+class ModelFeet:
     """Points of a model, each for one that was asked for.
 
     points: (n, 3) float64. triangles: (n,) int32, where they lie; -1 without a hit.
@@ -38,7 +38,7 @@ class Feet:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Crossings:
+class LineHits:
     """All hits of lines with a model.
 
     Those of line i are the entries ``offsets[i]:offsets[i + 1]`` of points (h, 3), triangles
@@ -150,14 +150,14 @@ class Model:
     def n_components(self) -> int:
         return int(self.components.max()) + 1
 
-    def nearest(self, points: ArrayLike) -> Feet:
+    def nearest(self, points: ArrayLike) -> ModelFeet:
         """The points of the model nearest to (n, 3) points, and how far they are."""
         asked = as_points(points, "points asked for", InvalidFeatureError)
         triangles, weights = self.mesh.find_nearest(asked)
         feet = self.mesh.interpolate_points(triangles, weights)
-        return Feet(feet, triangles, np.linalg.norm(feet - asked, axis=1))
+        return ModelFeet(feet, triangles, np.linalg.norm(feet - asked, axis=1))
 
-    def first_hits(self, origins: ArrayLike, directions: ArrayLike) -> Feet:
+    def first_hits(self, origins: ArrayLike, directions: ArrayLike) -> ModelFeet:
         """Where rays from (n, 3) origins along (n, 3) directions of any length first hit.
 
         Both sides of triangles are hit; a ray within a triangle's plane does not hit it.
@@ -166,18 +166,18 @@ class Model:
         triangles, weights, lengths = self.mesh.cast_rays(begin, unit)
         points = self.mesh.interpolate_points(triangles, weights)
         points[triangles < 0] = np.nan
-        return Feet(points, triangles, lengths)
+        return ModelFeet(points, triangles, lengths)
 
-    def all_hits(self, origins: ArrayLike, directions: ArrayLike) -> Crossings:
+    def all_hits(self, origins: ArrayLike, directions: ArrayLike) -> LineHits:
         """All hits of lines through (n, 3) origins along (n, 3) directions, both ways."""
         begin, unit = _lines(origins, directions)
         line, triangles, weights, lengths = self.mesh.cast_lines(begin, unit)
         order = np.lexsort((triangles, lengths, line))
         offsets = np.searchsorted(line, np.arange(len(begin) + 1))
         points = self.mesh.interpolate_points(triangles[order], weights[order])
-        return Crossings(offsets, points, triangles[order], lengths[order])
+        return LineHits(offsets, points, triangles[order], lengths[order])
 
-    def outermost(self, origins: ArrayLike, directions: ArrayLike) -> Feet:
+    def outermost(self, origins: ArrayLike, directions: ArrayLike) -> ModelFeet:
         """The last hits of lines along their directions, which may lie behind the origins.
 
         Source: feature curve recovery paper, section 5.1.2; lengths are its gamma_max. Where
@@ -191,7 +191,7 @@ class Model:
         lengths = np.full(len(met), np.inf)
         points[met], triangles[met] = hits.points[last], hits.triangles[last]
         lengths[met] = hits.lengths[last]
-        return Feet(points, triangles, lengths)
+        return ModelFeet(points, triangles, lengths)
 
     def within_box(self, low: ArrayLike, high: ArrayLike) -> Int32Array:
         """(k,) the triangles whose boxes meet the box from (3,) to (3,), ascending."""

@@ -69,7 +69,7 @@ class SessionCurve:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Session:
+class FeatureSession:
     """All that work on feature curves gives.
 
     mesh:     the name of the file of the model that the curves are on, "" if there is none.
@@ -104,8 +104,8 @@ def read_template(name: Path | str, read_mesh: MeshReader) -> Template:
     """The template of a name such as box:car?r=11, else that in a JSON file.
 
     See :func:`patterndb_sketch.features.registration.boxes.template_of_name` and
-    :mod:`patterndb_sketch.features.files.templatejson`. read_mesh: reads the mesh that the file names.
-    Raises as :func:`read_network` does, and what read_mesh does.
+    :mod:`patterndb_sketch.features.files.templatejson`. read_mesh: reads the mesh that the file
+    names. Raises as :func:`read_network` does, and what read_mesh does.
     """
     if isinstance(name, str) and name.startswith("box:"):
         return template_of_name(name)
@@ -137,7 +137,7 @@ def write_shapes(path: Path | str, model: ShapeModel) -> None:
     replace_file(Path(path), shape_bytes(model))
 
 
-def read_session(path: Path | str) -> Session:
+def read_session(path: Path | str) -> FeatureSession:
     """The session in a file. Raises as :func:`read_network` does."""
     path = Path(path)
     with _named(path):
@@ -145,12 +145,12 @@ def read_session(path: Path | str) -> Session:
         return parse_session(read_limited(path, limit, InvalidFeatureError, "keep fewer modes"))
 
 
-def write_session(path: Path | str, session: Session) -> None:
+def write_session(path: Path | str, session: FeatureSession) -> None:
     """Write a session; :func:`read_session` gives it back bit for bit. OSError as writing does."""
     replace_file(Path(path), session_bytes(session))
 
 
-def session_bytes(session: Session) -> bytes:
+def session_bytes(session: FeatureSession) -> bytes:
     """The file of a session; the same session gives the same bytes."""
     places = {name: f"shapes/{i}.npz" for i, name in enumerate(session.shapes)}
     document: dict[str, object] = {
@@ -172,7 +172,7 @@ def session_bytes(session: Session) -> bytes:
     return file.getvalue()
 
 
-def parse_session(data: bytes) -> Session:
+def parse_session(data: bytes) -> FeatureSession:
     """As :func:`read_session`, of a file's content; messages do not name a file."""
     content = _members(data)
     if JSON_NAME not in content:
@@ -201,7 +201,7 @@ def parse_session(data: bytes) -> Session:
         raise InvalidFeatureError(
             f"the session's zip has {sorted(content)[0]!r}, which {JSON_NAME} does not name"
         )
-    return Session(
+    return FeatureSession(
         entries["mesh"].text("the name of a mesh file"),
         curves,
         {name: one.number() for name, one in entries["settings"].entries().items()},

@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 
 from patterndb.geometry.points import Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import FeatureCurve, SnapSettings, snap
 from patterndb_sketch.features.splines import Constraint, Spline
@@ -21,7 +21,7 @@ DENSITY = 4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Stroke:
+class FeatureStroke:
     """What a user has drawn along a feature.
 
     points: (k, 3) float64, near the model, in order. held: (c, 3) float64, where the curve shall
@@ -72,27 +72,27 @@ class RecoveredCurve:
     figures: Figures
 
 
-def recovered(
-    model: Model, stroke: Stroke, constraints: Sequence[Constraint] = ()
+def recover_curve(
+    model: Model, stroke: FeatureStroke, constraints: Sequence[Constraint] = ()
 ) -> RecoveredCurve:
     """The curve on the feature that a stroke was drawn along.
 
-    constraints: more of them, as :func:`patterndb_sketch.features.snap.snap` takes them, beside those of
-    the stroke's held points.
+    constraints: more of them, as :func:`patterndb_sketch.features.snap.snap` takes them, beside
+    those of the stroke's held points.
 
-    Raises InvalidFeatureError that names the stroke, as :func:`patterndb_sketch.features.snap.snap` does
-    and for two held points at one sample.
+    Raises InvalidFeatureError that names the stroke, as
+    :func:`patterndb_sketch.features.snap.snap` does and for two held points at one sample.
     """
     try:
-        begun = initial_curve(model, stroke.points).samples
-        held = (*held_samples(begun, stroke.held), *constraints)
+        begun = find_initial_curve(model, stroke.points).samples
+        held = (*find_held_samples(begun, stroke.held), *constraints)
         curve = snap(model, stroke.points, stroke.settings, held)
     except InvalidFeatureError as error:
         raise InvalidFeatureError(f"stroke {stroke.name!r}: {error}") from None
-    return RecoveredCurve(stroke.name, stroke.points, curve, figures(model, begun, curve))
+    return RecoveredCurve(stroke.name, stroke.points, curve, measure_curve(model, begun, curve))
 
 
-def held_samples(samples: Points, held: ArrayLike) -> tuple[Constraint, ...]:
+def find_held_samples(samples: Points, held: ArrayLike) -> tuple[Constraint, ...]:
     """Constraints: each of (c, 3) points at that of (m, 3) samples which is nearest to it."""
     points = as_points(held, "points to hold", InvalidFeatureError)
     if not len(points):
@@ -109,20 +109,20 @@ def held_samples(samples: Points, held: ArrayLike) -> tuple[Constraint, ...]:
     return tuple((number, points[k]) for number, k in taken.items())
 
 
-def figures(model: Model, stroke: Points, curve: FeatureCurve) -> Figures:
+def measure_curve(model: Model, stroke: Points, curve: FeatureCurve) -> Figures:
     """The figures of a curve whose stroke, laid onto the model, has the points (m, 3)."""
     spline = curve.spline
     at_samples = spline.evaluate(curve.parameters)
     along = spline.sample(DENSITY * len(curve.samples))
     return Figures(
         spline.length,
-        Spread.of(distances(stroke, spline, len(along))),
+        Spread.of(measure_distances(stroke, spline, len(along))),
         Spread.of(np.linalg.norm(curve.samples - at_samples, axis=1)),
         Spread.of(model.nearest(along).lengths),
     )
 
 
-def distances(points: Points, spline: Spline, count: int) -> NDArray[np.float64]:
+def measure_distances(points: Points, spline: Spline, count: int) -> NDArray[np.float64]:
     """(n,) distances of points (n, 3) from a curve, as a polyline of so many points."""
     along = spline.sample(count)
     start, step = along[:-1], np.diff(along, axis=0)

@@ -15,7 +15,7 @@ from featurecases import TEMPLATE, car_bodies, write_bodies
 
 from ingest.formats import read_mesh
 from patterndb_sketch.features.files.curvesjson import read_curves
-from patterndb_sketch.features.initial import interpolating
+from patterndb_sketch.features.initial import interpolate_points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import register, template_of_name
 from patterndb_sketch.features.sessionfile import read_network, read_session
@@ -298,7 +298,7 @@ def test_faults_of_a_body_are_those_that_were_asked_for(
     # Strokes and networks take longest, and have no faults.
     points = np.array([[0.0, 0, 0], [1.0, 0, 0]])
     monkeypatch.setattr(car_bodies(), "stroke", lambda *_: points.copy())
-    monkeypatch.setattr(car_bodies(), "spline_through", lambda _: interpolating(points))
+    monkeypatch.setattr(car_bodies(), "spline_through", lambda _: interpolate_points(points))
     monkeypatch.setattr(car_bodies(), "body", cache(body))
     found: set[bytes] = set()
     every: list[str] = []

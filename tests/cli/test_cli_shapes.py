@@ -13,7 +13,7 @@ from featurecases import write_bodies
 
 from ingest.formats import read_mesh
 from patterndb_sketch.features.sessionfile import read_shapes, write_template
-from patterndb_sketch.features.shapemodel import edit, error_table, moved
+from patterndb_sketch.features.shapemodel import edit, measure_errors, pull_feature
 
 CARS = ("sedan", "wagon", "coupe")
 
@@ -73,7 +73,7 @@ class TestBuild:
         args = (*pairs(folder, *CARS), "--template", TEMPLATE)
         told = document("build", *args, "--modes", 1, "-o", tmp_path / "one.npz")
         model = read_shapes(shapes)
-        table = error_table(model)
+        table = measure_errors(model)
         assert [row["modes"] for row in told["errors"]] == [0, 1, 2]
         assert [row["variance"] for row in told["errors"]] == pytest.approx(table.share)
         assert [row["learned"] for row in told["errors"]] == pytest.approx(table.known, abs=1e-12)
@@ -209,8 +209,8 @@ class TestEdit:
             "roof_front=0.1,0,0", "--hold", "belt_line=0.5", "--hold", "roof_rear", "-o", output,
         )  # fmt: skip
         start = model.coefficients[0]
-        targets = moved(model, "roof_rail", [0, 0, 0.1], start=start)
-        targets |= moved(model, "roof_front", [0.1, 0, 0], start=start)
+        targets = pull_feature(model, "roof_rail", [0, 0, 0.1], start=start)
+        targets |= pull_feature(model, "roof_front", [0.1, 0, 0], start=start)
         found = edit(model, targets, held={"belt_line": 0.5, "roof_rear": 1.0}, start=start)
         assert told["coefficients"] == found.coefficients.tolist()
         assert told["misses"] == dict(found.misses)
@@ -223,7 +223,7 @@ class TestEdit:
     def test_one_vertex_is_pulled(self, shapes: Path) -> None:
         model = read_shapes(shapes)
         told = document("edit", shapes, "--drag", "belt_line=0,0,0.05", "--vertex", -1)
-        targets = moved(model, "belt_line", [0, 0, 0.05], vertex=-1)
+        targets = pull_feature(model, "belt_line", [0, 0, 0.05], vertex=-1)
         assert told["coefficients"] == edit(model, targets).coefficients.tolist()
         whole = document("edit", shapes, "--drag", "belt_line=0,0,0.05")
         assert whole["coefficients"] != told["coefficients"]

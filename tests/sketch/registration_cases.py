@@ -12,11 +12,11 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.features.files.networkjson import spline_through
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import (
-    Chain,
-    Part,
+    ChainStep,
+    FeatureChain,
     Registration,
-    Step,
     Template,
+    TemplatePart,
     box_template,
     register,
 )
@@ -39,11 +39,13 @@ def sheet(n: int) -> Template:
     sides = {"south": at[0], "east": at[:, -1], "north": at[-1, ::-1], "west": at[::-1, 0]}
     corners = ("sw", "se", "ne", "nw", "sw")
     chains = tuple(
-        Chain(name, np.ascontiguousarray(side), (Step(name, corners[i], corners[i + 1]),))
+        FeatureChain(
+            name, np.ascontiguousarray(side), (ChainStep(name, corners[i], corners[i + 1]),)
+        )
         for i, (name, side) in enumerate(sides.items())
     )
     whole = np.zeros(n * n, np.int32)
-    return Template("sheet", grid_quads(n), (Part("sheet"),), whole, chains, whole > 0)
+    return Template("sheet", grid_quads(n), (TemplatePart("sheet"),), whole, chains, whole > 0)
 
 
 def rim(size: float = 1.0, height: float = 0.0, beyond: float = 0.1) -> dict[str, Spline]:

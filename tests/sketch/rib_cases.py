@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import Rib
-from patterndb_sketch.features.ribs.bridges import SHARPEST
+from patterndb_sketch.features.ribs.repair import SHARPEST
 
 #: The direction that ribs of sheets are across.
 ACROSS = [0.0, 1.0, 0.0]

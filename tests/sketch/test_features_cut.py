@@ -14,8 +14,7 @@ from ortools.graph.python.max_flow import SimpleMaxFlow
 from patterndb.geometry.points import Floats
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import cut
-from patterndb_sketch.features.fishbone.constraints import with_held
-from patterndb_sketch.features.fishbone.cut import _cheapest
+from patterndb_sketch.features.fishbone.cut import _cheapest, hold_rows
 
 #: Stands for an infinite capacity.
 BIG = 1 << 40
@@ -63,7 +62,7 @@ def random_case(rng: np.random.Generator) -> tuple[Floats, Floats]:
         costs[i, k - int(rng.integers(0, k - low // 2)) :] = np.inf
         if rng.random() < 0.2:
             held[i] = rng.choice(np.flatnonzero(np.isfinite(costs[i])))
-    return with_held(costs, held), cross
+    return hold_rows(costs, held), cross
 
 
 @pytest.mark.parametrize("one_way", [True, False])
@@ -115,7 +114,7 @@ def test_held_rows_are_hit_exactly() -> None:
     costs = rng.random((30, 50))
     rows = np.full(30, -1)
     rows[[0, 11, 29]] = [49, 0, 25]
-    found = cut(with_held(costs, rows), 2.0).rows
+    found = cut(hold_rows(costs, rows), 2.0).rows
     assert found[[0, 11, 29]].tolist() == [49, 0, 25]
 
 

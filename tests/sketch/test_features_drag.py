@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from model_cases import sphere, sphere_model, together
 from vtkmodules.vtkRenderingCore import vtkCamera
 
-from patterndb_sketch.features.drag import View, begin_drag, dragged
+from patterndb_sketch.features.drag import MatrixCamera, begin_drag, move_drag
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.splines import fit_spline
@@ -18,8 +18,8 @@ SPHERE = sphere_model()
 SIZE = (800, 600)
 EYE, FOCUS, UP = (4.0, -3.0, 2.0), (0.1, 0.0, -0.1), (0.0, 0.1, 1.0)
 
-PERSPECTIVE = View.perspective(EYE, FOCUS, UP, 0.6, SIZE, (0.5, 50.0))
-PARALLEL = View.parallel(EYE, FOCUS, UP, 2.6, SIZE, (0.5, 50.0))
+PERSPECTIVE = MatrixCamera.perspective(EYE, FOCUS, UP, 0.6, SIZE, (0.5, 50.0))
+PARALLEL = MatrixCamera.parallel(EYE, FOCUS, UP, 2.6, SIZE, (0.5, 50.0))
 both_views = pytest.mark.parametrize("view", [PERSPECTIVE, PARALLEL], ids=["with", "without"])
 
 
@@ -30,7 +30,7 @@ def latitude(height: float = 0.3, m: int = 120, radius: float = 1.0) -> np.ndarr
     return sphere_model(radius).nearest(radius * round_it).points
 
 
-def front_sample(view: View, samples: np.ndarray) -> int:
+def front_sample(view: MatrixCamera, samples: np.ndarray) -> int:
     """The number of the sample that is farthest to the front."""
     return int(
         np.argmin(np.linalg.norm(samples - view.rays(np.array([[400.0, 300.0]]))[0], axis=1))
@@ -39,7 +39,7 @@ def front_sample(view: View, samples: np.ndarray) -> int:
 
 class TestView:
     @both_views
-    def test_is_that_of_the_drawing_library(self, view: View) -> None:
+    def test_is_that_of_the_drawing_library(self, view: MatrixCamera) -> None:
         camera = vtkCamera()
         camera.SetPosition(*EYE)
         camera.SetFocalPoint(*FOCUS)
@@ -54,7 +54,7 @@ class TestView:
 
     @both_views
     @given(st.integers(0, 2**32))
-    def test_rays_pass_through_what_is_seen(self, view: View, seed: int) -> None:
+    def test_rays_pass_through_what_is_seen(self, view: MatrixCamera, seed: int) -> None:
         points = np.random.default_rng(seed).uniform(-1.0, 1.0, (20, 3))
         origins, ways = view.rays(view.seen_at(points))
         assert np.linalg.norm(ways, axis=1) == pytest.approx(np.ones(20))
@@ -77,16 +77,16 @@ class TestView:
             (np.eye(4), (0, 600), "shows nothing"),
         ):
             with pytest.raises(InvalidFeatureError, match=what):
-                View(matrix, size)
+                MatrixCamera(matrix, size)
         with pytest.raises(InvalidFeatureError, match="along the line of sight"):
-            View.parallel([0, 0, 1], [0, 0, 0], [0, 0, 1], 1.0, SIZE, (0.1, 9.0))
+            MatrixCamera.parallel([0, 0, 1], [0, 0, 0], [0, 0, 1], 1.0, SIZE, (0.1, 9.0))
 
 
 class TestDrag:
     @both_views
     @settings(max_examples=40)
     @given(st.integers(0, 2**32))
-    def test_lands_where_it_should(self, view: View, seed: int) -> None:
+    def test_lands_where_it_should(self, view: MatrixCamera, seed: int) -> None:
         """Press near a sample, go as far as from the sample to a target: it is at the target,
         and the curve refitted passes through it."""
         rng = np.random.default_rng(seed)
@@ -103,51 +103,51 @@ class TestDrag:
         target = seen.points[0]
         path = view.seen_at(target[None])[0] - view.seen_at(samples)[drag.sample]
         for share in (0.3, 0.7, 1.0):
-            drag = dragged(drag, SPHERE, pressed + share * path)
+            drag = move_drag(drag, SPHERE, pressed + share * path)
         assert drag.point == pytest.approx(target, abs=1e-9) and not drag.missed
         number, point = drag.constraint
         fit = fit_spline(samples, constraints=[(number, point)])
         assert np.linalg.norm(fit.spline(fit.parameters[number])[0] - target) < 1e-8
 
     @both_views
-    def test_without_moving_the_sample_stays(self, view: View) -> None:
+    def test_without_moving_the_sample_stays(self, view: MatrixCamera) -> None:
         samples = latitude()
         pressed = view.seen_at(samples)[front_sample(view, samples)] + [2.0, 3.0]
         drag = begin_drag(view, SPHERE, samples, pressed)
         assert (drag.point == samples[drag.sample]).all()
-        assert dragged(drag, SPHERE, pressed).point == pytest.approx(drag.point, abs=1e-9)
+        assert move_drag(drag, SPHERE, pressed).point == pytest.approx(drag.point, abs=1e-9)
 
     @both_views
-    def test_the_front_most_of_two_layers_counts(self, view: View) -> None:
+    def test_the_front_most_of_two_layers_counts(self, view: MatrixCamera) -> None:
         model = Model.from_arrays(*together(sphere(), sphere(radius=0.6)))
         samples = latitude(radius=0.6)
         inner = front_sample(view, samples)
         pressed = view.seen_at(samples)[inner]
         drag = begin_drag(view, model, samples, pressed)
-        drag = dragged(drag, model, pressed + np.array([5.0, -7.0]))
+        drag = move_drag(drag, model, pressed + np.array([5.0, -7.0]))
         # The curve was on the inner sphere; what is seen there is the outer.
         assert np.linalg.norm(drag.point) > 0.95
         assert drag.point @ (np.array(EYE) - FOCUS) > 0.0
-        alone = dragged(drag, sphere_model(0.6), pressed + np.array([5.0, -7.0]))
+        alone = move_drag(drag, sphere_model(0.6), pressed + np.array([5.0, -7.0]))
         assert np.linalg.norm(alone.point) < 0.61
 
     @both_views
-    def test_a_ray_that_misses_keeps_the_last_hit(self, view: View) -> None:
+    def test_a_ray_that_misses_keeps_the_last_hit(self, view: MatrixCamera) -> None:
         samples = latitude()
         pressed = view.seen_at(samples)[front_sample(view, samples)]
         drag = begin_drag(view, SPHERE, samples, pressed)
-        away = dragged(drag, SPHERE, pressed + np.array([900.0, 0.0]))
+        away = move_drag(drag, SPHERE, pressed + np.array([900.0, 0.0]))
         assert away.missed and (away.point == samples[drag.sample]).all()
-        hit = dragged(away, SPHERE, pressed + np.array([20.0, 10.0]))
+        hit = move_drag(away, SPHERE, pressed + np.array([20.0, 10.0]))
         assert not hit.missed and np.linalg.norm(hit.point - drag.point) > 0.01
-        again = dragged(hit, SPHERE, pressed + np.array([0.0, -900.0]))
+        again = move_drag(hit, SPHERE, pressed + np.array([0.0, -900.0]))
         assert again.missed and (again.point == hit.point).all()
         assert again.constraint[0] == drag.sample
 
     @both_views
     @settings(max_examples=30)
     @given(st.integers(0, 2**32))
-    def test_the_nearest_sample_in_the_window(self, view: View, seed: int) -> None:
+    def test_the_nearest_sample_in_the_window(self, view: MatrixCamera, seed: int) -> None:
         rng = np.random.default_rng(seed)
         samples = latitude()
         # Of a curve on the front alone none is hidden.
@@ -158,7 +158,7 @@ class TestDrag:
         assert drag.sample == np.argmin(away)
 
     def test_the_back_of_a_curve_is_not_taken_for_its_front(self) -> None:
-        level = View.parallel([0.0, -4, 0], [0, 0, 0], [0, 0, 1], 2.6, SIZE, (0.5, 50.0))
+        level = MatrixCamera.parallel([0.0, -4, 0], [0, 0, 0], [0, 0, 1], 2.6, SIZE, (0.5, 50.0))
         samples = latitude(0.0, 121)
         # Front and back are seen at the same places; the back a little nearer to the pointer.
         seen = level.seen_at(samples)
@@ -177,4 +177,4 @@ class TestDrag:
         with pytest.raises(InvalidFeatureError, match="two numbers"):
             begin_drag(PERSPECTIVE, SPHERE, samples, [1, 2, 3])
         with pytest.raises(InvalidFeatureError, match="two numbers"):
-            dragged(begin_drag(PERSPECTIVE, SPHERE, samples, [1, 2]), SPHERE, [1, np.nan])
+            move_drag(begin_drag(PERSPECTIVE, SPHERE, samples, [1, 2]), SPHERE, [1, np.nan])

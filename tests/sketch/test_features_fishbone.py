@@ -16,12 +16,12 @@ from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import (
     Fishbone,
     curvature,
-    held_rows,
+    find_held_rows,
+    find_moves,
+    find_terms,
     isophote,
-    moves,
-    synchronised,
+    synchronise,
     tau,
-    terms,
 )
 from patterndb_sketch.features.fishbone.terms import SCALES
 
@@ -137,7 +137,7 @@ def test_the_isophote_of_a_sphere_is_a_latitude() -> None:
 def test_tau_is_cheapest_on_the_ridge_and_within_0_and_1() -> None:
     """The printed sum is turned round: a ridge is found, not avoided."""
     bone = fishbone_of(corner(1.0), np.linspace(0.0, 1.0, 7).tolist(), 0.5, shifts=[8] * 7)
-    found = terms(bone, 0.05, np.inf, (0.0, 0.0, 1.0), 0.0)
+    found = find_terms(bone, 0.05, np.inf, (0.0, 0.0, 1.0), 0.0)
     for alpha in (0.0, 0.3, 1.0):
         costs = tau(found, alpha)
         assert costs.min() >= 0.0 and costs.max() <= 1.0
@@ -153,7 +153,7 @@ def test_outliers_do_not_make_a_feature_look_flat() -> None:
     points = bone.points.copy()
     points[3, 40, 2] += 0.05
     spiked = Fishbone(points, bone.normals, bone.valid, bone.backbone, bone.ribs, bone.origins)
-    found = terms(spiked, 0.05, np.inf, (0.0, 0.0, 1.0), 0.0).curvature
+    found = find_terms(spiked, 0.05, np.inf, (0.0, 0.0, 1.0), 0.0).curvature
     assert found[5:, 100] == pytest.approx(1.0, abs=1e-2)
 
 
@@ -163,7 +163,7 @@ def test_a_flat_fishbone_has_nothing_to_follow_and_says_so() -> None:
         bone.points + np.random.default_rng(1).normal(0.0, 1e-12, bone.points.shape),
         bone.normals, bone.valid, bone.backbone, bone.ribs, bone.origins,
     )  # fmt: skip
-    found = terms(noisy, 0.05, np.inf, (0.0, 0.0, 1.0), 0.0)
+    found = find_terms(noisy, 0.05, np.inf, (0.0, 0.0, 1.0), 0.0)
     assert set(found.flat) == {"curvature", "isophote"}
     assert (found.curvature == 0.0).all() and (found.isophote == 0.0).all()
 
@@ -177,7 +177,7 @@ def test_near_bends_count_more() -> None:
 
     bone = fishbone_of(at, [0.0, 0.1], 0.5)
     rows = [
-        tau(terms(bone, 0.03, nearness, (0.0, 0.0, 1.0), 0.0), 1.0)[0].argmin()
+        tau(find_terms(bone, 0.03, nearness, (0.0, 0.0, 1.0), 0.0), 1.0)[0].argmin()
         for nearness in (0.1, np.inf)
     ]
     assert abs(rows[0] - 100) <= 1 and abs(rows[1] - 160) <= 1
@@ -189,7 +189,7 @@ def test_synchronised_ribs_jump_by_two_samples_at_most() -> None:
     bone = fishbone_of(corner(2.0), np.linspace(0.0, 4.0, 40).tolist(), 0.5, shifts=shifts)
     assert np.abs(np.diff(bone.backbone)).max() == 24
     for start in (None, 0, 17, 39):
-        found = synchronised(bone, start)
+        found = synchronise(bone, start)
         assert len(set(found.backbone.tolist())) == 1
         # Rows of the ribs as they were: how far does one row jump from rib to rib?
         here = found.at(found.backbone)
@@ -200,7 +200,7 @@ def test_synchronised_ribs_jump_by_two_samples_at_most() -> None:
         for i in range(40):
             assert (found.points[i][found.valid[i]] == bone.points[i]).all()
         assert (found.points[~found.valid] == 0.0).all()
-        padded = tau(terms(found, 0.05, np.inf, (0.0, 0.0, 1.0), 0.0), 1.0)
+        padded = tau(find_terms(found, 0.05, np.inf, (0.0, 0.0, 1.0), 0.0), 1.0)
         assert (np.isinf(padded) == ~found.valid).all()
 
 
@@ -208,12 +208,12 @@ def test_ribs_of_another_sheet_are_left_out() -> None:
     bone = fishbone_of(corner(1.0), np.linspace(0.0, 2.0, 21).tolist(), 0.5)
     points = bone.points.copy()
     points[[0, 9, 20]] += (0.0, 0.0, 3.0)
-    found = synchronised(
+    found = synchronise(
         Fishbone(points, bone.normals, bone.valid, bone.backbone, bone.ribs, bone.origins)
     )
     assert sorted(set(range(21)) - set(found.ribs.tolist())) == [0, 9, 20]
     with pytest.raises(InvalidFeatureError, match=r"there are ribs 0\.\.20"):
-        synchronised(bone, 21)
+        synchronise(bone, 21)
 
 
 def test_ribs_are_turned_to_run_one_way() -> None:
@@ -258,7 +258,7 @@ def test_ribs_that_gain_little_move_as_those_beside_them(seed: int) -> None:
     gains = rng.uniform(0.0, 1.0, 15) * rng.choice([0.0, 0.3, 1.0], 15)
     costs = np.ones((15, 201))
     costs[np.arange(15), rows] = 1.0 - gains
-    found, told = moves(bone, rows, costs)
+    found, told = find_moves(bone, rows, costs)
     own = bone.at(rows) - bone.origins
     half = np.median(1.0 - costs[np.arange(15), rows]) / 2.0
     if half == 0.0:
@@ -277,7 +277,7 @@ def test_ribs_that_gain_little_move_as_those_beside_them(seed: int) -> None:
 
 def test_a_constraint_holds_the_sample_nearest_to_it() -> None:
     bone = fishbone_of(corner(1.0), np.linspace(0.0, 1.0, 11).tolist(), 0.5)
-    rows = held_rows(bone, [(3, bone.points[3, 17] + 1e-4), (99, (0.0, 0.0, 0.0))])
+    rows = find_held_rows(bone, [(3, bone.points[3, 17] + 1e-4), (99, (0.0, 0.0, 0.0))])
     assert rows[3] == 17 and (np.delete(rows, 3) == -1).all()
 
 
@@ -292,10 +292,10 @@ def test_what_is_no_fishbone_is_told() -> None:
     with pytest.raises(InvalidFeatureError, match="window"):
         curvature(bone, 0.0)
     with pytest.raises(InvalidFeatureError, match="nearness"):
-        terms(bone, 0.1, 0.0, (0.0, 0.0, 1.0), 0.0)
+        find_terms(bone, 0.1, 0.0, (0.0, 0.0, 1.0), 0.0)
     with pytest.raises(InvalidFeatureError, match="axis"):
         isophote(bone, (0.0, 0.0, 0.0), 0.0)
     with pytest.raises(InvalidFeatureError, match="angle"):
         isophote(bone, (0.0, 0.0, 1.0), 4.0)
     with pytest.raises(InvalidFeatureError, match="alpha"):
-        tau(terms(bone, 0.1, 1.0, (0.0, 0.0, 1.0), 0.0), 1.5)
+        tau(find_terms(bone, 0.1, 1.0, (0.0, 0.0, 1.0), 0.0), 1.5)

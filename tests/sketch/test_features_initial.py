@@ -13,9 +13,15 @@ from shared import MESHES
 
 from ingest.formats import read_mesh
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.initial import FEWEST, MOST, SPACING, initial_curve, interpolating
+from patterndb_sketch.features.initial import (
+    FEWEST,
+    MOST,
+    SPACING,
+    find_initial_curve,
+    interpolate_points,
+)
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.splines import chordal
+from patterndb_sketch.features.splines import chordal_parameters
 
 SPHERE = sphere_model()
 
@@ -26,7 +32,7 @@ def test_samples_are_on_the_surface(path: Path) -> None:
     model = Model.from_polygons(read_mesh(path))
     rng = np.random.default_rng(1)
     clicked = model.points[rng.choice(len(model.points), 4, replace=False)]
-    curve = initial_curve(model, clicked)
+    curve = find_initial_curve(model, clicked)
     through = curve.through.sample(len(curve.samples))
     some = rng.choice(len(through), 12, replace=False)
     own = model.corners[curve.triangles]
@@ -45,9 +51,9 @@ def test_interpolates_the_clicks_and_samples_evenly(seed: int, k: int) -> None:
     rng = np.random.default_rng(seed)
     clicked = rng.normal(size=(k, 3))
     clicked /= np.linalg.norm(clicked, axis=1, keepdims=True)
-    curve = initial_curve(SPHERE, clicked)
+    curve = find_initial_curve(SPHERE, clicked)
     assert curve.n_clicked == k
-    assert curve.through(chordal(clicked)) == pytest.approx(clicked, abs=1e-9)
+    assert curve.through(chordal_parameters(clicked)) == pytest.approx(clicked, abs=1e-9)
     assert curve.through.degree == min(3, k - 1)
     m = len(curve.samples)
     steps = curve.through.length / (SPACING * SPHERE.diagonal)
@@ -59,7 +65,7 @@ def test_interpolates_the_clicks_and_samples_evenly(seed: int, k: int) -> None:
 
 def test_two_clicks_are_a_straight_line() -> None:
     ends = np.array([[1.0, 0, 0], [0, 1, 0]])
-    through = initial_curve(SPHERE, ends).through
+    through = find_initial_curve(SPHERE, ends).through
     t = np.linspace(0, 1, 9)
     assert through(t) == pytest.approx((1 - t)[:, None] * ends[0] + t[:, None] * ends[1])
     assert through.length == pytest.approx(np.sqrt(2.0))
@@ -67,8 +73,8 @@ def test_two_clicks_are_a_straight_line() -> None:
 
 def test_a_double_click_is_one() -> None:
     clicked = np.array([[1.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 1e-9], [0, 0, 1]])
-    curve = initial_curve(SPHERE, clicked)
-    once = initial_curve(SPHERE, clicked[[0, 2, 4]])
+    curve = find_initial_curve(SPHERE, clicked)
+    once = find_initial_curve(SPHERE, clicked[[0, 2, 4]])
     assert curve.n_clicked == 3
     assert (curve.samples == once.samples).all()
 
@@ -77,13 +83,13 @@ def test_the_soup_has_the_same_curve() -> None:
     """On the shuffled, unoriented triangle soup the samples are the same, bit for bit."""
     apart = Model.from_arrays(*soup(*sphere(), 2))
     clicked = SPHERE.points[[3, 40, 90, 200]]
-    one, other = initial_curve(SPHERE, clicked), initial_curve(apart, clicked)
+    one, other = find_initial_curve(SPHERE, clicked), find_initial_curve(apart, clicked)
     assert one.samples.tobytes() == other.samples.tobytes()
 
 
 def test_closed_sketches_pass_through_their_start_twice() -> None:
     points = np.array([[1.0, 0, 0], [0, 1, 0], [-1, 0, 0], [1, 0, 0]])
-    spline = interpolating(points)
+    spline = interpolate_points(points)
     assert spline([0.0, 1.0]) == pytest.approx(points[[0, 0]])
 
 
@@ -98,4 +104,4 @@ def test_closed_sketches_pass_through_their_start_twice() -> None:
 )
 def test_refusals(clicked: object, what: str) -> None:
     with pytest.raises(InvalidFeatureError, match=what):
-        initial_curve(SPHERE, clicked)
+        find_initial_curve(SPHERE, clicked)

@@ -15,11 +15,11 @@ from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import box_template, register
 from patterndb_sketch.features.ribs import RADIUS
-from patterndb_sketch.features.ribs.outline import GAP
+from patterndb_sketch.features.ribs.repair import GAP
 from patterndb_sketch.features.sessionfile import read_network
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.snap import snap
-from patterndb_sketch.features.strokes import Stroke
+from patterndb_sketch.features.strokes import FeatureStroke
 
 DATA = SHARED / "data"
 FEATURES = EXAMPLES / "features"
@@ -46,7 +46,7 @@ def model_of(name: str) -> Model:
 
 
 @cache
-def strokes_of(name: str) -> tuple[Stroke, ...]:
+def strokes_of(name: str) -> tuple[FeatureStroke, ...]:
     return read_strokes(FEATURES / f"{name}.strokes.json")
 
 

@@ -26,10 +26,17 @@ from scipy.optimize import lsq_linear
 
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.registration import Chain, Part, Template, register
-from patterndb_sketch.features.registration.mapping import Hits, Lines, hits, mapped
-from patterndb_sketch.features.registration.membrane import Membrane, shortest_edges, vertex_normals
-from patterndb_sketch.features.registration.occlusion import occluded
+from patterndb_sketch.features.registration import FeatureChain, Template, TemplatePart, register
+from patterndb_sketch.features.registration.mapping import (
+    Hits,
+    Lines,
+    Membrane,
+    find_hits,
+    find_normals,
+    find_occluded,
+    map_membrane,
+    measure_shortest_edges,
+)
 
 N = 9
 SHEET = sheet(N)
@@ -64,9 +71,9 @@ def test_a_membrane_needs_all_its_features() -> None:
 
 def test_normals_and_shortest_edges() -> None:
     points, _ = hill(N, height=0.0)
-    assert vertex_normals(points, grid_quads(N)) == pytest.approx(np.tile([0, 0, 1.0], (N * N, 1)))
+    assert find_normals(points, grid_quads(N)) == pytest.approx(np.tile([0, 0, 1.0], (N * N, 1)))
     points[40, 0] += 0.02
-    near = shortest_edges(points, grid_quads(N))
+    near = measure_shortest_edges(points, grid_quads(N))
     assert near[40] == near[41] == pytest.approx(1 / (N - 1) - 0.02)
     assert near[0] == pytest.approx(1 / (N - 1))
 
@@ -84,7 +91,7 @@ def test_of_nested_spheres_the_outer_is_hit(seed: int) -> None:
     points = radius[:, None] * normals
     hollow = np.arange(60) % 2 == 1
     lines = Lines(points, normals, np.ones(60, bool), hollow)
-    found = hits(model, lines, np.full(60, 100.0))
+    found = find_hits(model, lines, np.full(60, 100.0))
     at = np.linalg.norm(found.points, axis=1)
     # The spheres are polyhedra: within their sagitta.
     assert found.found.all()
@@ -101,7 +108,7 @@ def test_without_a_hit_there_is_doubt_alone() -> None:
     points = np.array([[5.0, 0, 0], [0.0, 0, 0], [0.0, 0, 0], [0.0, 0, 0.5]])
     normals = np.array([[0.0, 0, 1], [0.0, 0, 0], [0.0, 0, 1], [0.0, 0, 1]])
     lines = Lines(points, normals, np.array([True, True, False, True]), np.zeros(4, bool))
-    found = hits(model, lines, np.array([1.0, 1.0, 1.0, 0.4]))
+    found = find_hits(model, lines, np.array([1.0, 1.0, 1.0, 0.4]))
     assert found.found.tolist() == [False, False, False, True]
     assert found.trusted.tolist() == [False] * 4
     assert found.doubt.tolist() == [1.0] * 4
@@ -117,7 +124,7 @@ def test_the_mapping_is_the_constrained_least_squares_of_the_paper(seed: int) ->
     found = rng.random(v) < 0.7
     doubt = np.where(found, rng.choice([0.0, 0.3, 0.8, 1.0], v), 1.0)
     places = np.where(found[:, None], rng.normal(size=(v, 3)), np.nan)
-    result = mapped(MEMBRANE, features, Hits(places, found, doubt))
+    result = map_membrane(MEMBRANE, features, Hits(places, found, doubt))
     assert np.array_equal(result[fixed], features[fixed])
     near = SHEET.adjacency().toarray()
     smooth = (np.eye(v) - near / near.sum(axis=1, keepdims=True))[~fixed] * doubt[~fixed, None]
@@ -133,7 +140,7 @@ def test_the_mapping_is_the_constrained_least_squares_of_the_paper(seed: int) ->
 
 def test_with_doubt_alone_the_mapping_is_the_membrane() -> None:
     features = rim_places(3)
-    assert mapped(MEMBRANE, features, Hits.nothing(N * N)) == pytest.approx(
+    assert map_membrane(MEMBRANE, features, Hits.nothing(N * N)) == pytest.approx(
         MEMBRANE.spanned(features), abs=1e-10
     )
 
@@ -205,12 +212,13 @@ def two_sheets(gap: float) -> tuple[Template, np.ndarray]:
     """A plate, and above it a smaller roof to which it yields."""
     chains = SHEET.chains
     above = tuple(
-        Chain(f"{c.name} roof", (c.vertices + N * N).astype(np.int32), c.steps) for c in chains
+        FeatureChain(f"{c.name} roof", (c.vertices + N * N).astype(np.int32), c.steps)
+        for c in chains
     )
     template = Template(
         "two",
         np.concatenate([SHEET.quads, SHEET.quads + N * N]).astype(np.int32),
-        (Part("plate", ("roof",)), Part("roof")),
+        (TemplatePart("plate", ("roof",)), TemplatePart("roof")),
         np.repeat(np.arange(2, dtype=np.int32), N * N),
         chains + above,
         np.zeros(2 * N * N, np.bool_),
@@ -224,19 +232,19 @@ def test_what_a_roof_is_above_is_hidden(gap: float) -> None:
     """Exactly the free vertices under it; the roof itself never is. A sheet behind the plate
     that faces it is a well that the plate spans; one that is turned away is none."""
     template, points = two_sheets(gap)
-    normals = vertex_normals(points, template.quads)
+    normals = find_normals(points, template.quads)
     below = (np.abs(points[:, :2] - 0.01) < 0.225).all(axis=1)
     free = ~template.fixed
     wanted = below & free & (template.of_part == 0)
     assert wanted.sum() == 9
-    assert np.array_equal(occluded(template, points, normals), wanted)
+    assert np.array_equal(find_occluded(template, points, normals), wanted)
     if gap < 0.0:
         turned = template.quads.copy()
         turned[template.of_part[turned[:, 0]] == 1] = turned[template.of_part[turned[:, 0]] == 1][
             :, ::-1
         ]
         away = replace(template, quads=turned)
-        assert not occluded(away, points, normals).any()
+        assert not find_occluded(away, points, normals).any()
 
 
 def test_of_a_car_the_roof_hides_the_body_and_the_body_spans_the_wells() -> None:
@@ -321,8 +329,8 @@ def test_the_least_squares_of_the_mapping_have_no_smaller_sum() -> None:
     points = found.membrane[: template.n_vertices]
     hidden = found.occluded[: template.n_vertices]
     asked = ~template.fixed & ~hidden
-    lines = Lines(points, vertex_normals(points, template.quads), asked, template.hollow)
-    got = hits(model, lines, 2.0 * shortest_edges(points, template.quads))
+    lines = Lines(points, find_normals(points, template.quads), asked, template.hollow)
+    got = find_hits(model, lines, 2.0 * measure_shortest_edges(points, template.quads))
     free, smooth = membrane.free, got.doubt[membrane.free]
     met = np.flatnonzero(got.trusted[free])
     select = np.eye(len(free))[met] * (1.0 - smooth[met])[:, None]

@@ -11,15 +11,19 @@ from scipy.optimize import minimize
 
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.networkjson import spline_through
-from patterndb_sketch.features.registration import Joint, resolved
-from patterndb_sketch.features.registration.approach import approaches, extended, foot
+from patterndb_sketch.features.registration import CurveJoint, resolve_network
+from patterndb_sketch.features.registration.curvenetwork import (
+    extend_curve,
+    find_approaches,
+    find_foot,
+)
 from patterndb_sketch.features.splines import Spline
 
 CORNERS = (
-    Joint("se", ("south", "east")),
-    Joint("ne", ("east", "north")),
-    Joint("nw", ("north", "west")),
-    Joint("sw", ("west", "south")),
+    CurveJoint("se", ("south", "east")),
+    CurveJoint("ne", ("east", "north")),
+    CurveJoint("nw", ("north", "west")),
+    CurveJoint("sw", ("west", "south")),
 )
 
 
@@ -34,7 +38,7 @@ def test_the_closest_approach_is_the_least_distance(seed: int) -> None:
     """Against another solver, started from the best of a million pairs."""
     rng = np.random.default_rng(seed)
     a, b = random_curve(rng), random_curve(rng)
-    found = approaches(a, b, np.inf)[0]
+    found = find_approaches(a, b, np.inf)[0]
     s, t = np.linspace(*a.domain, 1000), np.linspace(*b.domain, 1000)
     away = np.linalg.norm(a(s)[:, None] - b(t)[None], axis=2)
     i, j = np.unravel_index(away.argmin(), away.shape)
@@ -52,7 +56,7 @@ def test_curves_that_cross_twice_approach_twice() -> None:
     x = np.linspace(-1.0, 1.0, 60)
     parabola = spline_through(np.c_[x, x**2, 0 * x])
     line = spline_through(np.array([[-1, 0.25, 0.01], [1, 0.25, 0.01]], float))
-    found = approaches(parabola, line, 0.05)
+    found = find_approaches(parabola, line, 0.05)
     assert sorted(round(one.middle[0], 6) for one in found) == [-0.5, 0.5]
     assert all(one.gap == pytest.approx(0.01) for one in found)
     assert found[0].sine == pytest.approx(np.sqrt(0.5), abs=1e-4)
@@ -62,7 +66,7 @@ def test_curves_that_cross_twice_approach_twice() -> None:
 @given(st.integers(0, 10**6), st.floats(0.01, 1.0))
 def test_a_curve_drawn_out_is_itself_and_straight_beyond(seed: int, by: float) -> None:
     curve = random_curve(np.random.default_rng(seed))
-    longer = extended(curve, by)
+    longer = extend_curve(curve, by)
     t = np.linspace(*curve.domain, 101)
     assert longer(t) == pytest.approx(curve(t), abs=1e-9)
     assert longer.length == pytest.approx(curve.length + 2.0 * by, rel=1e-4)
@@ -79,13 +83,13 @@ def test_a_foot_is_the_nearest_point() -> None:
     dense = curve(np.linspace(*curve.domain, 200_001))
     for point in rng.normal(size=(20, 3)):
         near = np.linalg.norm(dense - point, axis=1).min()
-        assert np.linalg.norm(curve(foot(curve, point))[0] - point) <= near + 1e-9
+        assert np.linalg.norm(curve(find_foot(curve, point))[0] - point) <= near + 1e-9
 
 
 @pytest.mark.parametrize("beyond", [0.1, 0.0, -0.015], ids=["too long", "as long", "too short"])
 def test_endpoints_are_the_pairwise_intersections_and_coincide(beyond: float) -> None:
     """Bit for bit: their end control points are one; and it is the corner, also of short curves."""
-    network = resolved(rim(beyond=beyond), CORNERS)
+    network = resolve_network(rim(beyond=beyond), CORNERS)
     for joint in CORNERS:
         node = network.nodes[joint.name]
         for name in joint.curves:
@@ -106,13 +110,13 @@ def three_lines() -> dict[str, Spline]:
     return curves | {"arc": spline_through(arc)}
 
 
-THREE = Joint("three", ("a", "b", "c"))
-OUT = tuple(Joint(f"{name}_out", (name, "arc")) for name in "abc")
+THREE = CurveJoint("three", ("a", "b", "c"))
+OUT = tuple(CurveJoint(f"{name}_out", (name, "arc")) for name in "abc")
 
 
 def test_three_curves_meet_in_the_mean_of_the_three_intersections() -> None:
     """Of two lines, one over the other, the intersection is halfway between them."""
-    network = resolved(three_lines(), [THREE, *OUT], tolerance=0.1)
+    network = resolve_network(three_lines(), [THREE, *OUT], tolerance=0.1)
     assert network.nodes["three"] == pytest.approx([0.0, 0.0, (0.01 + 0.03 + 0.04) / 3], abs=1e-7)
     assert network.gaps["three"] == pytest.approx(0.06)
     for name in "abc":
@@ -121,7 +125,9 @@ def test_three_curves_meet_in_the_mean_of_the_three_intersections() -> None:
 
 
 def test_a_joint_that_two_of_its_curves_decide_draws_the_third_up() -> None:
-    network = resolved(three_lines(), [THREE, *OUT], tolerance=0.1, meet={"three": ("a", "b")})
+    network = resolve_network(
+        three_lines(), [THREE, *OUT], tolerance=0.1, meet={"three": ("a", "b")}
+    )
     assert network.nodes["three"] == pytest.approx([0.0, 0.0, 0.01], abs=1e-7)
     ends = network.curves["c"].control[[0, -1]]
     assert any(np.array_equal(end, network.nodes["three"]) for end in ends)
@@ -138,11 +144,11 @@ def test_curves_that_run_on_into_each_other_do_not_say_where() -> None:
         "low": spline_through(np.array([[-1, -0.9, 0], [1, -0.9, 0]])),
     }
     joints = [
-        Joint("middle", ("left", "right", "across")), Joint("one", ("left", "first")),
-        Joint("two", ("right", "last")), Joint("below", ("across", "low")),
-        Joint("f", ("first", "low")), Joint("l", ("last", "low")),
+        CurveJoint("middle", ("left", "right", "across")), CurveJoint("one", ("left", "first")),
+        CurveJoint("two", ("right", "last")), CurveJoint("below", ("across", "low")),
+        CurveJoint("f", ("first", "low")), CurveJoint("l", ("last", "low")),
     ]  # fmt: skip
-    network = resolved(curves, joints)
+    network = resolve_network(curves, joints)
     assert network.nodes["middle"] == pytest.approx([0.01, 0.0, 0.0], abs=1e-7)
 
 
@@ -150,7 +156,7 @@ def test_every_corner_of_a_car_is_found() -> None:
     """By names alone, to 2 mm: curves are splines through samples. Inner corners lie on curves."""
     template = car_template()
     curves = car_curves()
-    network = resolved(curves, template.joints(list(curves)), plane=template.in_plane())
+    network = resolve_network(curves, template.joints(list(curves)), plane=template.in_plane())
     assert set(network.nodes) == set(car().corners)
     for name, node in network.nodes.items():
         assert node == pytest.approx(car().corners[name], abs=2e-3)
@@ -163,22 +169,22 @@ def test_every_corner_of_a_car_is_found() -> None:
 def test_refused_networks_say_what_would_mend_them() -> None:
     short = rim()
     with pytest.raises(InvalidFeatureError, match="lacks the curves north"):
-        resolved({name: short[name] for name in ("south", "east", "west")}, CORNERS)
+        resolve_network({name: short[name] for name in ("south", "east", "west")}, CORNERS)
     high = short | {"north": rim(height=0.3)["north"]}
     with pytest.raises(InvalidFeatureError, match=r"at ne.*pass each other at 0\.3.*tolerance"):
-        resolved(high, CORNERS)
+        resolve_network(high, CORNERS)
     with pytest.raises(InvalidFeatureError, match="no joint 'up'"):
-        resolved(short, CORNERS, near={"up": [0, 0, 0]})
+        resolve_network(short, CORNERS, near={"up": [0, 0, 0]})
     with pytest.raises(InvalidFeatureError, match="the point near se"):
-        resolved(short, CORNERS, near={"se": np.eye(3)})
+        resolve_network(short, CORNERS, near={"se": np.eye(3)})
     with pytest.raises(InvalidFeatureError, match="no joint 'up'"):
-        resolved(short, CORNERS, meet={"up": ("south", "east")})
+        resolve_network(short, CORNERS, meet={"up": ("south", "east")})
     with pytest.raises(InvalidFeatureError, match="two or more of the curves south, east"):
-        resolved(short, CORNERS, meet={"se": ("south", "west")})
+        resolve_network(short, CORNERS, meet={"se": ("south", "west")})
     with pytest.raises(InvalidFeatureError, match="south ends at se alone"):
-        resolved(short, CORNERS[:1])
+        resolve_network(short, CORNERS[:1])
     with pytest.raises(InvalidFeatureError, match="in the plane y = 0"):
-        resolved(short, CORNERS, plane=((), ("ne",)))
+        resolve_network(short, CORNERS, plane=((), ("ne",)))
 
 
 def test_curves_that_meet_twice_ask_where() -> None:
@@ -187,10 +193,10 @@ def test_curves_that_meet_twice_ask_where() -> None:
         "bow": spline_through(np.c_[x, x**2, 0 * x]),
         "line": spline_through(np.array([[-1, 0.25, 0], [1, 0.25, 0]], float)),
     }
-    ends = [Joint("left", ("bow", "line")), Joint("right", ("bow", "line"))]
+    ends = [CurveJoint("left", ("bow", "line")), CurveJoint("right", ("bow", "line"))]
     with pytest.raises(InvalidFeatureError, match="give a point near left"):
-        resolved(curves, ends)
-    network = resolved(curves, ends, near={"left": [-1, 0, 0], "right": [1, 0, 0]})
+        resolve_network(curves, ends)
+    network = resolve_network(curves, ends, near={"left": [-1, 0, 0], "right": [1, 0, 0]})
     assert network.nodes["left"] == pytest.approx([-0.5, 0.25, 0.0], abs=1e-6)
     assert network.nodes["right"] == pytest.approx([0.5, 0.25, 0.0], abs=1e-6)
     assert network.curves["line"].length == pytest.approx(1.0, abs=1e-6)

@@ -13,19 +13,19 @@ from registration_cases import R, car_template, laid, rim, sheet
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import (
-    Chain,
-    Part,
-    Step,
+    ChainStep,
+    FeatureChain,
+    TemplatePart,
     box_template,
-    resolved,
+    resolve_network,
     template_of_name,
 )
 from patterndb_sketch.features.registration.boxes import CORNERS
-from patterndb_sketch.features.registration.template import edges, parts_of, sampled
+from patterndb_sketch.features.registration.template import find_parts, list_edges, sample_features
 
 
 def euler(quads: np.ndarray) -> int:
-    return len(np.unique(quads)) - len(edges(quads)) + len(quads)
+    return len(np.unique(quads)) - len(list_edges(quads)) + len(quads)
 
 
 @settings(max_examples=20, deadline=None)
@@ -49,7 +49,8 @@ def test_boxes_have_four_five_and_four_faces(r: int, along: int) -> None:
         assert int((template.of_part == number).sum()) == counts[part.name]
         assert euler(template.part_quads(part.name)) == 1
         assert (
-            len(set(parts_of(template.quads, template.n_vertices)[template.of_part == number])) == 1
+            len(set(find_parts(template.quads, template.n_vertices)[template.of_part == number]))
+            == 1
         )
     if r == along:
         assert template.n_vertices == 32 + 45 * a + 17 * a * a
@@ -133,15 +134,17 @@ def test_a_curve_that_may_be_missing_is_bridged() -> None:
     del curves["north"]
     # The corners ne and nw are left with a curve each; another says where it ends.
     with pytest.raises(InvalidFeatureError, match="only east ends at ne"):
-        resolved(curves, template.joints(list(curves)))
+        resolve_network(curves, template.joints(list(curves)))
     chains = tuple(
-        Chain(c.name, c.vertices, (Step("tie", "ne", "nw"),)) if c.name == "north" else c
+        FeatureChain(c.name, c.vertices, (ChainStep("tie", "ne", "nw"),))
+        if c.name == "north"
+        else c
         for c in template.chains
     )
     tied = replace(template, chains=chains, bridged=())
     full = curves | {"tie": rim()["north"]}
-    network = resolved(full, tied.joints(list(full)))
-    places, notes = sampled(template, network)
+    network = resolve_network(full, tied.joints(list(full)))
+    places, notes = sample_features(template, network)
     assert notes == ("there is no curve north: a straight line takes its place",)
     line = places[template.chains[2].vertices]
     assert line == pytest.approx(np.linspace(network.nodes["ne"], network.nodes["nw"], 5))
@@ -159,26 +162,30 @@ def test_what_is_no_template_is_refused() -> None:
         "quads \\(q, 4\\)": {"quads": good.quads[:, :3]},
         "plane must be": {"plane": np.zeros(3, bool)},
         "needs features": {"chains": ()},
-        "there is no such edge": {"chains": (Chain("x", np.array([0, 5]), chain.steps),)},
-        "each once": {"chains": (Chain("x", np.array([0, 1, 0]), chain.steps),)},
+        "there is no such edge": {"chains": (FeatureChain("x", np.array([0, 5]), chain.steps),)},
+        "each once": {"chains": (FeatureChain("x", np.array([0, 1, 0]), chain.steps),)},
         "have the name south": {"chains": (chain, chain)},
         "one corner": {
-            "chains": (Chain("x", chain.vertices, (Step("a", "1", "2"), Step("b", "3", "4"))),)
+            "chains": (
+                FeatureChain(
+                    "x", chain.vertices, (ChainStep("a", "1", "2"), ChainStep("b", "3", "4"))
+                ),
+            )
         },
         "is at sw and at": {
-            "chains": (chain, Chain("x", np.array([0, 4]), (Step("a", "up", "down"),)))
+            "chains": (chain, FeatureChain("x", np.array([0, 4]), (ChainStep("a", "up", "down"),)))
         },
         "runs through vertex 1": {
-            "chains": (chain, Chain("x", np.array([1, 5]), (Step("a", "up", "down"),)))
+            "chains": (chain, FeatureChain("x", np.array([1, 5]), (ChainStep("a", "up", "down"),)))
         },
-        "yields to": {"parts": (Part("sheet", ("lid",)),)},
+        "yields to": {"parts": (TemplatePart("sheet", ("lid",)),)},
     }
     for match, change in wrong.items():
         with pytest.raises(InvalidFeatureError, match=match):
             replace(good, **change)
-    crossing = Chain("x", np.array([5, 1, 2]), (Step("a", "up", "down"),))
+    crossing = FeatureChain("x", np.array([5, 1, 2]), (ChainStep("a", "up", "down"),))
     with pytest.raises(InvalidFeatureError, match="cross at vertex 1"):
-        replace(good, chains=(Chain("s", np.array([0, 1, 2, 3]), chain.steps), crossing))
+        replace(good, chains=(FeatureChain("s", np.array([0, 1, 2, 3]), chain.steps), crossing))
 
 
 def test_a_part_without_a_feature_is_refused() -> None:

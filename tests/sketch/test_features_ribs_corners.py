@@ -13,8 +13,7 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
-from patterndb_sketch.features.ribs.bridges import SHARPEST
-from patterndb_sketch.features.ribs.outline import GAP, OVERHANG
+from patterndb_sketch.features.ribs.repair import GAP, OVERHANG, SHARPEST
 
 
 def ray(turn: float, low: float, high: float) -> Points:

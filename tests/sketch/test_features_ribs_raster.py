@@ -9,17 +9,17 @@ from numpy.typing import NDArray
 from scipy import ndimage
 
 from patterndb.geometry.points import Bools
-from patterndb_sketch.features.ribs.contour import outer_contour
-from patterndb_sketch.features.ribs.outline import rounds_for
 from patterndb_sketch.features.ribs.raster import (
     MARGIN,
     MAY_GO,
-    closed_gaps,
-    dilated,
+    close_gaps,
+    dilate,
     erode,
-    rendered,
-    ring,
+    find_outer_contour,
+    read_ring,
+    render_edges,
 )
+from patterndb_sketch.features.ribs.rib import count_rounds
 
 SQUARE = np.ones((3, 3), bool)
 
@@ -95,7 +95,7 @@ class TestErosion:
         first = packed(bits)
         wide = first
         for _ in range(rounds):
-            wide = dilated(wide)
+            wide = dilate(wide)
         before = unpacked(wide)
         assert (before == ndimage.binary_dilation(bits, SQUARE, rounds)).all()
         for _ in range(rounds):
@@ -108,7 +108,7 @@ class TestErosion:
     @given(st.integers(0, 2**32))
     def test_against_the_rule_pixel_by_pixel(self, seed: int) -> None:
         bits = scribble(seed)
-        wide = dilated(packed(bits))
+        wide = dilate(packed(bits))
         slow = slowly_eroded(unpacked(wide), bits)
         erode(wide, packed(bits))
         assert (unpacked(wide) == slow).all()
@@ -121,7 +121,7 @@ class TestErosion:
         for y, x in np.ndindex(*bits.shape):
             around = [(0, 1), (1, 1), (1, 0), (1, -1), (0, -1), (-1, -1), (-1, 0), (-1, 1)]
             wanted = [wide[y + 1 + dy, x + 1 + dx] for dy, dx in around]
-            assert [bool(ring(picture, x, y) >> k & 1) for k in range(8)] == wanted
+            assert [bool(read_ring(picture, x, y) >> k & 1) for k in range(8)] == wanted
 
     def test_interior_pixels_stay(self) -> None:
         """The rule as printed, at most one switch each way, would hollow out a blot."""
@@ -140,9 +140,9 @@ class TestErosion:
         """What dilation adds to a line, erosion takes off again, whatever its direction."""
         for way in np.linspace(0, np.pi, 25):
             ends = np.array([[100.0, 100.0], [100 + 70 * np.cos(way), 100 + 70 * np.sin(way)]])
-            picture = rendered(ends, np.zeros(1, np.int32), 25, 25)[0]
+            picture = render_edges(ends, np.zeros(1, np.int32), 25, 25)[0]
             for rounds in (1, 4, 9):
-                added = unpacked(closed_gaps(picture, rounds)) & ~unpacked(picture)
+                added = unpacked(close_gaps(picture, rounds)) & ~unpacked(picture)
                 # Inner corners of the line's stairs are all that may be left.
                 assert not (added & ~ndimage.binary_closing(unpacked(picture), SQUARE, 2)).any()
 
@@ -160,10 +160,10 @@ class TestGaps:
             at, at - 30.0 * np.array([np.cos(way), np.sin(way)]),
             other, other + 30.0 * np.array([np.cos(way + turn / 7), np.sin(way + turn / 7)]),
         ])  # fmt: skip
-        picture = rendered(points, np.array([0, 2], np.int32), 25, 25)[0]
-        rounds = rounds_for(gap, 1.0)
+        picture = render_edges(points, np.array([0, 2], np.int32), 25, 25)[0]
+        rounds = count_rounds(gap, 1.0)
         assert 1 <= rounds < MARGIN
-        assert labelled(unpacked(closed_gaps(picture, rounds)), SQUARE)[1] == 1
+        assert labelled(unpacked(close_gaps(picture, rounds)), SQUARE)[1] == 1
 
 
 class TestRendering:
@@ -173,7 +173,7 @@ class TestRendering:
         rng = np.random.default_rng(seed)
         points = rng.uniform(2.0, 38.0, (4, 2))
         first = np.array([0, 1, 2], np.int32)
-        picture, head, edge, link = rendered(points, first, 5, 5)
+        picture, head, edge, link = render_edges(points, first, 5, 5)
         wanted = np.zeros((40, 40), bool)
         cells = {(e, c): False for e in range(3) for c in range(25)}
         for e in range(3):
@@ -204,7 +204,7 @@ class TestContours:
         label, count = labelled(bits, SQUARE)
         rng = np.random.default_rng(seed)
         x, y = rng.uniform(8, 40, 2)
-        border = outer_contour(packed(bits), x, y)
+        border = find_outer_contour(packed(bits), x, y)
         names = np.unique(label[border[:, 1], border[:, 0]])
         assert len(names) == 1
         part = label == names[0]

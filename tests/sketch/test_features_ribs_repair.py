@@ -15,7 +15,7 @@ from ingest.formats import read_mesh
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import RADIUS, build_rib, build_ribs
-from patterndb_sketch.features.ribs.outline import GAP
+from patterndb_sketch.features.ribs.repair import GAP
 
 
 class TestRepair:

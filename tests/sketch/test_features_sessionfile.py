@@ -21,7 +21,7 @@ from patterndb_sketch.features.files.shapearrays import shape_bytes, shape_of
 from patterndb_sketch.features.registration import DrawnNetwork, Feature, Template, box_template
 from patterndb_sketch.features.sessionfile import (
     JSON_NAME,
-    Session,
+    FeatureSession,
     SessionCurve,
     parse_session,
     read_network,
@@ -49,7 +49,7 @@ def no_mesh(path: Path) -> PolygonMesh:
     raise AssertionError(f"{path} was asked for")
 
 
-def session() -> Session:
+def session() -> FeatureSession:
     rng = np.random.default_rng(1)
     samples = np.cumsum(rng.normal(size=(30, 3)), axis=0)
     curve = SessionCurve(
@@ -59,7 +59,7 @@ def session() -> Session:
     network = DrawnNetwork(
         rim(), {"ne": ("east", "north")}, {"se": np.array([0.5, -0.5, 1 / 3])}, 0.0625
     )
-    return Session(
+    return FeatureSession(
         "models/sedan.obj",
         (curve,),
         {"alpha": 0.1 + 0.2, "beta": 60.0},
@@ -134,7 +134,7 @@ def test_a_session_is_read_back_bit_for_bit(tmp_path: Path) -> None:
 
 
 def test_an_empty_session_is_one() -> None:
-    assert parse_session(session_bytes(Session())).curves == ()
+    assert parse_session(session_bytes(FeatureSession())).curves == ()
 
 
 def test_single_files_are_read_back(tmp_path: Path) -> None:

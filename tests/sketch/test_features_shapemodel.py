@@ -16,8 +16,14 @@ from scipy.optimize import minimize
 
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Feature
-from patterndb_sketch.features.shapemodel import Edit, ShapeModel, edit, error_table, moved
-from patterndb_sketch.features.shapemodel.edit import system
+from patterndb_sketch.features.shapemodel import (
+    ShapeEdit,
+    ShapeModel,
+    edit,
+    measure_errors,
+    pull_feature,
+)
+from patterndb_sketch.features.shapemodel.edit import build_system
 
 QUADS = grid_quads(6)
 FEATURES = (
@@ -92,7 +98,7 @@ def test_shapes_that_depend_on_each_other_have_fewer_modes() -> None:
 def test_the_errors_fall_with_the_modes() -> None:
     """To rounding for the shapes of the model; and by hand for shapes that it has not seen."""
     model = made(3)
-    table = error_table(model)
+    table = measure_errors(model)
     assert table.share[0] == 0.0 and table.share[-1] == pytest.approx(1.0)
     assert (np.diff(table.known) < 0.0).all() and table.known[-1] < 1e-12
     assert (np.diff(table.unseen[:-1]) <= 1e-12).all() and np.isnan(table.unseen[-1])
@@ -105,9 +111,9 @@ def test_the_errors_fall_with_the_modes() -> None:
     assert table.unseen[2] == pytest.approx(np.sqrt(np.mean(squares)))
     assert table.unseen_most[2] == pytest.approx(most)
     with pytest.raises(InvalidFeatureError, match="build it with all modes"):
-        error_table(model.kept(2))
+        measure_errors(model.kept(2))
     with pytest.raises(InvalidFeatureError, match="3 or more"):
-        error_table(made(3, 2))
+        measure_errors(made(3, 2))
 
 
 @settings(max_examples=30, deadline=None)
@@ -127,13 +133,13 @@ def targets(model: ShapeModel, seed: int, size: float) -> dict[str, np.ndarray]:
 
 
 def assert_nearest(
-    model: ShapeModel, wanted: Mapping[str, ArrayLike], found: Edit, **options: Any
+    model: ShapeModel, wanted: Mapping[str, ArrayLike], found: ShapeEdit, **options: Any
 ) -> None:
     """Karush, Kuhn and Tucker's conditions: the gradient is 0 within the box, and points out of
     it at a bound: since the sum is convex, no shape in the box is nearer to the targets."""
     low, high = model.box
     assert (low <= found.coefficients).all() and (found.coefficients <= high).all()
-    begin, matrix, right = system(model, wanted, **options)
+    begin, matrix, right = build_system(model, wanted, **options)
     gradient = matrix.T @ (matrix @ (found.coefficients - begin) - right)
     scale = np.abs(matrix.T @ right).max() + 1e-12
     assert (np.abs(gradient[found.at_bound == 0]) < 1e-7 * scale).all()
@@ -203,7 +209,7 @@ def test_bounds_are_not_clipping() -> None:
         model = made(seed, 8)
         wanted = targets(model, seed, 1.0)
         found = edit(model, wanted, stiffness=0.0)
-        _, matrix, right = system(model, wanted, stiffness=0.0)
+        _, matrix, right = build_system(model, wanted, stiffness=0.0)
         clipped = np.clip(np.linalg.lstsq(matrix, right, rcond=None)[0], *model.box)
 
         def cost(a: np.ndarray, matrix: np.ndarray = matrix, right: np.ndarray = right) -> float:
@@ -251,23 +257,23 @@ def test_a_drag_moves_a_feature_or_pulls_it_by_one_vertex() -> None:
     model = made(8)
     start = model.sample(2)
     places = model.shape(start)[FEATURES[0].vertices]
-    whole = moved(model, "low", (1.0, 2.0, 3.0), start=start)["low"]
+    whole = pull_feature(model, "low", (1.0, 2.0, 3.0), start=start)["low"]
     assert whole - places == pytest.approx(np.tile([1.0, 2.0, 3.0], (6, 1)))
-    pulled = moved(model, "low", (0.0, 0.0, 1.0), start=start, vertex=2)["low"] - places
+    pulled = pull_feature(model, "low", (0.0, 0.0, 1.0), start=start, vertex=2)["low"] - places
     assert pulled[2] == pytest.approx([0.0, 0.0, 1.0])
     assert np.abs(pulled[[0, 5]]).max() == 0.0
     assert (np.diff(pulled[:3, 2]) > 0.0).all() and (np.diff(pulled[2:, 2]) < 0.0).all()
-    end = moved(model, "low", (0.0, 0.0, 1.0), vertex=-1)["low"] - model.mean[:6]
+    end = pull_feature(model, "low", (0.0, 0.0, 1.0), vertex=-1)["low"] - model.mean[:6]
     assert end[5] == pytest.approx([0.0, 0.0, 1.0]) and np.abs(end[0]).max() == 0.0
     with pytest.raises(InvalidFeatureError, match="there is no 6"):
-        moved(model, "low", (0.0, 0.0, 1.0), vertex=6)
+        pull_feature(model, "low", (0.0, 0.0, 1.0), vertex=6)
 
 
 def test_a_model_of_cars_is_symmetric_and_edited_by_its_rail() -> None:
     """Every shape of it is symmetric to 1e-12; a rail that is raised raises the roof."""
     found = [laid(name) for name in ("sedan", "pickup", "van")]
     model = ShapeModel.from_registrations(found, names=("a", "b", "c"), template="box")
-    lifted = edit(model, moved(model, "roof_rail", (0.0, 0.0, 0.1)))
+    lifted = edit(model, pull_feature(model, "roof_rail", (0.0, 0.0, 0.1)))
     rail, profile = (model.feature(name).vertices for name in ("roof_rail", "roof_profile"))
     assert (lifted.points[rail, 2] > model.mean[rail, 2]).all()
     assert lifted.points[profile, 2].mean() > model.mean[profile, 2].mean() + 0.02
@@ -295,7 +301,7 @@ def test_what_is_no_shape_model_is_refused() -> None:
         "has 5 modes": lambda: made(0).kept(6),
         "5 finite numbers": lambda: made(0).shape([1.0]),
         "has 3 vertices": lambda: made(0).project(np.zeros((3, 3))),
-        "the displacement have": lambda: moved(made(0), "low", np.zeros((2, 3))),
+        "the displacement have": lambda: pull_feature(made(0), "low", np.zeros((2, 3))),
         "nothing was dragged": lambda: edit(made(0), {}),
         "and 2 targets": lambda: edit(made(0), {"low": np.zeros((2, 3))}),
         "dragged and held": lambda: edit(made(0), {"low": np.zeros((6, 3))}, held={"low": 1.0}),

@@ -13,7 +13,7 @@ from scipy.spatial import KDTree
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap, SnapSettings, snap
 
@@ -66,7 +66,7 @@ def begun(ridge: Model, drawn: Points) -> Snap:
 
 def test_a_ridge_is_found(ridge: Model, drawn: Points, begun: Snap) -> None:
     """A tenth of the stroke's own error is left; samples are on the model."""
-    sketched = off_ridge(initial_curve(ridge, drawn).samples)
+    sketched = off_ridge(find_initial_curve(ridge, drawn).samples)
     assert off_ridge(begun.curve.spline.sample(200)) < 0.1 * sketched
     assert ridge.nearest(begun.curve.samples).lengths.max() < 1e-9
     assert begun.curve.failed == () and begun.curve.notes == ()
@@ -83,7 +83,7 @@ def test_the_edge_of_a_rounded_box_is_found(radius: float, window: float) -> Non
     x, off = np.linspace(0.3, 2.7, 6), np.array([0.06, 0.05, -0.04, -0.05, 0.03, -0.02])
     rough = np.stack([x, 1.0 - np.maximum(off, 0.0), 1.0 + np.minimum(off, 0.0)], axis=1)
     found = snap(box, rough, SnapSettings(window=window)).spline.sample(200)
-    own = np.linalg.norm(initial_curve(box, rough).samples[:, 1:] - apex, axis=1)
+    own = np.linalg.norm(find_initial_curve(box, rough).samples[:, 1:] - apex, axis=1)
     assert np.linalg.norm(found[:, 1:] - apex, axis=1).mean() < 0.25 * own.mean()
 
 
@@ -112,7 +112,7 @@ def test_a_ridge_around_a_bumpy_cylinder_is_found() -> None:
     rough[:, 2] += 0.03 * np.sin(2.5 * np.arange(10))
     rough = model.nearest(rough).points
     assert off(snap(model, rough).spline.sample(200)) < 0.25 * off(
-        initial_curve(model, rough).samples
+        find_initial_curve(model, rough).samples
     )
 
 
@@ -304,7 +304,7 @@ def test_features_of_a_car_are_found(state: str) -> None:
         feature = made.feature(name)
         rough = stroke(made, name, 0.01, 0)
         found = snap(model, rough)
-        own = lateral(initial_curve(model, rough).samples, feature.points, rough)
+        own = lateral(find_initial_curve(model, rough).samples, feature.points, rough)
         good += lateral(found.spline.sample(401), feature.points, rough) < 0.25 * own
         assert (len(found.repaired) > 0) == (state == "torn")
     assert good >= len(names) - (state == "torn")

@@ -14,9 +14,13 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import maximum_bipartite_matching
 
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.splines import Spline, chordal, fit_spline
-from patterndb_sketch.features.splines.knots import averaged_knots, n_determined
-from patterndb_sketch.features.splines.parameters import SAME, distinct
+from patterndb_sketch.features.splines import Spline, chordal_parameters, fit_spline
+from patterndb_sketch.features.splines.knots import (
+    SAME,
+    average_knots,
+    count_determined,
+    find_distinct,
+)
 
 
 def function(i: int, p: int, knots: np.ndarray, t: float) -> float:
@@ -170,18 +174,18 @@ class TestParameters:
     def test_are_in_proportion_to_the_chords(self, seed: int, m: int) -> None:
         rng = np.random.default_rng(seed)
         samples = rng.normal(size=(m, 3)).repeat(rng.integers(1, 3, m), axis=0)
-        t = chordal(samples)
+        t = chordal_parameters(samples)
         assert t[0] == 0.0 and t[-1] == 1.0
         chords = np.linalg.norm(np.diff(samples, axis=0), axis=1)
         assert np.diff(t) * chords.sum() == pytest.approx(chords, abs=1e-9)
-        assert len(distinct(t)) == m
+        assert len(find_distinct(t)) == m
 
     def test_rounding_is_no_distance(self) -> None:
         samples = np.array([[0.0, 0, 0], [1, 0, 0], [1 + 2e-16, 0, 0], [2, 0, 0]])
-        t = chordal(samples)
+        t = chordal_parameters(samples)
         assert t == pytest.approx([0.0, 0.5, 0.5, 1.0]) and t[1] == t[2]
         with pytest.raises(InvalidFeatureError, match="one place"):
-            chordal(np.ones((3, 3)))
+            chordal_parameters(np.ones((3, 3)))
 
 
 class TestKnots:
@@ -194,9 +198,9 @@ class TestKnots:
         assert (np.diff(t) > SAME).all()
         degree = data.draw(st.integers(1, min(5, m - 1)))
         n = data.draw(st.integers(degree + 1, m))
-        knots = averaged_knots(t, degree, n)
+        knots = average_knots(t, degree, n)
         assert len(knots) == n + degree + 1 and (np.diff(knots) >= 0.0).all()
-        assert n_determined(t, knots, degree) == n
+        assert count_determined(t, knots, degree) == n
         Spline(degree, knots, np.zeros((n, 3)))
 
     @settings(max_examples=200)
@@ -205,17 +209,17 @@ class TestKnots:
         t = ascending(seed, m)
         n = data.draw(st.integers(4, m))
         held = t[sorted(data.draw(st.sets(st.integers(0, m - 1), min_size=1)))]
-        knots = averaged_knots(t, 3, n, held)
+        knots = average_knots(t, 3, n, held)
         count = len(knots) - 4
         assert n <= count <= m
-        assert n_determined(t, knots, 3) == count
-        assert n_determined(held, knots, 3) == len(held)
+        assert count_determined(t, knots, 3) == count
+        assert count_determined(held, knots, 3) == len(held)
 
     def test_as_many_as_samples_are_those_of_interpolation(self) -> None:
         t = ascending(3, 9)
         points = np.random.default_rng(4).normal(size=(9, 3))
         inner = [t[j : j + 3].mean() for j in range(1, 6)]
-        knots = averaged_knots(t, 3, 9)
+        knots = average_knots(t, 3, 9)
         assert knots == pytest.approx(np.r_[[0.0] * 4, inner, [1.0] * 4])
         curve = make_interp_spline(t, points, k=3, t=knots)
         assert curve(t) == pytest.approx(points)
@@ -233,4 +237,4 @@ class TestKnots:
             [function(i, spline.degree, spline.knots, x) > 0.0 for i in range(n)] for x in unique
         ]
         matched = maximum_bipartite_matching(csr_array(np.array(positive, np.int8)))
-        assert n_determined(t, spline.knots, spline.degree) == (matched >= 0).sum()
+        assert count_determined(t, spline.knots, spline.degree) == (matched >= 0).sum()

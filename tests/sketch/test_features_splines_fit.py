@@ -11,10 +11,14 @@ from scipy.linalg import lapack, null_space
 
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.splines import Spline, fit_spline
-from patterndb_sketch.features.splines.correction import corrected
-from patterndb_sketch.features.splines.fit import EXACT, ROUNDS
-from patterndb_sketch.features.splines.knots import averaged_knots
-from patterndb_sketch.features.splines.leastsquares import basis_rows, constrained_least_squares
+from patterndb_sketch.features.splines.fit import (
+    EXACT,
+    ROUNDS,
+    correct_parameters,
+    evaluate_basis,
+    solve_constrained,
+)
+from patterndb_sketch.features.splines.knots import average_knots
 
 Points = np.ndarray
 
@@ -109,15 +113,15 @@ class TestConstrainedLeastSquares:
         rng = np.random.default_rng(seed)
         t = np.r_[0.0, np.sort(rng.uniform(size=m - 2)), 1.0]
         n = data.draw(st.integers(4, 2 * m))
-        knots = averaged_knots(np.linspace(0.0, 1.0, n), 3, n)
-        values, first = basis_rows(t, knots, 3)
+        knots = average_knots(np.linspace(0.0, 1.0, n), 3, n)
+        values, first = evaluate_basis(t, knots, 3)
         rows = BSpline.design_matrix(t, knots, 3).toarray()
         held = rng.choice(m, rng.integers(0, 4), replace=False)
         held = np.sort(np.r_[held, held[:1]])
         target = rng.normal(size=(n, 3))
         wanted = rng.normal(size=(m, 3))
         wanted[held] = rows[held] @ target  # so that the constraints agree
-        found = constrained_least_squares(values, first, n, wanted, held)
+        found = solve_constrained(values, first, n, wanted, held)
         # By the null space of the constraints, densely.
         exact = rows[held]
         start = np.linalg.pinv(exact, rcond=1e-10) @ wanted[held]
@@ -208,7 +212,7 @@ class TestCorrection:
         start[1:-1] += rng.uniform(-1, 1, 12) * 0.2 * np.minimum(np.diff(t)[:-1], np.diff(t)[1:])
         moved = start
         for _ in range(60):
-            moved = corrected(spline, samples, moved)
+            moved = correct_parameters(spline, samples, moved)
             assert (np.diff(moved) > 0.0).all()
         # At a foot the sample is straight beside the curve. Where the curve turns sharply it may
         # have two, and Newton's steps lead to the nearer one along it.

@@ -13,11 +13,6 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 from patterndb.system.documents import JsonValue, parse_json
-from patterndb_sketch.features.curvesettings import (
-    own_numbers,
-    settings_numbers,
-    settings_of_numbers,
-)
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.curvesjson import curves_document, read_curves, write_curves
 from patterndb_sketch.features.files.networkjson import FOUND_KEYS, network_document
@@ -31,16 +26,27 @@ from patterndb_sketch.features.files.strokesjson import (
 )
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
-from patterndb_sketch.features.sessioncurves import session_strokes, with_curves
-from patterndb_sketch.features.sessionfile import Session, SessionCurve, read_network, write_network
+from patterndb_sketch.features.sessioncurves import (
+    own_numbers,
+    session_strokes,
+    settings_numbers,
+    settings_of_numbers,
+    with_curves,
+)
+from patterndb_sketch.features.sessionfile import (
+    FeatureSession,
+    SessionCurve,
+    read_network,
+    write_network,
+)
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.features.splines import Spline
 from patterndb_sketch.features.strokes import (
+    FeatureStroke,
     RecoveredCurve,
-    Stroke,
-    distances,
-    held_samples,
-    recovered,
+    find_held_samples,
+    measure_distances,
+    recover_curve,
 )
 
 NAMES = ("roof_rail", "shoulder")
@@ -73,10 +79,10 @@ def model() -> Model:
 @pytest.fixture(scope="module")
 def found(model: Model) -> list[RecoveredCurve]:
     car = body("sedan", 0.5, whole=True)
-    rail, shoulder = (Stroke(name, stroke(car, name)) for name in NAMES)
+    rail, shoulder = (FeatureStroke(name, stroke(car, name)) for name in NAMES)
     held = car.feature("roof_rail").points[[5]]
-    kept = Stroke(rail.name, rail.points, held, SnapSettings(alpha=0.75, stiffness=2.0))
-    return [recovered(model, kept), recovered(model, shoulder)]
+    kept = FeatureStroke(rail.name, rail.points, held, SnapSettings(alpha=0.75, stiffness=2.0))
+    return [recover_curve(model, kept), recover_curve(model, shoulder)]
 
 
 def document(value: object) -> JsonValue:
@@ -108,7 +114,7 @@ def test_strokes_are_read_back(
 ) -> None:
     path = tmp_path_factory.mktemp("strokes") / "a.json"
     given_ = [
-        Stroke(f"ä {k}", np.array(points), np.array(held), chosen)
+        FeatureStroke(f"ä {k}", np.array(points), np.array(held), chosen)
         for k, (points, held, chosen) in enumerate(parts)
     ]
     write_strokes(path, given_)
@@ -122,11 +128,11 @@ def test_strokes_are_read_back(
 
 def test_an_angle_is_written_whole() -> None:
     """What a file says of it does not depend on what is usual for others."""
-    one = Stroke("a", np.eye(3), settings=SnapSettings(alpha=0.0, axis=(0.0, 1.0, 0.0)))
+    one = FeatureStroke("a", np.eye(3), settings=SnapSettings(alpha=0.0, axis=(0.0, 1.0, 0.0)))
     other = SnapSettings(beta=1.0, stiffness=3.0)
     (again,) = strokes_of(document(strokes_document([one])), other)
     assert close(again.settings, SnapSettings(alpha=0.0, axis=(0.0, 1.0, 0.0), stiffness=3.0))
-    plain = Stroke("a", np.eye(3), settings=SnapSettings(degree=2))
+    plain = FeatureStroke("a", np.eye(3), settings=SnapSettings(degree=2))
     (entry,) = json.loads(json.dumps(strokes_document([plain])))["strokes"]
     assert entry["settings"] == {"degree": 2}
 
@@ -204,7 +210,7 @@ def test_figures_are_distances(model: Model, found: list[RecoveredCurve]) -> Non
         dense = one.curve.spline.sample(20_001)
         off = np.asarray(KDTree(dense).query(one.curve.samples)[0])
         assert np.allclose(
-            distances(one.curve.samples, one.curve.spline, 2_000), off, atol=2e-3, rtol=0
+            measure_distances(one.curve.samples, one.curve.spline, 2_000), off, atol=2e-3, rtol=0
         )
         assert one.figures.fit.most >= off.max() - 1e-4
         assert one.figures.length == pytest.approx(one.curve.spline.length)
@@ -217,15 +223,18 @@ def test_figures_are_distances(model: Model, found: list[RecoveredCurve]) -> Non
 
 def test_two_held_points_at_one_sample_are_refused() -> None:
     samples = np.array([[0.0, 0, 0], [1.0, 0, 0]])
-    assert [number for number, _ in held_samples(samples, [[0.9, 1, 0], [0.1, 0, 0]])] == [1, 0]
+    assert [number for number, _ in find_held_samples(samples, [[0.9, 1, 0], [0.1, 0, 0]])] == [
+        1,
+        0,
+    ]
     with pytest.raises(InvalidFeatureError, match="constraints 0 and 1 are at one sample"):
-        held_samples(samples, [[0.9, 1, 0], [1.1, 0, 0]])
+        find_held_samples(samples, [[0.9, 1, 0], [1.1, 0, 0]])
 
 
 def test_an_error_names_the_stroke(model: Model) -> None:
-    far = Stroke("far", np.array([[90.0, 0, 0], [91.0, 0, 0]]))
+    far = FeatureStroke("far", np.array([[90.0, 0, 0], [91.0, 0, 0]]))
     with pytest.raises(InvalidFeatureError, match=r"stroke 'far': .* all at one place"):
-        recovered(model, far)
+        recover_curve(model, far)
 
 
 def test_curves_are_read_back(found: list[RecoveredCurve], tmp_path: Path) -> None:
@@ -326,7 +335,7 @@ def test_a_session_keeps_curves_with_their_settings(found: list[RecoveredCurve])
     line = Spline(1, np.array([0.0, 0, 1, 1]), np.array([[0.0, 0, 0], [1, 0, 0]]))
     old = SessionCurve("old", np.eye(3), np.eye(3), ((1, np.ones(3)),), line)
     before = SnapSettings(alpha=0.5)
-    session = Session("a.obj", (old,), settings_numbers(before) | {"zoom": 2.0})
+    session = FeatureSession("a.obj", (old,), settings_numbers(before) | {"zoom": 2.0})
     usual = SnapSettings(alpha=0.125, degree=2)
     made = with_curves(session, found, usual)
     assert [one.name for one in made.curves] == ["old", *NAMES]

@@ -103,7 +103,5 @@ def test_patches_that_are_judged_narrowly_are_told() -> None:
     problem = CountsProblem.of(lengths, [[[k] for k in range(7)]], lengths)
     assert solve_counts(problem).irregular.tolist() == [0]
     assert (
-        solve_counts(problem).narrowly
-        == find_misjudged_patches(problem, np.array(lengths))
-        == (0,)
+        solve_counts(problem).narrowly == find_misjudged_patches(problem, np.array(lengths)) == (0,)
     )

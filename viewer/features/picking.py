@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.initial import SAME_CLICK, initial_curve
+from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.sessionfile import Session
+from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.features.choices import Choices
 from viewer.features.edits import Curve
@@ -23,7 +23,7 @@ class Picking(Choices):
     """
 
     def __init__(
-        self, model: Model, session: Session, settings: SnapSettings, files: Files | None
+        self, model: Model, session: FeatureSession, settings: SnapSettings, files: Files | None
     ) -> None:
         super().__init__(model, session, settings, files)
         self.helping = False
@@ -49,7 +49,7 @@ class Picking(Choices):
         preview = self._preview
         if preview is None or self.look(preview) is not None:
             return None
-        return initial_curve(self.model, preview.clicked).samples
+        return find_initial_curve(self.model, preview.clicked).samples
 
     def begin_curve(self) -> None:
         """Draw a curve with clicks, or begin it anew."""

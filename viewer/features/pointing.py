@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.drag import View as Camera
+from patterndb_sketch.features.drag import MatrixCamera
 from patterndb_sketch.features.model import Model
 from viewer.features.edits import Curve
 from viewer.view import View
@@ -44,13 +44,13 @@ class Under(NamedTuple):
     pin: int | None = None
 
 
-def camera(view: View, model: Model, room: tuple[float, float]) -> Camera:
+def camera(view: View, model: Model, room: tuple[float, float]) -> MatrixCamera:
     """The camera that sees the model as the picture of this size, in points, shows it."""
     middle = (model.points.min(axis=0) + model.points.max(axis=0)) / 2.0
     far = ROOM * (model.diagonal + float(np.linalg.norm(view.focus - middle)))
     eye = view.focus + far * view.axes[2]
     height = room[1] / view.scale
-    return Camera.parallel(eye, view.focus, view.axes[1], height, room, (0.0, 2.0 * far))
+    return MatrixCamera.parallel(eye, view.focus, view.axes[1], height, room, (0.0, 2.0 * far))
 
 
 def place_in(room: tuple[float, float], x: float, y: float) -> NDArray[np.float64]:

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from patterndb_sketch.features.curvesettings import (
+from patterndb_sketch.features.sessioncurves import (
     own_numbers,
     settings_numbers,
     settings_of_numbers,
 )
-from patterndb_sketch.features.sessionfile import Session, SessionCurve
+from patterndb_sketch.features.sessionfile import FeatureSession, SessionCurve
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.features.edits import Curve, Look
 
 
 def opened(
-    session: Session, settings: SnapSettings
+    session: FeatureSession, settings: SnapSettings
 ) -> tuple[list[tuple[Curve, Look]], SnapSettings]:
     """The curves of a session with their looks, and the settings of the next curve: the given
     ones where they are not as by default, else the session's.
@@ -35,8 +35,8 @@ def opened(
 
 
 def saved(
-    session: Session, curves: Sequence[tuple[Curve, Look]], settings: SnapSettings
-) -> Session:
+    session: FeatureSession, curves: Sequence[tuple[Curve, Look]], settings: SnapSettings
+) -> FeatureSession:
     """The session with these curves, and the settings of the next one; all else stays."""
     common = settings_numbers(settings)
     gone = {f"{one.name}: {name}" for one in session.curves for name in common}

@@ -7,9 +7,9 @@ from typing import Literal
 
 import numpy as np
 
-from patterndb_sketch.features.drag import Drag, begin_drag, dragged
+from patterndb_sketch.features.drag import Drag, begin_drag, move_drag
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.sessionfile import Session
+from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.features.choices import with_value
 from viewer.features.edits import Curve, Edits
@@ -50,7 +50,7 @@ class FeatureState(Picking, Looking):
         self,
         model: Model,
         *,
-        session: Session | None = None,
+        session: FeatureSession | None = None,
         settings: SnapSettings | None = None,
         files: Files | None = None,
         title: str = "",
@@ -58,7 +58,7 @@ class FeatureState(Picking, Looking):
         Picking.__init__(
             self,
             model,
-            Session() if session is None else session,
+            FeatureSession() if session is None else session,
             SnapSettings() if settings is None else settings,
             files,
         )
@@ -249,7 +249,7 @@ class FeatureState(Picking, Looking):
         drag, base = self._drag, self._base
         assert drag is not None and base is not None
         self.selected = base.key
-        drag = dragged(drag, self.model, place_in(self.room, x, y))
+        drag = move_drag(drag, self.model, place_in(self.room, x, y))
         place = drag.begun + place_in(self.room, x, y) - drag.pressed - np.array(self.room) / 2.0
         point = surface_at(self.view, self.model, self.room, *place.tolist())
         if point is not None:

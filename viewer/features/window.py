@@ -9,7 +9,7 @@ from patterndb.geometry.points import Points
 from patterndb.system.files import replace_file
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
-from patterndb_sketch.features.sessionfile import Session, write_network, write_session
+from patterndb_sketch.features.sessionfile import FeatureSession, write_network, write_session
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
 from viewer.drawn import Drawn, check_png, save_drawn
@@ -33,7 +33,7 @@ def show(
     model: Model,
     *,
     title: str,
-    session: Session,
+    session: FeatureSession,
     session_path: Path | None,
     settings: SnapSettings,
     keys: str = "",
@@ -68,7 +68,7 @@ def draw(
     model: Model,
     path: Path | str,
     *,
-    session: Session,
+    session: FeatureSession,
     size: tuple[int, int] = (1200, 800),
     keys: str = "",
     bare: bool = False,
@@ -105,7 +105,7 @@ class Writer:
         self._folder = folder
         self._session_path = session_path
 
-    def save_session(self, session: Session) -> str:
+    def save_session(self, session: FeatureSession) -> str:
         """Replace the session's file, whole or not at all."""
         path = self._session_path or self.free("features", ".session")
         write_session(path, session)

@@ -12,7 +12,7 @@ from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
-from patterndb_sketch.features.sessionfile import Session
+from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from viewer.features.edits import Curve, Edits, Look, remade
 from viewer.features.maker import Maker
@@ -28,7 +28,7 @@ KEPT = 24
 class Files(Protocol):
     """Writes what is worked on, and says where it is. OSError as writing does."""
 
-    def save_session(self, session: Session) -> str: ...
+    def save_session(self, session: FeatureSession) -> str: ...
     def save_network(self, network: DrawnNetwork) -> str: ...
     def save_lines(self, lines: Mapping[str, Points]) -> str: ...
 
@@ -42,7 +42,7 @@ class Work:
     """
 
     def __init__(
-        self, model: Model, session: Session, settings: SnapSettings, files: Files | None
+        self, model: Model, session: FeatureSession, settings: SnapSettings, files: Files | None
     ) -> None:
         self.model = model
         self.message = ""
@@ -96,7 +96,7 @@ class Work:
         failure = self._failures.get(curve)
         return "" if failure is None else str(failure)
 
-    def session(self) -> Session:
+    def session(self) -> FeatureSession:
         """The session as it is now; curves that could not be made are left out."""
         looks = self.made()
         made = [(one, looks[one.name]) for one in self.edits.curves if one.name in looks]

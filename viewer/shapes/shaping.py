@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.registration import Template
-from patterndb_sketch.features.shapemodel import Edit, ShapeModel, edit, moved
+from patterndb_sketch.features.shapemodel import ShapeEdit, ShapeModel, edit, pull_feature
 from viewer.shapes.choice import HOLD, SIGMAS, STIFF, Choice, Pulled
 from viewer.shapes.skin import Line, Skin
 
@@ -214,7 +214,7 @@ class Shaping:
         start = np.clip(begun.coefficients, *shapes.box)
         held = {one: begun.hold for one in begun.held if one != name}
         try:
-            targets = moved(shapes, name, line.pull(offset), start=start, vertex=vertex)
+            targets = pull_feature(shapes, name, line.pull(offset), start=start, vertex=vertex)
             found = edit(shapes, targets, held=held, start=start, stiffness=begun.stiffness)
         except PatternDBError as error:
             self.message = str(error)
@@ -228,7 +228,7 @@ class Shaping:
         self.message = self._told(line, found, begun, held)
         return True
 
-    def _told(self, line: Line, found: Edit, begun: Choice, held: Mapping[str, float]) -> str:
+    def _told(self, line: Line, found: ShapeEdit, begun: Choice, held: Mapping[str, float]) -> str:
         """What the edit could not reach, "" if it could."""
         notes: list[str] = []
         miss = found.misses[line.name]

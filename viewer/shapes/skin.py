@@ -12,7 +12,7 @@ from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Template
-from patterndb_sketch.features.registration.symmetry import MIRROR, Mirroring
+from patterndb_sketch.features.registration.template import MIRROR, Mirroring
 from patterndb_sketch.features.shapemodel import ShapeModel
 
 #: Cosines of the angles between two faces from which on they are shaded as one smooth surface,

@@ -13,8 +13,8 @@
 
 samples: where the curve was found, on the model; parameters: theirs on the spline. mended, failed,
 ended: numbers of samples, see :class:`patterndb_sketch.features.snap.FeatureCurve`. figures: see
-:class:`patterndb_sketch.features.strokes.Figures`. The file is a network too: meet, near and tolerance may
-be added, see :mod:`patterndb_sketch.features.files.networkjson`.
+:class:`patterndb_sketch.features.strokes.Figures`. The file is a network too: meet, near and
+tolerance may be added, see :mod:`patterndb_sketch.features.files.networkjson`.
 """
 
 from __future__ import annotations

@@ -12,8 +12,8 @@ follows from the template, whose corners meet and near are about: meet, which of
 curves say where it is, all if it is left out; near, a point near a corner, where its curves meet
 more than once. tolerance: how far curves may pass and still meet, in the unit of the points.
 
-What :mod:`patterndb_sketch.features.files.curvesjson` writes is a network too: the model's name, and how each
-curve was found, are passed over.
+What :mod:`patterndb_sketch.features.files.curvesjson` writes is a network too: the model's name,
+and how each curve was found, are passed over.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import arc_length
 from patterndb.system.documents import JsonValue
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.initial import interpolating
+from patterndb_sketch.features.initial import interpolate_points
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.splines import Spline, fit_spline
 
@@ -115,11 +115,11 @@ def spline_through(points: Points) -> Spline:
         raise InvalidFeatureError("all points of a curve are one; give two places or more")
     given = given[np.r_[True, steps > 1e-12 * length]]
     if len(given) <= 2 * POINTS_PER_CONTROL:
-        return interpolating(given)
+        return interpolate_points(given)
     # Between the points a polyline is straight: only they count, but more help the fit.
     dense = given
     if len(given) < SAMPLES:
-        dense = interpolating(given).sample(SAMPLES)
+        dense = interpolate_points(given).sample(SAMPLES)
     ends = ((0, given[0]), (len(dense) - 1, given[-1]))
     n = max(4, len(given) // POINTS_PER_CONTROL)
     while n < len(given):
@@ -127,7 +127,7 @@ def spline_through(points: Points) -> Spline:
         if _off(curve, given) <= FIT * length:
             return curve
         n *= 2
-    return interpolating(given)
+    return interpolate_points(given)
 
 
 def _off(curve: Spline, points: Points) -> float:

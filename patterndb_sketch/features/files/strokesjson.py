@@ -7,8 +7,8 @@
 
 points: two or more near the model, in the order of drawing. name: of the curve, by default its
 place, "stroke 2". constraints: where the curve passes exactly. settings: what this stroke has
-other than the rest, by the names of :class:`patterndb_sketch.features.snap.SnapSettings`; beta is in
-degrees.
+other than the rest, by the names of :class:`patterndb_sketch.features.snap.SnapSettings`; beta is
+in degrees.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ import numpy as np
 
 from patterndb.system.documents import JsonValue, parse_json, read_limited
 from patterndb.system.files import replace_file
-from patterndb_sketch.features.curvesettings import WHOLE
 from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.sessioncurves import WHOLE
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.features.splines.spline import MAX_DEGREE
-from patterndb_sketch.features.strokes import Stroke
+from patterndb_sketch.features.strokes import FeatureStroke
 
 #: Bytes that a file may have: a million points have some 40 million.
 MAX_BYTES = 64_000_000
@@ -40,7 +40,9 @@ SETTINGS = tuple(one.name for one in fields(SnapSettings))
 ANGLE = {"alpha", "axis", "beta"}
 
 
-def read_strokes(path: Path | str, settings: SnapSettings | None = None) -> tuple[Stroke, ...]:
+def read_strokes(
+    path: Path | str, settings: SnapSettings | None = None
+) -> tuple[FeatureStroke, ...]:
     """The strokes in a JSON file; settings: those of strokes that have none of their own.
 
     Raises InvalidFeatureError that names the file and the place in it, says what is wrong and
@@ -51,19 +53,21 @@ def read_strokes(path: Path | str, settings: SnapSettings | None = None) -> tupl
         return strokes_of(parse_json(data, InvalidFeatureError, "strokes"), settings)
 
 
-def write_strokes(path: Path | str, strokes: Sequence[Stroke]) -> None:
+def write_strokes(path: Path | str, strokes: Sequence[FeatureStroke]) -> None:
     """Write strokes; :func:`read_strokes` gives them back. OSError as writing does."""
     text = json.dumps(strokes_document(strokes), separators=(",", ":"), allow_nan=False)
     replace_file(Path(path), text + "\n")
 
 
-def strokes_of(document: JsonValue, settings: SnapSettings | None = None) -> tuple[Stroke, ...]:
+def strokes_of(
+    document: JsonValue, settings: SnapSettings | None = None
+) -> tuple[FeatureStroke, ...]:
     """The strokes in a document. Raises InvalidFeatureError that names the place in it."""
     entries = document.entries(KEYS, 'an object such as {"strokes": [{"points": [...]}]}')
     if "strokes" not in entries:
         document.fail('"strokes" is missing: a list of strokes')
     usual = SnapSettings() if settings is None else settings
-    result: list[Stroke] = []
+    result: list[FeatureStroke] = []
     for number, one in enumerate(entries["strokes"].items("a list of strokes"), 1):
         stroke = _stroke(one, f"stroke {number}", usual)
         if any(stroke.name == other.name for other in result):
@@ -74,7 +78,7 @@ def strokes_of(document: JsonValue, settings: SnapSettings | None = None) -> tup
     return tuple(result)
 
 
-def strokes_document(strokes: Sequence[Stroke]) -> dict[str, object]:
+def strokes_document(strokes: Sequence[FeatureStroke]) -> dict[str, object]:
     """Strokes as plain JSON has them; settings that are the usual ones are
     left out, but for those of an angle that has others."""
     return {"strokes": [_document(stroke) for stroke in strokes]}
@@ -135,7 +139,7 @@ def file_named(path: Path) -> Generator[None]:
         raise InvalidFeatureError(f"{path}: {error}") from None
 
 
-def _stroke(value: JsonValue, name: str, usual: SnapSettings) -> Stroke:
+def _stroke(value: JsonValue, name: str, usual: SnapSettings) -> FeatureStroke:
     entries = value.entries(STROKE_KEYS)
     if "points" not in entries:
         value.fail('"points" is missing: a list of two points or more')
@@ -151,10 +155,10 @@ def _stroke(value: JsonValue, name: str, usual: SnapSettings) -> Stroke:
         if not name:
             entries["name"].fail("the name is empty; leave it out")
     chosen = settings_of(entries["settings"], usual) if "settings" in entries else usual
-    return Stroke(name, points, np.array(held).reshape(-1, 3), chosen)
+    return FeatureStroke(name, points, np.array(held).reshape(-1, 3), chosen)
 
 
-def _document(stroke: Stroke) -> dict[str, object]:
+def _document(stroke: FeatureStroke) -> dict[str, object]:
     document: dict[str, object] = {"name": stroke.name, "points": stroke.points.tolist()}
     if len(stroke.held):
         document["constraints"] = [{"at": point} for point in stroke.held.tolist()]

@@ -30,8 +30,8 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.system.documents import JsonValue
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.registration import Chain, Part, Step, Template
-from patterndb_sketch.features.registration.template import parts_of
+from patterndb_sketch.features.registration import ChainStep, FeatureChain, Template, TemplatePart
+from patterndb_sketch.features.registration.template import find_parts
 
 KEYS = ("name", "mesh", "quads", "features", "parts", "plane", "bridged")
 FEATURE_KEYS = ("name", "vertices", "curves", "corners")
@@ -62,7 +62,7 @@ def template_of(document: JsonValue, mesh: PolygonMesh | None, name: str) -> Tem
     if "features" not in entries:
         document.fail('"features" is missing: a list with chains of vertices')
     chains = tuple(_chain(one) for one in entries["features"].items())
-    parts, of_part = _parts(entries.get("parts"), parts_of(quads, v))
+    parts, of_part = _parts(entries.get("parts"), find_parts(quads, v))
     plane = np.zeros(v, np.bool_)
     for vertex in entries["plane"].items() if "plane" in entries else ():
         plane[_vertex(vertex, v)] = True
@@ -125,7 +125,7 @@ def _quads(entries: dict[str, JsonValue], mesh: PolygonMesh | None) -> Int32Arra
     return np.array(quads, np.int32).reshape(-1, 4)
 
 
-def _chain(value: JsonValue) -> Chain:
+def _chain(value: JsonValue) -> FeatureChain:
     entries = value.entries(FEATURE_KEYS)
     for key in ("name", "vertices", "corners"):
         if key not in entries:
@@ -140,18 +140,20 @@ def _chain(value: JsonValue) -> Chain:
             f"{len(curves)} curves need {len(curves) + 1} corners, from the first's start to the "
             f"last's end; there are {len(corners)}"
         )
-    steps = [Step(curve, *ends) for curve, ends in zip(curves, pairwise(corners), strict=True)]
+    steps = [ChainStep(curve, *ends) for curve, ends in zip(curves, pairwise(corners), strict=True)]
     vertices = [one.whole("the number of a vertex") for one in entries["vertices"].items()]
     if any(not 0 <= vertex <= np.iinfo(np.int32).max for vertex in vertices):
         entries["vertices"].fail("vertices are numbered from 0")
-    return Chain(name, np.array(vertices, np.int32), tuple(steps))
+    return FeatureChain(name, np.array(vertices, np.int32), tuple(steps))
 
 
-def _parts(value: JsonValue | None, connected: Int32Array) -> tuple[tuple[Part, ...], Int32Array]:
+def _parts(
+    value: JsonValue | None, connected: Int32Array
+) -> tuple[tuple[TemplatePart, ...], Int32Array]:
     count = int(connected.max()) + 1
     if value is None:
-        return tuple(Part(f"part {i + 1}") for i in range(count)), connected
-    parts: list[Part] = []
+        return tuple(TemplatePart(f"part {i + 1}") for i in range(count)), connected
+    parts: list[TemplatePart] = []
     number = np.full(count, -1, np.int32)
     for i, one in enumerate(value.items()):
         entries = one.entries(PART_KEYS)
@@ -164,7 +166,7 @@ def _parts(value: JsonValue | None, connected: Int32Array) -> tuple[tuple[Part, 
         number[here] = i
         others = [n.text() for n in entries["yields_to"].items()] if "yields_to" in entries else []
         hollow = "hollow" in entries and entries["hollow"].truth()
-        parts.append(Part(entries["name"].text(), tuple(others), hollow))
+        parts.append(TemplatePart(entries["name"].text(), tuple(others), hollow))
     if (number < 0).any():
         vertex = int(np.flatnonzero(connected == np.flatnonzero(number < 0)[0])[0])
         value.fail(f"the part around vertex {vertex} is missing; name every part, or none")

@@ -1,23 +1,23 @@
-"""Fishbones: ribs across a curve, what pulls the curve along them, and the cut through them."""
+"""Fishbones: ribs across a curve, what pulls the curve along them, and the cut through them.
 
-from patterndb_sketch.features.fishbone.constraints import held_rows
-from patterndb_sketch.features.fishbone.cut import Cut, cut
-from patterndb_sketch.features.fishbone.fishbone import Fishbone, RibLike
-from patterndb_sketch.features.fishbone.moves import moves
-from patterndb_sketch.features.fishbone.synchronise import synchronised
-from patterndb_sketch.features.fishbone.terms import Terms, curvature, isophote, tau, terms
+Read fishbone (the ribs as arrays), terms (what pulls), cut (the cheapest way across).
+"""
+
+from patterndb_sketch.features.fishbone.cut import RibCut, cut, find_held_rows, find_moves
+from patterndb_sketch.features.fishbone.fishbone import Fishbone, RibLike, synchronise
+from patterndb_sketch.features.fishbone.terms import Terms, curvature, find_terms, isophote, tau
 
 __all__ = [
-    "Cut",
     "Fishbone",
+    "RibCut",
     "RibLike",
     "Terms",
     "curvature",
     "cut",
-    "held_rows",
+    "find_held_rows",
+    "find_moves",
+    "find_terms",
     "isophote",
-    "moves",
-    "synchronised",
+    "synchronise",
     "tau",
-    "terms",
 ]

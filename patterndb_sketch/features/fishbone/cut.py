@@ -1,27 +1,36 @@
-"""The cheapest way across the ribs: the minimum cut of the fishbone's graph, exactly."""
+"""The cheapest way across the ribs: the minimum cut of the fishbone's graph, exactly; the rows that
+it is held at, and how far it moves the curve, rib by rib.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int64Array
-from patterndb.geometry.points import Floats
+from patterndb.geometry.points import Floats, Points, as_points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.fishbone.fishbone import Fishbone
+from patterndb_sketch.features.splines import Constraint
+
+#: A rib tells where the feature is if its cheapest sample is at least this share as much better
+#: than the worst as the middle of all ribs has it: below, neighbours have the more say.
+SURE = 0.5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Cut:
+class RibCut:
     """rows: (m,) int64, the sample of every rib that is cut. cost: the capacity of the cut."""
 
     rows: Int64Array
     cost: float
 
 
-def cut(costs: ArrayLike, cross: ArrayLike) -> Cut:
+def cut(costs: ArrayLike, cross: ArrayLike) -> RibCut:
     """The rows r with the least sum of costs[i, r_i] and of cross[i] |r_i - r_i+1|.
 
     costs: (m, k) float64, not negative, inf where a rib may not be cut.
@@ -59,7 +68,7 @@ def cut(costs: ArrayLike, cross: ArrayLike) -> Cut:
             f"rib {closed[0]} may be cut nowhere: its samples all cost inf; leave it out"
         )
     rows, cost = _cheapest(table, between)
-    return Cut(rows, cost)
+    return RibCut(rows, cost)
 
 
 @kernel
@@ -88,3 +97,53 @@ def _cheapest(costs: Floats, cross: Floats) -> tuple[Int64Array, float]:
     for i in range(m - 1, 0, -1):
         rows[i - 1] = origin[i, rows[i]]
     return rows, best[rows[m - 1]]
+
+
+def find_held_rows(fishbone: Fishbone, constraints: Sequence[Constraint]) -> NDArray[np.int64]:
+    """(m,) the rows nearest to the constraints of ribs, -1 for ribs without one.
+
+    constraints: (number of a rib, point (3,)); those of ribs that are not there hold nothing.
+    """
+    rows = np.full(len(fishbone.points), -1, np.int64)
+    for number, place in constraints:
+        target = as_points(
+            np.asarray(place)[None], f"the point of rib {number}", InvalidFeatureError
+        )
+        for i in np.flatnonzero(fishbone.ribs == number):
+            away = np.linalg.norm(fishbone.points[i] - target, axis=1)
+            rows[i] = np.argmin(np.where(fishbone.valid[i], away, np.inf))
+    return rows
+
+
+def hold_rows(costs: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np.float64]:
+    """(m, k) costs with 0 at the held rows (m,) and inf elsewhere in their ribs.
+
+    Source: feature curve recovery paper, section 4.3.3.
+    """
+    result = costs.copy()
+    held = np.flatnonzero(rows >= 0)
+    result[held] = np.inf
+    result[held, rows[held]] = 0.0
+    return result
+
+
+def find_moves(fishbone: Fishbone, rows: Int64Array, costs: Floats) -> tuple[Points, Int64Array]:
+    """(m, 3) how far a cut at rows (m,) moves the curve at each rib, and the places (k,) in the
+    fishbone of those ribs that tell that themselves.
+
+    costs: (m, n) those that were cut, from 0 at the best sample to 1 at the worst.
+
+    Differs from the paper: there all samples count alike. At the ends of a stroke, and where a
+    feature fades, ribs miss it and are cut anywhere; a spline through few samples follows.
+    The less a rib gains by its cut the more it moves as those beside it, as ribs do that have no
+    contour at all.
+    """
+    moved = fishbone.at(rows) - fishbone.origins
+    gains = 1.0 - costs[np.arange(len(rows)), rows]
+    usual = SURE * float(np.median(gains))
+    sure = np.clip(gains / usual, 0.0, 1.0) if usual > 0.0 else np.ones(len(rows))
+    told = np.flatnonzero(sure >= 1.0)
+    for c in range(3):
+        beside = np.interp(fishbone.ribs, fishbone.ribs[told], moved[told, c])
+        moved[:, c] += (1.0 - sure) * (beside - moved[:, c])
+    return moved, told

@@ -40,7 +40,7 @@ class Terms:
     flat: tuple[str, ...]
 
 
-def terms(
+def find_terms(
     fishbone: Fishbone, window: float, nearness: float, axis: ArrayLike, beta: float
 ) -> Terms:
     """Both terms of a fishbone; see :func:`curvature` and :func:`isophote`.
@@ -62,8 +62,8 @@ def terms(
         if _reach(values, fishbone.valid) < floor
     )
     return Terms(
-        _scaled(bends, fishbone.valid, FLAT / window),
-        _scaled(angles, fishbone.valid, FLAT),
+        _scale(bends, fishbone.valid, FLAT / window),
+        _scale(angles, fishbone.valid, FLAT),
         flat,
     )
 
@@ -145,7 +145,7 @@ def _reach(values: Floats, valid: NDArray[np.bool_]) -> float:
     return float(np.percentile(values[valid], PERCENTILE))
 
 
-def _scaled(values: Floats, valid: NDArray[np.bool_], floor: float) -> Floats:
+def _scale(values: Floats, valid: NDArray[np.bool_], floor: float) -> Floats:
     reach = _reach(values, valid)
     scaled = np.clip(values / reach, 0.0, 1.0) if reach >= floor else np.zeros_like(values)
     return np.where(valid, scaled, np.inf)

@@ -1,23 +1,36 @@
-"""Curve networks, templates of quads that follow them, and templates laid onto models."""
+"""Curve networks, templates of quads that follow them, and templates laid onto models.
+
+Read curvenetwork (drawn curves that meet), template, boxes (the built-in templates), mapping (the
+membrane and the model's hits), register.
+"""
 
 from patterndb_sketch.features.registration.boxes import box_template, template_of_name
-from patterndb_sketch.features.registration.curvenetwork import CurveNetwork, DrawnNetwork, resolved
-from patterndb_sketch.features.registration.meeting import Joint
+from patterndb_sketch.features.registration.curvenetwork import (
+    CurveJoint,
+    CurveNetwork,
+    DrawnNetwork,
+    resolve_network,
+)
 from patterndb_sketch.features.registration.register import Feature, Registration, register
-from patterndb_sketch.features.registration.template import Chain, Part, Step, Template
+from patterndb_sketch.features.registration.template import (
+    ChainStep,
+    FeatureChain,
+    Template,
+    TemplatePart,
+)
 
 __all__ = [
-    "Chain",
+    "ChainStep",
+    "CurveJoint",
     "CurveNetwork",
     "DrawnNetwork",
     "Feature",
-    "Joint",
-    "Part",
+    "FeatureChain",
     "Registration",
-    "Step",
     "Template",
+    "TemplatePart",
     "box_template",
     "register",
-    "resolved",
+    "resolve_network",
     "template_of_name",
 ]

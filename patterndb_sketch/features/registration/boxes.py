@@ -18,7 +18,12 @@ from typing import Literal
 import numpy as np
 
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.registration.template import Chain, Part, Step, Template
+from patterndb_sketch.features.registration.template import (
+    ChainStep,
+    FeatureChain,
+    Template,
+    TemplatePart,
+)
 
 #: The parts of a car that a template has a box for.
 Component = Literal["roof", "body", "front_wheelhouse", "rear_wheelhouse"]
@@ -245,7 +250,7 @@ def box_template(
             f"components are {', '.join(COMPONENTS)}, each at most once; got {list(components)}"
         )
     quads: list[np.ndarray] = []
-    chains: list[Chain] = []
+    chains: list[FeatureChain] = []
     plane: list[np.ndarray] = []
     owner: list[np.ndarray] = []
     first = 0
@@ -260,7 +265,9 @@ def box_template(
         owner.append(np.full(grid.count, number, np.int32))
         first += grid.count
     parts = tuple(
-        Part(name, tuple(one for one in YIELDS.get(name, ()) if one in components), name in HOLLOW)
+        TemplatePart(
+            name, tuple(one for one in YIELDS.get(name, ()) if one in components), name in HOLLOW
+        )
         for name in components
     )
     title = "car" if tuple(components) == tuple(COMPONENTS) else "+".join(components)
@@ -335,22 +342,22 @@ class _Grid:
             return self.edges[start, end]
         return self.edges[end, start][::-1]
 
-    def chains(self) -> list[Chain]:
+    def chains(self) -> list[FeatureChain]:
         curves = [edge.curves[0] for edge in self.box.edges]
-        result: list[Chain] = []
+        result: list[FeatureChain] = []
         for i, edge in enumerate(self.box.edges):
             name = TOGETHER.get(edge.curves, curves[i])
             if curves.count(name) > 1:
                 name = f"{name}/{1 + curves[:i].count(name)}"
             vertices = self.edges[edge.start, edge.end].astype(np.int32)
-            result.append(Chain(name, vertices, _steps(edge)))
+            result.append(FeatureChain(name, vertices, _steps(edge)))
         return result
 
 
-def _steps(edge: BoxEdge) -> tuple[Step, ...]:
+def _steps(edge: BoxEdge) -> tuple[ChainStep, ...]:
     corners = [edge.start, *(BREAKS[pair] for pair in pairwise(edge.curves)), edge.end]
     return tuple(
-        Step(curve, start, end)
+        ChainStep(curve, start, end)
         for curve, (start, end) in zip(edge.curves, pairwise(corners), strict=True)
     )
 

@@ -1,4 +1,9 @@
-"""Mapping a membrane onto a model: where its normals leave the model, and how far to trust that."""
+"""Mapping: a membrane spanned by a template's feature vertices, and drawn to a model.
+
+The membrane's normals leave the model at hits, which are trusted the less the farther off they are
+(find_hits); what other components hide, as a body's top beneath the roof, asks for none
+(find_occluded); map_membrane is the compromise between hits and smoothness.
+"""
 
 from __future__ import annotations
 
@@ -6,12 +11,105 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_array, diags_array, vstack
-from scipy.sparse.linalg import splu
+from scipy.sparse.linalg import SuperLU, splu
 
+from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Bools, Floats, Points
-from patterndb_sketch.features.model import Feet, Model
-from patterndb_sketch.features.registration.membrane import Membrane
+from patterndb.geometry.trianglemesh import TriangleMesh
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.model import Model, ModelFeet
+from patterndb_sketch.features.registration.template import MIRROR, Template, list_edges
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Membrane:
+    """The uniform Laplace system of a template, factored once for all models.
+
+    free, fixed: numbers of the vertices that are not and those that are feature vertices.
+    rows:        (free, v) sparse: a vertex less the mean of its neighbours.
+    inner:       (free, free) sparse, the part of it for the free vertices.
+    factor:      of inner; None if all vertices are feature vertices.
+
+    Source: feature curve recovery paper, section 5.1.2; Kobbelt, Campagna, Vorsatz and Seidel
+    1998, "Interactive multi-resolution modeling on arbitrary meshes".
+    """
+
+    free: NDArray[np.int64]
+    fixed: NDArray[np.int64]
+    rows: csr_array
+    inner: csr_array
+    factor: SuperLU | None
+
+    @classmethod
+    def of(cls, template: Template) -> Membrane:
+        mask = template.fixed
+        free, fixed = np.flatnonzero(~mask), np.flatnonzero(mask)
+        near = template.adjacency()
+        degree = np.asarray(near.sum(axis=1)).ravel()
+        own = diags_array(np.ones(template.n_vertices)).tocsr()
+        every = csr_array(own - diags_array(1.0 / degree).tocsr() @ near)
+        rows = csr_array(every[free])
+        inner = csr_array(rows[:, free])
+        factor = splu(inner.tocsc()) if len(free) else None
+        return cls(free, fixed, rows, inner, factor)
+
+    def pull(self, features: Points) -> Points:
+        """(free, 3) what the feature vertices, of places (v, 3), ask of the others.
+
+        The Laplacian of the free vertices' places p is ``inner @ p - pull``.
+        """
+        return -(self.rows[:, self.fixed] @ features[self.fixed])
+
+    def spanned(self, features: Points) -> Points:
+        """(v, 3) the membrane through the feature vertices of (v, 3); others are not looked at.
+
+        Raises InvalidFeatureError for feature vertices that have no place.
+        """
+        if not np.isfinite(features[self.fixed]).all():
+            raise InvalidFeatureError("a feature vertex has no place; sample every feature")
+        result = np.array(features, np.float64)
+        if self.factor is not None:
+            result[self.free] = self.factor.solve(self.pull(result))
+        return result
+
+
+def find_occluded(template: Template, points: Points, normals: Points) -> Bools:
+    """(v,) bool, the free vertices that a component hides to which their own yields.
+
+    points, normals: (v, 3) of the membrane. A vertex is hidden if the ray along its normal hits
+    such a component, or if the ray against it first hits one from in front: then the vertex
+    spans an opening, as a body's side does before a wheelhouse. Of a half that is mirrored, the
+    other half hides too.
+
+    Source: feature curve recovery paper, section 5.1.2. Differs from the paper: it does not say
+    which way normals go; the ray along them alone never meets a wheelhouse, which is behind the
+    side, and both ways alike would take the hood above a wheelhouse for hidden.
+    """
+    result = np.zeros(template.n_vertices, np.bool_)
+    free = ~template.fixed & (normals != 0.0).any(axis=1)
+    for number, part in enumerate(template.parts):
+        mine = np.flatnonzero(free & (template.of_part == number))
+        if not part.yields_to or not len(mine):
+            continue
+        mesh = TriangleMesh.from_corners(_triangles(template, points, part.yields_to))
+        begin, along = points[mine], normals[mine]
+        ahead = mesh.cast_rays(begin, along)[0] >= 0
+        behind = mesh.cast_rays(begin, -along)[0]
+        a, b, c = mesh.corners[behind].transpose(1, 0, 2)
+        facing = np.einsum("nc,nc->n", np.cross(b - a, c - a), along) > 0.0
+        result[mine] = ahead | ((behind >= 0) & facing)
+    return result
+
+
+def _triangles(template: Template, points: Points, parts: tuple[str, ...]) -> Points:
+    """(t, 3, 3) the triangles of parts, turned as their quads are, and their mirror images."""
+    quads: Int32Array = np.concatenate([template.part_quads(name) for name in parts])
+    corners = points[np.concatenate([quads[:, [0, 1, 2]], quads[:, [0, 2, 3]]])]
+    if template.mirrored:
+        corners = np.concatenate([corners, (corners * MIRROR)[:, ::-1]])
+    return np.ascontiguousarray(corners)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -51,7 +149,7 @@ class Hits:
         return self.found & (self.doubt < 1.0)
 
 
-def hits(model: Model, lines: Lines, reach: Floats) -> Hits:
+def find_hits(model: Model, lines: Lines, reach: Floats) -> Hits:
     """The hits of the lines along vertices' normals.
 
     reach: (v,) from which distance on a hit is no more believed: delta times the shortest edge.
@@ -76,19 +174,19 @@ def hits(model: Model, lines: Lines, reach: Floats) -> Hits:
     return Hits(places, found, doubt)
 
 
-def _nearest(model: Model, origins: Points, directions: Points) -> Feet:
+def _nearest(model: Model, origins: Points, directions: Points) -> ModelFeet:
     """The hits of lines nearest to their origins, before or behind them."""
     ahead = model.first_hits(origins, directions)
     behind = model.first_hits(origins, -directions)
     first = ahead.lengths <= behind.lengths
-    return Feet(
+    return ModelFeet(
         np.where(first[:, None], ahead.points, behind.points),
         np.where(first, ahead.triangles, behind.triangles),
         np.where(first, ahead.lengths, -behind.lengths),
     )
 
 
-def mapped(membrane: Membrane, features: Points, found: Hits) -> Points:
+def map_membrane(membrane: Membrane, features: Points, found: Hits) -> Points:
     """(v, 3) the places with the least sum of squares that keep the feature vertices (v, 3).
 
     The sum has two kinds of terms for a free vertex: d times its distance from the mean of its
@@ -113,4 +211,26 @@ def mapped(membrane: Membrane, features: Points, found: Hits) -> Points:
     # The normal matrix has half the digits: one round on the residual gets them back.
     places += factor.solve(system.T @ (wanted - system @ places))
     result[free] = places
+    return result
+
+
+def find_normals(points: Points, quads: Int32Array) -> Points:
+    """(v, 3) unit normals at vertices, of quads by their areas; 0 where there is no direction."""
+    a, b, c, d = (points[quads[:, k]] for k in range(4))
+    area = np.cross(c - a, d - b)
+    total = np.zeros_like(points)
+    for k in range(4):
+        np.add.at(total, quads[:, k], area)
+    size = np.linalg.norm(total, axis=1, keepdims=True)
+    tiny = 1e-14 * float(np.linalg.norm(np.ptp(points, axis=0))) ** 2
+    return np.where(size > tiny, total / np.where(size > tiny, size, 1.0), 0.0)
+
+
+def measure_shortest_edges(points: Points, quads: Int32Array) -> Floats:
+    """(v,) the length of the shortest edge at every vertex."""
+    tail, head = list_edges(quads).T
+    length = np.linalg.norm(points[head] - points[tail], axis=1)
+    result = np.full(len(points), np.inf)
+    np.minimum.at(result, tail, length)
+    np.minimum.at(result, head, length)
     return result

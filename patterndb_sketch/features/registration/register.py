@@ -13,12 +13,22 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Bools, Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.registration.curvenetwork import CurveNetwork, DrawnNetwork, resolved
-from patterndb_sketch.features.registration.mapping import Hits, Lines, hits, mapped
-from patterndb_sketch.features.registration.membrane import Membrane, shortest_edges, vertex_normals
-from patterndb_sketch.features.registration.occlusion import occluded
-from patterndb_sketch.features.registration.symmetry import Mirroring
-from patterndb_sketch.features.registration.template import Template, sampled
+from patterndb_sketch.features.registration.curvenetwork import (
+    CurveNetwork,
+    DrawnNetwork,
+    resolve_network,
+)
+from patterndb_sketch.features.registration.mapping import (
+    Hits,
+    Lines,
+    Membrane,
+    find_hits,
+    find_normals,
+    find_occluded,
+    map_membrane,
+    measure_shortest_edges,
+)
+from patterndb_sketch.features.registration.template import Mirroring, Template, sample_features
 from patterndb_sketch.features.splines import Spline
 
 #: How many of its shortest edges a vertex may go from the membrane; the paper found 1 to 3 best.
@@ -90,7 +100,7 @@ def register(
     if not isinstance(drawn, DrawnNetwork):
         drawn = DrawnNetwork(drawn)
     joints = template.joints([name for name in template.curves if name in drawn.curves])
-    network = resolved(
+    network = resolve_network(
         drawn.curves,
         joints,
         tolerance=drawn.tolerance,
@@ -98,17 +108,17 @@ def register(
         meet=drawn.meet,
         plane=template.in_plane(),
     )
-    features, notes = sampled(template, network)
-    membrane, mirroring = prepared(template)
+    features, notes = sample_features(template, network)
+    membrane, mirroring = prepare_template(template)
     spanned = membrane.spanned(features)
     fixed = template.fixed
-    hidden = occluded(template, spanned, vertex_normals(spanned, template.quads))
+    hidden = find_occluded(template, spanned, find_normals(spanned, template.quads))
     asked = ~fixed & ~hidden
     points, found = spanned, Hits.nothing(len(spanned))
     for _ in range(rounds):
-        lines = Lines(points, vertex_normals(points, template.quads), asked, template.hollow)
-        found = hits(model, lines, delta * shortest_edges(points, template.quads))
-        points = mapped(membrane, features, found)
+        lines = Lines(points, find_normals(points, template.quads), asked, template.hollow)
+        found = find_hits(model, lines, delta * measure_shortest_edges(points, template.quads))
+        points = map_membrane(membrane, features, found)
     notes += _notes(found, asked, hidden)
     return Registration(
         mirroring.whole(points),
@@ -125,7 +135,7 @@ def register(
 
 
 @lru_cache(maxsize=8)
-def prepared(template: Template) -> tuple[Membrane, Mirroring]:
+def prepare_template(template: Template) -> tuple[Membrane, Mirroring]:
     """What is the same for every model; kept for the last few templates."""
     return Membrane.of(template), Mirroring.of(template)
 

@@ -1,4 +1,6 @@
-"""Templates: quad meshes whose feature vertices follow the curves of a network."""
+"""Templates: quad meshes whose feature vertices follow the curves of a network, and the mirror
+image in the plane y = 0 that makes a whole shape of a half.
+"""
 
 from __future__ import annotations
 
@@ -14,42 +16,9 @@ from scipy.sparse.csgraph import connected_components
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Bools, Points
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.registration.curvenetwork import CurveNetwork
-from patterndb_sketch.features.registration.meeting import Joint
+from patterndb_sketch.features.registration.curvenetwork import CurveJoint, CurveNetwork
 
-
-@dataclass(frozen=True, slots=True)
-class Step:
-    """Along a curve of a network from one of its corners to another."""
-
-    curve: str
-    start: str
-    end: str
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Chain:
-    """A feature of a template: vertices (n,) int32, n >= 2, joined by its edges in turn.
-
-    They follow the steps at equal arc length, from corner to corner.
-    """
-
-    name: str
-    vertices: Int32Array
-    steps: tuple[Step, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class Part:
-    """A component.
-
-    yields_to: those that hide parts of it, as a roof hides a body's top.
-    hollow:    is it a well seen from inside, as a wheelhouse?
-    """
-
-    name: str
-    yields_to: tuple[str, ...] = ()
-    hollow: bool = False
+MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -68,14 +37,14 @@ class Template:
 
     name: str
     quads: Int32Array
-    parts: tuple[Part, ...]
+    parts: tuple[TemplatePart, ...]
     of_part: Int32Array
-    chains: tuple[Chain, ...]
+    chains: tuple[FeatureChain, ...]
     plane: Bools
     bridged: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        check(self)
+        check_template(self)
 
     @property
     def n_vertices(self) -> int:
@@ -99,7 +68,7 @@ class Template:
         """The curves that it asks for, those that may be bridged included."""
         return tuple(dict.fromkeys(step.curve for chain in self.chains for step in chain.steps))
 
-    def joints(self, there: Sequence[str]) -> tuple[Joint, ...]:
+    def joints(self, there: Sequence[str]) -> tuple[CurveJoint, ...]:
         """The corners, of the curves that are there; those of one curve alone are left out."""
         meeting: dict[str, dict[str, None]] = {}
         for chain in self.chains:
@@ -107,7 +76,7 @@ class Template:
                 if step.curve in there or step.curve not in self.bridged:
                     for corner in (step.start, step.end):
                         meeting.setdefault(corner, {})[step.curve] = None
-        return tuple(Joint(name, tuple(curves)) for name, curves in meeting.items())
+        return tuple(CurveJoint(name, tuple(curves)) for name, curves in meeting.items())
 
     def in_plane(self) -> tuple[set[str], set[str]]:
         """The curves and the corners that lie in the plane y = 0."""
@@ -124,7 +93,7 @@ class Template:
 
     def adjacency(self) -> csr_array:
         """(v, v) 1 where two vertices share an edge."""
-        tail, head = edges(self.quads).T
+        tail, head = list_edges(self.quads).T
         ones = np.ones(2 * len(tail))
         both = np.r_[tail, head], np.r_[head, tail]
         return coo_array((ones, both), (self.n_vertices, self.n_vertices)).tocsr()
@@ -140,13 +109,47 @@ class Template:
         return self.quads[self.of_part[self.quads[:, 0]] == number]
 
 
-def edges(quads: Int32Array) -> Int32Array:
+@dataclass(frozen=True, slots=True, eq=False)
+class FeatureChain:
+    """A feature of a template: vertices (n,) int32, n >= 2, joined by its edges in turn.
+
+    They follow the steps at equal arc length, from corner to corner.
+    """
+
+    name: str
+    vertices: Int32Array
+    steps: tuple[ChainStep, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ChainStep:
+    """Along a curve of a network from one of its corners to another."""
+
+    curve: str
+    start: str
+    end: str
+
+
+@dataclass(frozen=True, slots=True)
+class TemplatePart:
+    """A component.
+
+    yields_to: those that hide parts of it, as a roof hides a body's top.
+    hollow:    is it a well seen from inside, as a wheelhouse?
+    """
+
+    name: str
+    yields_to: tuple[str, ...] = ()
+    hollow: bool = False
+
+
+def list_edges(quads: Int32Array) -> Int32Array:
     """(e, 2) the edges of quads (q, 4), each once, the lower vertex first."""
     pairs = np.stack([quads, np.roll(quads, -1, axis=1)], axis=-1).reshape(-1, 2)
     return np.unique(np.sort(pairs, axis=1), axis=0)
 
 
-def sampled(template: Template, network: CurveNetwork) -> tuple[Points, tuple[str, ...]]:
+def sample_features(template: Template, network: CurveNetwork) -> tuple[Points, tuple[str, ...]]:
     """The places (v, 3) of the feature vertices, nan for others; and notes.
 
     A chain's vertices are at equal arc length along its curves; those at corners are the
@@ -164,7 +167,7 @@ def sampled(template: Template, network: CurveNetwork) -> tuple[Points, tuple[st
     return points, notes
 
 
-def _along(chain: Chain, network: CurveNetwork, there: list[bool]) -> Points:
+def _along(chain: FeatureChain, network: CurveNetwork, there: list[bool]) -> Points:
     lengths: list[float] = []
     tables: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
     for step, drawn in zip(chain.steps, there, strict=True):
@@ -191,16 +194,16 @@ def _along(chain: Chain, network: CurveNetwork, there: list[bool]) -> Points:
     return points
 
 
-def parts_of(quads: ArrayLike, n_vertices: int) -> Int32Array:
+def find_parts(quads: ArrayLike, n_vertices: int) -> Int32Array:
     """(v,) int32, the connected part of every vertex, in the order of their first vertices."""
-    tail, head = edges(np.asarray(quads, np.int32)).T
+    tail, head = list_edges(np.asarray(quads, np.int32)).T
     graph = coo_array((np.ones(len(tail), np.int8), (tail, head)), (n_vertices, n_vertices))
     label = connected_components(graph, directed=False)[1]
     _, first, name = np.unique(label, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first)).astype(np.int32)[name]
 
 
-def check(template: Template) -> None:
+def check_template(template: Template) -> None:
     """Raises InvalidFeatureError, with what would mend it, for a template that is none."""
     quads, v = template.quads, template.n_vertices
     if quads.ndim != 2 or quads.shape[1:] != (4,) or not len(quads):
@@ -232,7 +235,7 @@ def check(template: Template) -> None:
                 raise InvalidFeatureError(
                     f"the part {part.name} yields to {other!r}; parts are {', '.join(names)}"
                 )
-    connected = parts_of(quads, v)
+    connected = find_parts(quads, v)
     loose = np.setdiff1d(connected, connected[fixed])
     if len(loose):
         vertex = int(np.flatnonzero(connected == loose[0])[0])
@@ -243,7 +246,7 @@ def check(template: Template) -> None:
 
 def _check_chains(template: Template) -> None:
     v = template.n_vertices
-    there = {tuple(edge) for edge in edges(template.quads).tolist()}
+    there = {tuple(edge) for edge in list_edges(template.quads).tolist()}
     corner_of: dict[int, str] = {}
     inner: dict[int, str] = {}
     if not template.chains:
@@ -288,3 +291,45 @@ def _check_chains(template: Template) -> None:
             f"the feature {inner[both[0]]} runs through vertex {both[0]}, which is the corner "
             f"{corner_of[both[0]]}; end it there"
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Mirroring:
+    """How a half of v vertices becomes a whole of w: its own, then the images of those off the
+    plane.
+
+    quads:  (2 q, 4) int32, those of the half, then their images, turned so that all face out.
+    source: (w,) int64, the vertex of the half that each comes from.
+    image:  (w,) bool, is it an image?
+    plane:  (v,) bool, the half's vertices in the plane.
+    """
+
+    quads: Int32Array
+    source: NDArray[np.int64]
+    image: NDArray[np.bool_]
+    plane: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, template: Template) -> Mirroring:
+        """Of the template of a half; a template that is not half of something stays as it is."""
+        v = template.n_vertices
+        if not template.mirrored:
+            return cls(template.quads, np.arange(v), np.zeros(v, np.bool_), template.plane)
+        off = np.flatnonzero(~template.plane)
+        twin = np.arange(v)
+        twin[off] = v + np.arange(len(off))
+        images = twin[template.quads][:, ::-1].astype(np.int32)
+        return cls(
+            np.concatenate([template.quads, images]),
+            np.r_[np.arange(v), off],
+            np.arange(v + len(off)) >= v,
+            template.plane,
+        )
+
+    def whole(self, points: Points) -> Points:
+        """(w, 3) the whole of a half (v, 3); vertices in the plane get y = 0."""
+        half = points.copy()
+        half[self.plane, 1] = 0.0
+        result = half[self.source]
+        result[self.image] *= MIRROR
+        return result

@@ -1,9 +1,19 @@
-"""Ribs: the outlines of a model in planes across a curve, whatever the model's state."""
+"""Ribs: the outlines of a model in planes across a curve, whatever the model's state.
 
-from patterndb_sketch.features.ribs.build import SAMPLES, build_rib, build_ribs
-from patterndb_sketch.features.ribs.rib import Rib
-from patterndb_sketch.features.ribs.segments import STITCH, Segments, segments_of
-from patterndb_sketch.features.ribs.slicing import RADIUS, Slice, slice_model
+Read slicing (a plane's cut edges, joined to segments), crossings (how segments cross and touch),
+repair (overhangs and gaps), raster and walking (what is still tangled, by way of a picture),
+polygon (the outline, simple and sampled), and rib, which puts them together.
+"""
+
+from patterndb_sketch.features.ribs.rib import SAMPLES, Rib, build_rib, build_ribs
+from patterndb_sketch.features.ribs.slicing import (
+    RADIUS,
+    STITCH,
+    Segments,
+    Slice,
+    segments_of,
+    slice_model,
+)
 
 __all__ = [
     "RADIUS",

@@ -12,9 +12,8 @@ import numpy as np
 from patterndb.core.halfedge import Index
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
-from patterndb_sketch.features.ribs.crossings import crossed, foot
-from patterndb_sketch.features.ribs.drawing import Drawn
-from patterndb_sketch.features.ribs.walking import Runs
+from patterndb_sketch.features.ribs.crossings import find_crossing, find_foot
+from patterndb_sketch.features.ribs.walking import Drawn, Runs
 
 #: The share of its last edge that a polygon loses where its two ends would meet.
 SHORTER = 0.02
@@ -37,7 +36,7 @@ def _at(points: Points, known: Drawn, s: Index, t: float, result: Points, n: Ind
 
 
 @kernel
-def along_runs(points: Points, known: Drawn, runs: Runs, last: bool) -> Points:
+def collect_points(points: Points, known: Drawn, runs: Runs, last: bool) -> Points:
     """(k, 2) the points that runs pass, from within the first run, with those of the changes.
 
     points: those of the segments, in any units. last: with the end of the last run.
@@ -81,7 +80,7 @@ def along_runs(points: Points, known: Drawn, runs: Runs, last: bool) -> Points:
 
 
 @kernel
-def thinned(points: Points, reach: float) -> Points:
+def thin_points(points: Points, reach: float) -> Points:
     """The points without those within reach of the one before."""
     result = points.copy()
     n = min(1, len(points))
@@ -93,12 +92,12 @@ def thinned(points: Points, reach: float) -> Points:
 
 
 @kernel
-def foot_on(points: Points) -> tuple[int, float, float]:
+def find_nearest_place(points: Points) -> tuple[int, float, float]:
     """Of the polygon's place nearest to the origin: edge, share of it, distance."""
     best = np.inf
     result = (-1, 0.0, np.inf)
     for k in range(len(points) - 1):
-        away, share = foot(points, k, 0.0, 0.0)
+        away, share = find_foot(points, k, 0.0, 0.0)
         if away < best:
             best = away
             result = (k, share, away)
@@ -113,20 +112,20 @@ def _meeting(points: Points, e: Index, f: Index, reach: float) -> float:
             return -1.0
         if min(points[e, c], points[e + 1, c]) - reach > max(points[f, c], points[f + 1, c]):
             return -1.0
-    share = crossed(points, e, f)
+    share = find_crossing(points, e, f)
     if share >= 0.0:
         return share
     for k in range(2):
-        away, share = foot(points, e, points[f + k, 0], points[f + k, 1])
+        away, share = find_foot(points, e, points[f + k, 0], points[f + k, 1])
         if away <= reach:
             return share
-        if foot(points, f, points[e + k, 0], points[e + k, 1])[0] <= reach:
+        if find_foot(points, f, points[e + k, 0], points[e + k, 1])[0] <= reach:
             return float(k)
     return -1.0
 
 
 @kernel
-def simple(points: Points, closed: bool, reach: float) -> Points:
+def cut_loops(points: Points, closed: bool, reach: float) -> Points:
     """The polygon with its loops cut off where it crosses itself, or comes within reach.
 
     What hangs between the two passes of a crossing goes, unless it goes around something and the
@@ -151,7 +150,9 @@ def simple(points: Points, closed: bool, reach: float) -> Points:
                 rest = np.concatenate((points[: e + 1], meeting, points[f + 1 :]))
                 if closed:
                     points = loop if _length(loop) > _length(rest) else rest
-                elif foot_on(loop)[2] < foot_on(rest)[2] - reach and not _spike(loop, reach):
+                elif find_nearest_place(loop)[2] < find_nearest_place(rest)[
+                    2
+                ] - reach and not _is_spike(loop, reach):
                     k = len(loop) - 1
                     size = math.hypot(loop[k, 0] - loop[k - 1, 0], loop[k, 1] - loop[k - 1, 1])
                     back = min(max(4.0 * reach / size, SHORTER), 1.0) if size > 0.0 else 1.0
@@ -159,7 +160,7 @@ def simple(points: Points, closed: bool, reach: float) -> Points:
                     points = loop
                 else:
                     points = rest
-                points = thinned(points, reach)
+                points = thin_points(points, reach)
                 if closed:
                     points[len(points) - 1] = points[0]
                 again = True
@@ -170,7 +171,7 @@ def simple(points: Points, closed: bool, reach: float) -> Points:
 
 
 @kernel
-def _spike(loop: Points, reach: float) -> bool:
+def _is_spike(loop: Points, reach: float) -> bool:
     """Does a loop go out and back the same way?"""
     area = 0.0
     for k in range(len(loop) - 1):
@@ -188,7 +189,7 @@ def _length(points: Points) -> float:
 
 
 @kernel
-def vertex_normals(points: Points, closed: bool) -> Points:
+def compute_normals(points: Points, closed: bool) -> Points:
     """(k, 2) unit normals to the right: the mean of the two edges' normals, by their lengths.
 
     A rounded edge keeps the normals of the flat sides that it joins. Where a polygon turns right
@@ -217,7 +218,7 @@ def vertex_normals(points: Points, closed: bool) -> Points:
 
 
 @kernel
-def sampled(points: Points, closed: bool, count: int) -> tuple[Points, Points, int]:
+def sample_polygon(points: Points, closed: bool, count: int) -> tuple[Points, Points, int]:
     """Samples (count, 2) at equal arc length with unit normals (count, 2), and the number of the
     one nearest to the origin.
 
@@ -231,10 +232,10 @@ def sampled(points: Points, closed: bool, count: int) -> tuple[Points, Points, i
             points[k, 0] - points[k - 1, 0], points[k, 1] - points[k - 1, 1]
         )
     whole = along[n - 1]
-    normals = vertex_normals(points, closed)
+    normals = compute_normals(points, closed)
     begin = 0.0
     if closed:
-        k, share, _ = foot_on(points)
+        k, share, _ = find_nearest_place(points)
         begin = along[k] + share * (along[k + 1] - along[k]) + 0.5 * whole
     samples = np.empty((count, 2))
     directions = np.empty((count, 2))

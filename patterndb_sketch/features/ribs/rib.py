@@ -1,10 +1,63 @@
-"""A rib: the model's outline in a plane across the curve, near the curve."""
+"""Ribs: the outlines of a model in planes across a curve, near the curve, with their outside.
+
+The segments of a slice that belong to the nearest one (slice_segments) are the rib as they are if
+they are one, else a picture of them is (trace_outline). Which side of a surface is outside, where
+triangles do not tell, is found for all ribs together (find_signs).
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from itertools import pairwise, starmap
 
-from patterndb.geometry.points import Points
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from patterndb.core.halfedge import Index, Int32Array
+from patterndb.geometry.points import Bools, Points, as_points
+from patterndb.system.kernels import kernel
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.ribs.crossings import find_foot, find_nearest_segment
+from patterndb_sketch.features.ribs.polygon import (
+    collect_points,
+    cut_loops,
+    sample_polygon,
+    thin_points,
+)
+from patterndb_sketch.features.ribs.raster import (
+    MARGIN,
+    close_gaps,
+    find_outer_contour,
+    find_passing_pixel,
+)
+from patterndb_sketch.features.ribs.repair import TOUCH, mend_segments
+from patterndb_sketch.features.ribs.slicing import RADIUS, STITCH, cut_edges, find_plane, join_edges
+from patterndb_sketch.features.ribs.walking import (
+    AROUND,
+    RIM_MET,
+    choose_segment,
+    draw_segments,
+    fit_picture,
+    walk_contour,
+)
+
+#: Arc length to either side of the backbone, as a share of the radius, over which the side of a
+#: surface is taken.
+WINDOW = 0.2
+
+#: Directions that are looked along from a point, and points looked from for all ribs at once.
+DIRECTIONS, PROBES = 32, 24
+
+#: How far a point may lie below what is seen, as a share of the ribs' radius: sheets lie doubled.
+SUNK = 0.02
+
+#: Cosine between the normals of neighbouring ribs from which they tell which sides correspond.
+SURE = 0.3
+
+#: Samples of a rib. Odd, so that one may lie in the middle.
+SAMPLES = 201
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,3 +103,321 @@ class Rib:
 
     def __len__(self) -> int:
         return len(self.points)
+
+
+def build_ribs(
+    model: Model,
+    origins: ArrayLike,
+    tangents: ArrayLike,
+    radius: float | None = None,
+    samples: int = SAMPLES,
+    rounds: int | None = None,
+) -> tuple[Rib, ...]:
+    """The ribs in the planes through (m, 3) origins across (m, 3) tangents of a curve.
+
+    radius:  of the circles about the origins that ribs end at, in units of the model; RADIUS of
+             its diagonal unless told.
+    samples: of every rib.
+    rounds:  of dilation and erosion where segments cross or leave gaps; unless told as many as
+             the gaps between them need, at least one.
+
+    Only segments that cross, touch or leave a gap to the one nearest to the origin, or to one of
+    those, count: a lone one is taken as it is. Which side of the surface is outside is found
+    for all ribs together, in the order given.
+
+    Source: feature curve recovery paper, sections 4.3.1 and 4.3.2. Differs from the paper:
+    contours are followed to the circle or the end of a sheet, where it takes both sides of what
+    is open.
+
+    Raises InvalidFeatureError for tangents without length, a radius that is not above 0, fewer
+    than 2 samples, and rounds that are not 1 to MARGIN - 1.
+    """
+    begin = as_points(origins, "origins of ribs", InvalidFeatureError)
+    along = as_points(tangents, "tangents of ribs", InvalidFeatureError)
+    if begin.shape != along.shape:
+        raise InvalidFeatureError(
+            f"there are {len(begin)} origins and {len(along)} tangents; give one for each"
+        )
+    reach = RADIUS * model.diagonal if radius is None else float(radius)
+    if not (math.isfinite(reach) and reach > 0.0):
+        raise InvalidFeatureError(f"the radius of ribs is {reach}; give a length above 0")
+    if samples < 2:
+        raise InvalidFeatureError(f"a rib has at least 2 samples, not {samples}")
+    if rounds is not None and not 1 <= rounds < MARGIN:
+        raise InvalidFeatureError(f"rounds are 1 to {MARGIN - 1}, not {rounds}")
+    tolerance = STITCH * model.diagonal
+    parts = (model.corners, model.triangles, model.components, *model.mesh.boxes)
+    frames = list(starmap(find_plane, zip(begin, along, strict=True)))
+    slices = [slice_segments(*parts, place, axes, reach, tolerance) for place, axes in frames]
+    met = np.flatnonzero([len(one[0]) > 0 for one in slices])
+    sides = np.ones(len(begin))
+    if len(met):
+        about = np.array([slices[i][5] for i in met])
+        flat = np.array([frames[i][1][:2] for i in met])
+        feet = begin[met] + np.einsum("mk,mkc->mc", about[:, 0], flat)
+        sides[met] = find_signs(model, feet, np.einsum("mk,mkc->mc", about[:, 1], flat), reach)
+    return tuple(
+        _build_rib(place, axes, cut, side, reach, samples, rounds or 0, tolerance)
+        for (place, axes), cut, side in zip(frames, slices, sides, strict=True)
+    )
+
+
+def build_rib(
+    model: Model,
+    origin: ArrayLike,
+    tangent: ArrayLike,
+    radius: float | None = None,
+    samples: int = SAMPLES,
+    rounds: int | None = None,
+) -> Rib:
+    """One rib, see :func:`build_ribs`."""
+    one = np.asarray(origin, np.float64)[None]
+    along = np.asarray(tangent, np.float64)[None]
+    return build_ribs(model, one, along, radius, samples, rounds)[0]
+
+
+def _build_rib(
+    origin: Points,
+    axes: Points,
+    cut: tuple,
+    side: float,
+    radius: float,
+    samples: int,
+    rounds: int,
+    tolerance: float,
+) -> Rib:
+    points, offsets, closed, rims, gap, about, nearest, mended = cut
+    if not len(points):
+        none = np.empty((0, 3))
+        note = f"the model has nothing within {radius:g} of the backbone"
+        return Rib(
+            origin, axes, none, none, none, -1, math.inf, False, 0, False, (False, False), note
+        )  # fmt: skip
+    note = ""
+    taken = 0
+    polygon, around = points[:0], False
+    reaches = False, False
+    if gap >= 0.0:
+        polygon, around, taken, ends = trace_outline(
+            points, offsets, closed, rims, about, side, radius, rounds, gap, tolerance
+        )
+        reaches = ends[0] == RIM_MET, ends[1] == RIM_MET
+        if len(polygon) < 2:
+            note = "no contour passes the backbone: the nearest segment is taken as it is"
+    if len(polygon) < 2:
+        polygon = points[offsets[nearest] : offsets[nearest + 1]]
+        around = bool(closed[nearest])
+        reaches = bool(rims[nearest, 0]), bool(rims[nearest, 1])
+        if side < 0.0:
+            polygon, reaches = polygon[::-1].copy(), (reaches[1], reaches[0])
+    flat, directions, backbone = sample_polygon(polygon, around, samples)
+    return Rib(
+        origin,
+        axes,
+        origin + polygon @ axes[:2],
+        origin + flat @ axes[:2],
+        directions @ axes[:2],
+        backbone,
+        float(measure_off_backbone(polygon)),
+        around,
+        taken,
+        mended,
+        reaches,
+        note,
+    )
+
+
+@kernel
+def slice_segments(
+    corners: Points,
+    triangles: Int32Array,
+    components: Int32Array,
+    boxes: Points,
+    nodes: Int32Array,
+    order: Int32Array,
+    origin: Points,
+    axes: Points,
+    radius: float,
+    tolerance: float,
+) -> tuple[Points, Int32Array, Bools, Bools, float, Points, int, bool]:
+    """The segments that belong to the one nearest to the origin: points, offsets, closed and rims
+    as of Segments, without overhangs where segments cross, and joined where ends face each other.
+
+    Then the widest gap to be closed, -1 if the nearest segment is alone and has none; (2, 2) the
+    foot of the origin and the unit normal of the nearest segment there; its number; and whether
+    any was shortened or joined.
+    """
+    ends, keys, _ = cut_edges(
+        corners, triangles, components, boxes, nodes, order, origin, axes, radius
+    )
+    points, offsets, closed, rims = join_edges(ends, keys, tolerance)
+    about = np.zeros((2, 2))
+    if not len(closed):
+        return points, offsets, closed, rims, -1.0, about, -1, False
+    points, offsets, closed, rims, gap, is_mended = mend_segments(
+        points, offsets, closed, rims, radius, tolerance
+    )
+    nearest, edge, share, _ = find_nearest_segment(points, offsets)
+    for c in range(2):
+        about[0, c] = points[edge, c] + share * (points[edge + 1, c] - points[edge, c])
+    about[1, 0], about[1, 1] = find_chord_normal(
+        points, offsets[nearest], offsets[nearest + 1], edge, share, WINDOW * radius
+    )
+    return points, offsets, closed, rims, gap, about, nearest, is_mended
+
+
+@kernel
+def find_chord_normal(
+    points: Points, low: Index, high: Index, edge: int, share: float, reach: float
+) -> tuple[float, float]:
+    """The right normal of the polyline ``low:high`` about a place on an edge: of the chord from
+    ``reach`` before to ``reach`` behind, or of the edge if that has no length."""
+    x = points[edge, 0] + share * (points[edge + 1, 0] - points[edge, 0])
+    y = points[edge, 1] + share * (points[edge + 1, 1] - points[edge, 1])
+    ends = np.empty((2, 2))
+    for side in range(2):
+        at_x, at_y = x, y
+        k = edge if side == 0 else edge + 1
+        step = -1 if side == 0 else 1
+        left = reach
+        while low <= k < high and left > 0.0:
+            size = math.hypot(points[k, 0] - at_x, points[k, 1] - at_y)
+            part = 1.0 if size <= left else left / size
+            at_x += part * (points[k, 0] - at_x)
+            at_y += part * (points[k, 1] - at_y)
+            left -= size
+            k += step
+        ends[side, 0], ends[side, 1] = at_x, at_y
+    dx, dy = ends[1, 0] - ends[0, 0], ends[1, 1] - ends[0, 1]
+    size = math.hypot(dx, dy)
+    if size <= 1e-6 * reach:
+        dx, dy = points[edge + 1, 0] - points[edge, 0], points[edge + 1, 1] - points[edge, 1]
+        size = math.hypot(dx, dy)
+    return dy / size, -dx / size
+
+
+@kernel
+def count_rounds(gap: float, scale: float) -> int:
+    """How many dilations close a gap: the paper's one, or as many as the gap needs, so long as
+    they stay within the margin. Two pixels meet after k if they are 2 k + 1 apart, and the pixels
+    of two places are apart by less than one more than those."""
+    needed = math.ceil(0.5 * gap * scale)
+    return min(max(needed, 1), MARGIN - 1)
+
+
+@kernel
+def trace_outline(
+    points: Points,
+    offsets: Int32Array,
+    closed: Bools,
+    rims: Bools,
+    about: Points,
+    outward: float,
+    radius: float,
+    rounds: int,
+    gap: float,
+    tolerance: float,
+) -> tuple[Points, bool, int, tuple[int, int]]:
+    """The outer contour through the foot by way of a picture, the outside on its right.
+
+    points to about: as of slice_segments(). outward: +1 or -1, the sign that makes the normal there
+    point out. rounds: of dilation and erosion; below 1 they follow from the gap.
+
+    (p, 2) the polygon, is it closed, how many rounds, and how both ends came about.
+    """
+    scale, low_x, low_y, rows, columns = fit_picture(points, radius)
+    pixels = np.empty_like(points)
+    for k in range(len(points)):
+        pixels[k, 0] = (points[k, 0] - low_x) * scale
+        pixels[k, 1] = (points[k, 1] - low_y) * scale
+    k = rounds if rounds > 0 else count_rounds(gap, scale)
+    first, known = draw_segments(pixels, offsets, closed, rims, rows, columns)
+    picture = close_gaps(first, k)
+    x, y = (about[0, 0] - low_x) * scale, (about[0, 1] - low_y) * scale
+    border = find_outer_contour(picture, x, y)
+    start = find_passing_pixel(border, first, x, y, outward * about[1, 0], outward * about[1, 1])
+    if start < 0:
+        return points[:0].copy(), False, k, (0, 0)
+    s, t = choose_segment(known, first, border, start, 1, min(400, len(border)), True)
+    none = (np.empty(0, np.int32), np.empty(0), np.empty(0))
+    one = walk_contour(known, first, border, start, 1, s, t, none)
+    ahead = collect_points(points, known, (one[0], one[1], one[2]), one[3] != AROUND)
+    if one[3] == AROUND:
+        if len(ahead) < 3:
+            return ahead[:0], False, k, (0, 0)
+        ring = thin_points(np.concatenate((ahead, ahead[:1])), tolerance)
+        ring[len(ring) - 1] = ring[0]
+        return cut_loops(ring, True, TOUCH * tolerance), True, k, (one[3], one[3])
+    two = walk_contour(known, first, border, start, -1, s, t, (one[0], one[1], one[2]))
+    behind = collect_points(points, known, (two[0], two[1], two[2]), True)
+    polygon = thin_points(np.concatenate((behind[::-1].copy(), ahead)), tolerance)
+    # Contours run counter-clockwise, background on their right, as polygons do.
+    return cut_loops(polygon, False, TOUCH * tolerance), False, k, (two[3], one[3])
+
+
+@kernel
+def measure_off_backbone(points: Points) -> float:
+    """Distance of the origin from a polygon."""
+    best = np.inf
+    for k in range(len(points) - 1):
+        best = min(best, find_foot(points, k, 0.0, 0.0)[0])
+    return best
+
+
+def find_signs(model: Model, feet: Points, normals: Points, radius: float) -> NDArray[np.float64]:
+    """(m,) +1 or -1: the signs that make normals (m, 3) at feet (m, 3), on the surface and in the
+    order of a curve, point out.
+
+    Outside is where more of the world is seen: lines are drawn to a point from afar, from
+    DIRECTIONS sides, and those count that meet nothing before it. Neighbours within the radius
+    whose normals are nearly parallel share their votes, so that a curve has one outside even
+    where clutter misleads the votes of some points. Where nothing is seen, or as much on both
+    sides, outside is away from the middle of the model's box.
+    """
+    m = len(feet)
+    relative = np.ones(m)
+    cosine = np.einsum("ij,ij->i", normals[1:], normals[:-1])
+    apart = np.linalg.norm(np.diff(feet, axis=0), axis=1) > radius
+    breaks = np.r_[True, apart | (np.abs(cosine) < SURE)]
+    relative[1:] = np.sign(cosine)
+    run = np.cumsum(breaks) - 1
+    for first, last in pairwise([*np.flatnonzero(breaks), m]):
+        relative[first:last] = np.cumprod(np.r_[1.0, relative[first + 1 : last]])
+    asked = _probes(run, m)
+    seen = _seen(model, feet[asked], radius)
+    ways = spread_directions(DIRECTIONS)
+    votes = np.einsum("pd,dc,pc->p", seen.astype(np.float64), ways, normals[asked])
+    total = np.bincount(run[asked], votes * relative[asked], run[-1] + 1)
+    middle = 0.5 * (model.points.min(axis=0) + model.points.max(axis=0))
+    away = np.einsum("ij,ij->i", feet - middle, normals) * relative
+    fallback = np.bincount(run, weights=away)
+    count = np.bincount(run[asked], minlength=len(total))
+    tie = np.abs(total) < 1e-6 * np.maximum(count, 1)
+    total = np.where(tie, fallback, total)
+    return relative * np.where(total < 0.0, -1.0, 1.0)[run]
+
+
+def _probes(run: NDArray[np.int64], m: int) -> NDArray[np.int64]:
+    """The points to look from: spread over all, and at least one of every run."""
+    even = np.unique(np.linspace(0, m - 1, min(m, PROBES)).round().astype(np.int64))
+    first = np.searchsorted(run, np.arange(run[-1] + 1))
+    last = np.searchsorted(run, np.arange(run[-1] + 1), side="right")
+    return np.unique(np.r_[even, (first + last - 1) // 2])
+
+
+def _seen(model: Model, feet: Points, radius: float) -> NDArray[np.bool_]:
+    """(p, DIRECTIONS) are points seen from afar?"""
+    ways = spread_directions(DIRECTIONS)
+    far = 2.0 * model.diagonal
+    origins = (feet[:, None] + far * ways).reshape(-1, 3)
+    rays = np.tile(-ways, (len(feet), 1))
+    lengths = model.first_hits(origins, rays).lengths
+    return (lengths > far - SUNK * radius).reshape(len(feet), DIRECTIONS)
+
+
+def spread_directions(count: int) -> Points:
+    """(count, 3) unit vectors, spread evenly: a spiral with the golden angle."""
+    z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+    turn = np.pi * (1.0 + np.sqrt(5.0)) * np.arange(count)
+    flat = np.sqrt(1.0 - z * z)
+    return np.stack([flat * np.cos(turn), flat * np.sin(turn), z], axis=1)

@@ -1,4 +1,5 @@
-"""Slices: the edges that a plane cuts out of a model's triangles, near a point."""
+"""Slices: the edges that a plane cuts out of a model's triangles near a point, and the segments
+that they join to along the surface patches, then end to end."""
 
 from __future__ import annotations
 
@@ -6,10 +7,10 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Index, Int32Array, Int64Array
-from patterndb.geometry.points import Points
+from patterndb.geometry.points import Bools, Points
 from patterndb.geometry.tree import begin_walk, make_stack, make_walk, measure_backwards
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
@@ -21,6 +22,10 @@ RADIUS = 0.05
 
 #: The key of an end that is none of a mesh edge's, but where the circle cuts the edge off.
 RIM = -1
+
+#: Ends this close, as a share of the model's diagonal, are stitched, and points of a segment this
+#: close are one. Coordinates in files have some seven digits.
+STITCH = 1e-6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -57,7 +62,7 @@ def slice_model(
     and cuts of closed meshes are closed. Source: feature curve recovery paper, section 4.3.1.
     Raises InvalidFeatureError for a normal without length and a radius that is not above 0.
     """
-    place, axes = frame(origin, normal)
+    place, axes = find_plane(origin, normal)
     reach = RADIUS * model.diagonal if radius is None else float(radius)
     if not (math.isfinite(reach) and reach > 0.0):
         raise InvalidFeatureError(f"the radius of a rib is {reach}; give a length above 0")
@@ -67,7 +72,7 @@ def slice_model(
     return Slice(place, axes, ends, keys, parts)
 
 
-def frame(origin: ArrayLike, normal: ArrayLike) -> tuple[Points, Points]:
+def find_plane(origin: ArrayLike, normal: ArrayLike) -> tuple[Points, Points]:
     """(3,) the origin and (3, 3) the axes of a plane: x, y and the unit normal, right-handed."""
     place = np.array(origin, np.float64)
     across = np.array(normal, np.float64)
@@ -104,28 +109,6 @@ def set_axes(normal: Points, axes: Points) -> None:
         d = (c + 1) % 3
         e = (c + 2) % 3
         axes[1, c] = axes[2, d] * axes[0, e] - axes[2, e] * axes[0, d]
-
-
-@kernel(forceinline=True)
-def _is_apart(
-    boxes: Points, b: Index, far: float, asked: tuple[Points, Points, float], bound: float
-) -> bool:
-    """Does box b surely not meet the disc?"""
-    origin, axes, radius = asked
-    across = 0.0
-    half = 0.0
-    away = 0.0
-    for c in range(3):
-        low = boxes[b, 0, c] - origin[c]
-        high = boxes[b, 1, c] - origin[c]
-        across += 0.5 * (low + high) * axes[2, c]
-        half += 0.5 * (high - low) * abs(axes[2, c])
-        d = max(low, 0.0, -high)
-        away += d * d
-    return abs(across) > half + 1e-9 * radius or away > radius * radius * (1.0 + 1e-9)
-
-
-_walk_disc = make_walk(measure_backwards, _is_apart)
 
 
 @kernel
@@ -170,6 +153,28 @@ def _clip(ends: Points, keys: Int64Array, e: Index, radius: float) -> bool:
         ends[e, 1, 0], ends[e, 1, 1] = px + high * dx, py + high * dy
         keys[e, 1] = -1
     return True
+
+
+@kernel(forceinline=True)
+def _is_apart(
+    boxes: Points, b: Index, far: float, asked: tuple[Points, Points, float], bound: float
+) -> bool:
+    """Does box b surely not meet the disc?"""
+    origin, axes, radius = asked
+    across = 0.0
+    half = 0.0
+    away = 0.0
+    for c in range(3):
+        low = boxes[b, 0, c] - origin[c]
+        high = boxes[b, 1, c] - origin[c]
+        across += 0.5 * (low + high) * axes[2, c]
+        half += 0.5 * (high - low) * abs(axes[2, c])
+        d = max(low, 0.0, -high)
+        away += d * d
+    return abs(across) > half + 1e-9 * radius or away > radius * radius * (1.0 + 1e-9)
+
+
+_walk_disc = make_walk(measure_backwards, _is_apart)
 
 
 @kernel
@@ -226,3 +231,212 @@ def cut_edges(
             if _clip(ends, keys, n, radius):
                 n += 1
     return ends[:n].copy(), keys[:n].copy(), parts[:n].copy()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Segments:
+    """Polylines in the plane of a slice, none of a single point.
+
+    points:  (p, 2) float64. offsets: (s + 1,) int32: segment i has the points
+             ``offsets[i]:offsets[i + 1]``; a closed one ends with its first point.
+    closed:  (s,) bool. rims: (s, 2) bool, is the first, the last point on the circle?
+    """
+
+    points: Points
+    offsets: Int32Array
+    closed: Bools
+    rims: Bools
+
+    def __len__(self) -> int:
+        return len(self.closed)
+
+    def __getitem__(self, i: int) -> Points:
+        """(k, 2) the points of segment i."""
+        return self.points[self.offsets[i] : self.offsets[i + 1]]
+
+
+def segments_of(cut: Slice, tolerance: float) -> Segments:
+    """The segments of a slice.
+
+    Cut edges join where they cut the same mesh edge, so long as no third one does; then ends
+    join that lie within ``tolerance`` of each other, so long as no third one does.
+    Source: feature curve recovery paper, section 4.3.2.
+    """
+    return Segments(*join_edges(cut.ends, cut.keys, tolerance))
+
+
+@kernel
+def join_edges(
+    ends: Points, keys: NDArray[np.int64], tolerance: float
+) -> tuple[Points, Int32Array, Bools, Bools]:
+    """Points, offsets, closed and rims of Segments from edges (e, 2, 2) with keys (e, 2)."""
+    node, n_nodes = _nodes(keys)
+    entered, strings, closed = chain_ends(_mates(node, n_nodes))
+    points = np.empty((len(ends) + len(closed), 2))
+    offsets = np.empty(len(strings), np.int32)
+    rims = np.zeros((len(closed), 2), np.bool_)
+    offsets[0] = 0
+    n = 0
+    for i in range(len(closed)):
+        last = 0
+        for k in range(strings[i], strings[i + 1]):
+            last = entered[k] ^ 1
+            points[n] = ends[entered[k] >> 1, entered[k] & 1]
+            n += 1
+        points[n] = ends[last >> 1, last & 1]
+        n += 1
+        offsets[i + 1] = n
+        first = entered[strings[i]]
+        rims[i, 0] = keys[first >> 1, first & 1] == RIM
+        rims[i, 1] = keys[last >> 1, last & 1] == RIM
+    return stitch_segments(points, offsets, closed, rims, tolerance)
+
+
+@kernel
+def _nodes(keys: NDArray[np.int64]) -> tuple[Int32Array, int]:
+    """(2 e,) the node of each end, and how many there are; ends on the circle have their own."""
+    flat = keys.reshape(-1)
+    order = np.argsort(flat, kind="mergesort")
+    node = np.empty(len(flat), np.int32)
+    n = -1
+    for i in range(len(order)):
+        k = order[i]
+        if i == 0 or flat[k] == RIM or flat[k] != flat[order[i - 1]]:
+            n += 1
+        node[k] = n
+    return node, n + 1
+
+
+@kernel
+def _mates(node: Int32Array, n: int) -> Int32Array:
+    """(2 e,) the end at the same node, where a node has just two; else -1."""
+    degree = np.zeros(n, np.int32)
+    last = np.full(n, -1, np.int32)
+    mate = np.full(len(node), -1, np.int32)
+    for k in range(len(node)):
+        degree[node[k]] += 1
+        if last[node[k]] >= 0:
+            mate[k] = last[node[k]]
+            mate[mate[k]] = k
+        last[node[k]] = k
+    for k in range(len(node)):
+        if degree[node[k]] != 2:
+            mate[k] = -1
+    return mate
+
+
+@kernel
+def chain_ends(mate: Int32Array) -> tuple[Int32Array, Int32Array, Bools]:
+    """Pieces with two ends each, 2 i and 2 i + 1, strung up where ends are mates.
+
+    The ends (m,) where pieces are entered, in turn; offsets (s + 1,) of the strings; and which
+    (s,) are closed. Open strings come first.
+    """
+    m = len(mate) // 2
+    entered = np.empty(m, np.int32)
+    offsets = np.empty(m + 1, np.int32)
+    closed = np.zeros(m, np.bool_)
+    used = np.zeros(m, np.bool_)
+    n = 0
+    s = 0
+    offsets[0] = 0
+    for loops in range(2):
+        for k in range(2 * m):
+            if used[k >> 1] or (loops == 0 and mate[k] >= 0):
+                continue
+            at = k
+            while at >= 0 and not used[at >> 1]:
+                used[at >> 1] = True
+                entered[n] = at
+                n += 1
+                at = mate[at ^ 1]
+            closed[s] = loops == 1
+            s += 1
+            offsets[s] = n
+    return entered, offsets[: s + 1].copy(), closed[:s].copy()
+
+
+@kernel
+def stitch_segments(
+    points: Points, offsets: Int32Array, closed: Bools, rims: Bools, tolerance: float
+) -> tuple[Points, Int32Array, Bools, Bools]:
+    """The segments end to end where two free ends meet, thinned."""
+    free = np.empty(2 * len(closed), np.bool_)
+    for i in range(len(closed)):
+        for side in range(2):
+            free[2 * i + side] = not (closed[i] or rims[i, side])
+    entered, strings, loops = chain_ends(_ends_within(points, offsets, free, tolerance))
+    result = np.empty((len(points) + len(loops), 2))
+    starts = np.empty(len(strings), np.int32)
+    whole = np.empty(len(loops), np.bool_)
+    ends = np.zeros((len(loops), 2), np.bool_)
+    starts[0] = 0
+    n = 0
+    s = 0
+    for i in range(len(loops)):
+        first = n
+        last = 0
+        for k in range(strings[i], strings[i + 1]):
+            at = entered[k]
+            last = at ^ 1
+            low = offsets[at >> 1]
+            high = offsets[(at >> 1) + 1]
+            for j in range(high - low):
+                result[n] = points[low + j] if at % 2 == 0 else points[high - 1 - j]
+                n += 1
+        if loops[i]:
+            result[n] = result[first]
+            n += 1
+        begin = entered[strings[i]]
+        whole[s] = loops[i] or closed[begin >> 1]
+        n = _thin(result, first, n, whole[s], tolerance)
+        if n == first:
+            continue
+        ends[s, 0] = rims[begin >> 1, begin & 1]
+        ends[s, 1] = rims[last >> 1, last & 1]
+        s += 1
+        starts[s] = n
+    return result[:n].copy(), starts[: s + 1].copy(), whole[:s].copy(), ends[:s].copy()
+
+
+@kernel
+def _ends_within(points: Points, offsets: Int32Array, free: Bools, reach: float) -> Int32Array:
+    """(2 s,) the one other free end within reach; -1 with none, and with several."""
+    m = len(free)
+    mate = np.full(m, -1, np.int32)
+    count = np.zeros(m, np.int32)
+    for i in range(m):
+        if not free[i]:
+            continue
+        p = points[offsets[i >> 1]] if i % 2 == 0 else points[offsets[(i >> 1) + 1] - 1]
+        for j in range(i):
+            if not free[j]:
+                continue
+            q = points[offsets[j >> 1]] if j % 2 == 0 else points[offsets[(j >> 1) + 1] - 1]
+            if (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 <= reach * reach:
+                mate[i] = j
+                mate[j] = i
+                count[i] += 1
+                count[j] += 1
+    for i in range(m):
+        if mate[i] >= 0 and (count[i] > 1 or count[mate[i]] > 1):
+            mate[i] = -1
+    return mate
+
+
+@kernel
+def _thin(points: Points, first: Index, n: Index, loop: bool, reach: float) -> int:
+    """Drops points within reach of the one before from the segment ``first:n``, never its ends;
+    the new n, ``first`` if too little is left."""
+    x, y = points[n - 1, 0], points[n - 1, 1]
+    at = first
+    for k in range(first + 1, n):
+        dx = points[k, 0] - points[at, 0]
+        dy = points[k, 1] - points[at, 1]
+        if dx * dx + dy * dy > reach * reach:
+            at += 1
+            points[at, 0], points[at, 1] = points[k, 0], points[k, 1]
+    if at - first < (3 if loop else 1):
+        return first
+    points[at, 0], points[at, 1] = x, y
+    return at + 1

@@ -1,7 +1,20 @@
-"""Statistical shape models: principal components of registered shapes, edited by their curves."""
+"""Statistical shape models: principal components of registered shapes, edited by their curves.
 
-from patterndb_sketch.features.shapemodel.edit import Edit, edit, moved
-from patterndb_sketch.features.shapemodel.errors import ErrorTable, error_table
-from patterndb_sketch.features.shapemodel.model import ShapeModel
+Read model, then edit.
+"""
 
-__all__ = ["Edit", "ErrorTable", "ShapeModel", "edit", "error_table", "moved"]
+from patterndb_sketch.features.shapemodel.edit import ShapeEdit, edit, pull_feature
+from patterndb_sketch.features.shapemodel.model import ErrorTable, ShapeModel, measure_errors
+
+#: The name that the guide showed.
+moved = pull_feature
+
+__all__ = [
+    "ErrorTable",
+    "ShapeEdit",
+    "ShapeModel",
+    "edit",
+    "measure_errors",
+    "moved",
+    "pull_feature",
+]

@@ -26,7 +26,7 @@ STEPS_EACH = 50
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Edit:
+class ShapeEdit:
     """A shape that came closest to its targets.
 
     coefficients: (l,) float64, within the box. points: (n, 3) float64, their shape.
@@ -40,7 +40,7 @@ class Edit:
     misses: Mapping[str, float]
 
 
-def moved(
+def pull_feature(
     model: ShapeModel, name: str, by: ArrayLike, *, start: ArrayLike | None = None,
     vertex: int | None = None,
 ) -> dict[str, Points]:  # fmt: skip
@@ -72,7 +72,7 @@ def edit(
     held: Mapping[str, float] | None = None,
     start: ArrayLike | None = None,
     stiffness: float = STIFFNESS,
-) -> Edit:
+) -> ShapeEdit:
     """The shape within the model's box whose features are nearest to the targets.
 
     targets:   by feature, (m, 3) where its vertices shall be.
@@ -88,7 +88,9 @@ def edit(
     Raises InvalidFeatureError for features that are not there, for targets of another number of
     vertices, and for weights that are negative.
     """
-    begin, matrix, wanted = system(model, targets, held=held, start=start, stiffness=stiffness)
+    begin, matrix, wanted = build_system(
+        model, targets, held=held, start=start, stiffness=stiffness
+    )
     low, high = model.box
     found = lsq_linear(
         matrix,
@@ -110,10 +112,10 @@ def edit(
         )
         for name, places in targets.items()
     }
-    return Edit(coefficients, points, side, misses)
+    return ShapeEdit(coefficients, points, side, misses)
 
 
-def system(
+def build_system(
     model: ShapeModel,
     targets: Mapping[str, ArrayLike],
     *,

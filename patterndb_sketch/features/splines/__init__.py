@@ -1,7 +1,10 @@
-"""B-spline curves: evaluation, arc length, and least squares through given points."""
+"""B-spline curves: evaluation, arc length, and least squares through given points.
 
-from patterndb_sketch.features.splines.fit import Constraint, Fit, fit_spline
-from patterndb_sketch.features.splines.parameters import chordal
+Read spline (the curve), knots (parameters and knots), fit.
+"""
+
+from patterndb_sketch.features.splines.fit import Constraint, SplineFit, fit_spline
+from patterndb_sketch.features.splines.knots import chordal_parameters
 from patterndb_sketch.features.splines.spline import Spline
 
-__all__ = ["Constraint", "Fit", "Spline", "chordal", "fit_spline"]
+__all__ = ["Constraint", "Spline", "SplineFit", "chordal_parameters", "fit_spline"]

@@ -1,24 +1,47 @@
-"""Least squares splines through samples, some of which are met exactly."""
+"""Least squares splines through samples, some of which are met exactly.
+
+That is min |N C - A|^2 subject to M C = B, N and M being rows of a B-spline basis. The rows have
+degree + 1 entries next to each other, so the normal matrix is banded: no product of full matrices,
+which would also wake up the threads of a numerical library for nothing. Parameters are then
+corrected: samples slide along the curve to where it is nearest to them.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BSpline
+from scipy.linalg import lapack, pinvh
 
+from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points, as_points
+from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.splines.correction import corrected
-from patterndb_sketch.features.splines.knots import averaged_knots, n_determined
-from patterndb_sketch.features.splines.leastsquares import (
-    basis_rows,
-    constrained_least_squares,
-    distances,
+from patterndb_sketch.features.splines.knots import (
+    as_parameters,
+    average_knots,
+    chordal_parameters,
+    count_determined,
+    find_distinct,
 )
-from patterndb_sketch.features.splines.parameters import as_parameters, chordal, distinct
 from patterndb_sketch.features.splines.spline import MAX_DEGREE, Spline
+
+#: The libraries' routines are known at run time only.
+_lapack: Any = lapack
+
+#: A squared pivot below this share of the largest: the matrix is taken as rank-deficient.
+SINGULAR = 1e-12
+
+#: Eigenvalues below this share of the largest count as 0 where a matrix is rank-deficient.
+CUTOFF = 1e-13
+
+#: Of the gap to its neighbour a parameter may move this share: neighbours that move towards
+#: each other do not pass.
+LEEWAY = 0.49
 
 #: A sample's number, and the point where the curve must be at its parameter.
 Constraint = tuple[int, ArrayLike]
@@ -34,7 +57,7 @@ EXACT = 1e-10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Fit:
+class SplineFit:
     """A spline through samples.
 
     parameters:  (m,) float64, those of the samples.
@@ -66,7 +89,7 @@ def fit_spline(
     parameters: ArrayLike | None = None,
     constraints: Sequence[Constraint] = (),
     rounds: int = ROUNDS,
-) -> Fit:
+) -> SplineFit:
     """The spline with the least sum of squared distances to (m, 3) samples, m >= 2.
 
     degree:      a lower one is taken, and noted, where there are too few distinct samples.
@@ -85,10 +108,12 @@ def fit_spline(
     given = as_points(samples, "samples of a curve", InvalidFeatureError)
     if len(given) < 2:
         raise InvalidFeatureError(f"a curve needs at least 2 samples, got {len(given)}")
-    chosen = chordal(given) if parameters is None else as_parameters(parameters, len(given))
+    chosen = (
+        chordal_parameters(given) if parameters is None else as_parameters(parameters, len(given))
+    )
     numbers, targets = _constraints(constraints, given, chosen)
     notes: list[str] = []
-    n_distinct = len(distinct(chosen))
+    n_distinct = len(find_distinct(chosen))
     if not 1 <= degree <= MAX_DEGREE:
         raise InvalidFeatureError(f"a spline's degree is {degree}; give one of 1 to {MAX_DEGREE}")
     if degree >= n_distinct:
@@ -102,7 +127,7 @@ def fit_spline(
     scale = scale if scale > 0.0 else 1.0
     wanted = (given - centre) / scale
     wanted[numbers] = (targets - centre) / scale
-    control, error, residual = _solved(wanted, chosen, numbers, knots, degree)
+    control, error, residual = _solve(wanted, chosen, numbers, knots, degree)
     if residual > EXACT:
         raise InvalidFeatureError(
             f"{len(numbers)} constraints cannot all be met by {n} control points: one is missed "
@@ -110,16 +135,16 @@ def fit_spline(
         )
     errors = [scale * error]
     for _ in range(rounds):
-        moved = corrected(Spline(degree, knots, control), wanted, chosen)
-        if n_determined(moved, knots, degree) < n:
+        moved = correct_parameters(Spline(degree, knots, control), wanted, chosen)
+        if count_determined(moved, knots, degree) < n:
             break
-        trial, trial_error, trial_residual = _solved(wanted, moved, numbers, knots, degree)
+        trial, trial_error, trial_residual = _solve(wanted, moved, numbers, knots, degree)
         if not (trial_error < error and trial_residual <= EXACT):
             break
         control, chosen, error, residual = trial, moved, trial_error, trial_residual
         errors.append(scale * error)
     spline = Spline(degree, knots, centre + scale * control)
-    return Fit(spline, chosen, errors[-1], tuple(errors), scale * residual, "; ".join(notes))
+    return SplineFit(spline, chosen, errors[-1], tuple(errors), scale * residual, "; ".join(notes))
 
 
 def _constraints(
@@ -155,7 +180,7 @@ def _knots(
     notes: list[str],
 ) -> Floats:
     """Knots for as many control points as asked for, or enough for the constraints."""
-    most = len(distinct(parameters))
+    most = len(find_distinct(parameters))
     if asked is not None:
         if asked <= degree:
             raise InvalidFeatureError(
@@ -164,24 +189,158 @@ def _knots(
             )
         if asked > most:
             notes.append(f"{most} control points instead of {asked}: no more samples")
-        return averaged_knots(parameters, degree, min(asked, most))
+        return average_knots(parameters, degree, min(asked, most))
     n = min(max(len(parameters) // SAMPLES_PER_CONTROL, degree + 1), most)
-    knots = averaged_knots(parameters, degree, n)
+    knots = average_knots(parameters, degree, n)
     held = parameters[numbers]
-    if n_determined(held, knots, degree) == len(held):
+    if count_determined(held, knots, degree) == len(held):
         return knots
-    knots = averaged_knots(parameters, degree, n, held)
+    knots = average_knots(parameters, degree, n, held)
     more = len(knots) - degree - 1
     notes.append(f"{more} control points instead of {n}: constraints close together")
     return knots
 
 
-def _solved(
+def _solve(
     wanted: Points, parameters: Floats, numbers: NDArray[np.int64], knots: Floats, degree: int
 ) -> tuple[Points, float, float]:
     """(n, 3) control points, error and greatest residual of the constraints."""
-    values, first = basis_rows(parameters, knots, degree)
+    values, first = evaluate_basis(parameters, knots, degree)
     n = len(knots) - degree - 1
-    control = constrained_least_squares(values, first, n, wanted, numbers)
-    off = distances(values, first, control, wanted)
+    control = solve_constrained(values, first, n, wanted, numbers)
+    off = measure_distances(values, first, control, wanted)
     return control, float(np.sqrt((off**2).mean())), float(off[numbers].max(initial=0.0))
+
+
+def correct_parameters(spline: Spline, samples: Points, parameters: Floats) -> Floats:
+    """(m,) parameters after one step of Newton's method for the feet of (m, 3) samples.
+
+    The ends keep theirs, and the parameters stay in order.
+
+    Source: Hoschek 1988, "Intrinsic parametrization for approximation". Differs from it: where
+    the curve is bent so much that Newton's step leads to the farthest point, the step of Gauss
+    and Newton is taken, and steps are cut short where parameters would pass each other.
+    """
+    off = spline.evaluate(parameters) - samples
+    velocity = spline.derivative(parameters, 1)
+    slope = np.einsum("mc,mc->m", off, velocity)
+    speed = np.einsum("mc,mc->m", velocity, velocity)
+    bend = speed + np.einsum("mc,mc->m", off, spline.derivative(parameters, 2))
+    # Below half of Gauss and Newton's the second derivative is no guide.
+    bend = np.where(bend > 0.5 * speed, bend, speed)
+    step = -slope / np.where(bend > 0.0, bend, np.inf)
+    gap = LEEWAY * np.diff(parameters)
+    step[1:-1] = np.clip(step[1:-1], -gap[:-1], gap[1:])
+    step[0] = step[-1] = 0.0
+    return parameters + step
+
+
+def evaluate_basis(parameters: Floats, knots: Floats, degree: int) -> tuple[Floats, Int32Array]:
+    """((m, degree + 1) basis functions not 0 at parameters (m,), (m,) the number of the first)."""
+    matrix = BSpline.design_matrix(parameters, knots, degree)
+    width = degree + 1
+    values = np.asarray(matrix.data, np.float64).reshape(-1, width)
+    return values, matrix.indices[::width].astype(np.int32)
+
+
+def solve_constrained(
+    values: Floats, first: Int32Array, n: int, wanted: Points, held: NDArray[np.int64]
+) -> Points:
+    """(n, 3) the control points C with the least |N C - A|^2 that meet the held rows exactly.
+
+    values, first: rows of N as of :func:`evaluate_basis`; wanted: (m, 3) A; held: (q,) the numbers
+    of the rows that are constraints: M and B are those rows of N and A.
+
+    With multipliers L: N'N C + M'L = N'A and M C = B. C is taken out of the second by the
+    first. Refined once: the residual is taken from A, not from N'N, which has half the digits.
+    Where a matrix is rank-deficient, least squares and the smallest solution of the whole.
+    """
+    bands = _normal_bands(values, first, n)
+    exact = np.zeros((len(held), n))
+    for k in range(values.shape[1]):
+        exact[np.arange(len(held)), first[held] + k] = values[held, k]
+    factor, failed = _lapack.dpbtrf(bands, lower=1)
+    pivots = factor[0]
+    if failed or pivots.min() ** 2 < SINGULAR * pivots.max() ** 2:
+        return _deficient(values, first, exact, bands, wanted, held)
+    lifted = _lapack.dpbtrs(factor, exact.T, lower=1)[0] if len(held) else exact.T
+    schur, failed = _lapack.dpotrf(exact @ lifted, lower=1) if len(held) else (None, 0)
+    if schur is not None:
+        pivots = np.diag(schur)
+        if failed or pivots.min() ** 2 < SINGULAR * pivots.max() ** 2:
+            return _deficient(values, first, exact, bands, wanted, held)
+    control = np.zeros((n, wanted.shape[1]))
+    multipliers = np.zeros((len(held), wanted.shape[1]))
+    for _ in range(2):
+        off = wanted - _times(values, first, control)
+        right = _transposed(values, first, n, off) - exact.T @ multipliers
+        free = _lapack.dpbtrs(factor, right, lower=1)[0]
+        if schur is not None:
+            more = _lapack.dpotrs(schur, exact @ free - off[held], lower=1)[0]
+            multipliers += more
+            free -= lifted @ more
+        control += free
+    return control
+
+
+def measure_distances(values: Floats, first: Int32Array, control: Points, wanted: Points) -> Floats:
+    """(m,) of the points that the rows give from wanted (m, 3)."""
+    return np.linalg.norm(_times(values, first, control) - wanted, axis=1)
+
+
+def _deficient(
+    values: Floats,
+    first: Int32Array,
+    exact: Floats,
+    bands: Floats,
+    wanted: Points,
+    held: NDArray[np.int64],
+) -> Points:
+    """The same by the full matrix of the system and its pseudo-inverse."""
+    q, n = exact.shape
+    system = np.zeros((n + q, n + q))
+    for k in range(len(bands)):
+        at = np.arange(n - k)
+        system[at + k, at] = system[at, at + k] = bands[k, : n - k]
+    system[:n, n:] = exact.T
+    system[n:, :n] = exact
+    inverse = pinvh(system, rtol=CUTOFF)
+    result = np.zeros((n + q, wanted.shape[1]))
+    for _ in range(2):
+        off = wanted - _times(values, first, result[:n])
+        right = _transposed(values, first, n, off) - exact.T @ result[n:]
+        result += inverse @ np.concatenate([right, off[held]])
+    return result[:n]
+
+
+@kernel
+def _normal_bands(values: Floats, first: Int32Array, n: int) -> Floats:
+    """(degree + 1, n) N'N: the diagonal, and the diagonals below it."""
+    bands = np.zeros((values.shape[1], n))
+    for i in range(len(values)):
+        for a in range(values.shape[1]):
+            for b in range(a, values.shape[1]):
+                bands[b - a, first[i] + a] += values[i, a] * values[i, b]
+    return bands
+
+
+@kernel
+def _times(values: Floats, first: Int32Array, control: Points) -> Points:
+    """(m, c) N times (n, c)."""
+    result = np.zeros((len(values), control.shape[1]))
+    for i in range(len(values)):
+        for k in range(values.shape[1]):
+            for c in range(control.shape[1]):
+                result[i, c] += values[i, k] * control[first[i] + k, c]
+    return result
+
+
+@kernel
+def _transposed(values: Floats, first: Int32Array, n: int, points: Points) -> Points:
+    """(n, c) the transpose of N times (m, c)."""
+    result = np.zeros((n, points.shape[1]))
+    for i in range(len(values)):
+        for k in range(values.shape[1]):
+            for c in range(points.shape[1]):
+                result[first[i] + k, c] += values[i, k] * points[i, c]
+    return result

@@ -12,7 +12,7 @@ from events import Events, alike, can_draw, check_looking, read
 from tents import BESIDE, at, drawn, keys, opened, picked, tent
 
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.sessionfile import Session, read_network, read_session
+from patterndb_sketch.features.sessionfile import FeatureSession, read_network, read_session
 from viewer import PictureFormatError
 from viewer.drawn import save_drawn
 from viewer.features import FeatureState, draw
@@ -65,9 +65,9 @@ def test_an_off_screen_picture_shows_the_model_and_its_curves(tmp_path: Path) ->
 
 def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="no key 'zz'"):
-        draw(tent(), tmp_path / "a.png", session=Session(), keys="zz")
+        draw(tent(), tmp_path / "a.png", session=FeatureSession(), keys="zz")
     with pytest.raises(PictureFormatError):
-        draw(tent(), tmp_path / "a.jpg", session=Session())
+        draw(tent(), tmp_path / "a.jpg", session=FeatureSession())
     assert list(tmp_path.iterdir()) == []
 
 

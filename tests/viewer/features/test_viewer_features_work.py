@@ -11,7 +11,7 @@ import pytest
 from tents import at, curve_of, drag, drawn, held, keys, line_of, opened, picked, tent
 
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.sessionfile import Session, read_session, write_session
+from patterndb_sketch.features.sessionfile import FeatureSession, read_session, write_session
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from viewer.features import FeatureState, work
 from viewer.features.edits import Curve, Edits, remade
@@ -86,7 +86,7 @@ def test_a_session_is_saved_and_opened_again(curved: FeatureState, tmp_path: Pat
 
 
 def test_given_settings_come_before_the_session_s() -> None:
-    session = Session(settings={"alpha": 0.25, "stiffness": 7.0, "else": 3.0})
+    session = FeatureSession(settings={"alpha": 0.25, "stiffness": 7.0, "else": 3.0})
     state = opened(session=session, settings=SnapSettings(alpha=0.5))
     try:
         assert (state.settings.alpha, state.settings.stiffness) == (0.5, 7.0)
@@ -94,7 +94,7 @@ def test_given_settings_come_before_the_session_s() -> None:
     finally:
         state.close()
     with pytest.raises(InvalidFeatureError, match="alpha"):
-        FeatureState(tent(), session=Session(settings={"alpha": 7.0}))
+        FeatureState(tent(), session=FeatureSession(settings={"alpha": 7.0}))
 
 
 def test_curves_keep_their_place_when_they_are_edited() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from shape_cases import car_shapes, drag, keys, number, opened, seen
 
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.shapemodel import edit, moved
+from patterndb_sketch.features.shapemodel import edit, pull_feature
 from viewer.shapes import ShapesState, shaping
 from viewer.shapes.choice import KEEP, SIGMAS, STIFF
 from viewer.shapes.pull import displaced
@@ -63,7 +63,7 @@ def test_a_dragged_curve_gives_the_edit_of_its_pull(
     shapes = state.shapes
     place = len(shapes.feature("roof_rail").vertices) // 2 if bending else None
     pull = offset * MIRROR if mirrored else offset
-    targets = moved(shapes, "roof_rail", pull, start=start, vertex=place)
+    targets = pull_feature(shapes, "roof_rail", pull, start=start, vertex=place)
     wanted = edit(shapes, targets, start=start, stiffness=KEEP)
     assert state.choice.coefficients == pytest.approx(wanted.coefficients, abs=1e-12)
     assert state.points == pytest.approx(wanted.points)
@@ -219,7 +219,7 @@ def test_the_first_stiffness_costs_a_pull_little(name: str) -> None:
     shapes = car_shapes()
     start = shapes.coefficients[2]
     for pull in 0.05 * np.r_[np.eye(3), -np.eye(3)]:
-        targets = moved(shapes, name, pull, start=start)
+        targets = pull_feature(shapes, name, pull, start=start)
         first, plain = (
             edit(shapes, targets, start=start, stiffness=KEEP),
             edit(shapes, targets, start=start),

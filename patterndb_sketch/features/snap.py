@@ -1,4 +1,8 @@
-"""A sketched curve with the ribs about it, cut at the feature beside it."""
+"""Snapping: a sketched curve moves to the feature beside it.
+
+A curve (Snap) with the ribs about it is cut at the feature; SnapSettings say what draws it there
+and how stiff it is, a FeatureCurve is what comes of it.
+"""
 
 from __future__ import annotations
 
@@ -14,24 +18,128 @@ from patterndb_sketch.features.fishbone import (
     Fishbone,
     Terms,
     cut,
-    held_rows,
-    moves,
-    synchronised,
+    find_held_rows,
+    find_moves,
+    find_terms,
+    synchronise,
     tau,
-    terms,
 )
-from patterndb_sketch.features.fishbone.constraints import with_held
-from patterndb_sketch.features.initial import initial_curve
+from patterndb_sketch.features.fishbone.cut import hold_rows
+from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.ribs import STITCH, Rib, build_ribs
-from patterndb_sketch.features.snap.curve import FeatureCurve
-from patterndb_sketch.features.snap.settings import SnapSettings
+from patterndb_sketch.features.ribs import RADIUS, SAMPLES, STITCH, Rib, build_ribs
 from patterndb_sketch.features.splines import Constraint, Spline, fit_spline
+
+#: The length over which bends are measured, as a share of the diagonal.
+WINDOW = 0.003
+
+#: How near the backbone bends count, as a share of the diagonal: see
+#: :func:`patterndb_sketch.features.fishbone.find_terms`.
+NEARNESS = 0.012
+
+#: Cost of moving across by as much as along: see :meth:`SnapSettings.cross`.
+THETA = 0.4
 
 #: Ribs kept when the curve is dragged have moved by at most this share of their radius, and
 #: turned by at most this, in radians.
 MOVED = 0.02
+
 TURNED = 0.035
+
+
+@dataclass(frozen=True, slots=True)
+class SnapSettings:
+    """What a curve is drawn to, and how stiff it is.
+
+    alpha:     1 for bends of the surface alone, 0 for the angle of its normals alone.
+    axis:      (3,) the direction that normals are measured from. beta: the angle, in radians.
+    stiffness: at least 1; the cost of moving across, as a multiple.
+    theta:     that cost as such: moving across by some length costs theta times what the worst
+               sample costs over the same length along the curve.
+    strict:    rather, as the paper has it, moving by one sample costs as much as the worst
+               sample: the curve hardly leaves the row that it is in.
+    window:    length over which bends are measured, as a share of the model's diagonal.
+    nearness:  bends at this distance from the backbone count 0.6 times, at twice it 0.14 times; a
+               share of the diagonal, inf where all count alike.
+    degree:    of the curve.
+    radius:    reach of ribs to either side, as a share of the diagonal. n_samples: of each.
+    rounds:    how often the ribs are built about the curve and cut. Two bring the curve to the
+               feature; a third the ribs of a stroke's ends, which at first lie askew to it.
+
+    Raises InvalidFeatureError for numbers out of range.
+    """
+
+    alpha: float = 1.0
+    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
+    beta: float = np.pi / 2.0
+    stiffness: float = 1.0
+    theta: float = THETA
+    strict: bool = False
+    window: float = WINDOW
+    nearness: float = NEARNESS
+    degree: int = 3
+    radius: float = RADIUS
+    n_samples: int = SAMPLES
+    rounds: int = 3
+
+    def __post_init__(self) -> None:
+        for name, value, low, high in (
+            ("alpha", self.alpha, 0.0, 1.0),
+            ("beta", self.beta, 0.0, np.pi),
+            ("stiffness", self.stiffness, 1.0, 1e6),
+            ("theta", self.theta, 0.0, 1e6),
+            ("window", self.window, 1e-9, 1.0),
+            ("nearness", self.nearness, 1e-9, np.inf),
+            ("radius", self.radius, 1e-6, 1.0),
+            ("n_samples", self.n_samples, 5, 100_001),
+            ("rounds", self.rounds, 1, 100),
+        ):
+            if not low <= value <= high:
+                raise InvalidFeatureError(f"{name} is {value}; give {low:g} to {high:g}")
+
+    def cross(self, fishbone: Fishbone, costs: Floats) -> Floats:
+        """(m - 1,) capacities of the cross edges of a fishbone with sample costs (m, k).
+
+        Source: feature curve recovery paper, section 4.3.3. Differs from the paper unless
+        strict: capacities above all samples' make a curve that goes straight on whatever the
+        surface is. Per length, rather than per sample, the result does not depend on how
+        densely ribs are sampled: a cross edge costs theta f s / d where samples are s apart on
+        ribs d apart.
+        """
+        count = len(costs) - 1
+        if self.strict:
+            return np.full(count, self.stiffness * costs[np.isfinite(costs)].max())
+        spacing, gaps = fishbone.spacing, fishbone.gaps
+        if not (count and gaps.mean() > 0.0):
+            return np.zeros(count)
+        step = (spacing[1:] + spacing[:-1]) / 2.0
+        return self.theta * self.stiffness * step / gaps.mean()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FeatureCurve:
+    """A curve on a feature of a model.
+
+    samples:     (m, 3) float64, where it was found: on the model, or where a rib bridges a gap on
+                 that rib, off the model by less than 1.2 times the gap; its constraints at theirs.
+    parameters:  (m,) float64, of the samples on the spline.
+    constraints: numbers of samples and the points that the spline meets exactly there.
+    repaired:    numbers of ribs that were put together from several segments.
+    failed:      numbers of ribs without a contour, or with one of another surface alone: samples
+                 there moved as those of their neighbours.
+    ended:       numbers of ribs that were cut at an end: the feature may be farther off.
+    notes:       what else is not as asked for.
+    """
+
+    spline: Spline
+    samples: Points
+    parameters: Floats
+    constraints: tuple[Constraint, ...]
+    settings: SnapSettings
+    repaired: tuple[int, ...]
+    failed: tuple[int, ...]
+    ended: tuple[int, ...]
+    notes: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,7 +178,7 @@ class Snap:
         """The curve of a stroke after ``settings.rounds`` rounds; see :func:`snap`."""
         chosen = SnapSettings() if settings is None else settings
         clicked = as_points(stroke, "points of a stroke", InvalidFeatureError)
-        sketch = initial_curve(model, clicked)
+        sketch = find_initial_curve(model, clicked)
         far = int((sketch.lengths > chosen.radius * model.diagonal).sum())
         notes = (
             (f"{far} of {len(sketch.samples)} samples of the stroke were far off the model",)
@@ -134,7 +242,7 @@ class Snap:
             ribs[i] = rib
         origins[~(moved | turned)] = self.origins[~(moved | turned)]
         tangents[~(moved | turned)] = self.tangents[~(moved | turned)]
-        fishbone = synchronised(Fishbone.from_ribs(ribs))
+        fishbone = synchronise(Fishbone.from_ribs(ribs))
         changed = replace(
             self, backbone=fit.spline, origins=origins, tangents=tangents, ribs=tuple(ribs),
             fishbone=fishbone, terms=_terms(self.model, fishbone, self.settings),
@@ -144,11 +252,11 @@ class Snap:
     def _cut(self, constraints: tuple[Constraint, ...]) -> Snap:
         """With the curve through the minimum cut of the ribs as they are."""
         bone = self.fishbone
-        held = held_rows(bone, constraints)
-        costs = with_held(tau(self.terms, self.settings.alpha), held)
+        held = find_held_rows(bone, constraints)
+        costs = hold_rows(tau(self.terms, self.settings.alpha), held)
         rows = cut(costs, self.settings.cross(bone, costs)).rows
         numbers = np.arange(len(self.ribs))
-        moved, told = moves(bone, rows, costs)
+        moved, told = find_moves(bone, rows, costs)
         # Samples of ribs that are not there are as far from the backbone as their neighbours.
         between = [np.interp(numbers, bone.ribs, moved[:, c]) for c in range(3)]
         wanted = self.origins + np.stack(between, axis=1)
@@ -220,7 +328,7 @@ def _about(
     fit = fit_spline(samples, degree=settings.degree, constraints=constraints)
     origins, tangents = fit.spline.evaluate(fit.parameters), fit.spline.tangent(fit.parameters)
     ribs = _ribs(model, origins, tangents, settings)
-    fishbone = synchronised(Fishbone.from_ribs(ribs))
+    fishbone = synchronise(Fishbone.from_ribs(ribs))
     curve = FeatureCurve(
         fit.spline, samples, fit.parameters, constraints, settings, (), (), (), notes
     )
@@ -242,6 +350,6 @@ def _ribs(
 
 def _terms(model: Model, fishbone: Fishbone, settings: SnapSettings) -> Terms:
     size = model.diagonal
-    return terms(
+    return find_terms(
         fishbone, settings.window * size, settings.nearness * size, settings.axis, settings.beta
     )
