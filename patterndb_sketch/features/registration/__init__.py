@@ -7,8 +7,8 @@ membrane and the model's hits), register.
 from patterndb_sketch.features.registration.boxes import box_template, template_of_name
 from patterndb_sketch.features.registration.curvenetwork import (
     CurveJoint,
-    CurveNetwork,
     DrawnNetwork,
+    FeatureNetwork,
     resolve_network,
 )
 from patterndb_sketch.features.registration.register import Feature, Registration, register
@@ -22,7 +22,7 @@ from patterndb_sketch.features.registration.template import (
 __all__ = [
     "ChainStep",
     "CurveJoint",
-    "CurveNetwork",
+    "FeatureNetwork",
     "DrawnNetwork",
     "Feature",
     "FeatureChain",

@@ -71,7 +71,7 @@ class DrawnNetwork:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class CurveNetwork:
+class FeatureNetwork:
     """Curves that meet exactly.
 
     curves:     by name, each from its first corner to its last.
@@ -113,7 +113,7 @@ def resolve_network(
     near: Mapping[str, ArrayLike] | None = None,
     meet: Mapping[str, Sequence[str]] | None = None,
     plane: tuple[Collection[str], Collection[str]] = ((), ()),
-) -> CurveNetwork:
+) -> FeatureNetwork:
     """The network of drawn curves that meet in the joints.
 
     tolerance: how far curves may pass and still meet, by default TOLERANCE of the diagonal.
@@ -169,7 +169,7 @@ def resolve_network(
         cut[name], places = _cut(name, longer[name], at, nodes, name in plane[0], tolerance)
         parameters |= {(name, joint): t for joint, t in places.items()}
     gaps = {name: gap for name, (_, _, gap) in found.items()}
-    return CurveNetwork(cut, nodes, parameters, gaps)
+    return FeatureNetwork(cut, nodes, parameters, gaps)
 
 
 def _restrict_joints(

@@ -14,8 +14,8 @@ from patterndb.geometry.points import Bools, Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration.curvenetwork import (
-    CurveNetwork,
     DrawnNetwork,
+    FeatureNetwork,
     resolve_network,
 )
 from patterndb_sketch.features.registration.mapping import (
@@ -71,7 +71,7 @@ class Registration:
     projected: Bools
     occluded: Bools
     doubt: NDArray[np.float64]
-    network: CurveNetwork
+    network: FeatureNetwork
     notes: tuple[str, ...]
 
 
@@ -89,9 +89,10 @@ def register(
     delta:     how far vertices may go from the membrane, in their shortest edges.
     rounds:    of mapping; each takes the surface of the one before for its membrane.
 
-    Source: feature curve recovery paper, section 5.1. Differs from the paper: see hits,
-    occluded, resolved, and rounds, of which the paper has one. Raises InvalidFeatureError for
-    curves that are missing or do not meet, and for a delta or rounds that mean nothing.
+    Source: feature curve recovery paper, section 5.1. Differs from the paper: see find_hits,
+    find_occluded, resolve_network, and rounds, of which the paper has one. Raises
+    InvalidFeatureError for curves that are missing or do not meet, and for a delta or rounds that
+    mean nothing.
     """
     if not (np.isfinite(delta) and delta > 0.0):
         raise InvalidFeatureError(f"delta is {delta}; give a number above 0, such as {DELTA:g}")
