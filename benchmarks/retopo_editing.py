@@ -43,7 +43,7 @@ from patterndb_sketch.retopo.arguments import (
 from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import check, genus_of, handles_of
+from patterndb_sketch.retopo.network import check_network, count_genus, count_handles
 from patterndb_sketch.retopo.script import line_of
 from patterndb_sketch.retopo.sessionfile import (
     RetopoSession,
@@ -257,8 +257,8 @@ class Watch:
             self.future = []
         self.now = after
         assert (editor.undoable, editor.redoable) == (len(self.past), len(self.future))
-        check(editor.network, patches=False)
-        genus = genus_of(editor.network.nodes, editor.network.chains)
+        check_network(editor.network, patches=False)
+        genus = count_genus(editor.network.nodes, editor.network.chains)
         assert genus <= self.handles, f"the network goes round {genus} of {self.handles} handles"
         if rng.random() < FILLED:
             self.fill()
@@ -274,7 +274,7 @@ class Watch:
         self.script.append("# filled")
         assert self.editor.network is found.network
         assert set(found.placed) <= set(found.network.patches)
-        check(found.network, patches=False)
+        check_network(found.network, patches=False)
         mesh = self.editor.mesh(found)
         assert np.isfinite(mesh.vertices).all() and np.isfinite(mesh.normals).all()
         self.now = self.digest(self.editor.state)
@@ -288,7 +288,7 @@ class Watch:
 
 
 def begun(ground: Ground, source: PatternSource, surface: bytes, why: Counter[str]) -> Watch:
-    watch = Watch(Editor(ground, source), surface, handles_of(ground), why=why)
+    watch = Watch(Editor(ground, source), surface, count_handles(ground), why=why)
     watch.now = watch.digest(watch.editor.state)
     return watch
 

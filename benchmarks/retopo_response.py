@@ -21,7 +21,7 @@ import patterndb
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import change_counts, choose_counts, rank_fills
 from patterndb_sketch.retopo.ground import Ground, clean_stroke
-from patterndb_sketch.retopo.network import check
+from patterndb_sketch.retopo.network import check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import find_completions
 from patterndb_sketch.retopo.tools.spine import preview_spine
@@ -68,7 +68,7 @@ def drawn(
     for y in ys[1:-1]:
         editor.do(Call("stroke", {"points": line((xs[0], y), (xs[-1], y))}))
     editor.fill()
-    check(editor.network)
+    check_network(editor.network)
     return editor
 
 

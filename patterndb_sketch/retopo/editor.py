@@ -22,7 +22,7 @@ from patterndb_sketch.retopo.filling import (
     weld_fills,
 )
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Network, with_borders
+from patterndb_sketch.retopo.network import Network, add_borders
 from patterndb_sketch.retopo.quadimport import QuadImport
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.state import DEPTH, History, State
@@ -70,7 +70,7 @@ class Editor:
         self.source = source
         chosen = Sizes.of(ground.diagonal) if sizes is None else sizes
         network = Network(longest=2.0 * ground.diagonal)
-        network = with_borders(network, ground, chosen.sampling)
+        network = add_borders(network, ground, chosen.sampling)
         self._history = History(State(network, chosen))
         # What is placed, and where ridges are, depends on the ground: the half one has its own.
         self._caches: dict[Plane | None, PlacedCache] = {}

@@ -18,7 +18,15 @@ from patterndb.geometry.quadshape import flipped
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Choice, FilledNetwork, Filling, PlacedPatch
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import BORDER, Chain, HalfChain, Network, Node, Patch, face
+from patterndb_sketch.retopo.network import (
+    BORDER,
+    Chain,
+    HalfChain,
+    Network,
+    Node,
+    Patch,
+    walk_face,
+)
 from patterndb_sketch.retopo.quadgrids import (
     GridCurves,
     Quads,
@@ -135,7 +143,7 @@ class _Builder:
         for half in range(2 * len(found)):
             if half in seen or bare.mark(half):
                 continue
-            loop, places = face(nodes, chains, half)
+            loop, places = walk_face(nodes, chains, half)
             seen.update(loop)
             source, filling = self._grid(loop, places)
             patches[next_id] = Patch(next_id, loop, places, filling)

@@ -18,7 +18,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.system.documents import JsonValue
-from patterndb_sketch.retopo.network import NONE, BrokenNetworkError, Chain, Network, Node, check
+from patterndb_sketch.retopo.network import (
+    NONE,
+    BrokenNetworkError,
+    Chain,
+    Network,
+    Node,
+    check_network,
+)
 from patterndb_sketch.retopo.sessionfills import (
     ARRAYS,
     MOST,
@@ -104,7 +111,7 @@ def network_of(value: JsonValue, arrays: Mapping[str, NDArray[Any]]) -> Network:
         value.fail("an id is used twice")
     try:
         # Patches stay as they are while chains move: not every loop need be one.
-        check(network, patches=False)
+        check_network(network, patches=False)
     except BrokenNetworkError as error:
         value.fail(f"{error}; the file was changed, or a fault wrote it")
     return network

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from patterndb_sketch.retopo.network import Network, equal
+from patterndb_sketch.retopo.network import Network, are_equal
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Plane
 
@@ -27,7 +27,7 @@ class State:
         return (
             self.sizes == other.sizes
             and self.plane == other.plane
-            and equal(self.network, other.network)
+            and are_equal(self.network, other.network)
         )
 
 

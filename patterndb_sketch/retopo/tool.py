@@ -19,7 +19,7 @@ from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import MOST_POINTS, Argument, Number
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundPoints, GroundStroke, clean_stroke
-from patterndb_sketch.retopo.network import Edit, Network, nearest_place, samples
+from patterndb_sketch.retopo.network import Edit, Network, find_nearest_place, take_samples
 from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Half, refuse_beyond
 from query.engine import PatternSource
@@ -122,8 +122,8 @@ class ToolWork:
     def chain_at(self, point: ArrayLike) -> int:
         """The chain nearest to a point of the ground, within the snap radius."""
         foot = self.foot(point)
-        found = nearest_place(
-            samples(self.network), foot.points[0], foot.normals[0], self.state.sizes.snap
+        found = find_nearest_place(
+            take_samples(self.network), foot.points[0], foot.normals[0], self.state.sizes.snap
         )
         if found is None:
             raise RefusedError("no curve is near; point closer to one")

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from retopo_cases import plane, sphere
 
 from patterndb_sketch.retopo.editor import Call, Editor, Outcome
-from patterndb_sketch.retopo.network import Network, check
+from patterndb_sketch.retopo.network import Network, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from query.engine import PatternSource
 
@@ -19,7 +19,7 @@ def do(editor: Editor, tool: str, **arguments: object) -> Outcome:
     """A call that must do something, and leave a sound network."""
     outcome = editor.do(Call(tool, arguments))
     assert outcome.refused is None, outcome
-    check(editor.network)
+    check_network(editor.network)
     return outcome
 
 

@@ -9,7 +9,7 @@ from editor_cases import (
 )
 
 from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh, side_lengths
-from patterndb_sketch.retopo.network import Network, equal
+from patterndb_sketch.retopo.network import Network, are_equal
 
 EDGE = SIZES.edge
 
@@ -55,7 +55,7 @@ def assert_welded(found: FilledNetwork, mesh: RetopoMesh) -> None:
 
 def same_fills(one: FilledNetwork, two: FilledNetwork) -> bool:
     return (
-        equal(one.network, two.network)
+        are_equal(one.network, two.network)
         and one.notes == two.notes
         and one.placed.keys() == two.placed.keys()
         and all(

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling import has_suitable_fill, weld_fills
-from patterndb_sketch.retopo.network import BORDER, check
+from patterndb_sketch.retopo.network import BORDER, check_network
 from patterndb_sketch.retopo.quadgrids import check_quads, mark_separatrices
 from patterndb_sketch.retopo.quadimport import QuadImport
 
@@ -128,7 +128,7 @@ def holds(found: QuadImport, mesh: Mesh) -> None:
     """What always holds: the network's invariants, patches of four sides of one chain, T never,
     counts as they were, irregular vertices at nodes."""
     network = found.network
-    check(network)
+    check_network(network)
     for patch in network.patches.values():
         assert patch.corners == (0, 1, 2, 3)
         assert len(patch.loop) == 4

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground, GroundStroke
-from patterndb_sketch.retopo.network import Network, check, face
+from patterndb_sketch.retopo.network import Network, check_network, walk_face
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
@@ -63,7 +63,7 @@ def drawn(*strokes: ArrayLike, network: Network | None = None) -> Network:
     at = Network() if network is None else network
     for stroke in strokes:
         at = insert_stroke(at, plane(), SIZES, flat(stroke)).network
-        check(at)
+        check_network(at)
     return at
 
 
@@ -97,7 +97,7 @@ def faces(network: Network) -> list[tuple[int, ...]]:
     for chain in network.chains:
         for half in (2 * chain, 2 * chain + 1):
             if half not in seen:
-                found.append(face(network.nodes, network.chains, half)[0])
+                found.append(walk_face(network.nodes, network.chains, half)[0])
                 seen.update(found[-1])
     return found
 

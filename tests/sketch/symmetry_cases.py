@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import SYMMETRY, Network, with_borders
+from patterndb_sketch.retopo.network import SYMMETRY, Network, add_borders
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half
 
@@ -42,7 +42,7 @@ def half(name: str, plane: Plane) -> Half:
 
 
 def empty(ground: Ground, sizes: Sizes) -> Network:
-    return with_borders(Network(longest=4.0 * ground.diagonal), ground, sizes.sampling)
+    return add_borders(Network(longest=4.0 * ground.diagonal), ground, sizes.sampling)
 
 
 def seam(network: Network) -> list[int]:

@@ -8,7 +8,7 @@ from boundary_cases import same_corners
 from plane_cases import SIZES, corners_of, plane_ground, polygons
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.network import Network, check
+from patterndb_sketch.retopo.network import Network, check_network
 from patterndb_sketch.retopo.tools.autocomplete import (
     autocomplete,
     find_completions,
@@ -50,7 +50,7 @@ def test_a_suggestion_becomes_a_patch(
     assert found[0].suggestion.case == case
     assert len(found[0].curves(SIZES)) == curves
     edit = take_completion(before, found[0], SIZES)
-    check(edit.network)
+    check_network(edit.network)
     assert len(edit.network.patches) == len(before.patches) + 1
     assert any(
         same_corners(corners_of(edit.network, p), corners, NEAR) for p in edit.network.patches
@@ -66,9 +66,9 @@ def test_between_two_patches_at_a_corner_the_gap_is_filled() -> None:
     network = polygons(floor)
     network = _with(network, WALL)
     network = _with(network, OTHER_WALL)
-    check(network)
+    check_network(network)
     edit = autocomplete(network, plane_ground(), (0.25, 0.05, 0.0), UP, SIZES)
-    check(edit.network)
+    check_network(edit.network)
     assert len(edit.network.patches) == 4
     assert any(
         same_corners(corners_of(edit.network, p), [(0, 0), (0.5, 0), (0.5, 2), (0, 2)], NEAR)
@@ -80,13 +80,19 @@ def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network
     """The network with three strokes that make a patch on the floor y = 0."""
     from plane_cases import line, up
 
-    from patterndb_sketch.retopo.network import AtChain, AtNode, Draft, nearest_place, samples
+    from patterndb_sketch.retopo.network import (
+        AtChain,
+        AtNode,
+        Draft,
+        find_nearest_place,
+        take_samples,
+    )
 
     (x0, _, _), (x1, _, _), _, (_, y1, _) = polygon
     draft = Draft(network)
     corners = []
     for x in (x0, x1):
-        place = nearest_place(samples(network), (x, 0.0, 0.0), UP, 0.1)
+        place = find_nearest_place(take_samples(network), (x, 0.0, 0.0), UP, 0.1)
         assert place is not None
         corners.append(draft.end_node(AtChain(place.chain, place.place), *([np.zeros(3)] * 2)))
     points = line((x1, 0.0), (x1, y1), (x0, y1), (x0, 0.0))
@@ -108,7 +114,7 @@ def test_all_choices_make_sound_networks() -> None:
     network = polygons(LOW, ROOF)
     for one in find_completions(network, plane_ground(), (0.4, 0.1, 0.0), UP, SIZES):
         edit = take_completion(network, one, SIZES)
-        check(edit.network)
+        check_network(edit.network)
         assert len(edit.network.patches) == 3
 
 
@@ -116,7 +122,7 @@ def test_completing_again_and_again_grows_a_row() -> None:
     network = polygons(POST)
     for y in (0.0, 1.0, 2.0, 3.0):
         network = autocomplete(network, plane_ground(), (0.0, y, 0.0), UP, SIZES).network
-        check(network)
+        check_network(network)
     assert len(network.patches) == 5
     tops = [corners_of(network, p)[:, 1].max() for p in network.patches]
     assert np.allclose(sorted(tops), [0, 1, 2, 3, 4], atol=NEAR)

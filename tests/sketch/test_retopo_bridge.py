@@ -13,7 +13,7 @@ from bridge_cases import FOOT, THIN, bridge, ring
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import Choice, filling_of, place_fill, rank_fills
 from patterndb_sketch.retopo.filling.report import report_mesh
-from patterndb_sketch.retopo.network import Network, Patch, check, with_choice
+from patterndb_sketch.retopo.network import Network, Patch, check_network, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from query.engine import PatternSource
 
@@ -69,7 +69,7 @@ def feet(network: Network) -> list[Patch]:
 def test_handle_and_sheet_are_filled_without_a_flip(source: PatternSource) -> None:
     editor = drawn(source)
     found = editor.fill()
-    check(found.network)
+    check_network(found.network)
     made = report_mesh(found, bridge())
     assert found.notes == ()
     assert (made.unfilled, made.flipped, made.tangled) == (0, 0, 0)
@@ -104,5 +104,5 @@ def test_feet_flip_for_no_counts_that_leave_the_rings_round(
         counted = {c: replace(chains[c], count=n) for c, n in counts.items()}
         tried = replace(network, chains={**network.chains, **counted})
         for fill in islice(rank_fills(tried, patch, source), 3):
-            one = with_choice(tried, patch.id, filling_of(patch).with_choice(Choice.of(fill)))
+            one = set_choice(tried, patch.id, filling_of(patch).with_choice(Choice.of(fill)))
             assert not len(place_fill(one, bridge(), one.patches[patch.id]).flipped), counts

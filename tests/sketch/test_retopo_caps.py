@@ -14,8 +14,14 @@ from retopo_cases import genus
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundPoints, clean_stroke
-from patterndb_sketch.retopo.network import Network, check, face, outline, with_borders
-from patterndb_sketch.retopo.network.flooding import flooded, wall_of
+from patterndb_sketch.retopo.network import (
+    Network,
+    add_borders,
+    check_network,
+    trace_outline,
+    walk_face,
+)
+from patterndb_sketch.retopo.network.flooding import flood_triangles, make_wall
 from patterndb_sketch.retopo.network.patches import ROUNDNESS
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import autocomplete
@@ -82,7 +88,7 @@ def feet(ground: Ground, *point: float) -> GroundPoints:
 def ringed(ground: Ground, *heights: float, corners: int = 4) -> tuple[Network, Sizes]:
     """Rings around z with corners at even angles, drawn as a user does."""
     sizes = Sizes.of(ground.diagonal)
-    network = with_borders(Network(longest=2.0 * ground.diagonal), ground, sizes.sampling)
+    network = add_borders(Network(longest=2.0 * ground.diagonal), ground, sizes.sampling)
     for z in heights:
         stroke = clean_stroke(ring(z), ground, sizes, True)
         network = insert_stroke(network, ground, sizes, stroke).network
@@ -90,7 +96,7 @@ def ringed(ground: Ground, *heights: float, corners: int = 4) -> tuple[Network, 
             at = ring(z)[90 * k // corners]
             foot = ground.nearest(at[None])
             network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
-            check(network)
+            check_network(network)
     assert genus(network) == 0
     return network, sizes
 
@@ -99,7 +105,7 @@ def left_of(network: Network) -> list[float]:
     """Of every patch, on which side of its loop about z it is: 1 above, -1 below."""
     found: list[float] = []
     for patch in network.patches.values():
-        points, normals = outline(network, patch.loop)
+        points, normals = trace_outline(network, patch.loop)
         along = np.roll(points, -1, axis=0) - points
         found.append(float(np.sign(np.cross(normals, along)[:, 2].sum())))
     return found
@@ -133,7 +139,7 @@ def test_a_ring_around_a_finger_has_its_tip_up_to_the_bound(z: float) -> None:
     for angle in (0.0, 2.0, 4.0):
         foot = feet(ground, radius * np.cos(angle), radius * np.sin(angle), z)
         network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
-    check(network)
+    check_network(network)
     # Never the hand.
     assert left_of(network) == ([1.0] if ratio < ROUNDNESS else [])
 
@@ -143,7 +149,7 @@ def test_an_end_with_a_curve_or_a_hole_in_it_is_none() -> None:
     network, _ = ringed(finger(), 6.0, 5.6)
     assert left_of(network) == [1.0]
     (patch,) = network.patches.values()
-    assert outline(network, patch.loop)[0][:, 2].mean() == pytest.approx(6.0, abs=0.05)
+    assert trace_outline(network, patch.loop)[0][:, 2].mean() == pytest.approx(6.0, abs=0.05)
     # Without the triangles at the tip.
     whole = finger()
     top = whole.vertices[whole.triangles][:, :, 2].max(axis=1) > 6.99
@@ -163,7 +169,7 @@ def test_around_a_handle_there_is_no_end() -> None:
     for at in line[::20]:
         foot = ground.nearest(at[None])
         network = toggle_corner(network, sizes, foot.points[0], foot.normals[0]).network
-    check(network)
+    check_network(network)
     assert not network.patches
 
 
@@ -171,11 +177,11 @@ def test_around_a_handle_there_is_no_end() -> None:
 @given(st.floats(0.2, 5.8), st.floats(0.5, 40.0))
 def test_flooding_stops_at_walls_and_beyond_its_area(z: float, most: float) -> None:
     ground = finger()
-    wall = wall_of(ground, [(ring(z), True)])
+    wall = make_wall(ground, [(ring(z), True)])
     assert wall is not None
     middle = ground.vertices[ground.triangles].mean(axis=1)[:, 2]
     seeds = np.flatnonzero(middle > 6.8)[:1].astype(np.int32)
-    found = flooded(ground, wall.crossed, seeds, most)
+    found = flood_triangles(ground, wall.crossed, seeds, most)
     # By heights: all above the ring that it does not cross.
     expected = np.flatnonzero((middle > z) & ~wall.crossed)
     area = ground.surface.areas[expected].sum()
@@ -199,7 +205,7 @@ def test_the_cap_of_a_cylinder_knows_the_ends_of_limbs() -> None:
         np.array([[1.0, 0, 2.0], [1.0, 0, 2.9], [1.0, 0, 3.8]]), ground, sizes, False
     )
     done = join_loops(network, ground, sizes, stroke).network
-    check(done)
+    check_network(done)
     # Four around, and the top; below there is more than an end.
     assert len(done.patches) == 5
 
@@ -209,7 +215,7 @@ def test_by_hand_any_loop_around_a_place_is_a_patch_and_none_again(height: float
     network, _ = ringed(tin(), 2.0)
     assert not network.patches
     made = make_patch(network, tin(), feet(tin(), 0.7, 0.7, height))
-    check(made.network, patches=False)
+    check_network(made.network, patches=False)
     assert left_of(made.network) == [1.0 if height > 2.0 else -1.0]
     with pytest.raises(RefusedError, match="already"):
         make_patch(made.network, tin(), feet(tin(), 0.7, 0.7, height))
@@ -252,7 +258,7 @@ def test_what_can_be_no_patch_by_hand_is_refused() -> None:
 def test_the_loop_around_a_place_is_on_the_side_it_is_on(angle: float, z: float) -> None:
     network, _ = ringed(tin(), 2.0)
     half = find_loop(network, tin(), feet(tin(), np.cos(angle), np.sin(angle), z))
-    points, normals = outline(network, face(network.nodes, network.chains, half)[0])
+    points, normals = trace_outline(network, walk_face(network.nodes, network.chains, half)[0])
     along = np.roll(points, -1, axis=0) - points
     above = np.cross(normals, along)[:, 2].sum() > 0.0
     if abs(z - 2.0) > 0.01:
@@ -269,18 +275,18 @@ def slit() -> tuple[Network, Ground, Sizes]:
 
 def test_a_strip_closed_by_one_curve_is_open_to_spines_and_suggestions() -> None:
     network, ground, sizes = slit()
-    check(network)
+    check_network(network)
     assert genus(network) == 0
     stroke = clean_stroke(np.array([[-0.9, 0.4, 0.3], [-0.9, 0.4, 1.2]]), ground, sizes, False)
     drawn = draw_spine(network, ground, stroke, sizes).network
-    check(drawn, patches=False)
+    check_network(drawn, patches=False)
     assert genus(drawn) == 0
     (new,) = [p for p in drawn.patches.values() if p.id not in network.patches and len(p.loop) <= 5]
     assert len(new.corners) == 4
     # It stands on the ring, which has a T-junction for the patch beyond.
-    below = outline(drawn, new.loop)[0][:, 2]
+    below = trace_outline(drawn, new.loop)[0][:, 2]
     assert below.min() == pytest.approx(0.3, abs=0.02) and below.max() < 1.5
     foot = feet(ground, *ring(0.3)[38])
     found = autocomplete(network, ground, foot.points[0], foot.normals[0], sizes).network
-    check(found, patches=False)
+    check_network(found, patches=False)
     assert genus(found) == 0 and len(found.chains) > len(network.chains)

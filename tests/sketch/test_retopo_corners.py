@@ -7,7 +7,13 @@ import pytest
 from retopo_cases import SIZES, chain_between, drawn, flat, node_at, plane, square
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.network import Network, check, equal, with_borders, with_count
+from patterndb_sketch.retopo.network import (
+    Network,
+    add_borders,
+    are_equal,
+    check_network,
+    set_count,
+)
 from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle_corner
 from patterndb_sketch.retopo.tools.erase import erase_chains
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
@@ -18,16 +24,16 @@ UP = (0.0, 0.0, 1.0)
 def test_a_corner_of_a_square_is_toggled_away_and_back() -> None:
     network = square()
     for count, chain in enumerate(sorted(network.chains), 5):
-        network = with_count(network, chain, count)
+        network = set_count(network, chain, count)
     sides = [chain_between(network, (2, 0), end) for end in ((0, 0), (2, 1))]
     total = sum(network.chains[side].count for side in sides)
     less = toggle_corner(network, SIZES, (1.97, 0.02, 0), UP).network
-    check(less)
+    check_network(less)
     (patch,) = less.patches.values()
     assert len(patch.corners) == 3
     assert less.chains[chain_between(less, (0, 0), (2, 1))].count == total
     again = toggle_corner(less, SIZES, (2.01, -0.005, 0), UP).network
-    check(again)
+    check_network(again)
     (patch,) = again.patches.values()
     assert len(patch.corners) == 4
     parts = [again.chains[chain_between(again, (2, 0), end)] for end in ((0, 0), (2, 1))]
@@ -39,7 +45,7 @@ def test_a_corner_of_a_square_is_toggled_away_and_back() -> None:
 def test_a_corner_is_made_on_a_curve_for_both_sides() -> None:
     network = drawn([[1, 0], [1, 1]], network=square())
     done = toggle_corner(network, SIZES, (1.02, 0.5, 0), UP).network
-    check(done)
+    check_network(done)
     assert [len(patch.corners) for patch in done.patches.values()] == [5, 5]
     node = done.nodes[node_at(done, 1, 0.5)]
     assert node.flagged == (True, True) and not node.cut
@@ -65,16 +71,16 @@ def test_a_corner_on_a_closed_chain_and_away_again() -> None:
     t = np.linspace(0, 2 * np.pi, 100, endpoint=False)
     ring = insert_stroke(Network(), plane(), SIZES, flat(np.c_[np.cos(t), np.sin(t)], True)).network
     one = toggle_corner(ring, SIZES, (1.03, 0, 0), UP).network
-    check(one)
+    check_network(one)
     (node,) = one.nodes.values()
     (chain,) = one.chains.values()
     assert chain.start == chain.end == node.id and not one.patches
     two = toggle_corner(one, SIZES, (-1.03, 0, 0), UP).network
-    check(two)
+    check_network(two)
     (patch,) = two.patches.values()
     assert len(patch.corners) == 2
     none = toggle_corner(one, SIZES, (1.03, 0, 0), UP).network
-    check(none)
+    check_network(none)
     (back,) = none.chains.values()
     (old,) = ring.chains.values()
     assert back.loose
@@ -82,7 +88,7 @@ def test_a_corner_on_a_closed_chain_and_away_again() -> None:
 
 
 def test_a_border_cannot_lose_the_corner_where_it_ends_at_another_curve() -> None:
-    network = drawn([[-5, 1], [5, 1]], network=with_borders(Network(), plane(), 0.02))
+    network = drawn([[-5, 1], [5, 1]], network=add_borders(Network(), plane(), 0.02))
     left = chain_between(network, (-5, 1), (5, 1)) if len(network.chains) == 1 else None
     assert left is None
     corner = network.nodes[node_at(network, 5, 1)]
@@ -105,12 +111,12 @@ def test_a_t_junction_becomes_a_corner_and_back() -> None:
     assert sorted(len(patch.corners) for patch in network.patches.values()) == [4, 4, 4]
     lower = {patch.id: patch for patch in network.patches.values() if len(patch.loop) == 4}
     flipped = flip_wedge(network, SIZES, (1, 1.3, 0), (1.01, 1, 0), UP).network
-    check(flipped)
+    check_network(flipped)
     assert sorted(len(patch.corners) for patch in flipped.patches.values()) == [4, 4, 5]
     assert len(lower) == 2
     assert all(flipped.patches[k] is patch for k, patch in lower.items())
     back = flip_wedge(flipped, SIZES, (1, 1.3, 0), (1, 1, 0), UP).network
-    check(back)
+    check_network(back)
     assert sorted(len(patch.corners) for patch in back.patches.values()) == [4, 4, 4]
     assert [n.flagged for n in back.nodes.values()] == [n.flagged for n in network.nodes.values()]
 
@@ -118,7 +124,7 @@ def test_a_t_junction_becomes_a_corner_and_back() -> None:
 def test_the_last_corner_of_a_node_stays() -> None:
     network = drawn([[0, 0], [1, 0]], [[0.5, 0], [0.5, 1]])
     one = flip_wedge(network, SIZES, (0.2, 0.3, 0), (0.5, 0, 0), UP).network
-    check(one)
+    check_network(one)
     node = one.nodes[node_at(one, 0.5, 0)]
     assert sum(node.flagged) == 1
     with pytest.raises(RefusedError, match="last corner"):
@@ -141,9 +147,9 @@ def test_a_corner_that_the_user_made_of_a_t_junction_outlives_its_stem() -> None
     flipped = flip_wedge(network, SIZES, (1, 1.3, 0), (1, 1, 0), UP).network
     stem = chain_between(flipped, (1, 0), (1, 1))
     done = erase_chains(flipped, [stem]).network
-    check(done)
+    check_network(done)
     assert done.nodes[node_at(done, 1, 1)].valence == 2
     plain = erase_chains(network, [chain_between(network, (1, 0), (1, 1))]).network
-    check(plain)
-    assert not equal(plain, done)
+    check_network(plain)
+    assert not are_equal(plain, done)
     assert chain_between(plain, (0, 1), (2, 1))

@@ -14,10 +14,10 @@ from patterndb_sketch.retopo.network import (
     AtChain,
     Draft,
     Network,
-    check,
-    equal,
-    nearest_place,
-    samples,
+    are_equal,
+    check_network,
+    find_nearest_place,
+    take_samples,
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.cylinder import find_rings, join_loops
@@ -72,7 +72,7 @@ def with_corners(network: Network, z: float, degrees: list[float]) -> Network:
     """The network with corners on the loop at a height, on both of its sides."""
     for angle in np.deg2rad(degrees):
         point = (np.cos(angle), np.sin(angle), z)
-        place = nearest_place(samples(network), point, point * np.array([1, 1, 0]), 0.1)
+        place = find_nearest_place(take_samples(network), point, point * np.array([1, 1, 0]), 0.1)
         assert place is not None
         draft = Draft(network)
         node = draft.end_node(AtChain(place.chain, place.place), np.zeros(3), np.zeros(3))
@@ -115,7 +115,7 @@ def test_a_stroke_between_two_loops_makes_four_patches() -> None:
     ground = long_tube()
     edit = join_loops(two_loops_of_tube(), ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3)))
     network = edit.network
-    check(network)
+    check_network(network)
     assert [len(p.corners) for p in network.patches.values()] == [4] * 4
     for z in (1.0, 3.0):
         assert near_angles(angles(network, z), [0, 90, 180, 270])
@@ -132,12 +132,12 @@ def test_corners_of_one_loop_are_carried_over_to_the_other() -> None:
     ground = long_tube()
     before = with_corners(two_loops_of_tube(), 1.0, [0, 90, 180])
     network = join_loops(before, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 3))).network
-    check(network)
+    check_network(network)
     assert len(network.patches) == 3
     assert near_angles(angles(network, 3.0), [0, 90, 180])
     # The same from the other end.
     turned = join_loops(before, ground, SIZES, drawn(ground, (1, 0, 3), (1, 0, 1))).network
-    check(turned)
+    check_network(turned)
     assert near_angles(angles(turned, 3.0), [0, 90, 180])
 
 
@@ -147,7 +147,7 @@ def test_corners_of_both_loops_are_joined_in_order() -> None:
     before = with_corners(before, 3.0, [10, 130, 240])
     stroke = drawn(ground, (1, 0, 1), (np.cos(0.17), np.sin(0.17), 3))
     network = join_loops(before, ground, SIZES, stroke).network
-    check(network)
+    check_network(network)
     assert len(network.patches) == 3
     assert near_angles(angles(network, 3.0), [10, 130, 240])
     assert len(network.nodes) == 6
@@ -158,7 +158,7 @@ def test_other_divisions() -> None:
     for division in (2, 3, 6):
         stroke = drawn(ground, (1, 0, 1), (1, 0, 3))
         network = join_loops(two_loops_of_tube(), ground, SIZES, stroke, division).network
-        check(network)
+        check_network(network)
         assert len(network.patches) == division
         assert near_angles(angles(network, 1.0), [360.0 * j / division for j in range(division)])
 
@@ -168,7 +168,7 @@ def test_a_second_cylinder_goes_on_from_the_first() -> None:
     network = circle(ground, 2.0, two_loops_of_tube())
     network = join_loops(network, ground, SIZES, drawn(ground, (1, 0, 1), (1, 0, 2))).network
     network = join_loops(network, ground, SIZES, drawn(ground, (0, 1, 2), (0, 1, 3))).network
-    check(network)
+    check_network(network)
     assert len(network.patches) == 8
     assert near_angles(angles(network, 2.0), [0, 90, 180, 270])
 
@@ -181,13 +181,13 @@ def test_on_a_ball_the_pole_gets_a_cap() -> None:
     mid = np.deg2rad(50)
     stroke = drawn(ground, (c30, 0, low), (np.cos(mid), 0, np.sin(mid)), (c70, 0, high))
     network = join_loops(before, ground, SIZES, stroke).network
-    check(network)
+    check_network(network)
     assert len(network.patches) == 5
     assert all(len(p.corners) == 4 for p in network.patches.values())
     without = join_loops(before, ground, SIZES, stroke, caps="never").network
     assert len(without.patches) == 4
     both = join_loops(before, ground, SIZES, stroke, caps="always").network
-    check(both)
+    check_network(both)
     assert len(both.patches) == 6
 
 
@@ -201,7 +201,7 @@ def test_nested_circles_of_a_plane_are_joined_and_the_inner_one_filled() -> None
         network = insert_stroke(network, ground, SIZES, closed).network
     stroke = drawn(ground, (4, 3, 0), (5, 3, 0))
     after = join_loops(network, ground, SIZES, stroke).network
-    check(after)
+    check_network(after)
     assert len(after.patches) == 5
 
 
@@ -223,7 +223,7 @@ def test_what_cannot_be_is_refused_and_nothing_changes() -> None:
     for network, stroke, words in cases:
         with pytest.raises(RefusedError, match=words):
             join_loops(network, ground, SIZES, stroke)
-    assert equal(before, kept)
+    assert are_equal(before, kept)
     with pytest.raises(InvalidRetopoError, match="division"):
         join_loops(before, ground, SIZES, cases[0][1], division=1)
 

@@ -26,20 +26,20 @@ from patterndb_sketch.retopo.network import (
     Network,
     add_chain,
     add_loop,
-    check,
-    equal,
-    genus_of,
-    handles_of,
+    are_equal,
+    check_network,
+    count_genus,
+    count_handles,
 )
-from patterndb_sketch.retopo.network.crossings import Step, first_order
+from patterndb_sketch.retopo.network.crossings import FaceStep, find_first_order
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.erase import erase_chains
 from patterndb_sketch.retopo.tools.stroke import DOUBLED, insert_stroke
 
 
 def sound(network: Network) -> None:
-    check(network)
-    assert genus(network) == genus_of(network.nodes, network.chains) == 0
+    check_network(network)
+    assert genus(network) == count_genus(network.nodes, network.chains) == 0
 
 
 def after(network: Network, *points: ArrayLike) -> Network:
@@ -69,19 +69,19 @@ def torus() -> Ground:
 
 def test_handles_are_those_of_the_classification_of_surfaces() -> None:
     ring, ball = torus(), trimesh.creation.icosphere(subdivisions=2)
-    assert handles_of(ring) == 1
-    assert handles_of(Ground.of_mesh(ball)) == handles_of(plane()) == 0
+    assert count_handles(ring) == 1
+    assert count_handles(Ground.of_mesh(ball)) == count_handles(plane()) == 0
     # Holes in it change nothing, and parts add.
-    assert handles_of(Ground.of(ring.vertices, ring.triangles[40:])) == 1
+    assert count_handles(Ground.of(ring.vertices, ring.triangles[40:])) == 1
     both = np.concatenate([ring.vertices, ring.vertices + 5.0, ball.vertices - 5.0])
     n = len(ring.vertices)
     triangles = np.concatenate([ring.triangles, ring.triangles + n, ball.faces + 2 * n])
-    assert handles_of(Ground.of(both, triangles)) == 2
+    assert count_handles(Ground.of(both, triangles)) == 2
     # Two balls that touch in a vertex.
     touching = np.concatenate([ball.vertices, 2.0 * ball.vertices[:1] - ball.vertices])
     m = len(ball.vertices)
     turned = np.concatenate([ball.faces, ball.faces[:, ::-1] + m])
-    assert handles_of(Ground.of(touching, turned)) == 0
+    assert count_handles(Ground.of(touching, turned)) == 0
 
 
 def test_a_curve_may_go_round_a_handle_of_the_ground() -> None:
@@ -93,7 +93,7 @@ def test_a_curve_may_go_round_a_handle_of_the_ground() -> None:
     network = Network()
     for line, goes_round in ((short, 0), (long, 1)):
         network = insert_stroke(network, ring, sizes, clean_stroke(line, ring, sizes, True)).network
-        check(network)
+        check_network(network)
         assert genus(network) == goes_round
     (node,) = network.nodes.values()
     assert node.valence == 4 and len(network.chains) == 2
@@ -187,7 +187,7 @@ def test_strokes_over_chains_that_lie_on_each_other_stay_whole(seed: int) -> Non
 def test_the_order_of_crossings_is_the_first_in_which_faces_follow(drawn_steps, near) -> None:
     drawn_steps = sorted(drawn_steps, key=lambda step: step[0])
     along = np.array([s[0] for s in drawn_steps])
-    steps = [Step(part, before, beyond) for _, part, before, beyond in drawn_steps]
+    steps = [FaceStep(part, before, beyond) for _, part, before, beyond in drawn_steps]
 
     def follow(order: tuple[int, ...]) -> bool:
         at: dict[int, int] = {}
@@ -202,7 +202,7 @@ def test_the_order_of_crossings_is_the_first_in_which_faces_follow(drawn_steps, 
 
     orders = itertools.permutations(range(len(steps)))  # in lexicographic order
     expected = next(filter(follow, orders), tuple(range(len(steps))))
-    assert tuple(first_order(steps, along, near)) == expected
+    assert tuple(find_first_order(steps, along, near)) == expected
 
 
 @settings(max_examples=40)
@@ -259,4 +259,4 @@ def test_what_would_pass_through_a_curve_is_refused() -> None:
     stroke = GroundStroke(through, up(through), False)
     made = insert_stroke(kept, plane(), SIZES, stroke, AtNode(ends[0]), AtNode(ends[1])).network
     sound(made)
-    assert not equal(made, kept)
+    assert not are_equal(made, kept)

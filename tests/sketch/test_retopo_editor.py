@@ -31,7 +31,7 @@ from patterndb_sketch.retopo.arguments import (
 from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import fill_network
-from patterndb_sketch.retopo.network import Network, equal
+from patterndb_sketch.retopo.network import Network, are_equal
 from patterndb_sketch.retopo.state import History, State
 from query.engine import PatternSource
 
@@ -241,7 +241,7 @@ def test_undo_and_redo_walk_the_same_states(source: PatternSource) -> None:
     while editor.do(Call("undo")).changed:
         forwards.append(editor.state)
     assert len(forwards) == editor.redoable + 1
-    assert not equal(forwards[0].network, forwards[-1].network)
+    assert not are_equal(forwards[0].network, forwards[-1].network)
     for state in forwards[-2::-1]:
         assert editor.do(Call("redo")).changed
         assert editor.state is state

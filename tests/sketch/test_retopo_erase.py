@@ -13,7 +13,14 @@ from hypothesis import strategies as st
 from retopo_cases import SIZES, chain_between, drawn, flat, genus, node_at, plane, square
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.network import Free, Network, check, equal, with_borders, with_count
+from patterndb_sketch.retopo.network import (
+    Free,
+    Network,
+    add_borders,
+    are_equal,
+    check_network,
+    set_count,
+)
 from patterndb_sketch.retopo.tools.erase import (
     erase_chains,
     erase_crossed_chains,
@@ -34,7 +41,7 @@ def test_a_chord_comes_and_goes() -> None:
     made = insert_stroke(before, plane(), SIZES, flat([[1, 0], [1, 1]]))
     assert len(made.network.patches) == 2
     done = erase_crossed_chains(made.network, flat([[0.8, 0.5], [1.2, 0.6]])).network
-    check(done)
+    check_network(done)
     (patch,) = done.patches.values()
     assert len(patch.corners) == 4
     # The four chains as they were, sample for sample.
@@ -42,17 +49,17 @@ def test_a_chord_comes_and_goes() -> None:
     assert done.nodes.keys() == before.nodes.keys()
     # Undo is the network that was kept.
     again = insert_stroke(before, plane(), SIZES, flat([[1, 0], [1, 1]]))
-    assert equal(again.network, made.network)
+    assert are_equal(again.network, made.network)
 
 
 def test_one_arm_of_a_cross_leaves_a_t_junction_and_two_leave_nothing() -> None:
     network = drawn([[0, 0], [1, 0]], [[0.5, -0.5], [0.5, 0.5]])
     one = erase_chains(network, [chain_between(network, (0.5, 0), (0.5, 0.5))]).network
-    check(one)
+    check_network(one)
     node = one.nodes[node_at(one, 0.5, 0)]
     assert sorted(node.flagged) == [False, True, True]
     two = erase_chains(one, [chain_between(one, (0.5, 0), (0.5, -0.5))]).network
-    check(two)
+    check_network(two)
     (chain,) = two.chains.values()
     assert chain.length == pytest.approx(1.0)
 
@@ -62,14 +69,14 @@ def test_corners_that_were_drawn_as_such_stay() -> None:
     bent = insert_stroke(bent, plane(), SIZES, flat([[0.5, 0], [1, 0.01]])).network
     stem = insert_stroke(bent, plane(), SIZES, flat([[0.5, 0], [0.5, 0.5]])).network
     done = erase_chains(stem, [chain_between(stem, (0.5, 0), (0.5, 0.5))]).network
-    check(done)
+    check_network(done)
     assert len(done.chains) == 2
     assert done.nodes[node_at(done, 0.5, 0)].valence == 2
     # Two arms of different lines, which turn by more than 30 degrees, stay a corner, too.
     cross = drawn([[0, 0], [1, 0]], [[0.5, -0.5], [0.5, 0.5]])
     arms = [chain_between(cross, (0.5, 0), end) for end in ((0.5, 0.5), (1, 0))]
     left = erase_chains(cross, arms).network
-    check(left)
+    check_network(left)
     assert left.nodes[node_at(left, 0.5, 0)].valence == 2
 
 
@@ -92,7 +99,7 @@ def test_a_curve_that_was_cut_is_one_again_however_it_bends() -> None:
                 )
             ]
             done = erase_chains(network, stems).network
-            check(done)
+            check_network(done)
             (chain,) = done.chains.values()
             assert chain.length == pytest.approx(2.0)
             assert len(done.nodes) == 2
@@ -110,12 +117,12 @@ def test_drawing_curves_on_one_and_erasing_them_leaves_it_as_it_was(places, acro
         foot = [x, 0.1 * np.sin(7 * x)]
         begin = [x, -0.7] if across else foot
         network = insert_stroke(network, plane(), SIZES, flat([begin, [x, 0.7]])).network
-        check(network)
+        check_network(network)
     (old,) = before.chains
     line = before.chains[old].points
     others = [chain.id for chain in network.chains.values() if abs(chain.points[:, 1]).max() > 0.5]
     done = erase_chains(network, others).network
-    check(done)
+    check_network(done)
     (left,) = done.chains.values()
     assert len(done.nodes) == 2
     # Sample for sample, but for those that the cuts added.
@@ -128,10 +135,10 @@ def test_counts_that_no_patch_uses_are_forgotten_but_for_chosen_ones() -> None:
     network = drawn([[1, 0], [1, 1]], network=square())
     kept = chain_between(network, (0, 1), (0, 0))
     for chain in network.chains:
-        network = with_count(network, chain, 5, chain == kept)
+        network = set_count(network, chain, 5, chain == kept)
     gone = chain_between(network, (0, 0), (1, 0))
     done = erase_chains(network, [gone]).network
-    check(done)
+    check_network(done)
     (patch,) = done.patches.values()
     used = {half >> 1 for half in patch.loop}
     for chain in done.chains.values():
@@ -142,21 +149,21 @@ def test_counts_that_no_patch_uses_are_forgotten_but_for_chosen_ones() -> None:
 def test_merged_counts_add() -> None:
     network = drawn([[1, 0], [1, 1]], network=square())
     for count, chain in enumerate(sorted(network.chains), 3):
-        network = with_count(network, chain, count)
+        network = set_count(network, chain, count)
     counts = [network.chains[chain_between(network, a, (1, 0))].count for a in ((0, 0), (2, 0))]
     done = erase_chains(network, [chain_between(network, (1, 0), (1, 1))]).network
     assert done.chains[chain_between(done, (0, 0), (2, 0))].count == sum(counts)
 
 
 def test_borders_are_never_erased() -> None:
-    network = with_borders(Network(), plane(), 0.02)
+    network = add_borders(Network(), plane(), 0.02)
     (border,) = network.chains
     for call in (lambda: erase_chains(network, [border]), lambda: erase_open_chains(network)):
         with pytest.raises(RefusedError):
             call()
     cut = drawn([[-5, 1], [5, 1]], network=network)
     done = erase_crossed_chains(cut, flat([[4.9, 0.9], [4.95, 1.1]])).network
-    check(done)
+    check_network(done)
     assert [chain.points.tobytes() for chain in done.chains.values()] != []
     (left,) = done.chains.values()
     assert left.loose and left.marked
@@ -182,7 +189,7 @@ def test_erase_open_leaves_what_has_no_open_end() -> None:
         network=square(),
     )
     done = erase_open_chains(network).network
-    check(done)
+    check_network(done)
     assert shapes(done, done.chains) == shapes(square(), square().chains)
     assert len(done.patches) == 1
 
@@ -201,7 +208,7 @@ def test_erasing_keeps_the_rest_in_its_place(seed: int) -> None:
     chosen = rng.choice(sorted(network.chains), rng.integers(1, len(network.chains) + 1), False)
     gone = {int(chain) for chain in chosen}
     done = erase_chains(network, gone).network
-    check(done)
+    check_network(done)
     kept = sum(chain.length for chain in network.chains.values() if chain.id not in gone)
     assert sum(chain.length for chain in done.chains.values()) == pytest.approx(kept, abs=1e-9)
     points = {tuple(p) for c in network.chains.values() if c.id not in gone for p in c.points}
@@ -215,7 +222,7 @@ def test_a_knot_becomes_one_corner() -> None:
     stub = flat([[0.03, -0.02], [0.09, -0.02]])
     network = insert_stroke(network, plane(), SIZES, stub, Free(), Free()).network
     done = clean_knot(network, plane(), SIZES, (0, 0, 0), UP).network
-    check(done)
+    check_network(done)
     assert genus(done) == 0
     node = done.nodes[node_at(done, 0, 0)]
     assert node.valence == 6 and node.flagged == (True,) * 6
@@ -229,9 +236,9 @@ def test_a_knot_becomes_one_corner() -> None:
 def test_a_knot_leaves_the_counts_outside() -> None:
     network = drawn([[-1, 0], [1, 0]], [[0, -1], [0, 1]])
     for chain in network.chains:
-        network = with_count(network, chain, 10, True)
+        network = set_count(network, chain, 10, True)
     done = clean_knot(network, plane(), SIZES, (0.01, 0.01, 0), UP).network
-    check(done)
+    check_network(done)
     assert [chain.count for chain in done.chains.values()] == [9] * 4
 
 
@@ -241,6 +248,6 @@ def test_knots_are_refused_where_nothing_can_be_done() -> None:
         clean_knot(network, plane(), SIZES, (3, 0, 0), UP)
     with pytest.raises(RefusedError, match="leaves the circle"):
         clean_knot(network, plane(), SIZES, (0, 0, 0), UP)
-    bordered = with_borders(Network(), plane(), 0.02)
+    bordered = add_borders(Network(), plane(), 0.02)
     with pytest.raises(RefusedError, match="border"):
         clean_knot(bordered, plane(), SIZES, (5, 0, 0), UP)

@@ -25,7 +25,7 @@ from patterndb_sketch.retopo.filling import (
     side_lengths,
     weld_fills,
 )
-from patterndb_sketch.retopo.network import Network, with_count
+from patterndb_sketch.retopo.network import Network, set_count
 from query.engine import PatternSource
 
 
@@ -62,7 +62,7 @@ def test_settled_counts_stay_where_something_is_drawn(source: PatternSource) -> 
 def test_pinned_counts_stay_and_others_do_not(grid: Network) -> None:
     pinned = chain_at(grid, 0.5, 0)
     other = chain_at(grid, 2.5, 0)
-    network = with_count(with_count(grid, pinned, 8, pinned=True), other, 8)
+    network = set_count(set_count(grid, pinned, 8, pinned=True), other, 8)
     chosen, notes = choose_counts(network, EDGE)
     assert notes == ()
     assert_even(chosen)
@@ -81,7 +81,7 @@ def test_pins_that_cannot_be_are_told_with_their_names(grid: Network) -> None:
     chains = [half >> 1 for half in patch.loop]
     network = grid
     for chain, count in zip(chains, (3, 4, 4, 4), strict=True):
-        network = with_count(network, chain, count, pinned=True)
+        network = set_count(network, chain, count, pinned=True)
     for made, notes in (complete_counts(network, EDGE), choose_counts(network, EDGE)):
         (note,) = notes
         assert f"around patch {patch.id} add up to an odd number" in note

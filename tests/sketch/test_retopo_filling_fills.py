@@ -34,7 +34,7 @@ from patterndb_sketch.retopo.filling import (
     weld_fills,
 )
 from patterndb_sketch.retopo.filling.location import find_patch
-from patterndb_sketch.retopo.network import Network, equal, with_choice, with_count
+from patterndb_sketch.retopo.network import Network, are_equal, set_choice, set_count
 from query.engine import PatternSource
 
 
@@ -83,17 +83,17 @@ def test_the_first_of_the_list_is_taken_and_others_on_demand(
         take_fill(flowing, patch, source, 900)
     # Stepping goes round the list, both ways.
     first = take_fill(network, patch, source, 0)
-    assert equal(step_fill(first, patch, source, 3), take_fill(network, patch, source, 3))
-    assert equal(
+    assert are_equal(step_fill(first, patch, source, 3), take_fill(network, patch, source, 3))
+    assert are_equal(
         step_fill(first, patch, source, -1), take_fill(network, patch, source, len(listed) - 1)
     )
-    assert equal(step_fill(step_fill(first, patch, source, 5), patch, source, -5), first)
-    assert equal(step_fill(first, patch, source, len(listed)), first)
+    assert are_equal(step_fill(step_fill(first, patch, source, 5), patch, source, -5), first)
+    assert are_equal(step_fill(first, patch, source, len(listed)), first)
     # From no fill, one on is the first, and one back the last.
-    none = with_choice(network, patch, None)
-    assert equal(step_fill(none, patch, source, 1), first)
+    none = set_choice(network, patch, None)
+    assert are_equal(step_fill(none, patch, source, 1), first)
     last = take_fill(network, patch, source, len(listed) - 1)
-    assert equal(step_fill(none, patch, source, -1), last)
+    assert are_equal(step_fill(none, patch, source, -1), last)
 
 
 def test_what_the_user_took_is_kept_for_other_counts_where_it_fits(
@@ -161,7 +161,7 @@ def test_a_patch_of_an_odd_border_is_refused_and_told(source: PatternSource, gri
     patch = grid.patches[patch_around(grid, 0.5, 0.5)]
     network = grid
     for half, count in zip(patch.loop, (3, 4, 4, 4), strict=True):
-        network = with_count(network, half >> 1, count, pinned=True)
+        network = set_count(network, half >> 1, count, pinned=True)
     with pytest.raises(RefusedError, match="has 15 edges around it, and a fill needs an even"):
         rank_fills(network, network.patches[patch.id], source)
     found = fill_network(network, plane(), source, EDGE)

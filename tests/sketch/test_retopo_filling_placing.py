@@ -21,7 +21,7 @@ from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import PlacedCache, divide_chain, fill_network, filling_of
 from patterndb_sketch.retopo.filling.location import find_patch
-from patterndb_sketch.retopo.network import Network, with_choice
+from patterndb_sketch.retopo.network import Network, set_choice
 from query.engine import PatternSource
 
 
@@ -96,7 +96,7 @@ def test_vertices_moved_by_hand_stay_and_what_they_flip_is_told(
     inner = filling.choice.perimeter + 4
     near = before.placed[patch].vertices[inner] + [0.05, 0.05, 0]
     for place, flips in ((near, False), (np.array([2.4, 2.4, 0]), True)):
-        network = with_choice(grid, patch, filling.with_moved([inner], [place]))
+        network = set_choice(grid, patch, filling.with_moved([inner], [place]))
         found = fill_network(network, plane(), source, EDGE)
         placed = found.placed[patch]
         assert same_arrays(placed.vertices[inner], place)
@@ -106,7 +106,7 @@ def test_vertices_moved_by_hand_stay_and_what_they_flip_is_told(
         assert any("flipped" in note for note in found.notes) == flips
     every = before.placed[patch].vertices * [1, 1, 0] + [0, 0, 0.5]
     whole = filling.with_moved(np.arange(len(every)), every)
-    found = fill_network(with_choice(grid, patch, whole), plane(), source, EDGE)
+    found = fill_network(set_choice(grid, patch, whole), plane(), source, EDGE)
     assert same_arrays(found.placed[patch].vertices, every)
 
 

@@ -34,21 +34,21 @@ from patterndb_sketch.retopo.network import (
     Draft,
     Free,
     Network,
+    add_borders,
     add_chain,
     add_loop,
-    check,
+    are_equal,
+    check_network,
     cut_chain,
-    enclosed,
-    equal,
-    nearest_node,
-    nearest_place,
-    outline,
+    find_nearest_node,
+    find_nearest_place,
+    find_patches,
+    measure_enclosed,
     remove_chains,
-    samples,
-    with_borders,
-    with_choice,
-    with_count,
-    with_patches,
+    set_choice,
+    set_count,
+    take_samples,
+    trace_outline,
 )
 from patterndb_sketch.retopo.network.cutting import split_count
 
@@ -59,10 +59,10 @@ def circle(n: int = 400, radius: float = 1.0, z: float = 0.0) -> Points:
 
 
 def test_a_circle_is_round_and_clockwise_it_is_not() -> None:
-    found = enclosed(circle(), up(circle()))
+    found = measure_enclosed(circle(), up(circle()))
     assert found.roundness == pytest.approx(1.0, rel=0.01)
     assert found.encloses
-    back = enclosed(circle()[::-1], up(circle()))
+    back = measure_enclosed(circle()[::-1], up(circle()))
     assert back.roundness == pytest.approx(-1.0, rel=0.01)
     assert not back.encloses
 
@@ -71,7 +71,7 @@ def test_a_loop_round_a_cylinder_encloses_neither_side() -> None:
     line = circle(z=1.0)
     normals = circle()
     for points, above in ((line, normals), (line[::-1], normals[::-1])):
-        found = enclosed(points, above)
+        found = measure_enclosed(points, above)
         assert abs(found.roundness) < 0.01
         assert not found.encloses
 
@@ -80,7 +80,7 @@ def test_a_loop_round_a_cylinder_encloses_neither_side() -> None:
 def test_a_latitude_circle_is_as_round_as_its_sine(latitude: float) -> None:
     angle = math.radians(latitude)
     line = circle(radius=math.cos(angle), z=math.sin(angle))
-    found = enclosed(line, line)
+    found = measure_enclosed(line, line)
     assert found.roundness == pytest.approx(math.sin(angle), abs=1e-3)
     assert found.encloses == (math.sin(angle) > 0.1)
 
@@ -88,20 +88,20 @@ def test_a_latitude_circle_is_as_round_as_its_sine(latitude: float) -> None:
 @pytest.mark.parametrize("length", [1.0, 8.0, 40.0, 1000.0])
 def test_ribbons_enclose_however_long(length: float) -> None:
     line = even([[0, 0], [length, 0], [length, 1], [0, 1]], True, 0.1)
-    found = enclosed(line, up(line))
+    found = measure_enclosed(line, up(line))
     assert found.roundness == pytest.approx(math.pi * length / (1.0 + length) ** 2, rel=1e-6)
     assert found.encloses
-    assert not enclosed(line[::-1], up(line)).encloses
+    assert not measure_enclosed(line[::-1], up(line)).encloses
 
 
 def test_a_figure_eight_and_a_line_there_and_back_enclose_nothing() -> None:
     t = np.linspace(0.0, 2.0 * np.pi, 200, endpoint=False)
     eight = np.c_[np.sin(t), np.sin(2 * t), np.zeros(200)]
-    assert not enclosed(eight, up(eight)).encloses
+    assert not measure_enclosed(eight, up(eight)).encloses
     line = even([[0, 0], [1, 0.3]])
     both = np.concatenate([line, line[-2:0:-1]])
-    assert not enclosed(both, up(both)).encloses
-    assert not enclosed(both[:1], up(both[:1])).encloses
+    assert not measure_enclosed(both, up(both)).encloses
+    assert not measure_enclosed(both[:1], up(both[:1])).encloses
 
 
 def test_four_strokes_make_a_square() -> None:
@@ -110,8 +110,8 @@ def test_four_strokes_make_a_square() -> None:
     assert len(network.nodes) == len(network.chains) == 4
     assert [len(side) for side in patch.sides] == [1, 1, 1, 1]
     assert all(node.flagged == (True, True) for node in network.nodes.values())
-    around, _ = outline(network, patch.loop)
-    assert enclosed(around, up(around)).area == pytest.approx(2.0)
+    around, _ = trace_outline(network, patch.loop)
+    assert measure_enclosed(around, up(around)).area == pytest.approx(2.0)
 
 
 @given(
@@ -134,7 +134,7 @@ def test_ends_are_counter_clockwise_whatever_order_they_come_in(degrees: list[in
             half = 2 * draft.add_chain(line[::-1], up(line), Free(), AtNode(node)) + 1
         towards[half] = degree
     network = draft.finish()
-    check(network)
+    check_network(network)
     around = [towards[half] for half in network.nodes[node].ends]
     first = around.index(min(around))
     assert around[first:] + around[:first] == sorted(degrees)
@@ -172,7 +172,7 @@ def test_places_of_before_cuts_stay_where_they_were(
         if node in draft.nodes and draft.nodes[node].ends:
             draft.flag(draft.nodes[node].ends[0], len(draft.nodes[node].ends) > 1)
     done = draft.finish()
-    check(done)
+    check_network(done)
     assert sum(c.length for c in done.chains.values()) == pytest.approx(old.length, rel=0.02)
 
 
@@ -195,21 +195,21 @@ def test_counts_split_in_proportion_and_keep_their_sum(count: int, one: float, t
 
 
 def test_a_cut_without_a_corner_leaves_the_chain_as_it_was() -> None:
-    network = with_count(square(), chain_between(square(), (0, 0), (2, 0)), 12, True)
+    network = set_count(square(), chain_between(square(), (0, 0), (2, 0)), 12, True)
     chain = chain_between(network, (0, 0), (2, 0))
     draft = Draft(network)
     draft.cut_chain(chain, 30.0)
     done = draft.finish()
-    check(done)
+    check_network(done)
     again = done.chains[chain_between(done, (0, 0), (2, 0))]
     assert again.points.tobytes() == network.chains[chain].points.tobytes()
     assert (again.count, again.pinned) == (12, True)
 
 
 def test_a_corner_cut_in_splits_the_count() -> None:
-    network = with_count(square(), chain_between(square(), (0, 0), (2, 0)), 12, True)
+    network = set_count(square(), chain_between(square(), (0, 0), (2, 0)), 12, True)
     done, node = cut_chain(network, chain_between(network, (0, 0), (2, 0)), 25.0)
-    check(done)
+    check_network(done)
     assert done.nodes[node].point == pytest.approx([0.5, 0, 0])
     assert done.chains[chain_between(done, (0, 0), (0.5, 0))].count == 3
     assert done.chains[chain_between(done, (0.5, 0), (2, 0))].count == 9
@@ -230,8 +230,8 @@ def test_edits_leave_the_old_network_as_it_was() -> None:
     remove_chains(network, [chain])
     line = even([[1, 0], [1, 1]])
     add_chain(network, line, up(line), AtChain(chain, 50.0), Free())
-    assert equal(network, copy)
-    assert not equal(network, with_count(network, chain, 3))
+    assert are_equal(network, copy)
+    assert not are_equal(network, set_count(network, chain, 3))
     with pytest.raises(ValueError, match="read-only"):
         network.chains[chain].points[0] = 0.0
 
@@ -241,9 +241,9 @@ def test_patches_that_do_not_change_keep_their_ids_and_choices() -> None:
     for line in ([[0, 0], [0, 1]], [[0, 1], [4, 1]], [[4, 1], [4, 0]], [[2, 0], [2, 1]]):
         network = drawn(line, network=network)
     left, right = sorted(
-        network.patches.values(), key=lambda p: outline(network, p.loop)[0][:, 0].mean()
+        network.patches.values(), key=lambda p: trace_outline(network, p.loop)[0][:, 0].mean()
     )
-    network = with_choice(with_choice(network, left.id, "one"), right.id, "two")
+    network = set_choice(set_choice(network, left.id, "one"), right.id, "two")
     done = drawn([[3, 0], [3, 1]], network=network)
     assert done.patches[left.id].choice == "one"
     assert right.id not in done.patches
@@ -252,11 +252,11 @@ def test_patches_that_do_not_change_keep_their_ids_and_choices() -> None:
 
 def test_a_loop_longer_than_allowed_is_no_patch() -> None:
     network = square()
-    assert with_patches(network, network.nodes, ()).patches.keys() == network.patches.keys()
+    assert find_patches(network, network.nodes, ()).patches.keys() == network.patches.keys()
     short = replace(network, longest=5.9, patches={})
-    assert not with_patches(short, network.nodes, ()).patches
+    assert not find_patches(short, network.nodes, ()).patches
     enough = replace(network, longest=6.1, patches={})
-    assert len(with_patches(enough, network.nodes, ()).patches) == 1
+    assert len(find_patches(enough, network.nodes, ()).patches) == 1
 
 
 def test_a_loop_can_be_made_a_patch_against_equation_one() -> None:
@@ -269,12 +269,12 @@ def test_a_loop_can_be_made_a_patch_against_equation_one() -> None:
         for half in draft.nodes[node].ends:
             draft.flag(half, True)
     plain = draft.finish()
-    check(plain)
+    check_network(plain)
     assert not plain.patches
     draft = Draft(plain)
     half = 2 * min(plain.chains)
     done = draft.finish(also=[half])
-    check(done)
+    check_network(done)
     (patch,) = done.patches.values()
     assert half in patch.loop
     open_end, single = add_chain(Network(), even([[0, 0], [1, 0]]), up(even([[0, 0], [1, 0]])))
@@ -285,7 +285,7 @@ def test_a_loop_can_be_made_a_patch_against_equation_one() -> None:
 def test_samples_are_those_of_all_chains() -> None:
     network = drawn([[0, 0], [1, 0]], [[0.5, 0], [0.5, 1]])
     network, loop = add_loop(network, circle(20) + np.array([3.0, 0.0, 0.0]), up(circle(20)))
-    of = samples(network)
+    of = take_samples(network)
     assert len(of.points) == sum(len(c.points) for c in network.chains.values())
     for k, chain in enumerate(of.ids):
         mine = slice(of.starts[k], of.starts[k + 1])
@@ -310,31 +310,33 @@ def test_nearest_places_are_those_of_a_fine_sampling(x: float, y: float) -> None
     for chain in network.chains.values():
         fine = at_lengths(chain.round, np.linspace(0.0, chain.length, 4000))
         best = min(best, float(np.linalg.norm(fine - at, axis=1).min()))
-    found = nearest_place(samples(network), at, [0, 0, 1], 10.0)
+    found = find_nearest_place(take_samples(network), at, [0, 0, 1], 10.0)
     assert found is not None
     assert found.distance == pytest.approx(best, abs=2e-3)
     chain = network.chains[found.chain]
     spot = at_places(chain.round, found.place)
     assert np.linalg.norm(spot - at) == pytest.approx(found.distance, abs=1e-9)
-    assert nearest_place(samples(network), at, [0, 0, -1], 10.0) is None
+    assert find_nearest_place(take_samples(network), at, [0, 0, -1], 10.0) is None
     if found.distance > 0.0:
-        assert nearest_place(samples(network), at, [0, 0, 1], 0.99 * found.distance) is None
+        assert (
+            find_nearest_place(take_samples(network), at, [0, 0, 1], 0.99 * found.distance) is None
+        )
 
 
 def test_nearest_nodes_are_of_the_valence_asked_for() -> None:
     network = drawn([[0, 0], [1, 0]], [[0.5, 0], [0.5, 1]])
     at, normal = [0.1, 0.0, 0.0], [0.0, 0.0, 1.0]
-    one = nearest_node(network, at, normal, 5.0, range(1, 2))
-    three = nearest_node(network, at, normal, 5.0, range(2, 9))
+    one = find_nearest_node(network, at, normal, 5.0, range(1, 2))
+    three = find_nearest_node(network, at, normal, 5.0, range(2, 9))
     assert one is not None and one.id == node_at(network, 0, 0)
     assert three is not None and three.valence == 3
-    assert nearest_node(network, at, normal, 0.05, range(1, 9)) is None
-    assert nearest_node(network, at, [0.0, 0.0, -1.0], 5.0, range(1, 9)) is None
+    assert find_nearest_node(network, at, normal, 0.05, range(1, 9)) is None
+    assert find_nearest_node(network, at, [0.0, 0.0, -1.0], 5.0, range(1, 9)) is None
 
 
 def test_borders_are_marked_loops_that_get_a_patch_on_the_surface_only() -> None:
-    network = with_borders(Network(), plane(), SIZES.sampling)
-    check(network)
+    network = add_borders(Network(), plane(), SIZES.sampling)
+    check_network(network)
     (chain,) = network.chains.values()
     assert chain.loose and chain.marks == ("", "border")
     assert chain.length == pytest.approx(40.0)
@@ -344,20 +346,20 @@ def test_borders_are_marked_loops_that_get_a_patch_on_the_surface_only() -> None
     assert genus(cut) == 0
     assert len(cut.patches) == 2
     for patch in cut.patches.values():
-        around, normals = outline(cut, patch.loop)
-        assert enclosed(around, normals).area > 0
+        around, normals = trace_outline(cut, patch.loop)
+        assert measure_enclosed(around, normals).area > 0
         assert not any(cut.mark(half) for half in patch.loop)
-    assert not with_borders(Network(), sphere(), 0.1).chains
+    assert not add_borders(Network(), sphere(), 0.1).chains
 
 
 def test_borders_that_touch_in_a_vertex_are_told_apart() -> None:
     vertices = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [-1, 0, 0], [-1, -1, 0]], float)
     ground = Ground.of(vertices, [[0, 1, 2], [0, 3, 4]])
-    network = with_borders(Network(), ground, 0.1)
-    check(network)
+    network = add_borders(Network(), ground, 0.1)
+    check_network(network)
     assert len(network.chains) == 2
     for chain in network.chains.values():
-        assert enclosed(chain.points, chain.normals).area == pytest.approx(0.5)
+        assert measure_enclosed(chain.points, chain.normals).area == pytest.approx(0.5)
 
 
 def test_check_finds_what_is_broken() -> None:
@@ -382,14 +384,14 @@ def test_check_finds_what_is_broken() -> None:
         ("next_id", replace(network, next_id=patch.id)),
         ("is kept as", replace(network, nodes={**network.nodes, 77: node}, next_id=100)),
     ]
-    check(network)
+    check_network(network)
     for words, broken in wrong:
         with pytest.raises(BrokenNetworkError):
-            check(broken)
+            check_network(broken)
         assert words
     for words, broken in wrong[:8]:
         with pytest.raises(BrokenNetworkError, match=words.split()[0]):
-            check(broken)
+            check_network(broken)
 
 
 def changed(network: Network, thing: object) -> Network:
@@ -415,9 +417,9 @@ def test_bad_input_is_refused_in_words() -> None:
     with pytest.raises(InvalidRetopoError, match="3 or more"):
         add_loop(network, line[:2], up(line[:2]))
     with pytest.raises(InvalidRetopoError, match="1 or more"):
-        with_count(network, min(network.chains), 0, True)
+        set_count(network, min(network.chains), 0, True)
     with pytest.raises(InvalidRetopoError, match="no patch 99"):
-        with_choice(network, 99, None)
+        set_choice(network, 99, None)
     with pytest.raises(RefusedError, match="one place"):
         corner = AtNode(node_at(network, 0, 0))
         add_chain(network, line[:2], up(line[:2]), corner, corner)

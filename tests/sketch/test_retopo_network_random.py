@@ -13,7 +13,14 @@ from retopo_cases import genus, plane, sphere
 
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
-from patterndb_sketch.retopo.network import Edit, Network, check, equal, with_borders, with_count
+from patterndb_sketch.retopo.network import (
+    Edit,
+    Network,
+    add_borders,
+    are_equal,
+    check_network,
+    set_count,
+)
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.corner import flip_wedge, toggle_corner
 from patterndb_sketch.retopo.tools.erase import erase_crossed_chains, erase_open_chains
@@ -69,7 +76,7 @@ def edited(rng: np.random.Generator, name: str, network: Network, ground: Ground
             if not network.chains:
                 raise RefusedError("no chain yet")
             chain = int(rng.choice(sorted(network.chains)))
-            return with_count(network, chain, int(rng.integers(1, 20)), bool(rng.random() < 0.5))
+            return set_count(network, chain, int(rng.integers(1, 20)), bool(rng.random() < 0.5))
     for ids, now, before in (
         (made.nodes, made.network.nodes, network.nodes),
         (made.chains, made.network.chains, network.chains),
@@ -86,26 +93,26 @@ def edited(rng: np.random.Generator, name: str, network: Network, ground: Ground
 def test_any_edits_leave_a_sound_network(ground, seed: int, names: list[str]) -> None:
     rng = np.random.default_rng(seed)
     on = ground()
-    network = with_borders(Network(longest=2.0 * on.diagonal), on, 0.1)
+    network = add_borders(Network(longest=2.0 * on.diagonal), on, 0.1)
     history = [network]
     kept = [copy.deepcopy(network)]
     for name in names:
         if name == "undo":
             back = int(rng.integers(len(history)))
             network = history[back]
-            assert equal(network, kept[back])
+            assert are_equal(network, kept[back])
             continue
         try:
             after = edited(rng, name, network, on)
         except RefusedError:
-            assert equal(network, kept[history.index(network)])
+            assert are_equal(network, kept[history.index(network)])
             continue
-        check(after)
+        check_network(after)
         assert genus(after) == 0
         network = after
         history.append(network)
         kept.append(copy.deepcopy(network))
-    assert all(equal(one, two) for one, two in zip(history, kept, strict=True))
+    assert all(are_equal(one, two) for one, two in zip(history, kept, strict=True))
 
 
 @pytest.mark.parametrize("ground", [plane, sphere], ids=["plane", "sphere"])
@@ -120,7 +127,7 @@ def test_the_order_around_nodes_is_that_of_a_drawing(ground, seed: int) -> None:
         stroke = clean_stroke(np.c_[places, np.full(3, height)], on, SIZES)
         with suppress(RefusedError):  # it may lie on another
             network = insert_stroke(network, on, SIZES, stroke).network
-        check(network)
+        check_network(network)
         assert genus(network) == 0
 
 
@@ -136,4 +143,4 @@ def test_the_same_edits_give_the_same_network(ground) -> None:
             except RefusedError:
                 continue
         results.append(network)
-    assert equal(*results)
+    assert are_equal(*results)

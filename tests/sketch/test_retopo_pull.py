@@ -28,14 +28,14 @@ from patterndb_sketch.retopo.network import (
     AtNode,
     Edit,
     Network,
+    add_borders,
     add_chain,
-    check,
-    equal,
-    with_borders,
-    with_choice,
-    with_count,
+    are_equal,
+    check_network,
+    set_choice,
+    set_count,
 )
-from patterndb_sketch.retopo.network.attaching import TOO_CLOSE, departure, turn
+from patterndb_sketch.retopo.network.attaching import TOO_CLOSE, find_departure, measure_turn
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.pull import find_held, pull_held, release_held
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
@@ -47,7 +47,7 @@ def let_go(network: Network, at: tuple[float, float], to: tuple[float, float]) -
     """Pull the node at a place to another and let it go."""
     old = {k: chain.points.tobytes() for k, chain in network.chains.items()}
     done = release_held(network, plane(), SIZES, AtNode(node_at(network, *at)), (*to, 0.0), UP)
-    check(done.network)
+    check_network(done.network)
     assert old == {k: chain.points.tobytes() for k, chain in network.chains.items()}
     return done
 
@@ -71,14 +71,14 @@ def test_a_side_follows_by_the_shares_that_are_said(seed: int) -> None:
     rng = np.random.default_rng(seed)
     network = square()
     for patch in network.patches:
-        network = with_choice(network, patch, "a fill")
+        network = set_choice(network, patch, "a fill")
     side = chain_between(network, (0, 0), (2, 0))
     old = network.chains[side].points
     k = int(rng.integers(1, len(old) - 1))
     # So near that samples stay those that were.
     to = old[k] + np.r_[rng.uniform(-0.1, 0.1, 2), 0.0] * min(k, len(old) - k) / len(old)
     edit = pull_held(network, plane(), SIZES, AtChain(side, k + rng.uniform(-0.4, 0.4)), to, UP)
-    check(edit.network)
+    check_network(edit.network)
     new = edit.network.chains[side].points
     along = np.arange(len(old)) / (len(old) - 1.0)
     here = along[k]
@@ -98,7 +98,7 @@ def test_the_curves_of_a_corner_follow_evenly(seed: int) -> None:
     chosen = network.nodes[int(rng.choice(sorted(network.nodes)))]
     move = np.r_[rng.uniform(-0.05, 0.05, 2), 0.0]
     done = pull_held(network, plane(), SIZES, AtNode(chosen.id), chosen.point + move, UP).network
-    check(done)
+    check_network(done)
     assert done.patches == network.patches
     for node in network.nodes.values():
         goes = move if node.id == chosen.id else 0.0
@@ -116,7 +116,7 @@ def test_what_is_stretched_is_sampled_anew_and_a_closed_curve_bends_half_way_rou
     done = pull_held(
         network, plane(), SIZES, AtNode(node_at(network, 0.5, 0)), (2, 1, 0), UP
     ).network
-    check(done)
+    check_network(done)
     steps = np.diff(arc_length(done.chains[chain].points))
     assert steps.max() < 1.1 * SIZES.sampling and steps.min() > 0.9 * SIZES.sampling
     turn = np.linspace(0, 2 * np.pi, 100, endpoint=False)
@@ -125,7 +125,7 @@ def test_what_is_stretched_is_sampled_anew_and_a_closed_curve_bends_half_way_rou
     ).network
     (line,) = ring.chains.values()
     bent = pull_held(ring, plane(), SIZES, AtChain(line.id, 0.0), (1.2, 0, 0), UP).network
-    check(bent)
+    check_network(bent)
     off = np.linalg.norm(bent.chains[line.id].points - line.points, axis=1)
     assert off[0] == pytest.approx(0.2) and off[len(off) // 2] < 1e-9
     assert np.allclose(off[1:], off[:0:-1], atol=1e-3)
@@ -142,7 +142,7 @@ def test_on_a_sphere_all_stays_on_the_ground() -> None:
     (corner,) = [node for node in network.nodes.values() if node.valence == 2]
     to = sphere().nearest([[0.9, 0.3, 0.3]])
     edit = pull_held(network, sphere(), sizes, AtNode(corner.id), to.points[0], to.normals[0])
-    check(edit.network)
+    check_network(edit.network)
     assert np.allclose(edit.network.nodes[corner.id].point, to.points[0], atol=1e-9)
     for line in edit.network.chains.values():
         feet = sphere().nearest(line.points)
@@ -156,7 +156,7 @@ def test_open_ends_meet_in_a_corner_or_smoothly() -> None:
     assert node.flagged == (True, True) and len(done.chains) == 2
     at = AtNode(node_at(network, 1, 0))
     smooth = release_held(network, plane(), SIZES, at, (1.45, 0.03, 0), UP, smooth=True).network
-    check(smooth)
+    check_network(smooth)
     (chain,) = smooth.chains.values()
     assert len(smooth.nodes) == 2 and chain.length == pytest.approx(
         1.5 + np.hypot(1, 0.2), abs=0.01
@@ -170,7 +170,7 @@ def test_the_ends_of_an_open_curve_close_to_a_loop_if_it_goes_round() -> None:
     assert chain.start == chain.end == node.id and node.valence == 2
     at = AtNode(node_at(network, 0, 0.4))
     smooth = release_held(network, plane(), SIZES, at, (0.02, 0.05, 0), UP, smooth=True).network
-    check(smooth)
+    check_network(smooth)
     (chain,) = smooth.chains.values()
     assert chain.loose and not smooth.nodes
     # A straight one is just pulled: it would vanish.
@@ -206,7 +206,7 @@ def test_the_gap_between_two_patches_is_zipped() -> None:
     network = apart()
     kept = chain_between(network, (2, 0), (2, 1))
     for chain in network.chains:
-        network = with_count(network, chain, 6 if chain == kept else 4)
+        network = set_count(network, chain, 6 if chain == kept else 4)
     one = let_go(network, (2.3, 0), (2.02, 0.03)).network
     assert corners(one) == [4, 4] and len(one.chains) == 8 and len(one.nodes) == 7
     both = let_go(one, (2.3, 1), (2.02, 0.97)).network
@@ -272,14 +272,14 @@ def test_what_cannot_be_joined_stays_where_it_is_dropped() -> None:
 def test_crossings_are_told() -> None:
     network = drawn([[3, 0], [3, 1]], network=square())
     edit = pull_held(network, plane(), SIZES, AtNode(node_at(network, 2, 1)), (3.5, 1, 0), UP)
-    check(edit.network)
+    check_network(edit.network)
     assert any("crosses" in note for note in edit.notes)
     clear = pull_held(network, plane(), SIZES, AtNode(node_at(network, 2, 1)), (2.5, 1.2, 0), UP)
     assert clear.notes == ()
 
 
 def test_what_cannot_be_pulled_is_refused() -> None:
-    bordered = with_borders(Network(), plane(), 0.02)
+    bordered = add_borders(Network(), plane(), 0.02)
     (border,) = bordered.chains
     for call in (pull_held, release_held):
         with pytest.raises(RefusedError, match="border"):
@@ -291,7 +291,7 @@ def test_what_cannot_be_pulled_is_refused() -> None:
     # An open end may be let go on the border.
     (end,) = [node for node in line.nodes.values() if node.open]
     done = release_held(line, plane(), SIZES, AtNode(end.id), (4.0, 4.97, 0), UP).network
-    check(done)
+    check_network(done)
     assert len(done.patches) == 2
     for at in (AtNode(999), AtChain(999, 0.0)):
         with pytest.raises(InvalidRetopoError, match="999"):
@@ -308,8 +308,8 @@ def closest(network: Network) -> float:
     least = np.pi
     for node in network.nodes.values():
         lines = [(network.chains[half >> 1], bool(half & 1)) for half in node.ends]
-        ways = [departure(line.points, back, 3.0 * SIZES.sampling) for line, back in lines]
-        turns = [turn(node.normal, ways[k - 1], way) for k, way in enumerate(ways)]
+        ways = [find_departure(line.points, back, 3.0 * SIZES.sampling) for line, back in lines]
+        turns = [measure_turn(node.normal, ways[k - 1], way) for k, way in enumerate(ways)]
         if len(turns) > 1:
             least = min(least, *(min(t, 2.0 * np.pi - t) for t in turns))
     return least
@@ -346,9 +346,9 @@ def test_whatever_is_pulled_the_network_holds_and_stays_a_drawing(seed: int) -> 
             edit = release_held(network, plane(), SIZES, at, to, UP)
         except RefusedError:
             continue
-        check(edit.network)
+        check_network(edit.network)
         again = release_held(network, plane(), SIZES, at, to, UP)
-        assert equal(edit.network, again.network) and edit.notes == again.notes
+        assert are_equal(edit.network, again.network) and edit.notes == again.notes
         if any("crosses" in note for note in edit.notes):
             continue
         if closest(edit.network) < TOO_CLOSE:

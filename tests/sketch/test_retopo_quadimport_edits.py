@@ -13,7 +13,7 @@ from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import fill_network, find_open_edges, weld_fills
 from patterndb_sketch.retopo.filling.fills import step_fill
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Network, check
+from patterndb_sketch.retopo.network import Network, check_network
 from patterndb_sketch.retopo.quadimport import import_quads
 from patterndb_sketch.retopo.tools.erase import erase_chains
 
@@ -38,7 +38,7 @@ def test_filling_leaves_what_was_imported() -> None:
         assert again.patches[patch].choice.choice == former
         # Without one curve two patches are one.
         edit = erase_chains(found.network, [0])
-        check(edit.network)
+        check_network(edit.network)
         assert len(edit.network.patches) == 59
         after = fill_network(edit.network, found.ground, source, found.sizes.edge)
     made = weld_fills(after)
@@ -65,7 +65,7 @@ def test_corners_that_were_regular_go_with_their_curves() -> None:
     inner = [chain.id for chain in network.chains.values() if not chain.marked]
     assert len(inner) == 2
     after = erase_chains(network, inner[:1]).network
-    check(after)
+    check_network(after)
     assert len(after.nodes) == len(network.nodes) - 1
     assert len(after.patches) == 2
 
@@ -76,7 +76,7 @@ def test_on_another_surface_vertices_lie_on_it() -> None:
     points, quads = cube(4)
     points = 2.0 * points - 1.0
     found = import_quads(points, quads, ground)
-    check(found.network)
+    check_network(found.network)
     made = weld_fills(found.filled)
     gaps = ground.nearest(made.vertices).points - made.vertices
     assert abs(gaps).max() < 1e-12
@@ -94,7 +94,7 @@ def test_quads_follow_a_curve_that_is_pulled() -> None:
         before = weld_fills(editor.fill())
         outcome = editor.do(Call("pull", {"at": [1.0, 0.5, 0.0], "to": [1.0, 0.5, 0.2]}))
         assert outcome.changed, outcome.refused
-        check(editor.network)
+        check_network(editor.network)
         after = weld_fills(editor.fill())
         assert len(after.quads) == len(quads)
         assert len(find_open_edges(after)) == 0

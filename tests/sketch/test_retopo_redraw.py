@@ -13,10 +13,10 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network import (
     Chain,
     Network,
-    check,
-    with_borders,
-    with_choice,
-    with_count,
+    add_borders,
+    check_network,
+    set_choice,
+    set_count,
 )
 from patterndb_sketch.retopo.tools.redraw import redraw_chain
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
@@ -34,14 +34,14 @@ def off_line(points: np.ndarray, line: np.ndarray) -> float:
 def test_the_part_between_the_stroke_s_ends_runs_along_it_and_the_rest_stays() -> None:
     network = square()
     side = chain_between(network, (0, 0), (2, 0))
-    network = with_count(network, side, 7, True)
+    network = set_count(network, side, 7, True)
     (patch,) = network.patches
-    network = with_choice(network, patch, "a fill")
+    network = set_choice(network, patch, "a fill")
     old = network.chains[side]
     bow = [[0.5, 0.03], [1.0, -0.3], [1.5, -0.02]]
     for stroke in (flat(bow), flat(bow[::-1])):
         edit = redraw_chain(network, plane(), SIZES, stroke)
-        check(edit.network)
+        check_network(edit.network)
         assert (edit.nodes, edit.chains, edit.patches, edit.notes) == ((), (), (), ())
         assert edit.network.patches == network.patches
         line = edit.network.chains[side]
@@ -75,7 +75,7 @@ def test_redrawing_along_the_curve_itself_changes_nothing_but_samples(seed: int)
         return
     part = line.points[k] if rng.random() < 0.5 else line.points[k][::-1]
     done = redraw_chain(network, plane(), SIZES, flat(part[:, :2])).network
-    check(done)
+    check_network(done)
     new = done.chains[line.id]
     assert off_line(new.points, line.round) < 1e-9
     assert off_line(line.points, new.round) < 0.1 * SIZES.sampling
@@ -98,7 +98,7 @@ def test_the_nearer_part_of_a_closed_curve_goes_with_a_node_or_without() -> None
         for sign in (1.0, -1.0):
             stroke = flat([[1.0, 0.0], [0.5, 0.5 * sign], [0.0, sign]])
             done = redraw_chain(network, plane(), SIZES, stroke).network
-            check(done)
+            check_network(done)
             new = done.chains[loop.id]
             area = _area(new)
             # A quarter of the circle less, but for the triangle of the chord.
@@ -117,7 +117,7 @@ def test_a_stroke_that_ends_near_a_corner_ends_in_it() -> None:
     done = redraw_chain(
         network, plane(), SIZES, flat([[0.06, 0.05], [0.5, 0.3], [1.0, 0.0]])
     ).network
-    check(done)
+    check_network(done)
     line = done.chains[side]
     ends = {tuple(line.points[0]), tuple(line.points[-1])}
     assert ends == {(0.0, 0.0, 0.0), (2.0, 0.0, 0.0)}
@@ -137,7 +137,7 @@ def test_what_cannot_be_redrawn_is_refused() -> None:
     ):
         with pytest.raises(RefusedError, match=why):
             redraw_chain(network, plane(), SIZES, stroke)
-    bordered = with_borders(Network(), plane(), 0.02)
+    bordered = add_borders(Network(), plane(), 0.02)
     with pytest.raises(RefusedError, match="border"):
         redraw_chain(bordered, plane(), SIZES, flat([[5, 0], [4, 0.5], [5, 1]]))
 
@@ -146,5 +146,5 @@ def test_leaving_a_corner_beside_another_curve_is_no_crossing() -> None:
     network = drawn([[0, 0], [2, 0]], [[0, 0], [2, 0.2]])
     low = chain_between(network, (0, 0), (2, 0))
     done = redraw_chain(network, plane(), SIZES, flat([[0, 0], [1, 0.05], [2, 0]])).network
-    check(done)
+    check_network(done)
     assert done.chains[low].points[:, 1].max() == pytest.approx(0.05, abs=1e-3)

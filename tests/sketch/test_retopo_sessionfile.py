@@ -20,7 +20,7 @@ from retopo_cases import SIZES, plane
 from patterndb_sketch.retopo.editor import Editor, State
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Filling
-from patterndb_sketch.retopo.network import Network, with_choice
+from patterndb_sketch.retopo.network import Network, set_choice
 from patterndb_sketch.retopo.sessionfile import (
     MAX_BYTES,
     RetopoSession,
@@ -57,10 +57,10 @@ def session(source: PatternSource) -> RetopoSession:
     assert filling.choice is not None
     inner = filling.choice.perimeter
     filling = filling.with_moved([inner, inner + 1], [[0.4, 2.4, 0], [0.1 + 0.2, 2.5, -0.0]])
-    network = with_choice(editor.network, moved, filling)
+    network = set_choice(editor.network, moved, filling)
     # A patch whose fill was taken back, and one that never had any.
-    network = with_choice(network, patch_around(network, 1.5, 2.5), Filling())
-    network = with_choice(network, patch_around(network, 0.5, 0.25), None)
+    network = set_choice(network, patch_around(network, 1.5, 2.5), Filling())
+    network = set_choice(network, patch_around(network, 0.5, 0.25), None)
     return RetopoSession(editor.ground, State(network, editor.sizes), "a b.obj")
 
 
@@ -140,7 +140,7 @@ def floats(row: tuple[float, float, float]) -> tuple[float, float, float]:
 def test_a_choice_of_another_kind_is_an_error(session: RetopoSession) -> None:
     network = session.state.network
     patch = next(iter(network.patches))
-    state = State(with_choice(network, patch, "blue"), session.state.sizes)
+    state = State(set_choice(network, patch, "blue"), session.state.sizes)
     with pytest.raises(InvalidRetopoError, match=f"patch {patch} has a choice that is no Filling"):
         session_bytes(RetopoSession(session.ground, state))
 

@@ -12,11 +12,11 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import clean_stroke
 from patterndb_sketch.retopo.network import (
     Network,
+    add_borders,
     add_chain,
-    check,
-    with_borders,
-    with_choice,
-    with_count,
+    check_network,
+    set_choice,
+    set_count,
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.smooth import smooth_chain, smooth_nearest
@@ -43,7 +43,7 @@ def test_a_closed_curve_on_a_plane_keeps_its_middle_and_gets_no_rougher(seed: in
         return
     (before,) = network.chains.values()
     done = smooth_chain(network, plane(), SIZES, before.id).network
-    check(done, patches=False)
+    check_network(done, patches=False)
     after = done.chains[before.id]
     assert len(after.points) == len(before.points)
     assert np.allclose(after.points.mean(axis=0), before.points.mean(axis=0), atol=1e-9)
@@ -70,11 +70,11 @@ def test_patches_keep_their_ids_counts_and_choices() -> None:
     network = drawn([[1, 0], [0.9, 0.3], [1.1, 0.6], [1, 1]], network=square())
     stem = chain_between(network, (1, 0), (1, 1))
     for k, chain in enumerate(network.chains, 2):
-        network = with_count(network, chain, k)
+        network = set_count(network, chain, k)
     for patch in network.patches:
-        network = with_choice(network, patch, ("some fill", patch))
+        network = set_choice(network, patch, ("some fill", patch))
     edit = smooth_chain(network, plane(), SIZES, stem)
-    check(edit.network)
+    check_network(edit.network)
     assert edit.patches == () and edit.notes == ()
     assert edit.network.patches == network.patches
     for chain, line in network.chains.items():
@@ -91,7 +91,7 @@ def test_on_a_sphere_it_stays_on_the_ground() -> None:
     ).network
     (chain,) = network.chains
     done = smooth_chain(network, sphere(), sizes, chain).network
-    check(done)
+    check_network(done)
     line = done.chains[chain]
     feet = sphere().nearest(line.points)
     assert np.linalg.norm(feet.points - line.points, axis=1).max() < 1e-9
@@ -103,7 +103,7 @@ def test_what_cannot_be_smoothed_is_refused() -> None:
         smooth_nearest(square(), plane(), SIZES, (3, 3, 0), UP)
     with pytest.raises(InvalidRetopoError, match="no chain 999"):
         smooth_chain(square(), plane(), SIZES, 999)
-    bordered = with_borders(Network(), plane(), 0.02)
+    bordered = add_borders(Network(), plane(), 0.02)
     with pytest.raises(RefusedError, match="border"):
         smooth_nearest(bordered, plane(), SIZES, (5, 0, 0), UP)
     short, chain = add_chain(Network(), [[0, 0, 0], [0.1, 0, 0], [0.2, 0, 0]], [UP] * 3)

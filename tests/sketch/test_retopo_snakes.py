@@ -18,11 +18,11 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import (
     Network,
+    add_borders,
     add_chain,
     add_loop,
-    check,
-    with_borders,
-    with_choice,
+    check_network,
+    set_choice,
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.align import align_chain, align_nearest, align_node, move_snake
@@ -94,7 +94,7 @@ def test_a_line_beside_a_rounded_edge_moves_to_its_ridge(
     edit = align_nearest(
         network, ground, at, salience, stroke.points[60], stroke.normals[60], "ridge"
     )
-    check(edit.network)
+    check_network(edit.network)
     line = edit.network.chains[chain]
     assert off_ridge(stroke.points).min() > 1.4 * RADIUS
     middle = np.abs(line.points[:, 1]) < 0.05
@@ -129,7 +129,7 @@ def test_inside_out_the_edges_are_valleys(mode: Mode) -> None:
             align_chain(network, ground, at, salience, chain, mode)
         return
     done = align_chain(network, ground, at, salience, chain, mode).network
-    check(done)
+    check_network(done)
     line = done.chains[chain].points
     assert off_ridge(line[np.abs(line[:, 1]) < 0.05]).max() < 0.2 * RADIUS
 
@@ -145,7 +145,7 @@ def test_a_closed_curve_around_the_cube_moves_to_four_edges() -> None:
     network, chain = add_loop(Network(), foot.points, foot.normals)
     salience = Salience.of(ground, at.edge)
     done = align_chain(network, ground, at, salience, chain, "ridge").network
-    check(done, patches=False)
+    check_network(done, patches=False)
     points = done.chains[chain].points
     flat_side = np.abs(points[:, :2]).min(axis=1) < 0.25
     high, out = points[flat_side, 2], np.abs(points[flat_side, :2]).max(axis=1)
@@ -305,7 +305,7 @@ def test_a_corner_moves_and_its_curves_follow() -> None:
     (tee,) = [node for node in network.nodes.values() if node.valence == 3]
     salience = Salience.of(ground, at.edge)
     edit = align_nearest(network, ground, at, salience, tee.point, tee.normal, "ridge")
-    check(edit.network)
+    check_network(edit.network)
     assert (edit.nodes, edit.chains) == ((), ())
     moved = edit.network.nodes[tee.id]
     assert off_ridge(moved.point[None])[0] < 0.2 * RADIUS
@@ -327,18 +327,18 @@ def test_patches_stay_and_crossings_are_told() -> None:
             network, ground, at, GroundStroke(line, ground.nearest(line).normals, False)
         ).network
     (patch,) = network.patches
-    network = with_choice(network, patch, "a fill")
+    network = set_choice(network, patch, "a fill")
     chains = [c.id for c in network.chains.values() if np.ptp(c.points[:, 0]) < 1e-9]
     side = max(chains, key=lambda c: network.chains[c].points[0, 0])
     edit = align_chain(network, ground, at, salience, side, "ridge")
-    check(edit.network)
+    check_network(edit.network)
     assert edit.network.patches == network.patches
     assert not any("crosses" in note for note in edit.notes)
     # A curve in between is run over.
     between = even([[0.36, -0.1, 0.5], [0.36, 0.3, 0.5]], step=0.004)
     network, _ = add_chain(network, between, np.tile([0.0, 0.0, 1.0], (len(between), 1)))
     edit = align_chain(network, ground, at, salience, side, "ridge")
-    check(edit.network, patches=False)
+    check_network(edit.network, patches=False)
     assert any("crosses" in note for note in edit.notes)
 
 
@@ -363,7 +363,7 @@ def test_what_cannot_be_aligned_is_refused() -> None:
     for bad in (0.0, -1.0, np.nan, 1e-9):
         with pytest.raises(InvalidRetopoError, match="target edge"):
             Salience.of(ground, bad)
-    bordered = with_borders(Network(), plane(), 0.02)
+    bordered = add_borders(Network(), plane(), 0.02)
     (border,) = bordered.chains
     none = Salience.of(plane(), SIZES.edge)
     with pytest.raises(RefusedError, match="border"):

@@ -11,7 +11,7 @@ from plane_cases import SIZES, corners_of, plane_ground, polygons, stroke, t_jun
 
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import GroundStroke
-from patterndb_sketch.retopo.network import Network, check, equal
+from patterndb_sketch.retopo.network import Network, are_equal, check_network
 from patterndb_sketch.retopo.tools.spine import draw_spine, preview_spine
 
 Polygon = list[tuple[float, float, bool]]
@@ -57,7 +57,7 @@ def test_every_case_of_the_figure_has_its_patch(name: str) -> None:
     kept = {patch: corners_of(before, patch) for patch in before.patches}
     edit = draw_spine(before, plane_ground(), SPINE, SIZES)
     after = edit.network
-    check(after)
+    check_network(after)
     (made,) = (p for p in edit.patches if p not in kept and _is_new(after, p, kept))
     assert same_corners(corners_of(after, made), corners, NEAR), corners_of(after, made)
     found = t_junctions(after, made)
@@ -94,7 +94,7 @@ def test_one_spine_after_the_other_shares_their_boundary() -> None:
     for x in (1.9, 3.8, -1.9):
         edit = draw_spine(network, plane_ground(), stroke((x, 0.1), (x, 3.9)), SIZES)
         network = edit.network
-        check(network)
+        check_network(network)
         assert len(edit.chains) == 3
     assert len(network.patches) == 4
     # A row of four: every boundary between two is one chain with a patch on either side.
@@ -119,7 +119,7 @@ def test_a_patch_across_a_curve_is_refused_and_nothing_changes() -> None:
     kept = replace(before)
     with pytest.raises(RefusedError, match="cross"):
         draw_spine(before, plane_ground(), SPINE, SIZES)
-    assert equal(before, kept)
+    assert are_equal(before, kept)
 
 
 def test_a_stroke_beside_the_surface_border_is_refused_beyond_it() -> None:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb_sketch.retopo.network import AtNode, Draft, Network, check
+from patterndb_sketch.retopo.network import AtNode, Draft, Network, check_network
 from patterndb_sketch.retopo.network.patches import is_strip
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -66,5 +66,5 @@ def test_a_ring_around_a_limb_falls_into_two_patches_wherever_it_is_parted(angle
     for a in (0, angle):
         draft.add_chain(*along(a, 0.0, 0.1), AtNode(nodes[a, 0.0]), AtNode(nodes[a, 0.1]))
     network = draft.finish()
-    check(network)
+    check_network(network)
     assert sorted(len(patch.corners) for patch in network.patches.values()) == [4, 4]

@@ -31,24 +31,24 @@ from patterndb_sketch.retopo.network import (
     AtNode,
     Free,
     Network,
+    add_borders,
     add_loop,
-    check,
+    are_equal,
+    check_network,
     cut_chain,
-    enclosed,
-    equal,
-    nearest_place,
-    outline,
-    with_borders,
+    find_nearest_place,
+    measure_enclosed,
+    trace_outline,
 )
-from patterndb_sketch.retopo.network.crossings import crossings, self_crossings
-from patterndb_sketch.retopo.network.samples import samples
+from patterndb_sketch.retopo.network.crossings import find_crossings, find_self_crossings
+from patterndb_sketch.retopo.network.samples import take_samples
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 
 def areas(network: Network) -> list[float]:
     """Of all patches, rounded, in order."""
-    found = [outline(network, patch.loop) for patch in network.patches.values()]
-    return sorted(round(enclosed(points, normals).area, 6) for points, normals in found)
+    found = [trace_outline(network, patch.loop) for patch in network.patches.values()]
+    return sorted(round(measure_enclosed(points, normals).area, 6) for points, normals in found)
 
 
 def test_a_chord_of_a_square_makes_two_t_junctions() -> None:
@@ -77,7 +77,7 @@ def test_ends_snap_to_open_ends_before_corners_before_sides() -> None:
     network = drawn(
         [[0, 1], [0.06, 0], [1, 0]], [[-0.5, -1], [-0.09, 0]], [[-0.5, 0.02], [-0.2, 0.02]]
     )
-    place = nearest_place(samples(network), [0.06, 0, 0], [0, 0, 1], 0.1)
+    place = find_nearest_place(take_samples(network), [0.06, 0, 0], [0, 0, 1], 0.1)
     assert place is not None
     network, corner = cut_chain(network, place.chain, place.place)
     done = insert_stroke(network, plane(), SIZES, flat([[0, 0], [0, -1]]))
@@ -106,7 +106,7 @@ def test_a_joint_is_a_corner_or_smooth_on_request() -> None:
     assert len(sharp.network.chains) == 2
     assert sharp.network.nodes[node_at(sharp.network, 1, 0)].flagged == (True, True)
     smooth = insert_stroke(network, plane(), SIZES, flat([[1, 0], [2, 0]]), smooth=(True, False))
-    check(smooth.network)
+    check_network(smooth.network)
     (chain,) = smooth.network.chains.values()
     assert len(smooth.network.nodes) == 2 and chain.length == pytest.approx(2.0)
 
@@ -123,7 +123,7 @@ def test_known_ends_are_taken_without_looking() -> None:
         AtChain(chain, 50.0),
         AtNode(corner),
     )
-    check(made.network)
+    check_network(made.network)
     (new,) = [made.network.chains[c] for c in made.chains if made.network.chains[c].end == corner]
     assert new.points[0] == pytest.approx([1, 0, 0])
     free = insert_stroke(network, plane(), SIZES, flat([[1, 0.05], [1, 0.95]]), Free(), Free())
@@ -154,7 +154,7 @@ def test_a_stroke_that_runs_over_the_samples_of_others_crosses_once_each() -> No
     lines = [[[0, y], [1, y]] for y in (0.2, 0.4, 0.6)]
     network = drawn(*lines, [[0.3, 0], [0.3, 1]], [[0.5, 0], [0.5, 1]], [[0.1, 0.1], [0.7, 0.7]])
     assert genus(network) == 0
-    check(network)
+    check_network(network)
     crossed = [node for node in network.nodes.values() if node.valence > 2]
     # Three by two, and the diagonal through (0.2, 0.2), (0.4, 0.4), (0.6, 0.6), (0.3, 0.3)
     # and (0.5, 0.5).
@@ -170,7 +170,7 @@ def test_closed_strokes_snap_to_nothing_and_have_no_corner() -> None:
     assert not inside.patches and len(inside.network.patches) == 1
     wide = np.c_[1 + 0.8 * np.cos(t), 0.5 + 0.8 * np.sin(t)]
     done = insert_stroke(square(), plane(), SIZES, flat(wide, True)).network
-    check(done)
+    check_network(done)
     assert genus(done) == 0
     # Between the square's long sides, two caps beyond them, and two ends of the square.
     assert len(done.patches) == 5
@@ -181,7 +181,7 @@ def test_a_figure_eight_crosses_itself_once() -> None:
     t = np.linspace(0, 2 * np.pi, 300, endpoint=False)
     eight = np.c_[np.sin(t), np.sin(2 * t)]
     network = insert_stroke(Network(), plane(), SIZES, flat(eight, True)).network
-    check(network)
+    check_network(network)
     assert genus(network) == 0
     (node,) = network.nodes.values()
     assert node.valence == 4 and all(node.flagged)
@@ -193,9 +193,9 @@ def test_an_open_stroke_with_loops_crosses_itself_at_each() -> None:
     t = np.linspace(0, 6 * np.pi, 120)
     curl = np.c_[0.1 * t + np.sin(t), np.cos(t)]
     line = even(curl, step=0.2)
-    found = self_crossings(line, up(line), False)
+    found = find_self_crossings(line, up(line), False)
     network = insert_stroke(Network(), plane(), SIZES, GroundStroke(line, up(line), False)).network
-    check(network)
+    check_network(network)
     assert genus(network) == 0
     pairs = itertools.combinations(range(len(line) - 1), 2)
     met = [crossing(line[i : i + 2, :2], line[j : j + 2, :2]) for i, j in pairs if j > i + 1]
@@ -213,7 +213,7 @@ def test_the_two_sides_of_a_thin_sheet_do_not_cross() -> None:
     below = even([[0, -0.5, 0], [0, 0.5, 0]])
     network = insert_stroke(Network(), ground, SIZES, GroundStroke(top, up(top), False)).network
     network = insert_stroke(network, ground, SIZES, GroundStroke(below, -up(below), False)).network
-    check(network)
+    check_network(network)
     assert len(network.chains) == 2 and len(network.nodes) == 4
     other = even([[0, -0.5, 0.01], [0, 0.5, 0.01]])
     network = insert_stroke(network, ground, SIZES, GroundStroke(other, up(other), False)).network
@@ -221,11 +221,11 @@ def test_the_two_sides_of_a_thin_sheet_do_not_cross() -> None:
 
 
 def test_what_runs_beyond_a_border_is_left_out() -> None:
-    network = with_borders(Network(), plane(), 0.02)
+    network = add_borders(Network(), plane(), 0.02)
     line = even([[4, 0], [6, 0], [6, 1], [4, 1]])
     stroke = GroundStroke(line, up(line), False)
     done = insert_stroke(network, plane(), SIZES, stroke, Free(), Free()).network
-    check(done)
+    check_network(done)
     inner = [chain for chain in done.chains.values() if not chain.marked]
     assert [round(chain.length, 6) for chain in inner] == [1.0, 1.0]
     assert max(chain.points[:, 0].max() for chain in inner) == pytest.approx(5.0)
@@ -276,7 +276,7 @@ def test_straight_strokes_make_their_arrangement(draw, random) -> None:
         for line in lines:
             made = insert_stroke(network, plane(), SIZES, flat(line), Free(), Free())
             network = made.network
-        check(network)
+        check_network(network)
         assert genus(network) == 0
         assert len(network.nodes) == 2 * len(lines) + len(points)
         assert len(network.chains) == len(lines) + 2 * len(points)
@@ -308,7 +308,7 @@ def test_crossings_are_those_of_all_pairs_of_segments(seed: int) -> None:
     for line in loops:
         network, _ = add_loop(network, line, up(line))
     stroke = np.c_[rng.uniform(-1, 1, (9, 2)), np.zeros(9)]
-    found = crossings(stroke, up(stroke), True, samples(network))
+    found = find_crossings(stroke, up(stroke), True, take_samples(network))
     expected: list[tuple[float, float]] = []
     for i in range(9):
         one = stroke[[i, (i + 1) % 9], :2]
@@ -334,11 +334,13 @@ def test_great_circles_of_a_sphere_make_eight_triangles() -> None:
         ring = np.roll(flat_ring, axis, axis=1) @ tilted
         stroke = clean_stroke(ring, sphere(), SIZES, True)
         network = insert_stroke(network, sphere(), SIZES, stroke).network
-        check(network)
+        check_network(network)
         assert genus(network) == 0
     assert len(network.nodes) == 6 and len(network.chains) == 12
     assert [len(p.corners) for p in network.patches.values()] == [3] * 8
-    total = sum(enclosed(*outline(network, p.loop)).area for p in network.patches.values())
+    total = sum(
+        measure_enclosed(*trace_outline(network, p.loop)).area for p in network.patches.values()
+    )
     assert total == pytest.approx(8 * math.sqrt(3) * 0.7, rel=0.2)
 
 
@@ -350,4 +352,4 @@ def test_a_refused_stroke_leaves_the_network_as_it_was() -> None:
     corner = AtNode(node_at(network, 0, 0))
     with pytest.raises(RefusedError):
         insert_stroke(network, plane(), SIZES, flat([[0, 0], [0.01, 0]]), corner, corner)
-    assert equal(network, copy)
+    assert are_equal(network, copy)

@@ -15,8 +15,8 @@ from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.filling.report import find_open_loops, hausdorff, report_mesh
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import check
-from patterndb_sketch.retopo.network.faces import genus_of, handles_of
+from patterndb_sketch.retopo.network import check_network
+from patterndb_sketch.retopo.network.faces import count_genus, count_handles
 from patterndb_sketch.retopo.script import play_script, read_script
 
 SCRIPTS = EXAMPLES / "retopo"
@@ -75,7 +75,7 @@ def test_the_mesh_of_quads_is_a_closed_surface_of_the_kind_of_the_ground() -> No
 
 def test_every_patch_has_quads_none_is_flipped_and_the_report_says_the_same() -> None:
     ground, found = played()
-    check(found.network)
+    check_network(found.network)
     made = report_mesh(found, ground)
     assert found.notes == ()
     assert (made.unfilled, made.flipped, made.open_edges, made.tangled) == (0, 0, 0, 0)
@@ -112,10 +112,10 @@ def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
             assert editor.do(line.call).refused is None, line
         found = editor.fill()
     network = found.network
-    check(network)
-    handles = handles_of(ground)
+    check_network(network)
+    handles = count_handles(ground)
     assert handles == 12
-    assert genus_of(network.nodes, network.chains) == handles
+    assert count_genus(network.nodes, network.chains) == handles
     assert not find_open_loops(network)
     made = report_mesh(found, ground)
     assert (made.unfilled, made.open_edges, made.tangled) == (0, 0, 0)

@@ -18,7 +18,7 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import FilledNetwork, fill_network, find_open_edges, weld_fills
 from patterndb_sketch.retopo.ground import Ground, clean_stroke
-from patterndb_sketch.retopo.network import BORDER, Network, check
+from patterndb_sketch.retopo.network import BORDER, Network, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
     Half,
@@ -52,7 +52,7 @@ def quadrants(plane: Plane) -> tuple[Half, Sizes, Network]:
         edit = insert_stroke_on_half(network, at, sizes, stroke)
         assert "1 parts of the stroke beyond the plane are left out" in edit.notes
         network = edit.network
-        check(network)
+        check_network(network)
     return at, sizes, network
 
 
@@ -191,7 +191,7 @@ def test_off_keeps_both_halves_and_on_again_the_one(plane: Plane) -> None:
     found, both = filled(plane)
     half_now, sizes = half("ball", plane), Sizes.of(ball().diagonal)
     off = end_symmetry(found.network, ball(), sizes, plane).network
-    check(off)
+    check_network(off)
     assert genus(off) == 0
     assert seam(off) == []
     assert len(off.patches) == 2 * len(found.network.patches)
@@ -212,7 +212,7 @@ def test_off_keeps_both_halves_and_on_again_the_one(plane: Plane) -> None:
         assert off_by.max() < 0.01
     edit = begin_symmetry(off, half_now, sizes.sampling)
     back = edit.network
-    check(back)
+    check_network(back)
     assert any("4 curves on the other side" in note for note in edit.notes)
     assert back.chains.keys() == found.network.chains.keys()
     assert back.patches.keys() == found.network.patches.keys()
@@ -227,12 +227,12 @@ def test_an_open_surface_has_borders_and_a_seam_between_them() -> None:
     ground, sizes = dome(), Sizes.of(dome().diagonal)
     at = half("dome", X)
     network = begin_symmetry(empty(ground, sizes), at, sizes.sampling).network
-    check(network)
+    check_network(network)
     (one,) = seam(network)
     assert {network.chains[one].start, network.chains[one].end} == set(network.nodes)
     stroke = np.array([[np.sin(t), 0.0, np.cos(t)] for t in np.linspace(-0.3, 1.7, 60)])
     network = insert_stroke_on_half(network, at, sizes, clean_stroke(stroke, ground, sizes)).network
-    check(network)
+    check_network(network)
     assert genus(network) == 0
     assert len(network.patches) == 2
     with patterndb.open() as source:
@@ -247,11 +247,11 @@ def test_an_open_surface_has_borders_and_a_seam_between_them() -> None:
     on_border = np.isin(mesh.chain, [c.id for c in lines]) | np.isin(mesh.node, sorted(ends))
     assert set(rim.ravel().tolist()) <= set(np.flatnonzero(on_border).tolist())
     off = end_symmetry(found.network, ground, sizes, X).network
-    check(off)
+    check_network(off)
     assert genus(off) == 0
     assert len(off.patches) == 4
     back = begin_symmetry(off, at, sizes.sampling).network
-    check(back)
+    check_network(back)
     assert back.chains.keys() == found.network.chains.keys()
 
 

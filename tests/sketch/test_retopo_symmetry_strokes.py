@@ -11,7 +11,7 @@ from symmetry_cases import TILTED, X, ball, empty, half, seam
 
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import GroundStroke, clean_stroke
-from patterndb_sketch.retopo.network import SYMMETRY, add_chain, check
+from patterndb_sketch.retopo.network import SYMMETRY, add_chain, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
     Plane,
@@ -47,7 +47,7 @@ def test_curves_drawn_before_are_cut_and_told() -> None:
         ).network
     before = network
     edit = begin_symmetry(network, at, sizes.sampling)
-    check(edit.network)
+    check_network(edit.network)
     assert genus(edit.network) == 0
     assert any(note.startswith("2 curves are cut at the plane") for note in edit.notes), edit.notes
     for chain in edit.network.chains.values():
@@ -138,7 +138,7 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
         network = insert_stroke_on_half(network, whole, sizes, scribble()).network
     network = begin_symmetry(network, at, sizes.sampling).network
     for _ in range(3):
-        check(network)
+        check_network(network)
         assert genus(network) == 0
         for chain in network.chains.values():
             height = plane.heights(chain.points)
@@ -151,14 +151,14 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
             continue
     edit = end_symmetry(network, at.whole, sizes, plane)
     off = edit.network
-    check(off, patches=False)
+    check_network(off, patches=False)
     assert genus(off) == 0
     assert network.chains.keys() <= off.chains.keys()
     if name == "ball":
         assert edit.notes == ()
         assert len(off.patches) == 2 * len(network.patches)
     back = begin_symmetry(off, at, sizes.sampling).network
-    check(back, patches=False)
+    check_network(back, patches=False)
     if edit.notes:
         # The dome has no place for all images beyond a tilted plane.
         assert "left out" in edit.notes[0]

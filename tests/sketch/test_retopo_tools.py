@@ -29,7 +29,7 @@ from patterndb_sketch.retopo.arguments import (
 from patterndb_sketch.retopo.editor import TOOLS, Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import check
+from patterndb_sketch.retopo.network import check_network
 from patterndb_sketch.retopo.script import line_of, script_of
 from patterndb_sketch.retopo.table import NOT_TOOLS, describe_tools, find_tools
 from patterndb_sketch.retopo.tool import SNAP, Tool
@@ -166,7 +166,7 @@ def test_undo_restores_what_a_call_changed_and_what_is_refused_changes_nothing(
         if not outcome.changed:
             assert editor.state is before and editor.undoable == steps
             continue
-        check(editor.network)
+        check_network(editor.network)
         after = editor.state
         assert editor.undoable == steps + 1 and not after.same(before)
         do(editor, "undo")

@@ -29,7 +29,7 @@ from patterndb_sketch.retopo.filling import (
     weld_fills,
 )
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Network, equal, with_count
+from patterndb_sketch.retopo.network import Network, are_equal, set_count
 from patterndb_sketch.retopo.quadimport import import_quads
 from patterndb_sketch.retopo.tools.insertloop import find_edge_at, find_nearest_edge, insert_loop
 from query.engine import PatternSource
@@ -88,7 +88,7 @@ def test_a_strip_that_comes_back_at_right_angles_makes_both_counts_grow(
     # Both ways through the corner cell, once through the others on the way.
     assert len(weld_fills(after).quads) - len(weld_fills(before).quads) == 9 + 4 + 4 + 8
     do(editor, "undo")
-    assert equal(editor.network, before.network)
+    assert are_equal(editor.network, before.network)
 
 
 def test_a_strip_around_a_ball_is_closed(source: PatternSource) -> None:
@@ -139,7 +139,7 @@ def test_loops_anywhere_keep_what_must_hold(source: PatternSource, seed: int) ->
     assert len(mesh.quads) > len(former.quads)
     assert same_poles(find_irregular_vertices(mesh)[1], find_irregular_vertices(former)[1])
     editor.do(Call("undo"))
-    assert equal(editor.network, before.network)
+    assert are_equal(editor.network, before.network)
 
 
 def mixed(source: PatternSource) -> Editor:
@@ -175,7 +175,7 @@ def test_no_loop_makes_a_boundary_longer_than_can_be(filled_grid: Network) -> No
     """The call before it says so, and the network stays as it was."""
     network = filled_grid
     for y in range(4):
-        network = with_count(network, chain_at(network, 0.5, y), 996)
+        network = set_count(network, chain_at(network, 0.5, y), 996)
     with patterndb.open() as opened, pytest.raises(RefusedError, match="2000 are the most"):
         insert_loop(network, plane(), opened, SIZES, np.array([0.5, 0.0, 0.0]), UP)
 

@@ -18,7 +18,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import fill_network, find_irregular_vertices, weld_fills
-from patterndb_sketch.retopo.network import Network, equal
+from patterndb_sketch.retopo.network import Network, are_equal
 from patterndb_sketch.retopo.tools.movepair import find_least_changes, move_pair
 from query.engine import PatternSource, fills
 from query.solving.systems import Chords
@@ -74,7 +74,7 @@ def test_a_pair_follows_the_drag_and_comes_back(source: PatternSource) -> None:
         there = inner_poles(editor.network, source)
         assert (there - poles).mean(axis=0) @ np.array(by) > 0.0
         do(editor, "undo")
-        assert equal(editor.network, former)
+        assert are_equal(editor.network, former)
     assert moved >= 2
 
 

@@ -15,7 +15,7 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, fill_network, filling_of, weld_fills
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Edit, Network, check, equal, with_count
+from patterndb_sketch.retopo.network import Edit, Network, are_equal, check_network, set_count
 from patterndb_sketch.retopo.quadimport import import_quads
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.brush import STILL, drag_vertices, relax_vertices
@@ -43,7 +43,7 @@ def wide(radius: float) -> Sizes:
 def assert_kept(before: Network, edit: Edit) -> None:
     """Ids, loops, counts and fills are as they were."""
     after = edit.network
-    check(after)
+    check_network(after)
     assert after.nodes.keys() == before.nodes.keys()
     assert after.chains.keys() == before.chains.keys()
     assert after.patches.keys() == before.patches.keys()
@@ -199,7 +199,7 @@ def test_borders_and_the_seam_stay(source: PatternSource) -> None:
     do(editor, "brush", at=[-4.7, 4.7, 0], to=[-4.6, 4.7, 0], radius=1.5)
     for c, chain in marked.items():
         assert editor.network.chains[c] is chain
-    assert not equal(editor.network, before)
+    assert not are_equal(editor.network, before)
     # A curve that ends on a border bends towards its end, which stays, and does not jump.
     do(editor, "brush", at=[-4.9, 4.1, 0], to=[-4.9, 4.4, 0], radius=0.9)
     curve = editor.network.chains[chain_at(before, -4.5, 4)].points
@@ -225,7 +225,7 @@ def test_calls_are_undone_exactly(source: PatternSource) -> None:
     assert editor.fill().network is after.network
     do(editor, "undo")
     assert editor.state is state
-    assert equal(editor.network, before.network)
+    assert are_equal(editor.network, before.network)
     for call in (
         Call("brush", {"at": [-3, -3, 0], "to": [-3, -2.9, 0]}),
         Call("relax", {"at": [-3, -3, 0]}),
@@ -292,7 +292,7 @@ def test_what_cannot_be_filled_is_told_and_the_rest_moves(
     patch = patch_around(grid, 0.5, 0.5)
     network = grid
     for half, count in zip(grid.patches[patch].loop, (4, 4, 4, 3), strict=True):
-        network = with_count(network, half >> 1, count, pinned=True)
+        network = set_count(network, half >> 1, count, pinned=True)
     at = np.array([1.0, 0.5, 0.0])
     to = at + np.array([0.03, 0.0, 0.0])
     edit = drag_vertices(network, plane(), source, wide(0.3), at, UP, to)

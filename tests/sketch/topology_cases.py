@@ -18,7 +18,7 @@ from patterndb_sketch.retopo.filling import (
     side_lengths,
     weld_fills,
 )
-from patterndb_sketch.retopo.network import Network, check
+from patterndb_sketch.retopo.network import Network, check_network
 from query.engine import PatternSource
 from query.identity import hash_quads, weld
 
@@ -33,7 +33,7 @@ def choice_of(network: Network, patch: int) -> Choice:
 
 def assert_sound(network: Network) -> None:
     """Every patch is even, and its fill a disk with its counts."""
-    check(network)
+    check_network(network)
     for patch in network.patches.values():
         sides = side_lengths(network, patch)
         assert sum(sides) % 2 == 0 and has_suitable_fill(network, patch)

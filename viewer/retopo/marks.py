@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.network import Chain, Network, Node, outline
+from patterndb_sketch.retopo.network import Chain, Network, Node, trace_outline
 from viewer import style
 from viewer.retopo.palette import CORNER, WRONG
 from viewer.ribbons import NOTHING, Triangles, dashed, discs, ribbons
@@ -101,7 +101,7 @@ def empty_marks(
     """A dashed line within the loops of patches that have no quads."""
     dashes: list[Points] = []
     for number in empty:
-        points, normals = outline(network, network.patches[number].loop)
+        points, normals = trace_outline(network, network.patches[number].loop)
         within = points.mean(axis=0) + DRAWN_IN * (points - points.mean(axis=0))
         facing = normals @ view.axes[2] > AWAY
         line = view.seen(np.concatenate([within, within[:1]]))

@@ -14,9 +14,9 @@ from patterndb_sketch.retopo.network import (
     AtNode,
     Network,
     Samples,
-    nearest_node,
-    nearest_place,
-    samples,
+    find_nearest_node,
+    find_nearest_place,
+    take_samples,
 )
 from patterndb_sketch.retopo.tools.stroke import MOST_ENDS, find_end
 from viewer.view import View
@@ -84,20 +84,20 @@ class Finder:
     def of(self, network: Network) -> Samples:
         """All samples of its curves."""
         if self._samples is None or network is not self._network:
-            self._network, self._samples = network, samples(network)
+            self._network, self._samples = network, take_samples(network)
         return self._samples
 
     def chain(
         self, network: Network, foot: GroundPoints, reach: float
     ) -> tuple[int, Points] | None:
         """The curve within a reach of a foot, and its point (3,) that is nearest."""
-        found = nearest_place(self.of(network), foot.points[0], foot.normals[0], reach)
+        found = find_nearest_place(self.of(network), foot.points[0], foot.normals[0], reach)
         return None if found is None else (found.chain, point_on(network, found.chain, found.place))
 
     def node(self, network: Network, foot: GroundPoints, reach: float) -> Points | None:
         """(3,) the node within a reach of a foot that is nearest."""
         valences = range(1, MOST_ENDS)
-        node = nearest_node(network, foot.points[0], foot.normals[0], reach, valences)
+        node = find_nearest_node(network, foot.points[0], foot.normals[0], reach, valences)
         return None if node is None else node.point
 
     def end(self, network: Network, foot: GroundPoints, snap: float) -> Points | None:

@@ -20,7 +20,7 @@ from patterndb_sketch.retopo.filling.fills import fill_patch
 from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.filling.placing import divide_chain
 from patterndb_sketch.retopo.ground import GroundPoints
-from patterndb_sketch.retopo.network import Network, nearest_place, samples
+from patterndb_sketch.retopo.network import Network, find_nearest_place, take_samples
 from patterndb_sketch.retopo.tool import ToolWork
 from patterndb_sketch.retopo.tools.autocomplete import find_completions
 from patterndb_sketch.retopo.tools.insertloop import find_edge_at
@@ -111,7 +111,7 @@ def pulled(work: ToolWork, begun: Points, point: Points) -> Preview:
 def looped(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) -> Preview:
     """Where a loop would run that is inserted at a foot, along a strip of the quads of a mesh."""
     network, point = work.network, foot.points[0]
-    near = nearest_place(samples(network), point, foot.normals[0], work.state.sizes.snap)
+    near = find_nearest_place(take_samples(network), point, foot.normals[0], work.state.sizes.snap)
     sides = network.patch_of()
     which: Int32Array
     try:

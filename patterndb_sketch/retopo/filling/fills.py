@@ -14,7 +14,7 @@ from patterndb_sketch.retopo.filling.choice import By, Choice, Filling, Flow, pa
 from patterndb_sketch.retopo.filling.edgecounts import side_lengths
 from patterndb_sketch.retopo.filling.placing import PlacedPatch, place_fill, trace_border
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Network, Patch, with_choice
+from patterndb_sketch.retopo.network import Network, Patch, set_choice
 from query.boundary import Boundary
 from query.engine import PatternSource, fills
 from query.fill import Fill
@@ -111,7 +111,7 @@ def release_vertices(before: Network, after: Network) -> Network:
         chains = {half >> 1 for half in patch.loop}
         if any(_runs_elsewhere(before, after, chain) for chain in chains):
             free = filling.with_moved([], np.empty((0, 3)))
-            after = with_choice(after, patch.id, free)
+            after = set_choice(after, patch.id, free)
     return after
 
 
@@ -150,14 +150,14 @@ def add_flow(network: Network, patch: int, line: np.ndarray) -> Network:
     """The network with another line (n, 3) that a patch's edges are to follow."""
     former = filling_of(network.patches[patch])
     new = replace(former.with_choice(None), flows=(*former.flows, Flow.of(line)))
-    return with_choice(network, patch, new)
+    return set_choice(network, patch, new)
 
 
 def clear_flows(network: Network, patch: int) -> Network:
     """The network without a patch's flow lines; it gets the first fill again."""
     if not filling_of(network.patches[patch]).flows:
         raise RefusedError(f"patch {patch} has no flow lines")
-    return with_choice(network, patch, None)
+    return set_choice(network, patch, None)
 
 
 def _placed(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
@@ -178,7 +178,7 @@ def _refusing(patch: Patch) -> Iterator[None]:
 
 def _with(network: Network, patch: Patch, fill: Fill, by: By) -> Network:
     new = filling_of(patch).with_choice(Choice.of(fill, by))
-    return with_choice(network, patch.id, new)
+    return set_choice(network, patch.id, new)
 
 
 def _is(fill: Fill, choice: Choice) -> bool:

@@ -16,8 +16,8 @@ from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.placing import PlacedPatch
 from patterndb_sketch.retopo.ground import Ground, GroundPoints
-from patterndb_sketch.retopo.network import Network, outline
-from patterndb_sketch.retopo.network.faces import joined_chains
+from patterndb_sketch.retopo.network import Network, trace_outline
+from patterndb_sketch.retopo.network.faces import find_joined_chains
 from query.placing import enclose_region
 
 #: A point no further to the right of a patch's border, as a part of the ground's diagonal, is on
@@ -35,7 +35,7 @@ def find_patch(network: Network, ground: Ground, point: ArrayLike) -> int:
     there is none.
     """
     foot = ground.nearest(np.asarray(point, np.float64)[None])
-    borders = {patch.id: outline(network, patch.loop) for patch in network.patches.values()}
+    borders = {patch.id: trace_outline(network, patch.loop) for patch in network.patches.values()}
     away = [
         (float(np.linalg.norm(points - foot.points[0], axis=1).min()), patch)
         for patch, (points, _) in borders.items()
@@ -97,7 +97,9 @@ def find_islands(
     part: dict[int, int] = {}
     for chain in sorted(network.chains):
         if chain not in part:
-            part.update(dict.fromkeys(joined_chains(network.nodes, network.chains, chain), chain))
+            part.update(
+                dict.fromkeys(find_joined_chains(network.nodes, network.chains, chain), chain)
+            )
     of = {patch: part[network.patches[patch].loop[0] >> 1] for patch in sorted(placed)}
     first = {name: patch for patch, name in reversed(of.items())}
     if len(first) < 2:
@@ -109,7 +111,7 @@ def find_islands(
         there = [other for other in first if other != name and _near(placed[patch], places[other])]
         if not there:
             continue
-        border = outline(network, network.patches[patch].loop)
+        border = trace_outline(network, network.patches[patch].loop)
         for other in there:
             foot = ground.nearest(places[other][None])
             if is_within(ground, border, foot):

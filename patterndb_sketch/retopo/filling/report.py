@@ -16,7 +16,7 @@ from patterndb_sketch.retopo.filling.mesh import (
     weld_fills,
 )
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import HalfChain, Network, face
+from patterndb_sketch.retopo.network import HalfChain, Network, walk_face
 
 #: Samples along an edge of a quad, or of a triangle of the ground, for distances.
 SAMPLES = 4
@@ -98,7 +98,7 @@ def find_open_loops(network: Network) -> list[OpenLoop]:
         for half in (2 * chain, 2 * chain + 1):
             if half in taken or half in done or network.mark(half):
                 continue
-            loop, corners = face(network.nodes, network.chains, half)
+            loop, corners = walk_face(network.nodes, network.chains, half)
             done.update(loop)
             line, _ = network.chains[chain].directed(half)
             k = len(line) // 2

@@ -2,14 +2,14 @@
 
 A :class:`Network` has nodes, chains (polylines between nodes) and patches (loops that are filled).
 It is immutable: an edit is a function from network to network, undoing is to keep the old one,
-and :func:`equal` compares two bit for bit. Ids of nodes, chains and patches come from one
+and :func:`are_equal` compares two bit for bit. Ids of nodes, chains and patches come from one
 counter and are never used twice.
 
 Half-chains are numbers: ``2 * chain`` forward, ``2 * chain + 1`` backward, ``half ^ 1`` the other
 way. What lies on the left of a half-chain belongs to it. ``Node.ends`` are the half-chains that
 leave a node, counter-clockwise; wedge i, between end i and the next, is a corner of the face in
 it if ``Node.flagged[i]``. A half-chain that arrives as the twin of end j is followed, around the
-face on its left, by end j - 1 (:func:`successor`, :func:`face`).
+face on its left, by end j - 1 (:func:`find_successor`, :func:`walk_face`).
 
 Places on chains are in samples: 3.25 is a quarter of the way from sample 3 to sample 4.
 
@@ -20,7 +20,7 @@ What a curve is joined to is an End:
 - ``AtChain(chain, place)``: the inside of a chain, which is cut there (a T-junction).
 
 Single edits are functions: :func:`add_chain`, :func:`add_loop`, :func:`cut_chain`,
-:func:`remove_chains`, :func:`with_count`, :func:`with_choice`. A tool that makes several takes
+:func:`remove_chains`, :func:`set_count`, :func:`set_choice`. A tool that makes several takes
 a :class:`Draft`, in which chains that were cut may still be named by their old ids and places::
 
     draft = Draft(network)
@@ -30,41 +30,52 @@ a :class:`Draft`, in which chains that were cut may still be named by their old 
     network = draft.finish()        # patches are found again, only where something changed
 
 A network stays a drawing on its ground: both ends of a new chain go into one face, whatever
-directions say, and :func:`genus_of` is never above the ground's :func:`handles_of`. What could only
+directions say, and :func:`count_genus` is never above the ground's :func:`count_handles`. What could only
 be drawn through another curve is refused. A network that knows its ground (``Network.ground``, set
 by tools that are given one) also sees the ends of limbs as patches.
 
 Patches whose loops and corners an edit does not change keep their ids and choices.
 ``tools.stroke.insert`` is for curves that may cross others; it ends in the same calls.
-:func:`samples` gives all points of all chains as flat arrays, :func:`nearest_places` and
-:func:`nearest_node` find what is near; :func:`check` raises if an invariant does not hold.
+:func:`take_samples` gives all points of all chains as flat arrays, :func:`nearest_places` and
+:func:`find_nearest_node` find what is near; :func:`check_network` raises if an invariant does not hold.
 """
 
 from patterndb_sketch.retopo.network.attaching import Gap
 from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft, End, Free
 from patterndb_sketch.retopo.network.edits import (
     Edit,
+    add_borders,
     add_chain,
     add_loop,
     cut_chain,
     remove_chains,
-    with_borders,
-    with_choice,
-    with_count,
+    set_choice,
+    set_count,
 )
-from patterndb_sketch.retopo.network.faces import dead_end, face, genus_of, handles_of, successor
-from patterndb_sketch.retopo.network.invariants import BrokenNetworkError, check, equal
+from patterndb_sketch.retopo.network.faces import (
+    count_genus,
+    count_handles,
+    find_successor,
+    has_dead_end,
+    walk_face,
+)
+from patterndb_sketch.retopo.network.invariants import BrokenNetworkError, are_equal, check_network
 from patterndb_sketch.retopo.network.patches import (
     Enclosed,
-    enclosed,
+    find_patches,
     is_end,
     is_patch,
-    loop_encloses,
-    outline,
-    with_patches,
-    without_patch,
+    measure_enclosed,
+    measure_loop,
+    remove_patch,
+    trace_outline,
 )
-from patterndb_sketch.retopo.network.samples import Samples, nearest_node, nearest_place, samples
+from patterndb_sketch.retopo.network.samples import (
+    Samples,
+    find_nearest_node,
+    find_nearest_place,
+    take_samples,
+)
 from patterndb_sketch.retopo.network.structure import (
     BORDER,
     NONE,
@@ -99,32 +110,32 @@ __all__ = [
     "Node",
     "Patch",
     "Samples",
+    "add_borders",
     "add_chain",
     "add_loop",
+    "are_equal",
     "backward",
     "chain_of",
-    "check",
+    "check_network",
+    "count_genus",
+    "count_handles",
     "cut_chain",
-    "dead_end",
-    "enclosed",
-    "equal",
-    "face",
+    "find_nearest_node",
+    "find_nearest_place",
+    "find_patches",
+    "find_successor",
     "forward",
-    "genus_of",
-    "handles_of",
+    "has_dead_end",
     "is_end",
     "is_patch",
-    "loop_encloses",
-    "nearest_node",
-    "nearest_place",
-    "outline",
+    "measure_enclosed",
+    "measure_loop",
     "remove_chains",
-    "samples",
-    "successor",
+    "remove_patch",
+    "set_choice",
+    "set_count",
+    "take_samples",
+    "trace_outline",
     "twin",
-    "with_borders",
-    "with_choice",
-    "with_count",
-    "with_patches",
-    "without_patch",
+    "walk_face",
 ]

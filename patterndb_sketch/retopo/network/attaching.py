@@ -19,7 +19,12 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.network.faces import genus_of, handles_of, joined_chains, walked
+from patterndb_sketch.retopo.network.faces import (
+    count_genus,
+    count_handles,
+    find_joined_chains,
+    list_face,
+)
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
 
 if TYPE_CHECKING:
@@ -40,7 +45,7 @@ FURTHER = 5
 
 
 @kernel
-def departure(points: Points, backwards: bool, reach: float) -> NDArray[np.float64]:
+def find_departure(points: Points, backwards: bool, reach: float) -> NDArray[np.float64]:
     """(3,) from the first (or last) point of a polyline (n, 3) to the place at this arc length
     along it, or to its other end if that is nearer."""
     n = len(points)
@@ -66,7 +71,9 @@ def departure(points: Points, backwards: bool, reach: float) -> NDArray[np.float
 
 
 @kernel
-def turn(normal: NDArray[np.float64], one: NDArray[np.float64], two: NDArray[np.float64]) -> float:
+def measure_turn(
+    normal: NDArray[np.float64], one: NDArray[np.float64], two: NDArray[np.float64]
+) -> float:
     """Angle from direction one to direction two (3,), counter-clockwise about the unit normal, in
     its tangent plane: 0 to 2 pi."""
     up_one = one[0] * normal[0] + one[1] * normal[1] + one[2] * normal[2]
@@ -80,7 +87,7 @@ def turn(normal: NDArray[np.float64], one: NDArray[np.float64], two: NDArray[np.
     return angle if angle >= 0.0 else angle + 2.0 * math.pi
 
 
-def wedge_for(
+def find_wedge(
     normal: NDArray[np.float64],
     ends: Sequence[tuple[Points, bool]],
     new: tuple[Points, bool],
@@ -102,9 +109,9 @@ def wedge_for(
         return best
     bounds = sorted({*wedges, *((w + 1) % len(ends) for w in wedges)})
     for _ in range(FURTHER):
-        ahead = departure(*new, reach)
+        ahead = find_departure(*new, reach)
         ahead += ASIDE * np.linalg.norm(ahead) * TOWARDS
-        turns = {i: turn(normal, departure(*ends[i], reach), ahead) for i in bounds}
+        turns = {i: measure_turn(normal, find_departure(*ends[i], reach), ahead) for i in bounds}
         # The narrowest that holds the new curve: of two ends that lie on each other the angles
         # may be in another order than the ends are, and what is between them seems to be wide.
         widths = {w: (turns[w] - turns[(w + 1) % len(ends)]) % (2.0 * math.pi) for w in wedges}
@@ -129,7 +136,7 @@ class Gap:
     off: float = 0.0
 
 
-def beside(
+def _wedge_beside(
     at: Node,
     gap: Gap,
     given: Mapping[HalfChain, Gap],
@@ -154,7 +161,7 @@ def beside(
     return j if gap.left else (j - 1) % n
 
 
-def pointed_into(
+def _wedge_pointed_into(
     at: Node,
     half: HalfChain,
     reach: float,
@@ -172,8 +179,8 @@ def pointed_into(
     free = [j for j, h in enumerate(old) if not chains[h >> 1].marks[h & 1]]
     ends = [(chains[end >> 1].points, bool(end & 1)) for end in old]
     new = (chains[half >> 1].points, bool(half & 1))
-    j = wedge_for(at.normal, ends, new, reach, free or range(len(old)))
-    return beside(at, Gap(old[j], True, -1.0), given, now)
+    j = find_wedge(at.normal, ends, new, reach, free or range(len(old)))
+    return _wedge_beside(at, Gap(old[j], True, -1.0), given, now)
 
 
 #: What each end that is passed costs beside the angle to it, in radians: of two ways of the same
@@ -192,7 +199,7 @@ class SeparatedError(RefusedError):
 
 
 @dataclass(frozen=True, slots=True)
-class Wedges:
+class _Wedges:
     """Where an end of a new chain may go around its node.
 
     node:   with its ends so far. wanted: the wedge that measures tell.
@@ -205,7 +212,7 @@ class Wedges:
     costs: tuple[float, ...]
 
 
-def attach(draft: Draft, chain: int, reach: float, gaps: Gaps = (None, None)) -> None:
+def attach_chain(draft: Draft, chain: int, reach: float, gaps: Gaps = (None, None)) -> None:
     """Put a chain's halves among the ends of its nodes, with corners on either side.
 
     reach: arc length over which directions are taken; gaps: where its start and its end go, if
@@ -213,22 +220,22 @@ def attach(draft: Draft, chain: int, reach: float, gaps: Gaps = (None, None)) ->
     Raises SeparatedError if there are none; the chain is taken from the draft then.
     """
     line = draft.chains[chain]
-    one = _wedges(draft, line.start, 2 * chain, reach, gaps[0])
+    one = _price_wedges(draft, line.start, 2 * chain, reach, gaps[0])
     if line.start == line.end:
         inside: set[HalfChain] = {2 * chain}
         if one.node.ends:
-            inside.update(walked(draft.nodes, draft.chains, one.node.ends[one.wanted]))
+            inside.update(list_face(draft.nodes, draft.chains, one.node.ends[one.wanted]))
         before = {**draft.nodes}
-        _put(draft, one.node.id, 2 * chain, one.wanted, gaps[0])
-        two = _wedges(draft, line.end, 2 * chain + 1, reach, gaps[1])
+        _put_end(draft, one.node.id, 2 * chain, one.wanted, gaps[0])
+        two = _price_wedges(draft, line.end, 2 * chain + 1, reach, gaps[1])
         wedge = two.wanted
-        if two.node.ends[wedge] not in inside and not _spare_handle(draft, before):
+        if two.node.ends[wedge] not in inside and not _has_spare_handle(draft, before):
             around = (k for k, half in enumerate(two.node.ends) if half in inside)
             wedge = min(around, key=two.costs.__getitem__)
-        _put(draft, line.end, 2 * chain + 1, wedge, gaps[1])
+        _put_end(draft, line.end, 2 * chain + 1, wedge, gaps[1])
         return
-    two = _wedges(draft, line.end, 2 * chain + 1, reach, gaps[1])
-    found = _in_one_face(draft, one, two)
+    two = _price_wedges(draft, line.end, 2 * chain + 1, reach, gaps[1])
+    found = _find_common_face(draft, one, two)
     if found is None:
         del draft.chains[chain]
         draft.touched_chains.discard(chain)
@@ -236,11 +243,11 @@ def attach(draft: Draft, chain: int, reach: float, gaps: Gaps = (None, None)) ->
             "the curve would pass through others without a crossing, where curves lie over each "
             "other; pull them apart or clean the knot there, or draw elsewhere"
         )
-    _put(draft, line.start, 2 * chain, found[0], gaps[0])
-    _put(draft, line.end, 2 * chain + 1, found[1], gaps[1])
+    _put_end(draft, line.start, 2 * chain, found[0], gaps[0])
+    _put_end(draft, line.end, 2 * chain + 1, found[1], gaps[1])
 
 
-def _in_one_face(draft: Draft, one: Wedges, two: Wedges) -> tuple[int, int] | None:
+def _find_common_face(draft: Draft, one: _Wedges, two: _Wedges) -> tuple[int, int] | None:
     """The two wedges nearest to the wanted ones that are of one face; None if there are none.
 
     The wanted ones themselves if the nodes are of different parts of the network.
@@ -252,7 +259,7 @@ def _in_one_face(draft: Draft, one: Wedges, two: Wedges) -> tuple[int, int] | No
     for at in (one.node, two.node):
         for end in at.ends:
             if end not in face:
-                face.update(dict.fromkeys(walked(draft.nodes, draft.chains, end), end))
+                face.update(dict.fromkeys(list_face(draft.nodes, draft.chains, end), end))
     of, other = ([face[end] for end in at.node.ends] for at in (one, two))
     if of[one.wanted] == other[two.wanted]:
         return wanted
@@ -266,41 +273,45 @@ def _in_one_face(draft: Draft, one: Wedges, two: Wedges) -> tuple[int, int] | No
         default=(math.inf, 0, 0),
     )
     if math.isinf(best[0]):
-        part = joined_chains(draft.nodes, draft.chains, one.node.ends[0] >> 1)
+        part = find_joined_chains(draft.nodes, draft.chains, one.node.ends[0] >> 1)
         if two.node.ends[0] >> 1 not in part:
             return wanted
-    if best[0] > SLIGHT and _spare_handle(draft, draft.nodes):
+    if best[0] > SLIGHT and _has_spare_handle(draft, draft.nodes):
         return wanted
     return None if math.isinf(best[0]) else best[1:]
 
 
-def _spare_handle(draft: Draft, nodes: Mapping[int, Node]) -> bool:
+def _has_spare_handle(draft: Draft, nodes: Mapping[int, Node]) -> bool:
     """Has the ground a handle that the network does not go round yet? The last chain, which is
     not among the ends of these nodes, does not count."""
     ground = draft.before.ground
-    handles = 0 if ground is None else handles_of(ground)
+    handles = 0 if ground is None else count_handles(ground)
     if not handles:
         return False
     ends = {half >> 1 for node in nodes.values() for half in node.ends}
     chains = {c: line for c, line in draft.chains.items() if line.loose or c in ends}
-    return genus_of(nodes, chains) < handles
+    return count_genus(nodes, chains) < handles
 
 
-def _wedges(draft: Draft, node: int, half: HalfChain, reach: float, gap: Gap | None) -> Wedges:
+def _price_wedges(
+    draft: Draft, node: int, half: HalfChain, reach: float, gap: Gap | None
+) -> _Wedges:
     """Where around its node a half-chain goes by its direction, or by the gap that is given."""
     at = draft.nodes[node]
     n = at.valence
     if n == 0:
-        return Wedges(at, 0, (0.0,))
+        return _Wedges(at, 0, (0.0,))
     chains = draft.chains
     if gap is None:
-        wanted = pointed_into(at, half, reach, chains, draft.gaps, draft.half_now)
+        wanted = _wedge_pointed_into(at, half, reach, chains, draft.gaps, draft.half_now)
     else:
-        wanted = beside(at, gap, draft.gaps, draft.half_now)
-    new = departure(chains[half >> 1].points, bool(half & 1), reach)
+        wanted = _wedge_beside(at, gap, draft.gaps, draft.half_now)
+    new = find_departure(chains[half >> 1].points, bool(half & 1), reach)
     angles: list[float] = []
     for end in at.ends:
-        angle = turn(at.normal, departure(chains[end >> 1].points, bool(end & 1), reach), new)
+        angle = measure_turn(
+            at.normal, find_departure(chains[end >> 1].points, bool(end & 1), reach), new
+        )
         angles.append(PASSED + min(angle, 2.0 * math.pi - angle))
     costs = [math.inf] * n
     costs[wanted] = left = right = 0.0
@@ -309,10 +320,10 @@ def _wedges(draft: Draft, node: int, half: HalfChain, reach: float, gap: Gap | N
         right += angles[(wanted - step + 1) % n]
         for wedge, cost in (((wanted + step) % n, left), ((wanted - step) % n, right)):
             costs[wedge] = min(costs[wedge], cost)
-    return Wedges(at, wanted, tuple(costs))
+    return _Wedges(at, wanted, tuple(costs))
 
 
-def _put(draft: Draft, node: int, half: HalfChain, wedge: int, gap: Gap | None) -> None:
+def _put_end(draft: Draft, node: int, half: HalfChain, wedge: int, gap: Gap | None) -> None:
     """A half-chain into a wedge of a node, with a corner on either side of it."""
     at = draft.nodes[node]
     if not at.ends:

@@ -20,7 +20,7 @@ from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.network.attaching import ASIDE, TOWARDS
-from patterndb_sketch.retopo.network.faces import joined_chains, walked
+from patterndb_sketch.retopo.network.faces import find_joined_chains, list_face
 from patterndb_sketch.retopo.network.samples import Samples
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
 
@@ -54,16 +54,16 @@ class Crossings:
         return Crossings(self.along[k], self.chain[k], self.place[k], self.rightward[k])
 
 
-def crossings(points: Points, normals: Points, closed: bool, of: Samples) -> Crossings:
+def find_crossings(points: Points, normals: Points, closed: bool, of: Samples) -> Crossings:
     """Where a curve (n, 3) with its normals (n, 3) crosses chains.
 
     closed: does it run back to its first point, which is not repeated? Segments whose gap is
     larger than their lengths together do not cross, nor do those on different sides of a sheet:
     their normals disagree.
     """
-    line, up = _round(points, closed), _round(normals, closed)
+    line, up = _close_line(points, closed), _close_line(normals, closed)
     aside = line + ASIDE * _mean_step(line) * TOWARDS
-    found = _with_chains(aside, up, of.points, of.normals, of.starts, of.loose)
+    found = _cross_chains(aside, up, of.points, of.normals, of.starts, of.loose)
     order = np.argsort(found[:, 0], kind="stable")
     found = found[order]
     return Crossings(
@@ -74,17 +74,17 @@ def crossings(points: Points, normals: Points, closed: bool, of: Samples) -> Cro
     )
 
 
-def self_crossings(points: Points, normals: Points, closed: bool) -> Crossings:
+def find_self_crossings(points: Points, normals: Points, closed: bool) -> Crossings:
     """Where a curve crosses itself, each crossing once: ``place`` is the earlier of the two."""
-    line, up = _round(points, closed), _round(normals, closed)
+    line, up = _close_line(points, closed), _close_line(normals, closed)
     aside = line + ASIDE * _mean_step(line) * TOWARDS
-    found = _with_itself(line, aside, up, closed)
+    found = _cross_itself(line, aside, up, closed)
     found = found[np.argsort(found[:, 0], kind="stable")]
     none = np.full(len(found), -1, np.int32)
     return Crossings(found[:, 0], none, found[:, 2], found[:, 3] > 0.0)
 
 
-def _round(values: Points, closed: bool) -> Points:
+def _close_line(values: Points, closed: bool) -> Points:
     return np.ascontiguousarray(np.concatenate([values, values[:1]]) if closed else values)
 
 
@@ -127,7 +127,7 @@ def _step(points: Points, f: Index, g: Index) -> float:
 
 
 @kernel
-def _cross(
+def _cross_segments(
     line: Points,
     up: Points,
     e: Index,
@@ -168,7 +168,7 @@ def _cross(
 
 
 @kernel
-def _grown(found: Floats) -> Floats:
+def _double_room(found: Floats) -> Floats:
     return np.concatenate((found, np.empty_like(found)))
 
 
@@ -186,7 +186,7 @@ def _box(points: Points, first: Index, last: Index) -> Floats:
 
 
 @kernel
-def _apart(box: Floats, points: Points, f: Index, g: Index, reach: float) -> bool:
+def _is_apart(box: Floats, points: Points, f: Index, g: Index, reach: float) -> bool:
     """Is the segment from f to g further than a distance from a box, along one of the axes?"""
     for c in range(3):
         low, high = points[f, c], points[g, c]
@@ -198,7 +198,7 @@ def _apart(box: Floats, points: Points, f: Index, g: Index, reach: float) -> boo
 
 
 @kernel
-def _with_chains(
+def _cross_chains(
     line: Points,
     up: Points,
     points: Points,
@@ -230,7 +230,7 @@ def _with_chains(
             continue
         m = 0
         for e in range(len(line) - 1):
-            if not _apart(box, line, e, e + 1, reach):
+            if not _is_apart(box, line, e, e + 1, reach):
                 near[m] = e
                 m += 1
         for k in range(first, last + 1):
@@ -242,7 +242,7 @@ def _with_chains(
             if m == 0:
                 break
             far = longest + _step(points, k, j)
-            if _apart(whole, points, k, j, far):
+            if _is_apart(whole, points, k, j, far):
                 continue
             for i in range(m):
                 e = near[i]
@@ -253,10 +253,10 @@ def _with_chains(
                     apart |= max(a, b) + far < min(p, q) or min(a, b) - far > max(p, q)
                 if apart:
                     continue
-                crosses, s, u, rightward = _cross(line, up, e, points, normals, k, j)
+                crosses, s, u, rightward = _cross_segments(line, up, e, points, normals, k, j)
                 if crosses:
                     if n == len(found):
-                        found = _grown(found)
+                        found = _double_room(found)
                     found[n, 0] = e + s
                     found[n, 1] = c
                     found[n, 2] = k - first + u
@@ -266,7 +266,7 @@ def _with_chains(
 
 
 @kernel
-def _with_itself(line: Points, aside: Points, up: Points, closed: bool) -> Floats:
+def _cross_itself(line: Points, aside: Points, up: Points, closed: bool) -> Floats:
     """(k, 4): later place, 0, earlier place, 1 if the later part goes to the earlier's right."""
     found = np.empty((16, 4))
     n = 0
@@ -283,10 +283,10 @@ def _with_itself(line: Points, aside: Points, up: Points, closed: bool) -> Float
                 apart |= max(a, b) + far < min(p, q) or min(a, b) - far > max(p, q)
             if apart:
                 continue
-            crosses, s, u, rightward = _cross(aside, up, e, line, up, f, f + 1)
+            crosses, s, u, rightward = _cross_segments(aside, up, e, line, up, f, f + 1)
             if crosses:
                 if n == len(found):
-                    found = _grown(found)
+                    found = _double_room(found)
                 found[n, 0] = e + s
                 found[n, 1] = 0.0
                 found[n, 2] = f + u
@@ -300,7 +300,7 @@ def _with_itself(line: Points, aside: Points, up: Points, closed: bool) -> Float
 MOST_STEPS = 1000
 
 
-def in_order(
+def order_crossings(
     nodes: Mapping[int, Node],
     chains: Mapping[int, Chain],
     along: NDArray[np.float64],
@@ -323,15 +323,15 @@ def in_order(
     for half in crossed:
         for side in (half, half ^ 1):
             if side not in face:
-                face.update(dict.fromkeys(walked(nodes, chains, side), side))
+                face.update(dict.fromkeys(list_face(nodes, chains, side), side))
         if half >> 1 not in part:
-            part.update(dict.fromkeys(joined_chains(nodes, chains, half >> 1), half >> 1))
-    steps = [Step(part[half >> 1], face[half], face[half ^ 1]) for half in crossed]
-    return first_order(steps, along, near)
+            part.update(dict.fromkeys(find_joined_chains(nodes, chains, half >> 1), half >> 1))
+    steps = [FaceStep(part[half >> 1], face[half], face[half ^ 1]) for half in crossed]
+    return find_first_order(steps, along, near)
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class FaceStep:
     """Of a crossing: the part of the network, and the faces that it leads from and to."""
 
     part: int
@@ -339,7 +339,9 @@ class Step:
     after: int
 
 
-def first_order(steps: Sequence[Step], along: NDArray[np.float64], near: float) -> list[int]:
+def find_first_order(
+    steps: Sequence[FaceStep], along: NDArray[np.float64], near: float
+) -> list[int]:
     """By a search in depth, in which what was measured first is tried first."""
     left = [True] * len(steps)
     at: dict[int, int] = {}  # the face that the curve is in, in each part of the network
@@ -383,7 +385,7 @@ def first_order(steps: Sequence[Step], along: NDArray[np.float64], near: float) 
 CROSSED = 1e-3
 
 
-def between_faces(
+def find_hidden_crossings(
     nodes: Mapping[int, Node],
     chains: Mapping[int, Chain],
     line: Points,
@@ -412,7 +414,7 @@ def between_faces(
 
     def face_of(half: HalfChain) -> HalfChain:
         if half not in face:
-            loops[half] = walked(nodes, chains, half)
+            loops[half] = list_face(nodes, chains, half)
             face.update(dict.fromkeys(loops[half], half))
         return face[half]
 

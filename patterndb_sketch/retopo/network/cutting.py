@@ -17,7 +17,7 @@ from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain
 AT_SAMPLE = 0.1
 
 
-def line_of(points: ArrayLike, normals: ArrayLike) -> tuple[Points, Points]:
+def check_line(points: ArrayLike, normals: ArrayLike) -> tuple[Points, Points]:
     """A chain's points and normals (n, 3) as new arrays; InvalidRetopoError if they are none."""
     line = as_points(points, "a chain's points", InvalidRetopoError)
     up = as_points(normals, "a chain's normals", InvalidRetopoError)
@@ -78,7 +78,7 @@ class Cut:
         return max((place - self.place) / (1.0 - self.share), 0.0)
 
 
-def located(chain: Chain, place: float) -> tuple[int, float]:
+def locate_place(chain: Chain, place: float) -> tuple[int, float]:
     """The sample at or before a place, and the part of the segment from there; 0 near samples.
 
     Raises InvalidRetopoError for a place that is not on the chain.
@@ -99,7 +99,7 @@ def located(chain: Chain, place: float) -> tuple[int, float]:
     return at, share
 
 
-def at_place(chain: Chain, at: int, share: float) -> tuple[Points, Points]:
+def point_at_place(chain: Chain, at: int, share: float) -> tuple[Points, Points]:
     """(3,) point and normal of a place."""
     if share == 0.0:
         return chain.points[at], chain.normals[at]
@@ -109,7 +109,7 @@ def at_place(chain: Chain, at: int, share: float) -> tuple[Points, Points]:
     return point, units(normal[None])[0]
 
 
-def opened(chain: Chain, cut: Cut, node: int, point: Points, normal: Points) -> Chain:
+def open_chain(chain: Chain, cut: Cut, node: int, point: Points, normal: Points) -> Chain:
     """A closed chain without a node after its first cut: from the node to the node."""
     first = cut.at if cut.share == 0.0 else cut.at + 1
     points = np.roll(chain.points, -first, axis=0)
@@ -126,7 +126,9 @@ def opened(chain: Chain, cut: Cut, node: int, point: Points, normal: Points) -> 
     )
 
 
-def split(chain: Chain, cut: Cut, node: int, point: Points, normal: Points) -> tuple[Chain, Chain]:
+def split_chain(
+    chain: Chain, cut: Cut, node: int, point: Points, normal: Points
+) -> tuple[Chain, Chain]:
     """A chain from node to node after a cut between them; the count is split by length."""
     before, after = cut.at + (cut.share > 0.0), cut.at + 1
     point, normal = point[None], normal[None]
@@ -167,7 +169,9 @@ def split_count(count: int, one: float, two: float) -> tuple[int, int]:
     return first, count - first
 
 
-def joined(first: Chain, last: Chain, arriving: HalfChain, leaving: HalfChain, new: int) -> Chain:
+def join_chains(
+    first: Chain, last: Chain, arriving: HalfChain, leaving: HalfChain, new: int
+) -> Chain:
     """One chain from the two that meet at a node, in the directions given.
 
     first: the chain of the half ``arriving`` at the node, last: of the half ``leaving`` it; their

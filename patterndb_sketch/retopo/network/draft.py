@@ -11,18 +11,18 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.attaching import Gap, Gaps, attach
+from patterndb_sketch.retopo.network.attaching import Gap, Gaps, attach_chain
 from patterndb_sketch.retopo.network.cutting import (
     Cut,
-    at_place,
-    joined,
-    line_of,
-    located,
-    opened,
-    split,
+    check_line,
+    join_chains,
+    locate_place,
+    open_chain,
+    point_at_place,
+    split_chain,
 )
-from patterndb_sketch.retopo.network.faces import genus_of, handles_of
-from patterndb_sketch.retopo.network.patches import with_patches
+from patterndb_sketch.retopo.network.faces import count_genus, count_handles
+from patterndb_sketch.retopo.network.patches import find_patches
 from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain, Network, Node
 
 
@@ -119,7 +119,7 @@ class Draft:
         Raises InvalidRetopoError for ends that are not there and points that are none, and
         RefusedError for a chain without length, or one that would pass through others.
         """
-        line, up = line_of(points, normals)
+        line, up = check_line(points, normals)
         first, last = self.end_node(start, line[0], up[0]), self.end_node(end, line[-1], up[-1])
         line[0], up[0] = self.nodes[first].point, self.nodes[first].normal
         line[-1], up[-1] = self.nodes[last].point, self.nodes[last].normal
@@ -130,7 +130,7 @@ class Draft:
         self.chains[chain] = Chain(chain, first, last, line, up, count, pinned, marks)
         self.touched_chains.add(chain)
         reach = SAMPLES_AHEAD * self.chains[chain].length / (len(line) - 1)
-        attach(self, chain, reach, gaps)
+        attach_chain(self, chain, reach, gaps)
         for joint, node in ((start, first), (end, last)):
             if isinstance(joint, AtNode) and joint.smooth and first != last:
                 merged = self.merge(node)
@@ -146,7 +146,7 @@ class Draft:
         marks: tuple[str, str] = ("", ""),
     ) -> int:
         """A closed chain without a node: (n, 3) points with n >= 3, the first not repeated."""
-        line, up = line_of(points, normals)
+        line, up = check_line(points, normals)
         if len(line) < 3:
             raise InvalidRetopoError(f"a closed chain of {len(line)} points; give 3 or more")
         chain = self.new_id()
@@ -182,20 +182,20 @@ class Draft:
         """
         chain, place = self.locate(chain, place)
         old = self.chains[chain]
-        k, share = located(old, place)
+        k, share = locate_place(old, place)
         if not old.loose and share == 0.0 and k in (0, len(old.points) - 1):
             return old.start if k == 0 else old.end
-        point, normal = at if at is not None else at_place(old, k, share)
+        point, normal = at if at is not None else point_at_place(old, k, share)
         node = self.new_node(point, normal, True)
         point, normal = self.nodes[node].point, self.nodes[node].normal
         if old.loose:
             cut = Cut(k, share, (self.new_id(),), len(old.points))
-            new = opened(old, cut, node, point, normal)
+            new = open_chain(old, cut, node, point, normal)
             pieces: tuple[Chain, ...] = (new,)
             ends = (2 * new.id, 2 * new.id + 1)
         else:
             cut = Cut(k, share, (self.new_id(), self.new_id()), len(old.points))
-            pieces = split(old, cut, node, point, normal)
+            pieces = split_chain(old, cut, node, point, normal)
             ends = (2 * pieces[1].id, 2 * pieces[0].id + 1)
             self.rename_end(old.start, 2 * chain, 2 * pieces[0].id)
             self.rename_end(old.end, 2 * chain + 1, 2 * pieces[1].id + 1)
@@ -223,7 +223,7 @@ class Draft:
         marks = first.marks if one & 1 else first.marks[::-1]
         if marks != (last.marks[::-1] if two & 1 else last.marks):
             return None
-        new = joined(first, last, one ^ 1, two, self.new_id())
+        new = join_chains(first, last, one ^ 1, two, self.new_id())
         self.chains.pop(first.id)
         self.chains.pop(last.id, None)
         self.drop_node(node)
@@ -274,7 +274,7 @@ class Draft:
 
     def reshape_chain(self, chain: int, points: ArrayLike, normals: ArrayLike) -> None:
         """Let a chain run elsewhere between the same nodes: (n, 3) points and normals."""
-        line, up = line_of(points, normals)
+        line, up = check_line(points, normals)
         old = self.chains[chain]
         if not old.loose:
             line[0], up[0] = self.nodes[old.start].point, self.nodes[old.start].normal
@@ -320,7 +320,7 @@ class Draft:
                     continue
                 self.set_node(replace(at, flagged=(True,) * at.valence))
         self._refuse_crossings()
-        return with_patches(
+        return find_patches(
             replace(
                 self.before,
                 nodes=dict(self.nodes),
@@ -338,8 +338,8 @@ class Draft:
         ground = self.before.ground
         if ground is None or not self.touched_nodes:
             return
-        genus = genus_of(self.nodes, self.chains)
-        if genus and genus > handles_of(ground):
+        genus = count_genus(self.nodes, self.chains)
+        if genus and genus > count_handles(ground):
             raise RefusedError(
                 "curves would pass through each other without a crossing; erase what is in the "
                 "way first, or end the curve beside it"

@@ -88,7 +88,7 @@ def remove_chains(network: Network, chains: Iterable[int]) -> Network:
     return draft.finish(forget=True)
 
 
-def with_count(network: Network, chain: int, count: int, pinned: bool = False) -> Network:
+def set_count(network: Network, chain: int, count: int, pinned: bool = False) -> Network:
     """With a number of edges along a chain, 0 for not chosen."""
     if count < 0 or (pinned and count == 0):
         raise InvalidRetopoError(f"a chain of {count} edges; give 1 or more, or 0 to let choose")
@@ -96,7 +96,7 @@ def with_count(network: Network, chain: int, count: int, pinned: bool = False) -
     return replace(network, chains={**network.chains, chain: new})
 
 
-def with_choice(network: Network, patch: int, choice: Any) -> Network:
+def set_choice(network: Network, patch: int, choice: Any) -> Network:
     """With a fill chosen for a patch, or None."""
     if patch not in network.patches:
         raise InvalidRetopoError(f"there is no patch {patch} in the network")
@@ -104,7 +104,7 @@ def with_choice(network: Network, patch: int, choice: Any) -> Network:
     return replace(network, patches={**network.patches, patch: new})
 
 
-def with_borders(network: Network, ground: Ground, sampling: float) -> Network:
+def add_borders(network: Network, ground: Ground, sampling: float) -> Network:
     """The network with every border of the ground as a closed chain, marked beyond it.
 
     sampling: greatest distance of neighbouring samples; the border's vertices are among them.
@@ -112,7 +112,7 @@ def with_borders(network: Network, ground: Ground, sampling: float) -> Network:
     network knows the ground.
     """
     draft = Draft(network, ground)
-    for loop in border_loops(ground):
+    for loop in trace_borders(ground):
         corners, up = ground.vertices[loop], ground.normals[loop]
         after, up_after = np.roll(corners, -1, axis=0), np.roll(up, -1, axis=0)
         lengths = np.linalg.norm(after - corners, axis=1)
@@ -127,7 +127,7 @@ def with_borders(network: Network, ground: Ground, sampling: float) -> Network:
     return draft.finish()
 
 
-def border_loops(ground: Ground) -> list[Int32Array]:
+def trace_borders(ground: Ground) -> list[Int32Array]:
     """(k,) the vertices around every border of the ground, the surface on the left.
 
     At a vertex that several borders pass, each goes on along the triangles that it came by.
@@ -147,7 +147,7 @@ def border_loops(ground: Ground) -> list[Int32Array]:
             f, e = divmod(side, 3)
             loop.append(int(triangles[f, e if along else (e + 1) % 3]))
             head = triangles[f, (e + 1) % 3 if along else e]
-            side, along = _next(across, triangles, side, head)
+            side, along = _find_next_side(across, triangles, side, head)
             if side == first:
                 break
         if len(loop) >= 3:
@@ -155,7 +155,9 @@ def border_loops(ground: Ground) -> list[Int32Array]:
     return loops
 
 
-def _next(across: Int32Array, triangles: Int32Array, side: int, head: int) -> tuple[int, bool]:
+def _find_next_side(
+    across: Int32Array, triangles: Int32Array, side: int, head: int
+) -> tuple[int, bool]:
     """The border's side after one, around the vertex at its head, and does its triangle run so?"""
     while True:
         f, e = divmod(side, 3)

@@ -14,7 +14,7 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain, Node
 
 
-def successor(
+def find_successor(
     nodes: Mapping[int, Node], chains: Mapping[int, Chain], half: HalfChain
 ) -> tuple[HalfChain, bool]:
     """What follows a half-chain around the face on its left, and is there a corner between?
@@ -30,7 +30,7 @@ def successor(
     return at.ends[wedge], at.flagged[wedge]
 
 
-def face(
+def walk_face(
     nodes: Mapping[int, Node], chains: Mapping[int, Chain], half: HalfChain
 ) -> tuple[tuple[HalfChain, ...], tuple[int, ...]]:
     """The loop around the face on the left of a half-chain, and its corners.
@@ -44,7 +44,7 @@ def face(
     while True:
         loop.append(at)
         leaves_corner.append(corner)
-        at, corner = successor(nodes, chains, at)
+        at, corner = find_successor(nodes, chains, at)
         if at == half:
             leaves_corner[0] = corner
             break
@@ -55,19 +55,21 @@ def face(
     return tuple(loop), tuple(k for k, corner in enumerate(leaves_corner) if corner)
 
 
-def walked(
+def list_face(
     nodes: Mapping[int, Node], chains: Mapping[int, Chain], half: HalfChain
 ) -> list[HalfChain]:
     """The half-chains around the face on the left of one, from that one on."""
     loop = [half]
-    at, _ = successor(nodes, chains, half)
+    at, _ = find_successor(nodes, chains, half)
     while at != half:
         loop.append(at)
-        at, _ = successor(nodes, chains, at)
+        at, _ = find_successor(nodes, chains, at)
     return loop
 
 
-def joined_chains(nodes: Mapping[int, Node], chains: Mapping[int, Chain], chain: int) -> set[int]:
+def find_joined_chains(
+    nodes: Mapping[int, Node], chains: Mapping[int, Chain], chain: int
+) -> set[int]:
     """The chains that hang together with one, by nodes."""
     found = {chain}
     seen = {NONE}
@@ -83,7 +85,7 @@ def joined_chains(nodes: Mapping[int, Node], chains: Mapping[int, Chain], chain:
     return found
 
 
-def dead_end(
+def has_dead_end(
     nodes: Mapping[int, Node], chains: Mapping[int, Chain], loop: tuple[HalfChain, ...]
 ) -> bool:
     """Does a loop turn round at an open end?"""
@@ -98,7 +100,7 @@ def dead_end(
 Indices = NDArray[np.signedinteger[Any]]
 
 
-def handles_of(ground: Ground) -> int:
+def count_handles(ground: Ground) -> int:
     """How many handles a surface has, in all its parts; borders count as closed by disks.
 
     Of each part V - E + F = 2 - 2 g. A vertex counts for every fan of triangles around it.
@@ -112,22 +114,22 @@ def handles_of(ground: Ground) -> int:
     other = across[inner]
     corners = triangles.ravel()
     alike = corners[inner] == corners[other]
-    vertices, vertex = _joined(
+    vertices, vertex = _group_pairs(
         n,
         np.concatenate([inner, after[inner]]),
         np.concatenate(
             [np.where(alike, other, after[other]), np.where(alike, after[other], other)]
         ),
     )
-    parts, _ = _joined(len(triangles), inner // 3, other // 3)
+    parts, _ = _group_pairs(len(triangles), inner // 3, other // 3)
     ends = vertex[border], vertex[after[border]]
-    _, loop = _joined(vertices, *ends)
+    _, loop = _group_pairs(vertices, *ends)
     loops = len(np.unique(loop[ends[0]]))
     euler = vertices - (len(inner) // 2 + len(border)) + len(triangles) + loops
     return (2 * parts - euler) // 2
 
 
-def genus_of(nodes: Mapping[int, Node], chains: Mapping[int, Chain]) -> int:
+def count_genus(nodes: Mapping[int, Node], chains: Mapping[int, Chain]) -> int:
     """How many handles of its surface a network goes round, by Euler's formula over its faces.
 
     0 in the plane and on a ball: else curves cross that do not meet, or the order of ends around
@@ -136,7 +138,7 @@ def genus_of(nodes: Mapping[int, Node], chains: Mapping[int, Chain]) -> int:
     left = set(chains)
     parts = 0
     while left:
-        left -= joined_chains(nodes, chains, next(iter(left)))
+        left -= find_joined_chains(nodes, chains, next(iter(left)))
         parts += 1
     seen: set[HalfChain] = set()
     faces = loose = 0
@@ -144,14 +146,14 @@ def genus_of(nodes: Mapping[int, Node], chains: Mapping[int, Chain]) -> int:
         loose += chain.start == NONE
         for half in (2 * chain.id, 2 * chain.id + 1):
             if half not in seen:
-                seen.update(walked(nodes, chains, half))
+                seen.update(list_face(nodes, chains, half))
                 faces += 1
     used = sum(1 for node in nodes.values() if node.ends)
     # A closed chain without a node counts as if it had one.
     return (2 * parts - (used + loose - len(chains) + faces)) // 2
 
 
-def _joined(n: int, one: Indices, two: Indices) -> tuple[int, NDArray[np.int32]]:
+def _group_pairs(n: int, one: Indices, two: Indices) -> tuple[int, NDArray[np.int32]]:
     """How many groups pairs of n things make, and the group of each."""
     pairs = coo_array((np.ones(len(one), np.bool_), (one, two)), (n, n))
     count, group = connected_components(pairs, directed=False)

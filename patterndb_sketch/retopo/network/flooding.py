@@ -54,7 +54,7 @@ class Wall:
         return sample, np.einsum("nc,nc->n", away, self.lefts[sample])
 
 
-def wall_of(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall | None:
+def make_wall(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall | None:
     """Of polylines (n, 3), each with whether it is closed (and does not repeat its first point).
 
     None if one leaves the ground.
@@ -62,7 +62,7 @@ def wall_of(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall | Non
     crossed = np.zeros(len(ground.triangles), np.bool_)
     found: list[tuple[Points, Points]] = []
     for points, closed in curves:
-        one = _crossed(ground, points, closed, crossed)
+        one = _cross_triangles(ground, points, closed, crossed)
         if one is None:
             return None
         found.append(one)
@@ -77,7 +77,7 @@ def wall_of(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall | Non
     return Wall(crossed, points, lefts, curve, beside)
 
 
-def _crossed(
+def _cross_triangles(
     ground: Ground, points: Points, closed: bool, crossed: NDArray[np.bool_]
 ) -> tuple[Points, Points] | None:
     """Mark the triangles that a polyline crosses; its points and directions to the left."""
@@ -109,7 +109,7 @@ def _crossed(
     return feet.points, units(np.cross(feet.normals, along))
 
 
-def flooded(
+def flood_triangles(
     ground: Ground, crossed: NDArray[np.bool_], seeds: Int32Array, most: float
 ) -> tuple[Int32Array, float] | None:
     """(k,) the triangles around some that no wall parts from them, and their area.

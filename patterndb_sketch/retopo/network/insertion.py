@@ -13,25 +13,29 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
-from patterndb_sketch.retopo.network.attaching import Gap, Gaps, SeparatedError, attach
-from patterndb_sketch.retopo.network.crossings import between_faces, crossings, self_crossings
+from patterndb_sketch.retopo.network.attaching import Gap, Gaps, SeparatedError, attach_chain
+from patterndb_sketch.retopo.network.crossings import (
+    find_crossings,
+    find_hidden_crossings,
+    find_self_crossings,
+)
 from patterndb_sketch.retopo.network.cutting import AT_SAMPLE
 from patterndb_sketch.retopo.network.draft import AtNode, Draft, End, Free
-from patterndb_sketch.retopo.network.faces import successor
-from patterndb_sketch.retopo.network.samples import between, samples_of
+from patterndb_sketch.retopo.network.faces import find_successor
+from patterndb_sketch.retopo.network.samples import interpolate_places, take_chain_samples
 from patterndb_sketch.retopo.network.stops import (
     Nearness,
     Project,
     Stop,
-    open_places,
-    passed_ends,
-    stops_of,
-    straightened,
+    find_open_ends,
+    join_passed_ends,
+    make_stops,
+    straighten_passed,
 )
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain
 
 
-def weave(
+def insert_curve(
     draft: Draft,
     line: Points,
     up: Points,
@@ -49,14 +53,18 @@ def weave(
     """
     round_trip = len(line) > 3 and bool((line[0] == line[-1]).all())
     last = len(line) - 1 if round_trip else len(line)
-    own = self_crossings(line[:last], up[:last], round_trip)
+    own = find_self_crossings(line[:last], up[:last], round_trip)
     made: list[int] = []
     joints: list[int] = []
-    others = crossings(line, up, False, samples_of(draft.chains)).along if len(own) else own.along
-    bounds = [0.0, *_cuts(own.place, own.along, others), float(len(line) - 1)]
+    others = (
+        find_crossings(line, up, False, take_chain_samples(draft.chains)).along
+        if len(own)
+        else own.along
+    )
+    bounds = [0.0, *_find_cuts(own.place, own.along, others), float(len(line) - 1)]
     for k, (begin, finish) in enumerate(pairwise(bounds)):
-        points, normals = _part(line, up, begin, finish)
-        one, two = _now(draft, start), _now(draft, end)
+        points, normals = _cut_out(line, up, begin, finish)
+        one, two = _update_end(draft, start), _update_end(draft, end)
         reach = list(near.ends)
         if k > 0:
             one, reach[0] = AtNode(draft.node_now(joints[-1])), near.node
@@ -64,17 +72,17 @@ def weave(
             joints.append(draft.add_node(points[-1], normals[-1]))
             two, reach[1] = AtNode(joints[-1]), near.node
         nearness = replace(near, ends=(reach[0], reach[1]))
-        made += _open(draft, points, normals, one, two, nearness, project)
-    return _smoothed(draft, made, joints)
+        made += _insert_simple_curve(draft, points, normals, one, two, nearness, project)
+    return _join_parts(draft, made, joints)
 
 
-def weave_closed(
+def insert_closed_curve(
     draft: Draft, line: Points, up: Points, near: Nearness, project: Project
 ) -> list[int]:
     """The same of a closed curve (n, 3), its first point not repeated."""
-    own = self_crossings(line, up, True)
-    others = crossings(line, up, True, samples_of(draft.chains))
-    ends = open_places(draft, line, up, near.open)
+    own = find_self_crossings(line, up, True)
+    others = find_crossings(line, up, True, take_chain_samples(draft.chains))
+    ends = find_open_ends(draft, line, up, near.open)
     places = np.sort(np.concatenate([own.along, own.place, others.along, ends]))
     if not len(places):
         return [draft.add_loop(line, up)]
@@ -83,15 +91,15 @@ def weave_closed(
     widest = int(np.argmax(gaps))
     begin = float((places[widest] + 0.5 * gaps[widest]) % len(line))
     around = np.concatenate([line, line, line[:1]]), np.concatenate([up, up, up[:1]])
-    points, normals = _part(*around, begin, begin + len(line))
+    points, normals = _cut_out(*around, begin, begin + len(line))
     joint = draft.add_node(points[0], normals[0])
     at = AtNode(joint)
     nearness = replace(near, ends=(near.node, near.node))
-    made = weave(draft, points, normals, at, at, nearness, project)
-    return _smoothed(draft, made, [joint])
+    made = insert_curve(draft, points, normals, at, at, nearness, project)
+    return _join_parts(draft, made, [joint])
 
 
-def _open(
+def _insert_simple_curve(
     draft: Draft,
     line: Points,
     up: Points,
@@ -105,28 +113,28 @@ def _open(
     whole = float(along[-1])
     first = None if isinstance(start, Free) else draft.end_node(start, line[0], up[0])
     last = None if isinstance(end, Free) else draft.end_node(end, line[-1], up[-1])
-    passed = passed_ends(draft, line, up, along, (first, last), near.open, project)
+    passed = join_passed_ends(draft, line, up, along, (first, last), near.open, project)
     stems = [one.stem for one in passed]
-    stops = stops_of(draft, line, up, along, (first, last), near, project, stems)
+    stops = make_stops(draft, line, up, along, (first, last), near, project, stems)
     stops = sorted([*stops, *(one.stop() for one in passed)], key=lambda stop: stop.begins)
     if first is not None:
         stops.insert(0, Stop(first, 0.0, 0.0))
     if last is not None:
         stops.append(Stop(last, whole, whole))
-    stops = gathered(stops, near, (first is not None, last is not None), whole)
+    stops = _gather_stops(stops, near, (first is not None, last is not None), whole)
     made: list[int] = []
-    for one, two in pairs(stops, (first is None, last is None), whole, near.node):
-        made += piece(draft, line, up, along, one, two, near)
-    straightened(draft, passed)
+    for one, two in _pair_stops(stops, (first is None, last is None), whole, near.node):
+        made += _add_piece(draft, line, up, along, one, two, near)
+    straighten_passed(draft, passed)
     return made
 
 
-def _now(draft: Draft, end: End) -> End:
+def _update_end(draft: Draft, end: End) -> End:
     """An end whose node may have gone into another."""
     return replace(end, node=draft.node_now(end.node)) if isinstance(end, AtNode) else end
 
 
-def _smoothed(draft: Draft, made: Iterable[int], joints: Iterable[int]) -> list[int]:
+def _join_parts(draft: Draft, made: Iterable[int], joints: Iterable[int]) -> list[int]:
     """Join the parts of one curve; what its chains are then."""
     now = draft.pieces(made)
     for joint in map(draft.node_now, joints):
@@ -138,7 +146,7 @@ def _smoothed(draft: Draft, made: Iterable[int], joints: Iterable[int]) -> list[
     return sorted(now)
 
 
-def _cuts(
+def _find_cuts(
     earlier: NDArray[np.float64], later: NDArray[np.float64], others: NDArray[np.float64]
 ) -> list[float]:
     """Places between which a curve does not cross itself, given both places of every crossing.
@@ -157,32 +165,32 @@ def _cuts(
     return found
 
 
-def _part(line: Points, up: Points, begin: float, finish: float) -> tuple[Points, Points]:
+def _cut_out(line: Points, up: Points, begin: float, finish: float) -> tuple[Points, Points]:
     """The polyline from one place, in samples, to another."""
     inner = np.arange(int(np.floor(begin)) + 1, int(np.ceil(finish)))
-    ends, above = between(line, up, np.array([begin, finish]))
+    ends, above = interpolate_places(line, up, np.array([begin, finish]))
     return (
         np.concatenate([ends[:1], line[inner], ends[1:]]),
         np.concatenate([above[:1], up[inner], above[1:]]),
     )
 
 
-def pairs(
+def _pair_stops(
     stops: list[Stop], free: tuple[bool, bool], whole: float, shortest: float
 ) -> list[tuple[Stop | float, Stop | float]]:
     """The parts of an open curve: from stop to stop, or from or to a loose end (arc length)."""
     if not stops:
         return [(0.0, whole)]
-    pairs: list[tuple[Stop | float, Stop | float]] = []
+    found: list[tuple[Stop | float, Stop | float]] = []
     if free[0] and stops[0].begins > shortest:
-        pairs.append((0.0, stops[0]))
-    pairs += pairwise(stops)
+        found.append((0.0, stops[0]))
+    found += pairwise(stops)
     if free[1] and whole - stops[-1].ends > shortest:
-        pairs.append((stops[-1], whole))
-    return pairs
+        found.append((stops[-1], whole))
+    return found
 
 
-def piece(
+def _add_piece(
     draft: Draft,
     line: Points,
     up: Points,
@@ -206,12 +214,12 @@ def piece(
     )
     if isinstance(a, Stop) and isinstance(b, Stop) and finish - begin <= near.node:
         one, two = draft.node_now(a.node), draft.node_now(b.node)
-        if one == two or drawn_together(draft, one, two, gaps, near.node):
+        if one == two or _unite_nodes(draft, one, two, gaps, near.node):
             return []
     step = float(along[-1]) / (len(along) - 1)
     inner = np.flatnonzero((along > begin) & (along < finish))
     edge = np.interp([begin, finish], along, np.arange(len(along)))
-    points, normals = between(line, up, edge)
+    points, normals = interpolate_places(line, up, edge)
     ends: list[End] = [Free(), Free()]
     for k, stop in enumerate((a, b)):
         off = 0.0
@@ -235,20 +243,22 @@ def piece(
         one, two = ends
         if not (isinstance(one, AtNode) and isinstance(two, AtNode)):
             raise
-        made = _through(draft, line, up, one.node, two.node, gaps, near)
+        made = _add_across(draft, line, up, one.node, two.node, gaps, near)
         if not made:
             raise
         return made
 
 
-def _through(
+def _add_across(
     draft: Draft, line: Points, up: Points, first: int, last: int, gaps: Gaps, near: Nearness
 ) -> list[int]:
     """Add a part (n, 3) from a node to another across what is between; see :mod:`.detour`."""
     made: list[int] = []
     at, after = first, gaps[0]
     begin = 0
-    for half, place, k in between_faces(draft.nodes, draft.chains, line, (first, last), near.open):
+    for half, place, k in find_hidden_crossings(
+        draft.nodes, draft.chains, line, (first, last), near.open
+    ):
         chain, place = draft.locate(half >> 1, place)
         line_of = draft.chains[chain]
         node = draft.cut_chain(chain, place)
@@ -259,16 +269,16 @@ def _through(
         left = (leaving ^ half) & 1 == 0
         finish = max(begin, int(k))
         around = after, Gap(leaving, left)
-        made += _step(draft, line, up, (begin, finish), (at, node), around, near.node)
+        made += _add_step(draft, line, up, (begin, finish), (at, node), around, near.node)
         at, after, begin = node, Gap(leaving, not left), finish
     if after is gaps[0]:
         return []
-    return made + _step(
+    return made + _add_step(
         draft, line, up, (begin, len(line)), (at, last), (after, gaps[1]), near.node
     )
 
 
-def _step(
+def _add_step(
     draft: Draft,
     line: Points,
     up: Points,
@@ -279,7 +289,7 @@ def _step(
 ) -> list[int]:
     """Add the samples of a part that are strictly between two, from a node to another."""
     one, two = (draft.nodes[draft.node_now(node)] for node in nodes)
-    if one.id == two.id or drawn_together(draft, one.id, two.id, gaps, near):
+    if one.id == two.id or _unite_nodes(draft, one.id, two.id, gaps, near):
         return []
     inner = slice(part[0] + 1, max(part[0] + 1, min(part[1], len(line) - 1)))
     points = np.concatenate([one.point[None], line[inner], two.point[None]])
@@ -297,7 +307,7 @@ AROUND = 4.0
 ROUND = 4
 
 
-def contracted(draft: Draft, chain: int) -> int:
+def _contract_chain(draft: Draft, chain: int) -> int:
     """Let a chain between two nodes go, and make them one; returns the node.
 
     The node on a marked chain stays where it is, else the older; the chains of the other are led
@@ -333,7 +343,7 @@ def contracted(draft: Draft, chain: int) -> int:
     return stays
 
 
-def drawn_together(draft: Draft, one: int, two: int, gaps: Gaps, near: float) -> bool:
+def _unite_nodes(draft: Draft, one: int, two: int, gaps: Gaps, near: float) -> bool:
     """Make one node of two that a curve passes, next to each other; was that possible?
 
     gaps: those by which the curve leaves the one and comes to the other. near: how far apart
@@ -358,8 +368,8 @@ def drawn_together(draft: Draft, one: int, two: int, gaps: Gaps, near: float) ->
     chain = draft.new_id()
     points, normals = np.stack([a.point, b.point]), np.stack([a.normal, b.normal])
     draft.chains[chain] = Chain(chain, one, two, points, normals)
-    attach(draft, chain, near, gaps)
-    contracted(draft, chain)
+    attach_chain(draft, chain, near, gaps)
+    _contract_chain(draft, chain)
     return True
 
 
@@ -370,7 +380,7 @@ FINE = 0.2
 Line = tuple[Points, Points]
 
 
-def undoubled(draft: Draft, made: Iterable[int], width: float) -> list[int]:
+def remove_doubles(draft: Draft, made: Iterable[int], width: float) -> list[int]:
     """Take from a draft what of a new curve lies on others, or on itself.
 
     made: its chains. Of two chains from node to node with nothing between, each within ``width``
@@ -392,14 +402,14 @@ def undoubled(draft: Draft, made: Iterable[int], width: float) -> list[int]:
                 draft.remove_chain(goes)
                 left = left - {chain} | {stays}
             continue
-        others = [_across(draft, half, width) for half in (2 * chain, 2 * chain + 1)]
+        others = [_find_double(draft, half, width) for half in (2 * chain, 2 * chain + 1)]
         gone = max([chain, *(half >> 1 for half in others if half is not None)])
         if others == [None, None] or gone not in left:
             continue
         left.discard(gone)
         for node in draft.remove_chain(gone):
             parts = {half >> 1 for half in draft.nodes[node].ends}
-            _restore(draft, node)
+            _restore_flags(draft, node)
             merged = draft.merge(node) if draft.nodes[node].cut else None
             if merged is not None and parts & left:
                 left = left - parts | {merged}
@@ -409,16 +419,16 @@ def undoubled(draft: Draft, made: Iterable[int], width: float) -> list[int]:
     return sorted(left)
 
 
-def _across(draft: Draft, half: HalfChain, width: float) -> HalfChain | None:
+def _find_double(draft: Draft, half: HalfChain, width: float) -> HalfChain | None:
     """The other side of the face on the left of a half-chain, if it has just two, and they lie on
     each other."""
-    other, _ = successor(draft.nodes, draft.chains, half)
-    if other in (half, half ^ 1) or successor(draft.nodes, draft.chains, other)[0] != half:
+    other, _ = find_successor(draft.nodes, draft.chains, half)
+    if other in (half, half ^ 1) or find_successor(draft.nodes, draft.chains, other)[0] != half:
         return None
     one, two = draft.chains[half >> 1], draft.chains[other >> 1]
     if one.marks[half & 1] or two.marks[other & 1]:
         return None
-    near = _on_each_other((one.points, one.normals), (two.points, two.normals), width)
+    near = _lie_on_each_other((one.points, one.normals), (two.points, two.normals), width)
     return other if near else None
 
 
@@ -426,25 +436,25 @@ def _turns_back(draft: Draft, half: HalfChain, width: float) -> bool:
     """Is a half-chain all around the face on its left, and lies its one half on the other?"""
     line = draft.chains[half >> 1]
     middle = line.segments // 2
-    if successor(draft.nodes, draft.chains, half)[0] != half or middle < 1 or line.marked:
+    if find_successor(draft.nodes, draft.chains, half)[0] != half or middle < 1 or line.marked:
         return False
     one, two = slice(middle + 1), slice(middle, None)
-    return _on_each_other(
+    return _lie_on_each_other(
         (line.points[one], line.normals[one]), (line.points[two], line.normals[two]), width
     )
 
 
-def _on_each_other(one: Line, two: Line, width: float) -> bool:
+def _lie_on_each_other(one: Line, two: Line, width: float) -> bool:
     """Is every sample of each near the other, where the surface's normal agrees?"""
     for (points, up), other in ((one, two), (two, one)):
-        others, above = _fine(other, FINE * width)
+        others, above = _refine(other, FINE * width)
         away, k = KDTree(others).query(points)
         if away.max() > width or (np.einsum("nc,nc->n", up, above[k]) <= 0.0).any():
             return False
     return True
 
 
-def _fine(line: Line, step: float) -> Line:
+def _refine(line: Line, step: float) -> Line:
     """A part of a curve with points at most a step apart: where curves were drawn together or cut
     their samples may be far apart."""
     points, up = line
@@ -455,7 +465,7 @@ def _fine(line: Line, step: float) -> Line:
     return at_lengths(points, wanted), turned
 
 
-def _restore(draft: Draft, node: int) -> None:
+def _restore_flags(draft: Draft, node: int) -> None:
     """Give a node the flags it had before, if it has the same ends as then."""
     old = draft.before.nodes.get(node)
     if old is None:
@@ -469,27 +479,27 @@ def _restore(draft: Draft, node: int) -> None:
             draft.set_node(replace(at, flagged=flags, cut=old.cut))
 
 
-def gathered(
+def _gather_stops(
     stops: list[Stop], near: Nearness, joined: tuple[bool, bool], whole: float
 ) -> list[Stop]:
     """Neighbouring stops at one node, with next to no curve between them, as one."""
     result: list[Stop] = []
     for k, stop in enumerate(stops):
         if result and result[-1].node == stop.node:
-            between = stop.begins - result[-1].ends
+            gap = stop.begins - result[-1].ends
             limit = AROUND * near.node
-            if between < 0.5 * whole:
+            if gap < 0.5 * whole:
                 if joined[0] and len(result) == 1:
                     limit = max(limit, near.ends[0])
                 if joined[1] and k == len(stops) - 1:
                     limit = max(limit, near.ends[1])
-            if between <= limit:
-                result[-1] = _together(result[-1], stop)
+            if gap <= limit:
+                result[-1] = _unite_stops(result[-1], stop)
                 continue
         result.append(stop)
     return result
 
 
-def _together(one: Stop, two: Stop) -> Stop:
+def _unite_stops(one: Stop, two: Stop) -> Stop:
     outside = (one.outside[0], two.outside[1])
     return Stop(one.node, one.begins, two.ends, one.before, two.after, outside)

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from patterndb.errors import PatternDBError
-from patterndb_sketch.retopo.network.faces import face, genus_of, handles_of
-from patterndb_sketch.retopo.network.patches import is_patch, possible
+from patterndb_sketch.retopo.network.faces import count_genus, count_handles, walk_face
+from patterndb_sketch.retopo.network.patches import is_patch, may_be_patch
 from patterndb_sketch.retopo.network.structure import MARKS, NONE, HalfChain, Network
 
 #: Lengths of normals are 1 to this.
@@ -19,7 +19,7 @@ class BrokenNetworkError(PatternDBError, AssertionError):
     """An invariant of a network does not hold: an edit went wrong, or a file was changed."""
 
 
-def check(network: Network, patches: bool = True) -> None:
+def check_network(network: Network, patches: bool = True) -> None:
     """Raise BrokenNetworkError, naming the place, for the first invariant that does not hold.
 
     patches: must every loop that encloses be a patch, too? Not after chains moved: patches then
@@ -56,9 +56,9 @@ def check(network: Network, patches: bool = True) -> None:
             _hold((half >> 1) in network.chains, where, f"half-chain {half} is not there")
             _hold(network.origin(half) == node.id, where, f"half-chain {half} leaves another")
         _hold(any(node.flagged) != node.open, where, "flags: none at an open end, else one")
-    genus = genus_of(network.nodes, network.chains)
+    genus = count_genus(network.nodes, network.chains)
     if genus and network.ground is not None:
-        handles = handles_of(network.ground)
+        handles = count_handles(network.ground)
         wrong = f"it goes round {genus} handles, and the ground has {handles}"
         _hold(genus <= handles, "the order around nodes", wrong)
     _check_patches(network)
@@ -86,9 +86,9 @@ def _check_patches(network: Network) -> None:
         where = f"patch {patch.id}"
         for half in patch.loop:
             _hold((half >> 1) in network.chains, where, f"half-chain {half} is not there")
-        walked = face(network.nodes, network.chains, patch.loop[0])
+        walked = walk_face(network.nodes, network.chains, patch.loop[0])
         _hold(walked == (patch.loop, patch.corners), where, "its loop is not a face")
-        _hold(possible(network, *walked), where, "open end, mark, or fewer than 2 corners")
+        _hold(may_be_patch(network, *walked), where, "open end, mark, or fewer than 2 corners")
         _hold(seen.isdisjoint(patch.loop), where, "shares a half-chain with another")
         seen.update(patch.loop)
 
@@ -98,13 +98,13 @@ def _check_loops(network: Network) -> None:
     for chain in network.chains:
         for half in (2 * chain, 2 * chain + 1):
             if half not in seen:
-                loop, corners = face(network.nodes, network.chains, half)
+                loop, corners = walk_face(network.nodes, network.chains, half)
                 seen.update(loop)
                 wrong = is_patch(network, loop, corners)
                 _hold(not wrong, f"half-chain {half}", "its loop encloses, and is no patch")
 
 
-def equal(one: Network, two: Network) -> bool:
+def are_equal(one: Network, two: Network) -> bool:
     """Are two networks the same, bit for bit: ids, arrays, flags, counts, patches and order?"""
     if (one.next_id, one.longest) != (two.next_id, two.longest):
         return False

@@ -15,8 +15,8 @@ from patterndb.geometry.polyline import arc_length
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.faces import dead_end, face
-from patterndb_sketch.retopo.network.flooding import CLEAR, flooded, wall_of
+from patterndb_sketch.retopo.network.faces import has_dead_end, walk_face
+from patterndb_sketch.retopo.network.flooding import CLEAR, flood_triangles, make_wall
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Network, Patch
 
 #: A loop encloses if its area is this part of a circle's of its length. Source: Takayama et
@@ -61,7 +61,7 @@ class Enclosed:
         return roundness > ROUND or (roundness > NOTHING and self.area > FLAT * self.unsigned)
 
 
-def enclosed(points: Points, normals: Points) -> Enclosed:
+def measure_enclosed(points: Points, normals: Points) -> Enclosed:
     """Of a closed polyline (n, 3), which does not repeat its first point, with the surface's
     normals (n, 3).
 
@@ -69,11 +69,11 @@ def enclosed(points: Points, normals: Points) -> Enclosed:
     """
     if len(points) < 2:
         return Enclosed(0.0, 0.0, 0.0)
-    return Enclosed(*_sums(np.ascontiguousarray(points), np.ascontiguousarray(normals)))
+    return Enclosed(*_sum_areas(np.ascontiguousarray(points), np.ascontiguousarray(normals)))
 
 
 @kernel
-def _sums(points: Points, normals: Points) -> tuple[float, float, float]:
+def _sum_areas(points: Points, normals: Points) -> tuple[float, float, float]:
     n = len(points)
     centre = np.zeros(3)
     for i in range(n):
@@ -107,8 +107,8 @@ def is_strip(sides: Sequence[tuple[Points, Points]]) -> bool:
     sides: (n, 3) points and (n, 3) normals of each from corner to corner, in the loop's sense. What
     spans it is a bilinearly blended patch (Coons 1967).
     """
-    points = _blended([_even(line, line) for line, _ in sides])
-    normals = _blended([_even(line, up) for line, up in sides])
+    points = _blend_sides([_space_evenly(line, line) for line, _ in sides])
+    normals = _blend_sides([_space_evenly(line, up) for line, up in sides])
     across = points[1:, 1:] - points[:-1, :-1], points[:-1, 1:] - points[1:, :-1]
     area = np.cross(*across).reshape(-1, 3) / 2.0
     up = units(
@@ -118,14 +118,14 @@ def is_strip(sides: Sequence[tuple[Points, Points]]) -> bool:
     return whole > 0.0 and float(np.einsum("nc,nc->", area, up)) > FACING * whole
 
 
-def _even(line: Points, values: Points) -> Points:
+def _space_evenly(line: Points, values: Points) -> Points:
     """(POINTS, 3) of the values along a polyline (n, 3), at equal arc length."""
     along = arc_length(line)
     wanted = np.linspace(0.0, along[-1], POINTS)
     return np.stack([np.interp(wanted, along, values[:, d]) for d in range(3)], axis=1)
 
 
-def _blended(sides: list[Points]) -> Points:
+def _blend_sides(sides: list[Points]) -> Points:
     """(POINTS, POINTS, 3) between the four sides of a loop; rows follow the first."""
     south, east, north, west = sides[0], sides[1], sides[2][::-1], sides[3][::-1]
     t = np.linspace(0.0, 1.0, POINTS)
@@ -159,7 +159,7 @@ def is_cap(network: Network, loop: tuple[HalfChain, ...], points: Points, length
     ground = network.ground
     if ground is None or length <= 0.0:
         return False
-    wall = wall_of(ground, [(points, True)])
+    wall = make_wall(ground, [(points, True)])
     if wall is None:
         return False
     most = ROUNDNESS * length**2 / (4.0 * math.pi)
@@ -167,19 +167,19 @@ def is_cap(network: Network, loop: tuple[HalfChain, ...], points: Points, length
     walls = np.flatnonzero(wall.crossed).astype(np.int32)
     most -= float(ground.surface.areas[walls[wall.side_of(ground, walls)[1] > 0.0]].sum())
     _, side = wall.side_of(ground, wall.beside)
-    found = flooded(ground, wall.crossed, wall.beside[side > CLEAR], most)
+    found = flood_triangles(ground, wall.crossed, wall.beside[side > CLEAR], most)
     if found is None or len(found[0]) == 0:
         return False
     inside = np.zeros(len(ground.triangles), np.bool_)
     inside[found[0]] = True
     return (
-        _on_left(side[inside[wall.beside]])
+        _is_on_left(side[inside[wall.beside]])
         and _is_disk(ground, inside | wall.crossed)
-        and not _curve_within(network, {half >> 1 for half in loop}, ground, found[0], inside)
+        and not _has_curve_within(network, {half >> 1 for half in loop}, ground, found[0], inside)
     )
 
 
-def _on_left(side: NDArray[np.float64]) -> bool:
+def _is_on_left(side: NDArray[np.float64]) -> bool:
     return int((side > CLEAR).sum()) >= LEFT * int((side < -CLEAR).sum())
 
 
@@ -190,7 +190,7 @@ def _is_disk(ground: Ground, inside: NDArray[np.bool_]) -> bool:
     return len(np.unique(triangles)) - len(np.unique(edges)) + len(triangles) == 1
 
 
-def _curve_within(
+def _has_curve_within(
     network: Network,
     own: set[int],
     ground: Ground,
@@ -216,7 +216,7 @@ def _curve_within(
 FEWEST_CORNERS = 2
 
 
-def outline(network: Network, loop: Iterable[HalfChain]) -> tuple[Points, Points]:
+def trace_outline(network: Network, loop: Iterable[HalfChain]) -> tuple[Points, Points]:
     """(n, 3) points and normals around a loop of half-chains, no point twice."""
     points: list[Points] = []
     normals: list[Points] = []
@@ -229,17 +229,17 @@ def outline(network: Network, loop: Iterable[HalfChain]) -> tuple[Points, Points
     return np.concatenate(points), np.concatenate(normals)
 
 
-def loop_encloses(network: Network, loop: tuple[HalfChain, ...]) -> Enclosed:
+def measure_loop(network: Network, loop: tuple[HalfChain, ...]) -> Enclosed:
     """What equation 1 says of a loop."""
-    return enclosed(*outline(network, loop))
+    return measure_enclosed(*trace_outline(network, loop))
 
 
-def possible(network: Network, loop: tuple[HalfChain, ...], corners: tuple[int, ...]) -> bool:
+def may_be_patch(network: Network, loop: tuple[HalfChain, ...], corners: tuple[int, ...]) -> bool:
     """May a loop be a patch, whatever it encloses: corners enough, no open end, no mark?"""
     return (
         len(corners) >= FEWEST_CORNERS
         and not any(network.mark(half) for half in loop)
-        and not dead_end(network.nodes, network.chains, loop)
+        and not has_dead_end(network.nodes, network.chains, loop)
     )
 
 
@@ -250,24 +250,26 @@ def is_patch(network: Network, loop: tuple[HalfChain, ...], corners: tuple[int, 
     from two on, since any such loop has fills; and what equation 1 does not see: strips that are
     bent far around a limb (:mod:`.spanned`), and the ends of limbs (:mod:`.caps`).
     """
-    if not possible(network, loop, corners):
+    if not may_be_patch(network, loop, corners):
         return False
-    if loop_encloses(network, loop).length > network.longest:
+    if measure_loop(network, loop).length > network.longest:
         return False
-    return is_end(network, loop) or (len(corners) == 4 and is_strip(_sides(network, loop, corners)))
+    return is_end(network, loop) or (
+        len(corners) == 4 and is_strip(_list_sides(network, loop, corners))
+    )
 
 
 def is_end(network: Network, loop: tuple[HalfChain, ...]) -> bool:
     """Does a loop enclose by equation 1, or the end of a limb, which the ground tells?"""
-    points, normals = outline(network, loop)
-    found = enclosed(points, normals)
+    points, normals = trace_outline(network, loop)
+    found = measure_enclosed(points, normals)
     # Clockwise around a piece of the ground seen from outside, it is around the rest of it.
     return found.encloses or (
         found.roundness > -ROUND and is_cap(network, loop, points, found.length)
     )
 
 
-def _sides(
+def _list_sides(
     network: Network, loop: tuple[HalfChain, ...], corners: tuple[int, ...]
 ) -> list[tuple[Points, Points]]:
     """(n, 3) points and normals of every side of a loop, both of its corners included."""
@@ -283,7 +285,7 @@ def _sides(
     return found
 
 
-def with_patches(
+def find_patches(
     network: Network,
     nodes: Iterable[int],
     chains: Iterable[int],
@@ -318,14 +320,14 @@ def with_patches(
     for half in sorted(starts):
         if half in visited:
             continue
-        loop, corners = face(at, lines, half)
+        loop, corners = walk_face(at, lines, half)
         visited.update(loop)
         touched.update(old_of[h] for h in loop if h in old_of)
         old = network.patches.get(old_of.get(loop[0], -1))
         if old is not None and old.loop == loop and old.corners == corners:
             kept.add(old.id)
         elif not forced.isdisjoint(loop):
-            if not possible(network, loop, corners):
+            if not may_be_patch(network, loop, corners):
                 raise InvalidRetopoError(
                     f"the loop of half-chain {loop[0]} can be no patch: it has {len(corners)} "
                     "corners, an open end or a marked side"
@@ -343,20 +345,20 @@ def with_patches(
         next_id += 1
     result = replace(network, patches=patches, next_id=next_id)
     if forget:
-        unused = _unused(result, (network.patches[p] for p in gone))
+        unused = _find_unused(result, (network.patches[p] for p in gone))
         result = replace(result, chains={**lines, **unused})
     return result
 
 
-def without_patch(network: Network, patch: int) -> Network:
+def remove_patch(network: Network, patch: int) -> Network:
     """The network with a patch less; counts that only it used, and no user chose, are forgotten."""
     patches = {p: one for p, one in network.patches.items() if p != patch}
     result = replace(network, patches=patches)
-    unused = _unused(result, [network.patches[patch]])
+    unused = _find_unused(result, [network.patches[patch]])
     return replace(result, chains={**network.chains, **unused})
 
 
-def _unused(network: Network, gone: Iterable[Patch]) -> dict[int, Chain]:
+def _find_unused(network: Network, gone: Iterable[Patch]) -> dict[int, Chain]:
     """The chains of dissolved patches that no patch uses now, without their counts."""
     used = {half >> 1 for patch in network.patches.values() for half in patch.loop}
     found: dict[int, Chain] = {}

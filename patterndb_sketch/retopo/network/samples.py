@@ -36,12 +36,12 @@ class Samples:
     loose: NDArray[np.bool_]
 
 
-def samples(network: Network) -> Samples:
+def take_samples(network: Network) -> Samples:
     """The samples of all chains of a network."""
-    return samples_of(network.chains)
+    return take_chain_samples(network.chains)
 
 
-def samples_of(lines: Mapping[int, Chain]) -> Samples:
+def take_chain_samples(lines: Mapping[int, Chain]) -> Samples:
     """The samples of chains by their ids."""
     ids = sorted(lines)
     chains = [lines[k] for k in ids]
@@ -64,7 +64,7 @@ def samples_of(lines: Mapping[int, Chain]) -> Samples:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ChainPlace:
     """A place on a chain, in samples, and how far it is off."""
 
     chain: int
@@ -72,7 +72,7 @@ class Place:
     distance: float
 
 
-def nearest_node(
+def find_nearest_node(
     network: Network, point: ArrayLike, normal: ArrayLike, radius: float, valences: range
 ) -> Node | None:
     """The nearest node within a radius whose valence is among some, and whose normal agrees.
@@ -90,9 +90,11 @@ def nearest_node(
     return nodes[best] if away[best] <= radius else None
 
 
-def nearest_place(of: Samples, point: ArrayLike, normal: ArrayLike, radius: float) -> Place | None:
+def find_nearest_place(
+    of: Samples, point: ArrayLike, normal: ArrayLike, radius: float
+) -> ChainPlace | None:
     """The nearest place on a chain within a radius, where the surface's normal agrees."""
-    k, share, away = _nearest(
+    k, share, away = _find_nearest(
         of.points,
         of.normals,
         of.starts,
@@ -102,11 +104,11 @@ def nearest_place(of: Samples, point: ArrayLike, normal: ArrayLike, radius: floa
     )
     if k < 0 or away > radius:
         return None
-    return Place(int(of.chain[k]), float(of.place[k] + share), away)
+    return ChainPlace(int(of.chain[k]), float(of.place[k] + share), away)
 
 
 @kernel
-def _nearest(
+def _find_nearest(
     points: Points,
     normals: Points,
     starts: Int32Array,
@@ -147,7 +149,9 @@ def _nearest(
     return found, at_share, math.sqrt(best)
 
 
-def between(points: Points, normals: Points, places: NDArray[np.float64]) -> tuple[Points, Points]:
+def interpolate_places(
+    points: Points, normals: Points, places: NDArray[np.float64]
+) -> tuple[Points, Points]:
     """(k, 3) points and normals of a polyline at places in samples; a closed one goes round."""
     k = np.floor(places).astype(np.int64)
     share = (places - k)[:, None]

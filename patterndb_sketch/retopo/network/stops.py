@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.network.attaching import Gap
-from patterndb_sketch.retopo.network.crossings import Crossings, crossings, in_order
+from patterndb_sketch.retopo.network.crossings import Crossings, find_crossings, order_crossings
 from patterndb_sketch.retopo.network.draft import Draft
-from patterndb_sketch.retopo.network.samples import between, samples_of
+from patterndb_sketch.retopo.network.samples import interpolate_places, take_chain_samples
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
 
 #: Takes (k, 3) points with normals to the surface.
@@ -55,7 +55,7 @@ class Stop:
     outside: tuple[bool, bool] = (False, False)
 
 
-def stops_of(
+def make_stops(
     draft: Draft,
     line: Points,
     up: Points,
@@ -69,9 +69,9 @@ def stops_of(
 
     passed: half-chains that leave nodes on the curve: it does not cross them there.
     """
-    found = crossings(line, up, False, samples_of(draft.chains))
+    found = find_crossings(line, up, False, take_chain_samples(draft.chains))
     if passed:
-        found = found.select(_elsewhere(draft, found, passed, near.node))
+        found = found.select(_list_elsewhere(draft, found, passed, near.node))
     if not len(found):
         return []
     at = np.interp(found.along, np.arange(len(along)), along)
@@ -79,23 +79,23 @@ def stops_of(
         2 * int(chain) + (not rightward)
         for chain, rightward in zip(found.chain, found.rightward, strict=True)
     ]
-    order = in_order(draft.nodes, draft.chains, at, crossed, near.node)
+    order = order_crossings(draft.nodes, draft.chains, at, crossed, near.node)
     if order != sorted(order):
         found = found.select(order)
         at = np.maximum.accumulate(at[order])
-    points, normals = between(line, up, found.along)
+    points, normals = interpolate_places(line, up, found.along)
     for k, chain in enumerate(found.chain):
         old = draft.chains[int(chain)]
-        there, above = between(old.points, old.normals, found.place[k : k + 1])
+        there, above = interpolate_places(old.points, old.normals, found.place[k : k + 1])
         points[k] = 0.5 * (points[k] + there[0])
         normals[k] = units((normals[k] + above[0])[None])[0]
     points, normals = project(points, normals)
-    limits = _overshoots(draft, found, at, float(along[-1]), points, joints, near.ends)
+    limits = _find_overshoots(draft, found, at, float(along[-1]), points, joints, near.ends)
     stops: list[Stop] = []
     for k in range(len(found)):
         chain, place = draft.locate(int(found.chain[k]), float(found.place[k]))
         line_of = draft.chains[chain]
-        near_end = _near_end(draft, line_of, place, near.node, limits)
+        near_end = _find_near_end(draft, line_of, place, near.node, limits)
         if near_end is None:
             node = draft.cut_chain(chain, place, (points[k], normals[k]))
             pieces = draft.pieces([chain])
@@ -119,19 +119,19 @@ def stops_of(
     return stops
 
 
-def _elsewhere(
+def _list_elsewhere(
     draft: Draft, found: Crossings, passed: Collection[HalfChain], near: float
 ) -> list[int]:
     """The numbers of the crossings that are not where one of these half-chains begins."""
     elsewhere: list[int] = []
     for k in range(len(found)):
-        ends = _ends(draft.chains[int(found.chain[k])], float(found.place[k]))
+        ends = _measure_ends(draft.chains[int(found.chain[k])], float(found.place[k]))
         if not any(half in passed and off <= near for off, _, half in ends):
             elsewhere.append(k)
     return elsewhere
 
 
-def _ends(chain: Chain, place: float) -> list[tuple[float, int, HalfChain]]:
+def _measure_ends(chain: Chain, place: float) -> list[tuple[float, int, HalfChain]]:
     """The two ends of a chain: how far a place is from each along it, its node, and the half-chain
     that leaves it."""
     if chain.loose:
@@ -141,7 +141,7 @@ def _ends(chain: Chain, place: float) -> list[tuple[float, int, HalfChain]]:
     return [(at, chain.start, 2 * chain.id), (float(along[-1]) - at, chain.end, 2 * chain.id + 1)]
 
 
-def _overshoots(
+def _find_overshoots(
     draft: Draft,
     found: Crossings,
     at: NDArray[np.float64],
@@ -155,7 +155,7 @@ def _overshoots(
     limits: dict[HalfChain, float] = {}
     for k in range(len(found)):
         chain, place = draft.locate(int(found.chain[k]), float(found.place[k]))
-        ends = _ends(draft.chains[chain], place)
+        ends = _measure_ends(draft.chains[chain], place)
         for joint, off, reach in zip(joints, (at[k], whole - at[k]), reaches, strict=True):
             if joint is None or off > reach:
                 continue
@@ -169,13 +169,13 @@ def _overshoots(
     return limits
 
 
-def _near_end(
+def _find_near_end(
     draft: Draft, chain: Chain, place: float, near: float, limits: dict[HalfChain, float]
 ) -> tuple[float, int, HalfChain] | None:
     """The end of a chain that a crossing is at: how far off it is, the node, and the half-chain
     that leaves it."""
     now = {draft.half_now(half): limit for half, limit in limits.items()}
-    ends = _ends(chain, place)
+    ends = _measure_ends(chain, place)
     close = [end for end in ends if end[0] <= now.get(end[2], 0.0)]
     close = close or [end for end in ends if end[0] <= near]
     return min(close, default=None)
@@ -186,7 +186,7 @@ LONG = 2.0
 
 
 @dataclass(frozen=True, slots=True)
-class Passed:
+class PassedEnd:
     """An open end on a curve. stem: the half-chain that leaves it. at: arc length on the curve."""
 
     node: int
@@ -197,7 +197,7 @@ class Passed:
         return Stop(self.node, self.at, self.at)
 
 
-def passed_ends(
+def join_passed_ends(
     draft: Draft,
     line: Points,
     up: Points,
@@ -205,7 +205,7 @@ def passed_ends(
     joints: Iterable[int | None],
     reach: float,
     project: Project,
-) -> list[Passed]:
+) -> list[PassedEnd]:
     """Lead the open ends within a radius of a curve (n, 3) to it.
 
     along: (n,) its arc length. joints: nodes that its own ends are joined to; they, and what is
@@ -213,7 +213,7 @@ def passed_ends(
     radius of its open end is shortened to the crossing; another is led on to the nearest point of
     the curve, if nothing is between. Marked chains stay.
     """
-    found: list[Passed] = []
+    found: list[PassedEnd] = []
     if reach <= 0.0:
         return found
     low, high = line.min(axis=0) - reach, line.max(axis=0) + reach
@@ -225,19 +225,19 @@ def passed_ends(
         chain = draft.chains[stem >> 1]
         if chain.marked or chain.length <= LONG * reach:
             continue
-        place = _meeting(draft, line, up, along, at, reach)
+        place = _find_meeting(draft, line, up, along, at, reach)
         if place is None:
             continue
         s = float(np.interp(place, np.arange(len(along)), along))
         if not reach < s < along[-1] - reach:
             continue
-        foot, normal = between(line, up, np.array([place]))
-        if _led(draft, at, foot[0], normal[0], project):
-            found.append(Passed(node, stem, s))
+        foot, normal = interpolate_places(line, up, np.array([place]))
+        if _lead_end(draft, at, foot[0], normal[0], project):
+            found.append(PassedEnd(node, stem, s))
     return found
 
 
-def open_places(draft: Draft, line: Points, up: Points, reach: float) -> NDArray[np.float64]:
+def find_open_ends(draft: Draft, line: Points, up: Points, reach: float) -> NDArray[np.float64]:
     """(k,) the samples of a curve (n, 3) that are nearest to open ends within a radius."""
     found: list[float] = []
     for at in draft.nodes.values():
@@ -249,7 +249,7 @@ def open_places(draft: Draft, line: Points, up: Points, reach: float) -> NDArray
     return np.array(found)
 
 
-def straightened(draft: Draft, passed: Iterable[Passed]) -> None:
+def straighten_passed(draft: Draft, passed: Iterable[PassedEnd]) -> None:
     """Make the nodes T-junctions: the curve passes them straight on the side without a stem."""
     for one in passed:
         at = draft.nodes.get(draft.node_now(one.node))
@@ -260,14 +260,14 @@ def straightened(draft: Draft, passed: Iterable[Passed]) -> None:
         draft.set_node(replace(at, flagged=flags, cut=True))
 
 
-def _meeting(
+def _find_meeting(
     draft: Draft, line: Points, up: Points, along: NDArray[np.float64], at: Node, reach: float
 ) -> float | None:
     """The place on the curve that an open end belongs to: where its chain crosses it first,
     within the radius, else the nearest within it. None if there is none."""
     stem = at.ends[0]
     chain = draft.chains[stem >> 1]
-    found = crossings(line, up, False, samples_of({chain.id: chain}))
+    found = find_crossings(line, up, False, take_chain_samples({chain.id: chain}))
     if len(found):
         whole = arc_length(chain.points)
         off = np.interp(found.place, np.arange(len(whole)), whole)
@@ -286,7 +286,7 @@ def _meeting(
     return float(k + share[k]) if away[k] <= reach else None
 
 
-def _led(draft: Draft, at: Node, foot: Points, normal: Points, project: Project) -> bool:
+def _lead_end(draft: Draft, at: Node, foot: Points, normal: Points, project: Project) -> bool:
     """Let the chain of an open end run to a point (3,), if nothing is between; did it?"""
     stem = at.ends[0]
     chain = draft.chains[stem >> 1]
@@ -306,9 +306,9 @@ def _led(draft: Draft, at: Node, foot: Points, normal: Points, project: Project)
     if len(led) > 1:
         led[1:], above[1:] = project(led[1:], above[1:])
     points, normals = np.concatenate([led, points]), np.concatenate([above, normals])
-    others = samples_of({c: other for c, other in draft.chains.items() if c != chain.id})
+    others = take_chain_samples({c: other for c, other in draft.chains.items() if c != chain.id})
     new = slice(len(led) + 1)
-    if keep == 0 and len(crossings(points[new], normals[new], False, others)):
+    if keep == 0 and len(find_crossings(points[new], normals[new], False, others)):
         return False
     draft.set_node(replace(at, point=foot.copy(), normal=normal.copy()))
     if stem & 1:

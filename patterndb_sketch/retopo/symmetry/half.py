@@ -19,8 +19,8 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundStroke
-from patterndb_sketch.retopo.network.edits import border_loops
-from patterndb_sketch.retopo.network.samples import between
+from patterndb_sketch.retopo.network.edits import trace_borders
+from patterndb_sketch.retopo.network.samples import interpolate_places
 from patterndb_sketch.retopo.sizes import Sizes
 
 Vector = tuple[float, float, float]
@@ -128,7 +128,7 @@ class Half:
     def seams(self) -> list[SeamRun]:
         """The curves in which the plane cuts the ground."""
         found: list[SeamRun] = []
-        for loop in border_loops(self.ground):
+        for loop in trace_borders(self.ground):
             level = self.on[loop] & self.on[np.roll(loop, -1)]
             if level.all():
                 found.append(SeamRun(loop, True))
@@ -318,7 +318,7 @@ def split_stroke(stroke: GroundStroke, half: Half, sizes: Sizes) -> SplitStroke:
     beyond, along = 0, 0
     for begin, finish in pairwise(bounds):
         inner = np.arange(int(np.floor(begin)) + 1, int(np.ceil(finish)))
-        points, normals = between(line, up, np.concatenate([[begin], inner, [finish]]))
+        points, normals = interpolate_places(line, up, np.concatenate([[begin], inner, [finish]]))
         for k, place in ((0, begin), (-1, finish)):
             if stroke.closed or place in places:
                 points[k] = half.plane.flattened(points[k][None])[0]

@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.network import (
     Network,
     Node,
     Patch,
-    face,
+    walk_face,
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.half import Plane
@@ -167,7 +167,7 @@ class _Images:
 
     def _patch(self, both: Network, patch: Patch) -> Patch:
         """The image of a patch, whose fill is turned over with it."""
-        loop, corners = face(both.nodes, both.chains, self.names.half(patch.loop[0]) ^ 1)
+        loop, corners = walk_face(both.nodes, both.chains, self.names.half(patch.loop[0]) ^ 1)
         choice = patch.choice
         if isinstance(choice, Filling):
             # Of the patch's half-chains, that whose image the image's loop begins with.

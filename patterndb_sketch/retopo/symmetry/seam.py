@@ -25,8 +25,13 @@ from patterndb_sketch.retopo.network import (
     HalfChain,
     Network,
 )
-from patterndb_sketch.retopo.network.attaching import departure, turn
-from patterndb_sketch.retopo.network.samples import Samples, between, nearest_place, samples_of
+from patterndb_sketch.retopo.network.attaching import find_departure, measure_turn
+from patterndb_sketch.retopo.network.samples import (
+    Samples,
+    find_nearest_place,
+    interpolate_places,
+    take_chain_samples,
+)
 from patterndb_sketch.retopo.symmetry.half import (
     Half,
     SeamRun,
@@ -132,7 +137,7 @@ def _line(half: Half, run: SeamRun, sampling: float) -> SeamLine:
         normals = np.concatenate([normals, up[-1:]])
     ends_at = NONE if run.closed else 0
     chain = Chain(0, ends_at, ends_at, half.plane.flattened(points), normals)
-    return SeamLine(chain, samples_of({0: chain}))
+    return SeamLine(chain, take_chain_samples({0: chain}))
 
 
 def _placed(
@@ -149,7 +154,7 @@ def _placed(
         close = [
             (place.distance, k, place.place)
             for k, line in enumerate(lines)
-            if (place := nearest_place(line.of, at.point, at.normal, reach)) is not None
+            if (place := find_nearest_place(line.of, at.point, at.normal, reach)) is not None
         ]
         if not close:
             continue
@@ -161,7 +166,7 @@ def _placed(
         elif min(place, last - place) <= AT_END:
             place = float(round(place))
         if off > near:
-            points, normals = between(line.points, line.normals, np.array([place]))
+            points, normals = interpolate_places(line.points, line.normals, np.array([place]))
             draft.move_node(node, points[0], normals[0])
         found[k].append((place, node))
     for line, places in zip(lines, found, strict=True):
@@ -201,7 +206,7 @@ def _add(
             )
         inner = np.arange(math.floor(begin + AT_END) + 1, math.ceil(finish - AT_END))
         at = np.concatenate([[begin], inner, [finish]])
-        piece, up = between(points, normals, at)
+        piece, up = interpolate_places(points, normals, at)
         same = [
             chain
             for chain in level
@@ -245,7 +250,9 @@ def _from_outside(draft: Draft, half: Half, node: int) -> tuple[HalfChain, ...]:
     for end in at.ends:
         chain = draft.chains[end >> 1]
         reach = SAMPLES_AHEAD * chain.length / chain.segments
-        turns.append(turn(at.normal, outward, departure(chain.points, bool(end & 1), reach)))
+        turns.append(
+            measure_turn(at.normal, outward, find_departure(chain.points, bool(end & 1), reach))
+        )
     first = int(np.argmin(turns))
     return at.ends[first:] + at.ends[:first]
 
@@ -282,7 +289,7 @@ def cut_at_plane(draft: Draft, half: Half) -> Parting:
             continue
         places = find_plane_crossings(height, old.loose)
         for place in places:
-            points, normals = between(old.points, old.normals, np.array([place]))
+            points, normals = interpolate_places(old.points, old.normals, np.array([place]))
             draft.cut_chain(chain, place, (half.plane.flattened(points)[0], normals[0]))
         cut += bool(places) and BORDER not in old.marks
         for piece in sorted(draft.pieces([chain])):

@@ -29,7 +29,7 @@ from patterndb_sketch.retopo.filling.mesh import (
 )
 from patterndb_sketch.retopo.filling.placing import divide_chain, trace_border
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Chain, Draft, Edit, Network, with_choice
+from patterndb_sketch.retopo.network import Chain, Draft, Edit, Network, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.tools.course import even_course, note_crossings, take_to_ground
@@ -303,7 +303,7 @@ class BrushedQuads:
                 assert filling.choice is not None
                 whole = len(filling.moved_vertices[0]) == len(number)
                 which = np.arange(0 if whole else filling.choice.perimeter, len(number))
-                after = with_choice(after, patch, filling.with_moved(which, points[number[which]]))
+                after = set_choice(after, patch, filling.with_moved(which, points[number[which]]))
         told = note_crossings(self.network, after, lines - still, sizes)
         return Edit.of(before, after, (*self.notes, *told))
 

@@ -24,7 +24,7 @@ from patterndb_sketch.retopo.network import (
     Edit,
     HalfChain,
     Network,
-    successor,
+    find_successor,
 )
 from patterndb_sketch.retopo.network.structure import NONE
 from patterndb_sketch.retopo.sizes import Sizes
@@ -225,7 +225,7 @@ def find_boundaries(network: Network) -> list[GroundBoundary]:
         and not network.mark(half)
         and (half ^ 1 in taken or network.mark(half ^ 1))
     }
-    following = {half: successor(network.nodes, network.chains, half)[0] for half in empty}
+    following = {half: find_successor(network.nodes, network.chains, half)[0] for half in empty}
     before = {after: half for half, after in following.items() if after in empty}
     found: list[GroundBoundary] = []
     done: set[HalfChain] = set()

@@ -10,11 +10,15 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import units
 from patterndb_sketch.retopo.arguments import AT, Argument, Vector
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.network.attaching import wedge_for
+from patterndb_sketch.retopo.network.attaching import find_wedge
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
-from patterndb_sketch.retopo.network.samples import nearest_node, nearest_place, samples
+from patterndb_sketch.retopo.network.samples import (
+    find_nearest_node,
+    find_nearest_place,
+    take_samples,
+)
 from patterndb_sketch.retopo.network.structure import HalfChain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -31,10 +35,10 @@ def toggle_corner(network: Network, sizes: Sizes, point: ArrayLike, normal: Arra
     on both sides goes, and its chains become one, their counts added. Raises RefusedError if
     nothing is near, and if a patch would be left with fewer than 2 corners.
     """
-    corner = nearest_node(network, point, normal, sizes.snap, range(2, 3))
+    corner = find_nearest_node(network, point, normal, sizes.snap, range(2, 3))
     draft = Draft(network)
     if corner is None:
-        place = nearest_place(samples(network), point, normal, sizes.snap)
+        place = find_nearest_place(take_samples(network), point, normal, sizes.snap)
         if place is None:
             raise RefusedError("no curve is near: press closer to one")
         node = draft.cut_chain(place.chain, place.place)
@@ -69,7 +73,7 @@ def flip_wedge(
     Raises RefusedError if no node with several chains is there, if the wedge is the node's last
     corner, or if its patch would be left with fewer than 2 corners.
     """
-    node = nearest_node(network, point, normal, sizes.snap, range(2, 1 << 30))
+    node = find_nearest_node(network, point, normal, sizes.snap, range(2, 1 << 30))
     if node is None:
         raise RefusedError("the stroke ends at no corner: draw from within the wedge to it")
     lines = [network.chains[half >> 1] for half in node.ends]
@@ -80,7 +84,7 @@ def flip_wedge(
         raise RefusedError("the stroke begins on the corner itself: begin within the wedge")
     ray = np.stack([node.point, node.point + np.linalg.norm(towards) * units(flat[None])[0]])
     reach = SAMPLES_AHEAD * max(line.length / line.segments for line in lines)
-    wedge = wedge_for(node.normal, ends, (ray, False), reach, range(node.valence))
+    wedge = find_wedge(node.normal, ends, (ray, False), reach, range(node.valence))
     flags = list(node.flagged)
     if flags[wedge]:
         if sum(flags) == 1:

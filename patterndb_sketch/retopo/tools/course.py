@@ -10,9 +10,9 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.attaching import departure, turn
-from patterndb_sketch.retopo.network.crossings import crossings, self_crossings
-from patterndb_sketch.retopo.network.samples import between, samples_of
+from patterndb_sketch.retopo.network.attaching import find_departure, measure_turn
+from patterndb_sketch.retopo.network.crossings import find_crossings, find_self_crossings
+from patterndb_sketch.retopo.network.samples import interpolate_places, take_chain_samples
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 
@@ -45,7 +45,7 @@ def even_course(
     edges = max(3 if closed else 2, round(along[-1] / sizes.sampling))
     wanted = np.linspace(0.0, along[-1], edges + 1)[: edges if closed else edges + 1]
     places = np.interp(wanted, along, np.arange(len(along)))
-    up = between(points, normals, places)[1]
+    up = interpolate_places(points, normals, places)[1]
     even, up = take_to_ground(at_lengths(line, wanted), up, ground, sizes)
     if not closed:
         even[[0, -1]], up[[0, -1]] = points[[0, -1]], normals[[0, -1]]
@@ -59,13 +59,13 @@ def find_crossed(network: Network, chains: Iterable[int], near: float) -> set[in
     for chain in sorted(set(chains)):
         line = network.chains[chain]
         others = {k: other for k, other in network.chains.items() if k != chain}
-        met = crossings(line.points, line.normals, line.loose, samples_of(others))
-        where = between(line.points, line.normals, met.along)[0]
+        met = find_crossings(line.points, line.normals, line.loose, take_chain_samples(others))
+        where = interpolate_places(line.points, line.normals, met.along)[0]
         for k, other in enumerate(met.chain):
             if not _at_node(network, line, network.chains[int(other)], where[k], near):
                 found.add(int(other))
-        own = self_crossings(line.points, line.normals, line.loose)
-        where = between(line.points, line.normals, own.along)[0]
+        own = find_self_crossings(line.points, line.normals, line.loose)
+        where = interpolate_places(line.points, line.normals, own.along)[0]
         if any(not _at_node(network, line, line, at, near) for at in where):
             found.add(chain)
     return found
@@ -103,8 +103,8 @@ def _find_disordered(network: Network, chains: Iterable[int]) -> set[int]:
         at = network.nodes[node]
         lines = [(network.chains[half >> 1], bool(half & 1)) for half in at.ends]
         reach = SAMPLES_AHEAD * max(line.length / line.segments for line, _ in lines)
-        ways = [departure(line.points, backwards, reach) for line, backwards in lines]
-        turns = [turn(at.normal, ways[k - 1], way) for k, way in enumerate(ways)]
+        ways = [find_departure(line.points, backwards, reach) for line, backwards in lines]
+        turns = [measure_turn(at.normal, ways[k - 1], way) for k, way in enumerate(ways)]
         if len(ways) > 2 and sum(turns) > 3.0 * math.pi:
             found.add(node)
     return found

@@ -24,11 +24,11 @@ from patterndb_sketch.retopo.network import (
     Edit,
     HalfChain,
     Network,
-    dead_end,
-    face,
+    has_dead_end,
     is_end,
+    walk_face,
 )
-from patterndb_sketch.retopo.network.insertion import weave
+from patterndb_sketch.retopo.network.insertion import insert_curve
 from patterndb_sketch.retopo.network.stops import Nearness
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -153,7 +153,7 @@ def _join(
         stroke = trace_geodesic(ground, feet[0], feet[1]).sample(ground, sizes.sampling)
     line, up = drag_to_ends(stroke.points, stroke.normals, draft, list(ends), project)
     near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (0.0, 0.0))
-    made = weave(draft, line, up, *ends, near, project)
+    made = insert_curve(draft, line, up, *ends, near, project)
     if len(made) != 1:
         raise RefusedError(CROSS)
     return made[0]
@@ -222,7 +222,7 @@ def _is_cap_wanted(network: Network, ring: Ring, caps: Caps) -> bool:
     beyond = tuple(half ^ 1 for half in reversed(ring.edge.halves))
     if any(half in network.patch_of() or network.mark(half) for half in beyond):
         return False
-    loop, _ = face(network.nodes, network.chains, beyond[0])
+    loop, _ = walk_face(network.nodes, network.chains, beyond[0])
     if set(loop) != set(beyond):
         return False
     return caps == "always" or is_end(network, loop)
@@ -274,9 +274,9 @@ def find_rings(network: Network) -> list[Ring]:
         for half in (2 * chain, 2 * chain + 1):
             if half in done or half in taken:
                 continue
-            loop, _ = face(network.nodes, network.chains, half)
+            loop, _ = walk_face(network.nodes, network.chains, half)
             done.update(loop)
-            if dead_end(network.nodes, network.chains, loop):
+            if has_dead_end(network.nodes, network.chains, loop):
                 continue
             if any(network.mark(one) for one in loop):
                 continue

@@ -9,11 +9,11 @@ from typing import Any
 from patterndb_sketch.retopo.arguments import Argument, Flag, PointList, Vector
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import GroundStroke
-from patterndb_sketch.retopo.network.attaching import departure, turn
-from patterndb_sketch.retopo.network.crossings import crossings
+from patterndb_sketch.retopo.network.attaching import find_departure, measure_turn
+from patterndb_sketch.retopo.network.crossings import find_crossings
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.samples import samples
+from patterndb_sketch.retopo.network.samples import take_samples
 from patterndb_sketch.retopo.network.structure import Network, Node
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
@@ -29,7 +29,9 @@ def erase_crossed_chains(network: Network, scribble: GroundStroke) -> Edit:
 
     Raises RefusedError if it crosses none that can be erased.
     """
-    found = crossings(scribble.points, scribble.normals, scribble.closed, samples(network))
+    found = find_crossings(
+        scribble.points, scribble.normals, scribble.closed, take_samples(network)
+    )
     chains = {int(chain) for chain in found.chain}
     if not chains:
         raise RefusedError("the scribble crosses no curve: draw it across what is to go")
@@ -126,10 +128,10 @@ def is_straight(draft: Draft, node: int) -> bool:
     steps = [line.length / line.segments for line in lines]
     reach = SAMPLES_AHEAD * max(steps)
     one, two = (
-        departure(line.points, bool(half & 1), reach)
+        find_departure(line.points, bool(half & 1), reach)
         for line, half in zip(lines, at.ends, strict=True)
     )
-    return abs(turn(at.normal, one, two) - math.pi) < STRAIGHT
+    return abs(measure_turn(at.normal, one, two) - math.pi) < STRAIGHT
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:

@@ -26,9 +26,9 @@ from patterndb_sketch.retopo.network import (
     HalfChain,
     Network,
     Patch,
-    nearest_place,
-    samples,
-    with_choice,
+    find_nearest_place,
+    set_choice,
+    take_samples,
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -64,7 +64,7 @@ def insert_loop(
     before = network
     network, notes = complete_counts(network, sizes.edge)
     walk = _Walk(network, ground, source)
-    at = nearest_place(samples(network), point, normal, sizes.snap)
+    at = find_nearest_place(take_samples(network), point, normal, sizes.snap)
     if at is not None and not walk.patch_of.keys().isdisjoint((2 * at.chain, 2 * at.chain + 1)):
         walk.through(2 * at.chain, find_edge_at(network.chains[at.chain], at.place))
     else:
@@ -162,7 +162,7 @@ class _Walk:
             choice = crossed.expansion.widened(crossed.chords, crossed.crossed, sides)
             if len(former.moved_vertices[0]):
                 notes.append(f"vertices of patch {patch} that were moved by hand are placed anew")
-            network = with_choice(network, patch, former.with_choice(choice))
+            network = set_choice(network, patch, former.with_choice(choice))
         return network, notes
 
     def _follow(self, half: HalfChain, edge: int, start: tuple[int, int]) -> bool:

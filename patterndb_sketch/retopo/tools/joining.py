@@ -9,11 +9,11 @@ import numpy as np
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.network.attaching import wedge_for
+from patterndb_sketch.retopo.network.attaching import find_wedge
 from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft
-from patterndb_sketch.retopo.network.faces import successor
+from patterndb_sketch.retopo.network.faces import find_successor
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
-from patterndb_sketch.retopo.network.samples import nearest_place, samples_of
+from patterndb_sketch.retopo.network.samples import find_nearest_place, take_chain_samples
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Network, Node
 from patterndb_sketch.retopo.sizes import Sizes
 
@@ -55,7 +55,7 @@ def find_joint(
         if found is not None:
             return AtNode(found.id)
     sides = {chain: line for chain, line in network.chains.items() if chain not in own}
-    place = nearest_place(samples_of(sides), point, normal, sizes.snap)
+    place = find_nearest_place(take_chain_samples(sides), point, normal, sizes.snap)
     return None if place is None else AtChain(place.chain, place.place)
 
 
@@ -176,7 +176,7 @@ def _gap(
     reach = SAMPLES_AHEAD * max(line.length / line.segments for line, _ in lines)
     shapes = [(line.points, backwards) for line, backwards in lines]
     ends, news = shapes[: node.valence], shapes[node.valence :]
-    found = {wedge_for(node.normal, ends, new, reach, wedges) for new in news}
+    found = {find_wedge(node.normal, ends, new, reach, wedges) for new in news}
     return found.pop() if len(found) == 1 else None
 
 
@@ -215,8 +215,8 @@ def _merge_doubled(draft: Draft, half: HalfChain, pulled: set[int], near: float)
     half = draft.half_now(half)
     if half >> 1 not in draft.chains:
         return
-    other, _ = successor(draft.nodes, draft.chains, half)
-    back, _ = successor(draft.nodes, draft.chains, other)
+    other, _ = find_successor(draft.nodes, draft.chains, half)
+    back, _ = find_successor(draft.nodes, draft.chains, other)
     if back != half or other in (half, half ^ 1):
         return
     one, two = draft.chains[half >> 1], draft.chains[other >> 1]

@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.filling.fills import fill_patch, filling_of
 from patterndb_sketch.retopo.filling.location import find_patch
 from patterndb_sketch.retopo.filling.placing import trace_border
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Edit, Network, with_choice
+from patterndb_sketch.retopo.network import Edit, Network, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from query.engine import PatternSource
@@ -88,7 +88,7 @@ def move_pair(
     notes = list(told)
     if len(former.moved_vertices[0]):
         notes.append(f"vertices of patch {patch} that were moved by hand are placed anew")
-    after = with_choice(
+    after = set_choice(
         network, patch, former.with_choice(moving.expansion.resized(widths.tolist()))
     )
     return Edit.of(before, after, notes)

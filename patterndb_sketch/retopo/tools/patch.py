@@ -10,8 +10,8 @@ from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.arguments import AT, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundPoints
-from patterndb_sketch.retopo.network import Draft, Edit, HalfChain, Network, face, without_patch
-from patterndb_sketch.retopo.network.flooding import CLEAR, Wall, flooded, wall_of
+from patterndb_sketch.retopo.network import Draft, Edit, HalfChain, Network, remove_patch, walk_face
+from patterndb_sketch.retopo.network.flooding import CLEAR, Wall, flood_triangles, make_wall
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
 #: A loop that fewer than this part of the triangles speak for, of those that speak for the first,
@@ -47,7 +47,7 @@ def drop_patch(network: Network, ground: Ground, place: GroundPoints) -> Edit:
     patch = network.patch_of().get(find_loop(network, ground, place))
     if patch is None:
         raise RefusedError("there is no patch here; point into one")
-    return Edit.of(network, without_patch(network, patch))
+    return Edit.of(network, remove_patch(network, patch))
 
 
 def find_loop(network: Network, ground: Ground, place: GroundPoints) -> HalfChain:
@@ -57,13 +57,13 @@ def find_loop(network: Network, ground: Ground, place: GroundPoints) -> HalfChai
     if not chains:
         raise RefusedError("there is no curve yet")
     lines = [network.chains[chain] for chain in chains]
-    wall = wall_of(ground, [(line.points, line.loose) for line in lines])
+    wall = make_wall(ground, [(line.points, line.loose) for line in lines])
     if wall is None:
         raise RefusedError("a curve leaves the surface; redraw it")
     at = place.triangles[:1]
     if wall.crossed[at[0]]:
         return _beside(network, wall, chains, place)
-    found = flooded(ground, wall.crossed, at, np.inf)
+    found = flood_triangles(ground, wall.crossed, at, np.inf)
     assert found is not None
     inside = np.zeros(len(ground.triangles), np.bool_)
     inside[found[0]] = True
@@ -88,7 +88,7 @@ def _loops(
         votes[half] = votes.get(half, 0) + 1
     loops: dict[HalfChain, int] = {}
     for half, count in votes.items():
-        first = min(face(network.nodes, network.chains, half)[0])
+        first = min(walk_face(network.nodes, network.chains, half)[0])
         loops[first] = loops.get(first, 0) + count
     # Next to a node a triangle may seem to be beside another face's curve.
     most = max(loops.values(), default=0)

@@ -15,7 +15,11 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.samples import nearest_node, nearest_place, samples
+from patterndb_sketch.retopo.network.samples import (
+    find_nearest_node,
+    find_nearest_place,
+    take_samples,
+)
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -34,10 +38,10 @@ def find_held(
 
     point, normal: (3,) on the surface. Raises RefusedError if nothing is near.
     """
-    node = nearest_node(network, point, normal, sizes.snap, range(1, MOST_ENDS))
+    node = find_nearest_node(network, point, normal, sizes.snap, range(1, MOST_ENDS))
     if node is not None:
         return AtNode(node.id)
-    place = nearest_place(samples(network), point, normal, sizes.snap)
+    place = find_nearest_place(take_samples(network), point, normal, sizes.snap)
     if place is None:
         raise RefusedError("no curve is near: press closer to one")
     return AtChain(place.chain, place.place)

@@ -15,7 +15,11 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundStroke
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.samples import between, nearest_place, samples_of
+from patterndb_sketch.retopo.network.samples import (
+    find_nearest_place,
+    interpolate_places,
+    take_chain_samples,
+)
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -72,7 +76,7 @@ def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: GroundS
     along = arc_length(way)
     edges = max(2, round(along[-1] / sizes.sampling))
     wanted = np.linspace(0.0, along[-1], edges + 1)
-    up = between(way, up, np.interp(wanted, along, np.arange(len(along))))[1]
+    up = interpolate_places(way, up, np.interp(wanted, along, np.arange(len(along))))[1]
     way, up = take_to_ground(at_lengths(way, wanted), up, ground, sizes)
     way[[0, -1]], up[[0, -1]] = ends, above
     points, normals = _spliced(line, part, way, up)
@@ -92,9 +96,9 @@ def _part(network: Network, sizes: Sizes, stroke: GroundStroke) -> _Part:
     """The part of the chain that is nearest to both ends of a stroke."""
     best: _Part | None = None
     for chain, line in network.chains.items():
-        of = samples_of({chain: line})
+        of = take_chain_samples({chain: line})
         found = [
-            nearest_place(of, stroke.points[k], stroke.normals[k], sizes.snap) for k in (0, -1)
+            find_nearest_place(of, stroke.points[k], stroke.normals[k], sizes.snap) for k in (0, -1)
         ]
         if found[0] is None or found[1] is None:
             continue

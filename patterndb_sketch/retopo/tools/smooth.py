@@ -11,7 +11,7 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, smooth_polyline
 from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.samples import nearest_place, samples
+from patterndb_sketch.retopo.network.samples import find_nearest_place, take_samples
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -31,7 +31,7 @@ def smooth_nearest(
 
     point, normal: (3,) on the surface. Raises RefusedError if none is near, and as that does.
     """
-    place = nearest_place(samples(network), point, normal, sizes.snap)
+    place = find_nearest_place(take_samples(network), point, normal, sizes.snap)
     if place is None:
         raise RefusedError("no curve is near: press closer to one")
     return smooth_chain(network, ground, sizes, place.chain)

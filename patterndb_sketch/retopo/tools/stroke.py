@@ -19,13 +19,17 @@ from patterndb_sketch.retopo.ground import Ground, GroundStroke
 from patterndb_sketch.retopo.network import SYMMETRY
 from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft, End, Free
 from patterndb_sketch.retopo.network.edits import Edit
-from patterndb_sketch.retopo.network.insertion import undoubled, weave, weave_closed
+from patterndb_sketch.retopo.network.insertion import (
+    insert_closed_curve,
+    insert_curve,
+    remove_doubles,
+)
 from patterndb_sketch.retopo.network.samples import (
     Samples,
-    nearest_node,
-    nearest_place,
-    samples,
-    samples_of,
+    find_nearest_node,
+    find_nearest_place,
+    take_chain_samples,
+    take_samples,
 )
 from patterndb_sketch.retopo.network.stops import Nearness, Project
 from patterndb_sketch.retopo.network.structure import Network
@@ -84,9 +88,9 @@ def insert_stroke(
 
     joints: list[int] = []
     if stroke.closed:
-        made = weave_closed(draft, line, up, near, project)
+        made = insert_closed_curve(draft, line, up, near, project)
     else:
-        of = samples(network)
+        of = take_samples(network)
         ends: list[End] = []
         for k, known in enumerate((start, end)):
             joint = find_end(network, of, line[-k], up[-k], sizes.snap) if known is None else known
@@ -98,8 +102,8 @@ def insert_stroke(
                 joint = AtNode(draft.end_node(joint, line[-k], up[-k]))
             ends.append(joint)
         line, up = drag_to_ends(line, up, draft, ends, project)
-        made = weave(draft, line, up, ends[0], ends[1], near, project)
-    drawn, made = made, undoubled(draft, made, DOUBLED * sizes.snap)
+        made = insert_curve(draft, line, up, ends[0], ends[1], near, project)
+    drawn, made = made, remove_doubles(draft, made, DOUBLED * sizes.snap)
     if not made:
         raise RefusedError(
             "nothing of the stroke is left: it lies on a curve that is there, within half the "
@@ -127,10 +131,10 @@ def find_end(
     its nearest point, not at its nearest vertex.
     """
     for valences in (range(1, 2), range(2, MOST_ENDS)):
-        node = nearest_node(network, point, normal, snap, valences)
+        node = find_nearest_node(network, point, normal, snap, valences)
         if node is not None:
             return AtNode(node.id)
-    place = nearest_place(of, point, normal, snap)
+    place = find_nearest_place(of, point, normal, snap)
     return Free() if place is None else AtChain(place.chain, place.place)
 
 
@@ -223,7 +227,7 @@ def _on_seam(network: Network, part: StrokePart, k: int, sizes: Sizes) -> End | 
     ]
     if near and min(near)[0] <= sizes.snap:
         return AtNode(min(near)[1])
-    place = nearest_place(samples_of(seam), point, normal, sizes.snap)
+    place = find_nearest_place(take_chain_samples(seam), point, normal, sizes.snap)
     return None if place is None else AtChain(place.chain, place.place)
 
 

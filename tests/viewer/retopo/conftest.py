@@ -10,7 +10,7 @@ from sheets import opened
 
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import FilledNetwork
-from patterndb_sketch.retopo.network import check
+from patterndb_sketch.retopo.network import check_network
 from query.engine import PatternSource
 from viewer.retopo import RetopoState
 
@@ -19,7 +19,7 @@ from viewer.retopo import RetopoState
 def state(source: PatternSource) -> Iterator[RetopoState]:
     made = opened(source)
     yield made
-    check(made.network)
+    check_network(made.network)
     made.close()
 
 

@@ -20,7 +20,7 @@ from sheets import (
     tube,
 )
 
-from patterndb_sketch.retopo.network import check
+from patterndb_sketch.retopo.network import check_network
 from query.engine import PatternSource
 from viewer.retopo import RetopoState
 
@@ -156,7 +156,7 @@ def test_a_plane_cuts_loops_and_a_stroke_joins_them_to_a_cylinder(source: Patter
         keys(state, "l")
         drag(state, (0.0, 2.0, -1.0), (0.0, 2.5, -1.0))
         assert state.message == "drag a line across a part of the surface"
-        check(state.network)
+        check_network(state.network)
     finally:
         state.close()
 

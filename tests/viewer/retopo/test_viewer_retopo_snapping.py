@@ -8,7 +8,7 @@ from sheets import SQUARE, at, click, curves, drag, hover, keys, press, quads_of
 
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import weld_fills
-from patterndb_sketch.retopo.network import equal
+from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.table import TOOLS
 from query.engine import PatternSource
 from viewer.retopo import RetopoState
@@ -85,7 +85,7 @@ def test_calls_from_nearer_by_give_the_same_in_a_script(
     for call in state.calls:
         assert again.do(call).changed
         again.fill()
-    assert equal(again.network, state.network) and again.sizes == state.sizes
+    assert are_equal(again.network, state.network) and again.sizes == state.sizes
     assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
     assert quads_of(state) > 0
 
@@ -105,7 +105,7 @@ def test_a_call_s_radius_is_that_of_sizes_for_once(source: PatternSource, factor
         return editor
 
     one, other = drawn(told=True), drawn(told=False)
-    assert equal(one.network, other.network)
+    assert are_equal(one.network, other.network)
     assert one.sizes == Editor(sheet(), source).sizes != other.sizes or factor == 1.0
 
 

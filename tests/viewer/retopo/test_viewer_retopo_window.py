@@ -12,7 +12,7 @@ from sheets import SQUARE, at, drag, keys, opened, sheet, square, tube
 from patterndb_sketch.retopo.autosave import Autosave, find_recoveries
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, weld_fills
-from patterndb_sketch.retopo.network import equal
+from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.script import Script, play_script, read_script
 from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from query.engine import PatternSource
@@ -46,7 +46,7 @@ def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: Pattern
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["quads-1.obj", "retopo-1.jsonl", "retopo-1.png", "retopo-1.retopo"]
     kept = read_session(tmp_path / "retopo-1.retopo")
-    assert equal(kept.state.network, state.network) and kept.name == "sheet.obj"
+    assert are_equal(kept.state.network, state.network) and kept.name == "sheet.obj"
     quads = len(state.shown.body.mesh.quads)
     assert (tmp_path / "quads-1.obj").read_text() == f"{quads} quads"
     script = read_script(tmp_path / "retopo-1.jsonl")
@@ -90,7 +90,7 @@ def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) ->
     now[0] = 31.0
     state.poll()
     (kept,) = tmp_path.iterdir()
-    assert equal(read_session(kept).state.network, state.network)
+    assert are_equal(read_session(kept).state.network, state.network)
     state.save_session()
     assert [path.name for path in tmp_path.iterdir()] == ["retopo-1.retopo"]
     state.undo()
@@ -152,7 +152,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path, state: Re
         events.keys("U")
         assert state.message == "there is nothing to redo"
         events.keys("s")
-        assert equal(read_session(tmp_path / "retopo-1.retopo").state.network, state.network)
+        assert are_equal(read_session(tmp_path / "retopo-1.retopo").state.network, state.network)
         events.keys("3")
         events.keys("i")
         window.redraw()
@@ -263,7 +263,7 @@ def test_what_a_crash_left_is_opened_by_a_key_and_goes_when_it_is_saved(
     assert "undo what has been done first" in state.message and path.exists()
     assert len(state.network.patches) == 0
     keys(state, "u R")
-    assert equal(state.network, editor.fill().network) and len(state.shown.body.mesh.quads) > 0
+    assert are_equal(state.network, editor.fill().network) and len(state.shown.body.mesh.quads) > 0
     assert state.unsaved and not state.shown.undoable and path.exists()
     keys(state, "S")
     assert "did not begin from the bare surface" in state.message
@@ -271,7 +271,7 @@ def test_what_a_crash_left_is_opened_by_a_key_and_goes_when_it_is_saved(
     assert state.message == "there is nothing that a crash left"
     keys(state, "s")
     assert not path.exists(), "it is saved now"
-    assert equal(read_session(tmp_path / "retopo-1.retopo").state.network, state.network)
+    assert are_equal(read_session(tmp_path / "retopo-1.retopo").state.network, state.network)
     keys(state, "s")
     assert sorted(one.name for one in tmp_path.iterdir()) == ["retopo-1.retopo"]
 
