@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -90,14 +91,14 @@ def flatten_faces(
     arity. Raises InvalidMeshError for indices that are no whole numbers in 0..2**31 - 1.
     """
     if isinstance(faces, np.ndarray):
-        array = _as_indices(faces)
+        array = _as_indices(cast("NDArray[Any]", faces))
         if array.size == 0:
             array = array.reshape(0, 4)
         if array.ndim != 2:
             raise InvalidMeshError(f"quads must be (q, 4), got {array.shape}")
         return array.ravel(), np.full(len(array), array.shape[1], np.int64)
     try:
-        rows = [_as_indices(np.asarray(face)) for face in faces]  # pyright: ignore[reportGeneralTypeIssues]
+        rows = [_as_indices(np.asarray(face)) for face in cast("Sequence[ArrayLike]", faces)]
     except (TypeError, ValueError) as error:
         raise InvalidMeshError(
             f"the faces must be lists of vertex indices, or a (q, 4) array ({error})"

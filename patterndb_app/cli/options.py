@@ -14,6 +14,7 @@ from patterndb_app.cli.text import say
 
 if TYPE_CHECKING:
     from patterndb.store import Database
+    from patterndb.store.connection import Mode
     from patterndb.store.connection import ModeParam
     from patterndb_sketch.features.model import Model
     from query import Boundary
@@ -83,7 +84,7 @@ db_to_write = click.option(
 as_json = click.option("--json", "as_json", is_flag=True, help="Write one JSON document to stdout.")
 
 
-def open_database(path: Path | None, mode: ModeParam = "read") -> Database:
+def open_database(path: Path | None, mode: Mode = "read") -> Database:
     """The database named by --db, or the starter."""
     # Imported here because --help and wrong usage need not wait for compiled kernels.
     import patterndb
