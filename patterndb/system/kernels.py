@@ -253,7 +253,6 @@ def _stamp() -> str:
     return repr((FORMAT, np.__version__.split(".")[0], compiler, settings))
 
 
-@cache
 def _read(key: str) -> bytes | None:
     """Read what :func:`_write` kept; None for a file that is not there or not whole."""
     try:

@@ -1,0 +1,192 @@
+"""Compiled kernels that are kept: what their key depends on, and what a cache may not break."""
+
+from __future__ import annotations
+
+import textwrap
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from patterndb.geometry.tree import make_walk, measure_backwards
+from patterndb.system import kernels
+from patterndb.system.caches import KERNELS_VARIABLE
+from patterndb.system.kernels import kernel
+
+SOURCE = """
+from patterndb.system.kernels import kernel
+
+FACTOR = 2.0
+
+
+@kernel
+def scale(x):
+    "Scale a number."
+    return FACTOR * x
+
+
+@kernel
+def total(x):
+    "Add three."
+    result = 0.0
+    for i in range(3):
+        result += scale(x) + i
+    return result
+"""
+
+
+def run_source(text: str, name: str = "given") -> Any:
+    """The names that a module of this text would have."""
+    names: dict[str, Any] = {"__name__": name}
+    exec(compile(textwrap.dedent(text), f"{name}.py", "exec"), names)
+    return SimpleNamespace(**names)
+
+
+def digest_of(function: Any) -> bytes:
+    return function._cache.digest()
+
+
+@pytest.fixture
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty folder of kernels, and nothing loaded of another."""
+    monkeypatch.setenv(KERNELS_VARIABLE, str(tmp_path))
+    monkeypatch.setattr(kernels, "_loaded", {})
+    return tmp_path
+
+
+def files_in(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+class TestKey:
+    @pytest.mark.parametrize(
+        ("old", "new"),
+        [
+            ("FACTOR * x", "FACTOR + x"),  # a kernel that is called
+            ("FACTOR = 2.0", "FACTOR = 3.0"),  # a constant that one reads
+            ("FACTOR = 2.0", "FACTOR = 2"),  # its type
+            ("range(3)", "range(4)"),  # a constant in the code
+            ("scale(x) + i", "scale(x) - i"),  # the code
+            ("@kernel\ndef total", "@kernel(fastmath=True)\ndef total"),  # an option
+            ("@kernel\ndef scale", "@kernel(fastmath=True)\ndef scale"),
+        ],
+    )
+    def test_changes_with_what_a_kernel_is_made_of(self, old: str, new: str) -> None:
+        assert SOURCE.replace(old, new) != SOURCE
+        changed = run_source(SOURCE.replace(old, new))
+        assert digest_of(changed.total) != digest_of(run_source(SOURCE).total)
+
+    @pytest.mark.parametrize(
+        ("old", "new"),
+        [
+            ("Scale a number.", "Say something else."),
+            ("Add three.", "Say something else, and more of it."),
+            ("scale", "multiply"),
+            ("FACTOR", "SHARE"),
+            ("FACTOR = 2.0", "OTHER = 1.0\n# Why.\nFACTOR = 2.0"),
+        ],
+    )
+    def test_does_not_change_with_names_and_docstrings(self, old: str, new: str) -> None:
+        assert SOURCE.replace(old, new) != SOURCE
+        changed = run_source(SOURCE.replace(old, new), "elsewhere")
+        assert digest_of(changed.total) == digest_of(run_source(SOURCE).total)
+
+    def test_changes_with_the_kernels_that_a_made_one_holds(self) -> None:
+        @kernel
+        def is_beyond(boxes: Any, b: Any, far: Any, asked: Any, bound: Any) -> bool:
+            return False
+
+        @kernel
+        def is_near(boxes: Any, b: Any, far: Any, asked: Any, bound: Any) -> bool:
+            return far > bound
+
+        walks = [make_walk(measure_backwards, f) for f in (is_beyond, is_near, is_beyond)]
+        one, other, again = (digest_of(walk) for walk in walks)
+        assert one != other
+        assert one == again
+
+    def test_a_kernel_may_call_itself(self) -> None:
+        text = """
+        from patterndb.system.kernels import kernel
+
+        @kernel
+        def count(n):
+            return 1 if n == 0 else 1 + count(n - 1)
+        """
+        assert digest_of(run_source(text).count) == digest_of(run_source(text).count)
+        assert digest_of(run_source(text).count) != digest_of(
+            run_source(text.replace("1 + count", "2 + count")).count
+        )
+
+
+class TestFolder:
+    def test_a_second_kernel_of_the_same_content_is_read(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        assert run_source(SOURCE).total(1.0) == 9.0
+        kept = files_in(folder)
+        assert kept
+        monkeypatch.setattr(kernels, "_loaded", {})
+        again = run_source(SOURCE, "elsewhere").total
+        assert again(1.0) == 9.0
+        assert files_in(folder) == kept
+        assert sum(again.stats.cache_hits.values()) == 1
+
+    def test_another_type_is_another_file(self, folder: Path) -> None:
+        total = run_source(SOURCE).total
+        total(1.0)
+        kept = len(files_in(folder))
+        assert total(np.float32(1.0)) == 9.0
+        assert len(files_in(folder)) > kept
+
+    @pytest.mark.parametrize("damage", [b"", b"no kernel", None])
+    def test_a_damaged_file_is_compiled_again(
+        self, folder: Path, damage: bytes | None, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        run_source(SOURCE).total(1.0)
+        sound = {path: path.read_bytes() for path in files_in(folder)}
+        for path, content in sound.items():
+            # None: the last byte is lost, as where a disk is full.
+            path.write_bytes(content[:-1] if damage is None else damage)
+        monkeypatch.setattr(kernels, "_loaded", {})
+        again = run_source(SOURCE).total
+        assert again(1.0) == 9.0
+        assert not again.stats.cache_hits
+        monkeypatch.setattr(kernels, "_loaded", {})
+        third = run_source(SOURCE).total
+        assert third(1.0) == 9.0
+        assert third.stats.cache_hits
+
+    def test_without_a_folder_that_can_be_written_kernels_work(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        # A file where the folder should be: nobody can write there, whoever runs the test.
+        blocked = folder / "file"
+        blocked.write_text("no folder")
+        monkeypatch.setenv(KERNELS_VARIABLE, str(blocked / "kernels"))
+        assert run_source(SOURCE).total(1.0) == 9.0
+        assert files_in(folder) == [blocked]
+
+    def test_a_folder_that_can_only_be_read_is_read(
+        self, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        run_source(SOURCE).total(1.0)
+        kept = files_in(folder)
+        monkeypatch.setattr(kernels, "_loaded", {})
+
+        def refuse(*_: object) -> None:
+            raise PermissionError
+
+        monkeypatch.setattr(Path, "write_bytes", refuse)
+        read = run_source(SOURCE).total
+        assert read(1.0) == 9.0
+        assert read.stats.cache_hits
+        assert run_source(SOURCE.replace("range(3)", "range(2)")).total(1.0) == 5.0
+        assert files_in(folder) == kept
+
+
+def test_a_kernel_is_called_by_its_function_in_plain_python() -> None:
+    scale = run_source(SOURCE).scale
+    assert scale.py_func(3.0) == scale(3.0) == 6.0
