@@ -1,7 +1,11 @@
 """The ground that is drawn on, and what can be done on it.
 
+Read :mod:`.ground` and :mod:`.topology` (the triangles), :mod:`.curves`, then what draws on them:
+:mod:`.planarcut`, :mod:`.geodesic` with :mod:`.shortening`, and :mod:`.localmap`; :mod:`.heap` is a
+queue for kernels.
+
 - :class:`Ground`: triangles; ``nearest``, ``nearest_facing``, ``project``, ``at``.
-- :func:`clean_stroke`: what was drawn becomes a :class:`GroundStroke`, even, smooth and on the ground.
+- :func:`clean_stroke`: what was drawn becomes a :class:`GroundStroke`, even, smooth, on the ground.
 - :func:`cut_by_plane` and :func:`trace_geodesic`: a :class:`Trace`, exact from side to side of the
   triangles; ``Trace.sample`` makes it a :class:`GroundStroke`.
 - :func:`spread_map`: a :class:`LocalMap`, (u, v) around a stroke or a point, both ways.

@@ -1,4 +1,4 @@
-"""Strokes: what was drawn becomes an even, smooth polyline on the ground."""
+"""Curves on the ground: strokes, even and smooth, and traces, exact from side to side."""
 
 from __future__ import annotations
 
@@ -130,9 +130,6 @@ def smoothing_targets(points: Points, closed: bool) -> tuple[Points, Points]:
     curved[1:-1] = middle[1:-1]
     curved[2:-2] = (4.0 * (points[1:-3] + points[3:-1]) - points[:-4] - points[4:]) / 6.0
     return middle, curved
-
-
-# == A curve along the surface, from side to side of its triangles: exact, and sampled.
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -68,9 +68,6 @@ def trace_geodesic(ground: Ground, start: GroundPoints, end: GroundPoints) -> Tr
     return Trace(points[np.r_[True, moves]], held[moves], False)
 
 
-# == A first way over the ground from triangle to triangle, to be shortened afterwards.
-
-
 def find_route(
     vertices: Points,
     topology: GroundTopology,

@@ -201,8 +201,6 @@ def _seed_vertices(
     )
 
 
-# == The discrete exponential map's front: frames and (u, v) handed on from vertex to vertex.
-
 #: A neighbour's proposal weighs its distance to this power. Source: the released program of
 #: Takayama et al. 2013.
 NEARNESS = -0.25
@@ -387,8 +385,6 @@ def _find_mapped(
             corners[i, e] = name[triangles[which[i], e]]
     return which[:k].copy(), corners
 
-
-# == Which triangle of a map contains a (u, v): triangles filed by the cells of a grid.
 
 #: Barycentric weights this far below 0 still count: a point on an edge has one of its two
 #: triangles.

@@ -10,8 +10,6 @@ from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 
-# == A strip of triangles laid flat, and the shortest path within it.
-
 
 @kernel
 def unfold_strip(

@@ -30,14 +30,20 @@ a :class:`Draft`, in which chains that were cut may still be named by their old 
     network = draft.finish()        # patches are found again, only where something changed
 
 A network stays a drawing on its ground: both ends of a new chain go into one face, whatever
-directions say, and :func:`count_genus` is never above the ground's :func:`count_handles`. What could only
-be drawn through another curve is refused. A network that knows its ground (``Network.ground``, set
-by tools that are given one) also sees the ends of limbs as patches.
+directions say, and :func:`count_genus` is never above the ground's :func:`count_handles`. What
+could only be drawn through another curve is refused. A network that knows its ground
+(``Network.ground``, set by tools that are given one) also sees the ends of limbs as patches.
 
 Patches whose loops and corners an edit does not change keep their ids and choices.
 ``tools.stroke.insert`` is for curves that may cross others; it ends in the same calls.
-:func:`take_samples` gives all points of all chains as flat arrays, :func:`nearest_places` and
-:func:`find_nearest_node` find what is near; :func:`check_network` raises if an invariant does not hold.
+:func:`take_samples` gives all points of all chains as flat arrays, :func:`find_nearest_place` and
+:func:`find_nearest_node` find what is near; :func:`check_network` raises if an invariant does not
+hold.
+
+Read :mod:`.structure`, :mod:`.faces`, :mod:`.samples`; then how a draft changes: :mod:`.cutting`,
+:mod:`.attaching`, :mod:`.draft`, :mod:`.edits`; how a curve is inserted that may cross others:
+:mod:`.crossings`, :mod:`.stops`, :mod:`.insertion`; which loops are patches: :mod:`.flooding`,
+:mod:`.patches`; and what always holds: :mod:`.invariants`.
 """
 
 from patterndb_sketch.retopo.network.attaching import Gap

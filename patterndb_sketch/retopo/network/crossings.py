@@ -1,8 +1,18 @@
-"""Where a curve crosses the chains of a network, or itself.
+"""Find where a curve crosses the chains of a network, or itself, and in which order.
 
 Two segments cross if each has its ends on both sides of the other, seen along the other's normal,
 and their gap is small. To see every crossing once, even where points lie on segments or on each
 other, the new curve is looked at as if it lay a little aside: by the same tiny step all along.
+
+Where chains lie on each other, or cross next to a place, rounding says which a curve meets first.
+The faces of the network say it for certain (:func:`order_crossings`): crossing a chain leads from
+the face on its one side to that on its other, and the next chain that is crossed, of the same part
+of the network, has that face on its near side.
+
+After curves were pulled, or drawn along each other, chains may lie over each other without a node,
+and a curve may come, without crossing any, from a face to another. The chains between the two faces
+tell what it must have crossed (:func:`find_hidden_crossings`): of all ways from face to face it is
+that along which they are nearest to the curve.
 """
 
 from __future__ import annotations

@@ -93,7 +93,7 @@ class Draft:
     # Adding
 
     def add_node(self, point: ArrayLike, normal: ArrayLike) -> int:
-        """A node without chains, for some to come; dropped at the end if none does."""
+        """Add a node without chains, for some to come; dropped at the end if none does."""
         return self.new_node(np.array(point, np.float64), np.array(normal, np.float64), False)
 
     def add_chain(
@@ -108,12 +108,12 @@ class Draft:
         marks: tuple[str, str] = ("", ""),
         gaps: Gaps = (None, None),
     ) -> int:
-        """A chain between two ends; returns its id.
+        """Add a chain between two ends; returns its id.
 
         points: (n, 3) with n >= 2, normals: (n, 3) unit; their ends are set to the nodes'. It
-        must cross no chain: :func:`~patterndb_sketch.retopo.tools.stroke.insert_stroke` is for
-        curves that may. At a node it goes into the gap that it points into, or that is given; both
-        wedges beside it become corners. On a chain, that is cut; the wedge on the far side stays unflagged.
+        must cross no chain; curves that may are inserted by :mod:`patterndb_sketch.retopo.tools`.
+        At a node it goes into the gap that it points into, or that is given; both wedges beside
+        it become corners. On a chain, that is cut; the wedge on the far side stays unflagged.
 
         A smooth joint makes one chain of two; the id returned then is the one of that.
         Raises InvalidRetopoError for ends that are not there and points that are none, and
@@ -145,7 +145,7 @@ class Draft:
         count: int = 0,
         marks: tuple[str, str] = ("", ""),
     ) -> int:
-        """A closed chain without a node: (n, 3) points with n >= 3, the first not repeated."""
+        """Add a closed chain without a node: (n, 3) points with n >= 3, the first not repeated."""
         line, up = check_line(points, normals)
         if len(line) < 3:
             raise InvalidRetopoError(f"a closed chain of {len(line)} points; give 3 or more")
@@ -155,7 +155,7 @@ class Draft:
         return chain
 
     def end_node(self, end: End, point: Points, normal: Points) -> int:
-        """The node of an end: that which is there, or made by cutting, or made at the point."""
+        """Find the node of an end: one that is there, made by cutting, or made at the point."""
         match end:
             case Free():
                 return self.new_node(point, normal, False)
@@ -294,13 +294,13 @@ class Draft:
             self.reshape_chain(chain, self.chains[chain].points, self.chains[chain].normals)
 
     def set_count(self, chain: int, count: int, pinned: bool = False) -> None:
-        """Edges along a chain, 0 for not chosen."""
+        """Set the edges along a chain, 0 for not chosen."""
         self.chains[chain] = replace(self.chains[chain], count=count, pinned=pinned)
 
     # Finishing
 
     def finish(self, also: Iterable[HalfChain] = (), forget: bool = False) -> Network:
-        """The network with all edits, its patches found again where something changed.
+        """Make the network with all edits, its patches found again where something changed.
 
         Nodes without chains are dropped; two chains that pass a node without a corner become one.
         also:   the loops on the left of these half-chains become patches even if they do not
@@ -348,7 +348,7 @@ class Draft:
     # What old names mean now
 
     def locate(self, chain: int, place: float) -> tuple[int, float]:
-        """The chain and place that a chain and place, perhaps of before a cut, are now."""
+        """Find the chain and place that ones, perhaps of before a cut, are now."""
         while chain in self.cuts:
             chain, place = self.cuts[chain].move_place(place)
         if chain not in self.chains:
@@ -356,7 +356,7 @@ class Draft:
         return chain, place
 
     def pieces(self, chains: Iterable[int]) -> set[int]:
-        """What chains, perhaps of before cuts, are now."""
+        """Find what chains, perhaps of before cuts, are now."""
         found: set[int] = set()
         left = list(chains)
         while left:

@@ -1,4 +1,4 @@
-"""Single edits of a network, as functions; several at once are a :class:`Draft`'s."""
+"""Edit a network once, by a function; several edits at once are a :class:`Draft`'s."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Walks around the faces of a network: which half-chain follows which, and where corners are."""
+"""Walk around the faces of a network, find its parts, and count the handles that it goes round."""
 
 from __future__ import annotations
 

@@ -1,4 +1,9 @@
-"""A curve that may cross the network and itself becomes chains: both are cut where they cross."""
+"""Insert a curve that may cross the network and itself: both are cut where they cross.
+
+A stroke that is drawn along a curve that is there, or back along itself, crosses it at random, and
+what is between are slivers: faces of two sides that lie on each other, and around the tip of a
+stroke that turns back, faces of one. One curve is meant (:func:`remove_doubles`).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,15 @@
-"""Which loops of half-chains are patches, found again where a network changed."""
+"""Find which loops of half-chains are patches, anew where a network changed.
+
+Equation 1 of Takayama et al. 2013 says whether a loop encloses a part of the surface, seen from
+outside (:func:`measure_enclosed`). What it does not see:
+
+- A strip that goes three quarters around a limb has its middle beside itself, inside the limb: seen
+  from there it has hardly any area. What spans the loop from side to side lies along the strip, and
+  tells (:func:`is_strip`).
+- The ring around a fingertip, or below the sharp rim of a foot, has normals that point away from
+  its axis: seen along them it encloses nothing. But what is beyond it is a small piece of the ground, a
+  disk, and empty (:func:`is_cap`).
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a curve that is added meets the network."""
+"""Find where a curve that is added meets the network; open ends that it passes are joined to it."""
 
 from __future__ import annotations
 
