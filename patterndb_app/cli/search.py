@@ -83,7 +83,7 @@ class OrderOption(click.Option):
         return describe_orders()
 
     @help.setter
-    def help(self, value: str | None) -> None:
+    def help(self, value: Any) -> None:  # pyright: ignore[reportIncompatibleVariableOverride]
         # click sets what the option was given, which is nothing.
         pass
 
