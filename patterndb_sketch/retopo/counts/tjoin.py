@@ -13,6 +13,10 @@ nodes lie at even distance from a single one, odd nodes at odd distance; the oth
 Edges are compared at vertices: every vertex keeps its tightest edge to an even vertex of another
 top node. Edges within a blossom drop out by themselves when it forms, so that no edges between
 nodes are stored.
+
+Own, because of its speed in large networks: ``rustworkx.max_weight_matching`` 0.18 came to the same
+joins in all of 784 problems of benchmarks/retopo_counts.py, in 30 ms for 10 where 106 patches of
+200 are odd, but in 7.9 s for 0.5 where 512 of 1000 are (on a machine that others used too).
 """
 
 from __future__ import annotations

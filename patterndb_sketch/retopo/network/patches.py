@@ -7,8 +7,8 @@ outside (:func:`measure_enclosed`). What it does not see:
   from there it has hardly any area. What spans the loop from side to side lies along the strip, and
   tells (:func:`is_strip`).
 - The ring around a fingertip, or below the sharp rim of a foot, has normals that point away from
-  its axis: seen along them it encloses nothing. But what is beyond it is a small piece of the ground, a
-  disk, and empty (:func:`is_cap`).
+  its axis: seen along them it encloses nothing. But what is beyond it is a small piece of the
+  ground, a disk, and empty (:func:`is_cap`).
 """
 
 from __future__ import annotations
