@@ -15,7 +15,6 @@ from patterndb_app.cli.text import say
 if TYPE_CHECKING:
     from patterndb.store import Database
     from patterndb.store.connection import Mode
-    from patterndb.store.connection import ModeParam
     from patterndb_sketch.features.model import Model
     from query import Boundary
 

@@ -266,7 +266,7 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
         open_browser(
             database,
             n_sides=n_sides,
-            expand_pattern=_widen,
+            expand=_widen,
             meshes=lambda p: [o.mesh for o in database.occurrences(p)],
             off_screen=output,
             keys=keys,
