@@ -48,14 +48,14 @@ class Number:
         return f"{what} from {self.low:g} to {self.high:g}"
 
     def read(self, name: str, value: object) -> float | int:
-        number = None if isinstance(value, bool) else _finite(value)
+        number = None if isinstance(value, bool) else _read_finite(value)
         if (
             number is not None
             and self.low <= number <= self.high
             and not (self.whole and number != int(number))
         ):
             return int(number) if self.whole else number
-        raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+        raise InvalidRetopoError(f"{name} is {_shorten_repr(value)}; give {self.wanted}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,7 +71,7 @@ class Word:
     def read(self, name: str, value: object) -> str:
         if value in self.words and isinstance(value, str):
             return value
-        raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+        raise InvalidRetopoError(f"{name} is {_shorten_repr(value)}; give {self.wanted}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +83,7 @@ class Flag:
     def read(self, name: str, value: object) -> bool:
         if isinstance(value, bool):
             return value
-        raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+        raise InvalidRetopoError(f"{name} is {_shorten_repr(value)}; give {self.wanted}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,9 +97,9 @@ class Vector:
         return "[x, y, z]" + (", not all 0" if self.direction else "")
 
     def read(self, name: str, value: object) -> Points:
-        items = _items(value)
+        items = _read_items(value)
         if items is not None and len(items) == 3:
-            row = [_finite(one) for one in items]
+            row = [_read_finite(one) for one in items]
             if None not in row:
                 found = np.array(row, np.float64)
                 if not self.direction:
@@ -107,7 +107,7 @@ class Vector:
                 if found.any():
                     # By a power of two, exactly, so that no length overflows or vanishes.
                     return np.ldexp(found, -int(np.frexp(np.abs(found).max())[1]))
-        raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+        raise InvalidRetopoError(f"{name} is {_shorten_repr(value)}; give {self.wanted}")
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,9 +121,9 @@ class PointList:
         return f"{self.fewest} points [x, y, z] or more"
 
     def read(self, name: str, value: object) -> Points:
-        rows = _items(value)
+        rows = _read_items(value)
         if rows is None:
-            raise InvalidRetopoError(f"{name} is {_shown(value)}; give {self.wanted}")
+            raise InvalidRetopoError(f"{name} is {_shorten_repr(value)}; give {self.wanted}")
         if not self.fewest <= len(rows) <= MOST_POINTS:
             raise InvalidRetopoError(
                 f"{name} has {len(rows)} points; give {self.wanted}, at most {MOST_POINTS}"
@@ -191,7 +191,7 @@ def read_arguments(
     return found
 
 
-def _finite(value: object) -> float | None:
+def _read_finite(value: object) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float | np.floating | np.integer):
         return None
     try:
@@ -201,13 +201,13 @@ def _finite(value: object) -> float | None:
     return number if math.isfinite(number) else None
 
 
-def _items(value: object) -> Sequence[object] | None:
+def _read_items(value: object) -> Sequence[object] | None:
     """The items of a list; None if it is none."""
     if isinstance(value, np.ndarray):
         return cast("Sequence[object]", value) if value.ndim else None
     return cast("Sequence[object]", value) if isinstance(value, list | tuple) else None
 
 
-def _shown(value: object) -> str:
+def _shorten_repr(value: object) -> str:
     text = repr(value)
     return text if len(text) <= 40 else text[:37] + "..."

@@ -156,14 +156,14 @@ def find_recoveries(session: Path | None = None, folder: Path | None = None) -> 
     found: list[Recovery] = []
     for path in where.iterdir():
         match = form.fullmatch(path.name)
-        if match is None or match[1] in _OWN or _runs(int(match[2])):
+        if match is None or match[1] in _OWN or _is_running(int(match[2])):
             continue
         with contextlib.suppress(FileNotFoundError):
             found.append(Recovery(path, path.stat().st_mtime))
     return sorted(found, key=lambda one: (-one.written, one.path.name))
 
 
-def _runs(process: int) -> bool:
+def _is_running(process: int) -> bool:
     """Does another process of this number run?"""
     if process == os.getpid():
         return False

@@ -92,7 +92,7 @@ def check_quads(vertices: ArrayLike, quads: ArrayLike) -> Quads:
             f"quad {again[0]} repeats a vertex: {array[again[0]].tolist()}; it is a triangle, or "
             "less, and cannot be imported"
         )
-    twin = _twins(array)
+    twin = _find_twins(array)
     vertex, n_fans = fans(twin)
     source = np.empty(n_fans, np.int32)
     source[vertex] = array.ravel()
@@ -109,7 +109,7 @@ def check_quads(vertices: ArrayLike, quads: ArrayLike) -> Quads:
     return Quads(points, array, twin, valence, border)
 
 
-def _twins(quads: Int32Array) -> Int32Array:
+def _find_twins(quads: Int32Array) -> Int32Array:
     """(4q,) the half-edge on the other side; raises for edges that are none of two quads."""
     tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel().astype(np.int64)
     key = (np.minimum(tail, head) << 32) | np.maximum(tail, head)
@@ -253,7 +253,7 @@ class GridCurves:
 
 def follow_curves(mesh: Quads, marked: NDArray[np.bool_], corner: NDArray[np.bool_]) -> GridCurves:
     """Follow marked edges from corner to corner."""
-    return GridCurves(*_followed(mesh.twin, mesh.tail, marked, corner))
+    return GridCurves(*_follow_marked(mesh.twin, mesh.tail, marked, corner))
 
 
 def list_corner_curves(
@@ -286,7 +286,7 @@ def list_corner_curves(
 
 
 @kernel
-def _followed(
+def _follow_marked(
     twin: Int32Array, tail: Int32Array, marked: NDArray[np.bool_], corner: NDArray[np.bool_]
 ) -> tuple[Int32Array, Int32Array, Int32Array]:
     half = np.full(len(twin), -1, np.int32)

@@ -81,14 +81,14 @@ def import_quads(vertices: ArrayLike, quads: ArrayLike, ground: Ground | None = 
     where the mesh is the ground.
     """
     mesh = check_quads(vertices, quads)
-    laid = _Laid.of(mesh, ground)
+    laid = _LaidMesh.of(mesh, ground)
     marked, corner = mark_separatrices(mesh)
     found = follow_curves(mesh, marked, corner)
-    return _Builder(mesh, laid, found).done(list_corner_curves(mesh, corner, found))
+    return _ImportBuilder(mesh, laid, found).done(list_corner_curves(mesh, corner, found))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Laid:
+class _LaidMesh:
     """points, normals: (v, 3) of the mesh's vertices on the ground. given: was there a ground?"""
 
     ground: Ground
@@ -98,8 +98,8 @@ class _Laid:
     given: bool
 
     @classmethod
-    def of(cls, mesh: Quads, ground: Ground | None) -> _Laid:
-        own = Ground.of(mesh.points, triangles_of(mesh))
+    def of(cls, mesh: Quads, ground: Ground | None) -> _LaidMesh:
+        own = Ground.of(mesh.points, cut_triangles(mesh))
         normals = own.normals[own.vertex]
         steps = mesh.points[mesh.quads] - mesh.points[np.roll(mesh.quads, -1, axis=1)]
         edge = float(np.linalg.norm(steps, axis=2).mean())
@@ -111,7 +111,7 @@ class _Laid:
         return cls(ground, sizes, there.points, there.normals, True)
 
 
-def triangles_of(mesh: Quads) -> Int32Array:
+def cut_triangles(mesh: Quads) -> Int32Array:
     """(2q, 3) every quad cut along its shorter diagonal."""
     quads, points = mesh.quads, mesh.points
     one = np.linalg.norm(points[quads[:, 0]] - points[quads[:, 2]], axis=1)
@@ -120,10 +120,10 @@ def triangles_of(mesh: Quads) -> Int32Array:
     return np.concatenate([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]])
 
 
-class _Builder:
+class _ImportBuilder:
     """The steps of :func:`import_quads`, which need the same things."""
 
-    def __init__(self, mesh: Quads, laid: _Laid, found: GridCurves) -> None:
+    def __init__(self, mesh: Quads, laid: _LaidMesh, found: GridCurves) -> None:
         self.mesh = mesh
         self.laid = laid
         self.found = found
@@ -154,7 +154,7 @@ class _Builder:
         placed = self._placed(patches, vertex)
         unused = int((self.mesh.valence == 0).sum())
         laid = self.laid
-        filled = FilledNetwork(network, placed, _told(placed, unused))
+        filled = FilledNetwork(network, placed, _note_losses(placed, unused))
         return QuadImport(network, laid.ground, laid.sizes, filled, vertex, unused)
 
     def _chain(self, curve: int, node: dict[int, int]) -> Chain:
@@ -244,7 +244,7 @@ def choice_of(patch: Patch) -> Choice:
     return choice
 
 
-def _told(placed: dict[int, PlacedPatch], unused: int) -> tuple[str, ...]:
+def _note_losses(placed: dict[int, PlacedPatch], unused: int) -> tuple[str, ...]:
     notes: list[str] = []
     if unused:
         notes.append(f"{unused} vertices that no quad uses are left out")

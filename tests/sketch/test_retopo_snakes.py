@@ -26,7 +26,7 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.align import align_chain, align_nearest, align_node, move_snake
-from patterndb_sketch.retopo.tools.salience import MODES, REACH, WIDTH, Mode, Salience, _sums
+from patterndb_sketch.retopo.tools.salience import MODES, REACH, WIDTH, Mode, Salience, _sum_dots
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 #: Of the edges of the cube.
@@ -227,7 +227,7 @@ def test_sums_over_cells_are_those_over_all_dots(seed: int) -> None:
     expected = np.empty((20, 4, 6))
     expected[:, 0] = weight @ salience.tensors
     expected[:, 1:] = np.einsum("nd,ndc,dk->nck", weight, ways, salience.tensors)
-    found = _sums(
+    found = _sum_dots(
         at,
         up,
         salience.points,

@@ -65,7 +65,7 @@ class NumberedCounts:
             [max(network.chains[c].length / edge, 1e-6) for c in chains],
             [[[number[half >> 1] for half in side] for side in patch.sides] for patch in chosen],
             [held.get(c, 0) for c in chains],
-            least=[_least(network.chains[c], edge, anew) for c in chains],
+            least=[_count_least(network.chains[c], edge, anew) for c in chains],
         )
         return cls(problem, tuple(chains), tuple(patch.id for patch in chosen))
 
@@ -96,7 +96,7 @@ class NumberedCounts:
         )
 
 
-def perimeter(network: Network, patch: Patch) -> int:
+def count_perimeter(network: Network, patch: Patch) -> int:
     """Edges around a patch."""
     return sum(network.chains[half >> 1].count for half in patch.loop)
 
@@ -122,7 +122,7 @@ def complete_counts(network: Network, edge: float) -> tuple[Network, tuple[str, 
         settled = {c: chain.count for c, chain in network.chains.items() if chain.count}
         part = NumberedCounts.of(network, edge, new, settled, anew=True)
         network = part.put(network, solve_counts(part.problem).counts)
-    if all(_sound(network, patch) for patch in network.patches.values()):
+    if all(_is_sound(network, patch) for patch in network.patches.values()):
         return network, ()
     whole = NumberedCounts.of(network, edge)
     evened = even_by_fewest_changes(whole.problem, whole.counts(network))
@@ -153,7 +153,7 @@ def change_counts(
     used = {half >> 1 for patch in network.patches.values() for half in patch.loop}
     lone = {c: n for c, n in chains.items() if c not in used}
     if lone:
-        network = _with_counts(network, lone, pin)
+        network = _put_counts(network, lone, pin)
     asked = {c: n for c, n in chains.items() if c in used}
     notes: tuple[str, ...] = ()
     if len(asked) == 1:
@@ -168,7 +168,7 @@ def change_counts(
         held = NumberedCounts.of(network, edge, None, asked)
         evened = even_by_fewest_changes(held.problem, held.counts(network))
         network, notes = held.put(network, evened.counts), held.told(evened.stuck)
-    return _with_counts(network, asked, pin), notes
+    return _put_counts(network, asked, pin), notes
 
 
 def free_counts(network: Network, chains: Iterable[int]) -> Network:
@@ -201,14 +201,14 @@ def find_strip(network: Network, chain: int) -> tuple[int, ...]:
     return tuple(found)
 
 
-def _least(chain: Chain, edge: float, anew: bool) -> int:
+def _count_least(chain: Chain, edge: float, anew: bool) -> int:
     """The fewest edges that a chain may get so as to keep its shape."""
     needed = count_fewest_edges(chain, edge)
     return needed if anew else min(needed, chain.count)
 
 
-def _sound(network: Network, patch: Patch) -> bool:
-    edges = perimeter(network, patch)
+def _is_sound(network: Network, patch: Patch) -> bool:
+    edges = count_perimeter(network, patch)
     if edges % 2 or edges < FEWEST:
         return False
     # A side of one edge has no strict fill but where there are four.
@@ -218,7 +218,7 @@ def _sound(network: Network, patch: Patch) -> bool:
     )
 
 
-def _with_counts(network: Network, counts: Mapping[int, int], pin: bool) -> Network:
+def _put_counts(network: Network, counts: Mapping[int, int], pin: bool) -> Network:
     new = {
         c: replace(network.chains[c], count=n, pinned=pin or network.chains[c].pinned)
         for c, n in counts.items()

@@ -59,22 +59,22 @@ class Expansion:
         border = np.empty(choice.perimeter, np.int32)
         rim = np.flatnonzero(twin < 0).astype(np.int32)
         border[tail[rim]] = rim
-        code, edges = _read(twin, int(border[0]))
-        for pattern, widths, rotation, mirrored, strict in _readings(choice):
+        code, edges = _read_code(twin, int(border[0]))
+        for pattern, widths, rotation, mirrored, strict in _list_readings(choice):
             sides = _side_lengths(pattern, widths)
             if strict:
                 n = pattern.n_sides
                 first = sum(sides[: (rotation + mirrored) % n])
             else:
                 first = (rotation + mirrored) % sum(sides)
-            other, n_vertices = _expanded(pattern, widths, first, mirrored)
+            other, n_vertices = _expand(pattern, widths, first, mirrored)
             if n_vertices != choice.n_vertices or len(other) != len(quads):
                 continue
             other_twin, fault = weld_quads(other, n_vertices, choice.perimeter)
             if fault:
                 continue
             begin = np.flatnonzero((other_twin < 0) & (other.ravel() == 0))[0]
-            other_code, other_edges = _read(other_twin, int(begin))
+            other_code, other_edges = _read_code(other_twin, int(begin))
             if not np.array_equal(code, other_code):
                 continue
             # Quads come in the order of the pattern's, and keep its edges' order.
@@ -118,7 +118,7 @@ class Expansion:
 
     def quads(self, widths: Sequence[int]) -> tuple[Int32Array, int]:
         """(q, 4) int32 quads of the same, and the number of their vertices."""
-        return _expanded(self.pattern, self._all(widths), self.first, self.mirrored)
+        return _expand(self.pattern, self._all(widths), self.first, self.mirrored)
 
     def _all(self, widths: Sequence[int]) -> tuple[int, ...]:
         """Widths of all polychords, given those of the open ones."""
@@ -130,7 +130,7 @@ class Expansion:
     ) -> Choice:
         perimeter = sum(lengths)
         first %= perimeter
-        quads, n_vertices = _expanded(self.pattern, widths, first, self.mirrored)
+        quads, n_vertices = _expand(self.pattern, widths, first, self.mirrored)
         if self.strict:
             sides = _side_lengths(self.pattern, widths)
             start = np.cumsum([0, *sides[:-1]]).tolist().index(first)
@@ -151,7 +151,7 @@ class Expansion:
         )
 
 
-def _readings(choice: Choice) -> Iterator[tuple[Pattern, tuple[int, ...], int, bool, bool]]:
+def _list_readings(choice: Choice) -> Iterator[tuple[Pattern, tuple[int, ...], int, bool, bool]]:
     """Pattern, widths, rotation, mirrored and strict, as the choice may mean them."""
     code = np.frombuffer(choice.code, np.uint16)
     pattern = Pattern.from_trusted_code(code, origin=choice.origin)
@@ -179,7 +179,7 @@ def _side_lengths(pattern: Pattern, widths: Sequence[int]) -> list[int]:
     return [sum(widths[chord] for chord in side) for side in pattern.label]
 
 
-def _expanded(
+def _expand(
     pattern: Pattern, widths: Sequence[int], first: int, mirrored: bool
 ) -> tuple[Int32Array, int]:
     twin, of_edge = edges_of(pattern)
@@ -197,7 +197,7 @@ def _pattern_edges(pattern: Pattern, widths: Sequence[int], mirrored: bool) -> I
     return (4 * of_quad[:, None] + order).ravel().astype(np.int32)
 
 
-def _read(twin: Int32Array, start: int) -> tuple[Int32Array, NDArray[np.int64]]:
+def _read_code(twin: Int32Array, start: int) -> tuple[Int32Array, NDArray[np.int64]]:
     """The code of a disk as read from a half-edge, and its half-edges in the order of reading."""
     q = len(twin) // 4
     # Wider than the codes of patterns, which name at most 16,383 quads.

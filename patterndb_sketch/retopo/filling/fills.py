@@ -57,9 +57,9 @@ def rank_fills(
             "of 4 or more; change a count beside it"
         )
     points, _ = trace_border(network, patch)
-    with _refusing(patch):
+    with _refuse_errors(patch):
         boundary = Boundary(sides, points=points)
-        strokes = [_stroke(boundary, flow) for flow in filling_of(patch).flows]
+        strokes = [_stroke_of(boundary, flow) for flow in filling_of(patch).flows]
         return fills(source, boundary, strokes=strokes, limit=limit)
 
 
@@ -73,20 +73,20 @@ def fill_patch(
     """
     at = network.patches[patch]
     if has_suitable_fill(network, at):
-        return network, _placed(network, ground, at)
+        return network, _place(network, ground, at)
     former = filling_of(at)
     listed = rank_fills(network, at, source)
     if former.choice is not None and former.choice.by == "user":
         for fill in listed:
             if pattern_code(fill) == former.choice.code:
-                network = _with(network, at, fill, "user")
-                return network, _placed(network, ground, network.patches[patch])
+                network = _with_fill(network, at, fill, "user")
+                return network, _place(network, ground, network.patches[patch])
         listed = rank_fills(network, at, source)
     best: tuple[Network, PlacedPatch] | None = None
     quads = 0
     for _, fill in zip(range(PLACED), listed, strict=False):
-        tried = _with(network, at, fill, "program")
-        shown = _placed(tried, ground, tried.patches[patch])
+        tried = _with_fill(network, at, fill, "program")
+        shown = _place(tried, ground, tried.patches[patch])
         if best is None or len(shown.flipped) < len(best[1].flipped):
             best = tried, shown
         quads += fill.n_quads
@@ -109,13 +109,13 @@ def release_vertices(before: Network, after: Network) -> Network:
         if former is None or not filling.moved[0] or filling.moved != filling_of(former).moved:
             continue
         chains = {half >> 1 for half in patch.loop}
-        if any(_runs_elsewhere(before, after, chain) for chain in chains):
+        if any(_has_moved(before, after, chain) for chain in chains):
             free = filling.with_moved([], np.empty((0, 3)))
             after = set_choice(after, patch.id, free)
     return after
 
 
-def _runs_elsewhere(before: Network, after: Network, chain: int) -> bool:
+def _has_moved(before: Network, after: Network, chain: int) -> bool:
     one, two = before.chains.get(chain), after.chains[chain]
     return one is None or (one is not two and not np.array_equal(one.points, two.points))
 
@@ -129,12 +129,14 @@ def step_fill(network: Network, patch: int, source: PatternSource, by: int) -> N
     if not listed:
         raise RefusedError(f"patch {patch} has no fill that follows its flow lines")
     now = filling_of(network.patches[patch]).choice
-    at = next((k for k, fill in enumerate(listed) if now is not None and _is(fill, now)), None)
+    at = next(
+        (k for k, fill in enumerate(listed) if now is not None and _is_choice(fill, now)), None
+    )
     if at is None:
         # Before the first, so that one on is the first, and one back the last.
         at = -1 if by > 0 else 0
     wanted = (at + by) % len(listed)
-    return _with(network, network.patches[patch], listed[wanted], "user")
+    return _with_fill(network, network.patches[patch], listed[wanted], "user")
 
 
 def take_fill(network: Network, patch: int, source: PatternSource, number: int) -> Network:
@@ -142,7 +144,7 @@ def take_fill(network: Network, patch: int, source: PatternSource, number: int) 
     at = network.patches[patch]
     for k, fill in enumerate(rank_fills(network, at, source, max(LISTED, number + 1))):
         if k == number:
-            return _with(network, at, fill, "user")
+            return _with_fill(network, at, fill, "user")
     raise RefusedError(f"patch {patch} has no fill {number}; its list is shorter")
 
 
@@ -160,13 +162,13 @@ def clear_flows(network: Network, patch: int) -> Network:
     return set_choice(network, patch, None)
 
 
-def _placed(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
-    with _refusing(patch):
+def _place(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
+    with _refuse_errors(patch):
         return place_fill(network, ground, patch)
 
 
 @contextmanager
-def _refusing(patch: Patch) -> Iterator[None]:
+def _refuse_errors(patch: Patch) -> Iterator[None]:
     """What is wrong with a boundary, such as two vertices in one place, is no fault of a call."""
     try:
         yield
@@ -176,16 +178,16 @@ def _refusing(patch: Patch) -> Iterator[None]:
         raise RefusedError(f"patch {patch.id} cannot be filled: {error}") from error
 
 
-def _with(network: Network, patch: Patch, fill: Fill, by: By) -> Network:
+def _with_fill(network: Network, patch: Patch, fill: Fill, by: By) -> Network:
     new = filling_of(patch).with_choice(Choice.of(fill, by))
     return set_choice(network, patch.id, new)
 
 
-def _is(fill: Fill, choice: Choice) -> bool:
+def _is_choice(fill: Fill, choice: Choice) -> bool:
     return replace(Choice.of(fill), by=choice.by) == choice
 
 
-def _stroke(boundary: Boundary, flow: Flow) -> Stroke:
+def _stroke_of(boundary: Boundary, flow: Flow) -> Stroke:
     points = flow.points
     reach = float(np.linalg.norm(np.ptp(points, axis=0)))
     closed = float(np.linalg.norm(points[0] - points[-1])) < 0.1 * reach

@@ -64,11 +64,11 @@ def is_within(ground: Ground, border: tuple[Points, Points], foot: GroundPoints)
     coarse = np.linalg.norm(np.ptp(points, axis=0)) < size
     if not coarse and np.isnan(inside.around[own]).all():
         return True
-    left = left_of(points, normals, foot.points[0], foot.normals[0])
+    left = measure_left(points, normals, foot.points[0], foot.normals[0])
     return left >= -ON_BORDER * ground.diagonal
 
 
-def left_of(points: Points, normals: Points, at: Points, up: Points) -> float:
+def measure_left(points: Points, normals: Points, at: Points, up: Points) -> float:
     """How far a point (3,) is to the left of the nearest segment of a closed polygon (n, 3), of
     those whose normals agree with its own; below 0 to the right, and if none do."""
     ends, ups = np.roll(points, -1, axis=0), np.roll(normals, -1, axis=0)
@@ -105,10 +105,12 @@ def find_islands(
     if len(first) < 2:
         return {}
     # A part lies within a patch if any place of it does, for no curves cross.
-    places = {name: _start(network, p) for name, p in first.items()}
+    places = {name: _start_of(network, p) for name, p in first.items()}
     found: dict[int, int] = {}
     for patch, name in of.items():
-        there = [other for other in first if other != name and _near(placed[patch], places[other])]
+        there = [
+            other for other in first if other != name and _is_near(placed[patch], places[other])
+        ]
         if not there:
             continue
         border = trace_outline(network, network.patches[patch].loop)
@@ -120,12 +122,12 @@ def find_islands(
     return found
 
 
-def _start(network: Network, patch: int) -> NDArray[np.float64]:
+def _start_of(network: Network, patch: int) -> NDArray[np.float64]:
     half = network.patches[patch].loop[0]
     return network.chains[half >> 1].directed(half)[0][0]
 
 
-def _near(placed: PlacedPatch, point: NDArray[np.float64]) -> bool:
+def _is_near(placed: PlacedPatch, point: NDArray[np.float64]) -> bool:
     """Is a point (3,) as near to a vertex of the quads as those on them are?"""
     corner = placed.vertices[placed.quads]
     across = max(

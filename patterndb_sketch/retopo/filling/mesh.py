@@ -48,7 +48,7 @@ class PlacedCache:
             and former.corners == patch.corners
             and former.choice == patch.choice
             and all(
-                _same(network.chains[half >> 1], chain)
+                _is_same_chain(network.chains[half >> 1], chain)
                 for half, chain in zip(patch.loop, chains, strict=True)
             )
         )
@@ -184,7 +184,7 @@ def find_open_edges(mesh: RetopoMesh) -> Int32Array:
     return np.stack([tail[lone], head[lone]], axis=1).astype(np.int32)
 
 
-def _same(one: Chain, other: Chain) -> bool:
+def _is_same_chain(one: Chain, other: Chain) -> bool:
     return one is other or (
         one.count == other.count
         and one.loose == other.loose

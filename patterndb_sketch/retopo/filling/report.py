@@ -126,14 +126,14 @@ def hausdorff(vertices: Points, quads: np.ndarray, ground: Ground) -> tuple[floa
         ]
     )
     surface = Surface.from_arrays(vertices, triangles)
-    there = _sampled(surface.vertices[surface.triangles])
+    there = _sample_triangles(surface.vertices[surface.triangles])
     out = float(np.linalg.norm(ground.nearest(there).points - there, axis=1).max())
-    here = _sampled(ground.vertices[ground.triangles])
+    here = _sample_triangles(ground.vertices[ground.triangles])
     back = float(np.linalg.norm(surface.nearest(here).points - here, axis=1).max())
     return out / ground.diagonal, back / ground.diagonal
 
 
-def _sampled(corners: np.ndarray) -> Points:
+def _sample_triangles(corners: np.ndarray) -> Points:
     """Points all over triangles (t, 3, 3): corners, and even steps between."""
     weights = [
         (i / SAMPLES, j / SAMPLES, 1.0 - (i + j) / SAMPLES)

@@ -38,7 +38,7 @@ class Plane:
     normal: Vector = (1.0, 0.0, 0.0)
 
     def __post_init__(self) -> None:
-        if not (_three(self.point) and _three(self.normal)):
+        if not (_is_vector(self.point) and _is_vector(self.normal)):
             raise InvalidRetopoError(
                 f"the plane has the point {self.point} and the normal {self.normal}; "
                 "give three finite numbers for each"
@@ -97,7 +97,7 @@ class Plane:
         return np.where(level[:, None], units(flat), normals)
 
 
-def _three(vector: Vector) -> bool:
+def _is_vector(vector: Vector) -> bool:
     return len(vector) == 3 and all(math.isfinite(x) for x in vector)
 
 
@@ -207,11 +207,11 @@ def _cut(
     made: list[NDArray[np.int64]] = []
     # One corner above, two below: its tip.
     tip = ((sign > 0.0).sum(axis=1) == 1) & ((sign < 0.0).sum(axis=1) == 2)
-    t, m = _turned(triangles[tip], middle[tip], sign[tip] > 0.0)
+    t, m = _turn_to(triangles[tip], middle[tip], sign[tip] > 0.0)
     made.append(np.stack([t[:, 0], m[:, 0], m[:, 2]], axis=1))
     # Two above, one below: a quad, along its shorter diagonal.
     lost = (sign > 0.0).sum(axis=1) == 2
-    t, m = _turned(triangles[lost], middle[lost], sign[lost] < 0.0)
+    t, m = _turn_to(triangles[lost], middle[lost], sign[lost] < 0.0)
     quad = np.stack([m[:, 0], t[:, 1], t[:, 2], m[:, 2]], axis=1)
     one = np.linalg.norm(everything[quad[:, 0]] - everything[quad[:, 2]], axis=1)
     two = np.linalg.norm(everything[quad[:, 1]] - everything[quad[:, 3]], axis=1)
@@ -219,14 +219,14 @@ def _cut(
     made += [turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]]
     # One above, one on the plane, one below.
     through = (sign == 0.0).any(axis=1)
-    t, m = _turned(triangles[through], middle[through], sign[through] > 0.0)
+    t, m = _turn_to(triangles[through], middle[through], sign[through] > 0.0)
     second = np.where(m[:, 0] >= 0, m[:, 0], t[:, 1])
     third = np.where(m[:, 2] >= 0, m[:, 2], t[:, 2])
     made.append(np.stack([t[:, 0], second, third], axis=1))
     return points, np.concatenate(made).astype(np.int32)
 
 
-def _turned(
+def _turn_to(
     triangles: Int32Array, middle: NDArray[np.int64], first: NDArray[np.bool_]
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Triangles and what belongs to their sides, begun at the one corner that ``first`` marks."""
@@ -326,14 +326,14 @@ def split_stroke(stroke: GroundStroke, half: Half, sizes: Sizes) -> SplitStroke:
         on = bool(there[0] == 0.0), bool(there[-1] == 0.0)
         if there.min() < 0.0:
             beyond += 1
-        elif _along(points, there.max(), on, sizes):
+        elif _is_along_plane(points, there.max(), on, sizes):
             along += 1
         else:
             parts.append(StrokePart(GroundStroke(points, normals, False, stroke.missed), on))
     return SplitStroke(tuple(parts), beyond, along)
 
 
-def _along(points: Points, highest: float, on: tuple[bool, bool], sizes: Sizes) -> bool:
+def _is_along_plane(points: Points, highest: float, on: tuple[bool, bool], sizes: Sizes) -> bool:
     """Is a part along the plane, or what is left of an end that touched it?"""
     if all(on) and highest <= ALONG * sizes.snap:
         return True

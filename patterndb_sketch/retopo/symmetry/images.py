@@ -268,7 +268,7 @@ def mirror_mesh(half: RetopoMesh, network: Network, plane: Plane) -> MirroredMes
         np.concatenate([half.node, half.node[~seam]]),
         np.concatenate([half.chain, half.chain[~seam]]),
     )
-    return MirroredMesh(both, image, _pinched(half, seam))
+    return MirroredMesh(both, image, _find_pinched(half, seam))
 
 
 def find_seam_vertices(half: RetopoMesh, network: Network) -> np.ndarray:
@@ -278,7 +278,7 @@ def find_seam_vertices(half: RetopoMesh, network: Network) -> np.ndarray:
     return np.isin(half.chain, [chain.id for chain in chains]) | np.isin(half.node, sorted(nodes))
 
 
-def _pinched(half: RetopoMesh, seam: np.ndarray) -> Int32Array:
+def _find_pinched(half: RetopoMesh, seam: np.ndarray) -> Int32Array:
     """(e, 2) inner edges of the half with both ends on the seam."""
     tail, head = half.quads.ravel(), np.roll(half.quads, -1, axis=1).ravel()
     both = seam[tail] & seam[head]

@@ -49,17 +49,17 @@ def propose_plane(ground: Ground) -> Proposal:
     directions = np.concatenate([np.eye(3), axes.T, spread_directions(DIRECTIONS)])
     tried = [
         Proposal(plane, measure_asymmetry(ground, plane, few))
-        for plane in _through(middle, directions)
+        for plane in _planes_through(middle, directions)
     ]
     tried.sort(key=lambda one: one.off)
-    better = [_bettered(ground, one.plane, few) for one in tried[:BETTERED]]
+    better = [_improve_plane(ground, one.plane, few) for one in tried[:BETTERED]]
     best = min(
         (Proposal(plane, measure_asymmetry(ground, plane, points)) for plane in better),
         key=lambda one: one.off,
     )
     even = [
         Proposal(plane, measure_asymmetry(ground, plane, points))
-        for plane in _through(np.zeros(3), np.eye(3))
+        for plane in _planes_through(np.zeros(3), np.eye(3))
     ]
     straight = min(even, key=lambda one: one.off)
     return straight if straight.off <= best.off + AXES else best
@@ -97,11 +97,11 @@ def spread_directions(n: int) -> NDArray[np.float64]:
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
 
 
-def _through(point: Points, directions: Points) -> list[Plane]:
+def _planes_through(point: Points, directions: Points) -> list[Plane]:
     return [Plane.of(point, direction) for direction in directions]
 
 
-def _bettered(ground: Ground, plane: Plane, points: Points) -> Plane:
+def _improve_plane(ground: Ground, plane: Plane, points: Points) -> Plane:
     """The plane after rounds of taking images to the surface, and fitting to them."""
     for _ in range(ROUNDS):
         images = ground.nearest(plane.mirrored(points)).points

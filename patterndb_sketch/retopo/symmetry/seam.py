@@ -71,17 +71,17 @@ def begin_symmetry(network: Network, half: Half, sampling: float) -> Edit:
         for node in find_nodes_on_plane(draft, half)
         if any(end >> 1 not in parting.level for end in draft.nodes[node].ends)
     ]
-    lines = [_line(half, run, sampling) for run in half.seams()]
-    places = _placed(draft, joined, lines, NEAR_SEAM * sampling, half.near)
+    lines = [_sample_run(half, run, sampling) for run in half.seams()]
+    places = _place_nodes(draft, joined, lines, NEAR_SEAM * sampling, half.near)
     kept: set[int] = set()
     for k, line in enumerate(lines):
-        kept |= _add(draft, half, line, places[k], level)
+        kept |= _add_line(draft, half, line, places[k], level)
     for chain in level:
         if chain.id not in kept:
             draft.remove_chain(chain.id)
     for node in {node for at in places for _, node in at}:
         if node in draft.nodes and draft.nodes[node].valence > 1:
-            draft.flag(_from_outside(draft, half, node)[-1], False)
+            draft.flag(_order_from_outside(draft, half, node)[-1], False)
     after = draft.finish()
     # A patch beyond, all of whose curves have become the seam, is left.
     inside = {
@@ -90,10 +90,10 @@ def begin_symmetry(network: Network, half: Half, sampling: float) -> Edit:
         if not any(after.mark(end) for end in one.loop)
     }
     after = replace(after, patches=inside)
-    return Edit.of(network, after, _told(half, parting.beyond, parting.cut, len(lines)))
+    return Edit.of(network, after, _note_changes(half, parting.beyond, parting.cut, len(lines)))
 
 
-def _told(half: Half, beyond: int, cut: int, seams: int) -> list[str]:
+def _note_changes(half: Half, beyond: int, cut: int, seams: int) -> list[str]:
     notes: list[str] = []
     if beyond:
         notes.append(
@@ -121,7 +121,7 @@ class SeamLine:
         return self.chain.loose
 
 
-def _line(half: Half, run: SeamRun, sampling: float) -> SeamLine:
+def _sample_run(half: Half, run: SeamRun, sampling: float) -> SeamLine:
     """(n, 3) samples of a run, its vertices among them."""
     corners, up = half.ground.vertices[run.vertices], half.ground.normals[run.vertices]
     ends = np.roll(corners, -1, axis=0), np.roll(up, -1, axis=0)
@@ -140,7 +140,7 @@ def _line(half: Half, run: SeamRun, sampling: float) -> SeamLine:
     return SeamLine(chain, take_chain_samples({0: chain}))
 
 
-def _placed(
+def _place_nodes(
     draft: Draft, nodes: list[int], lines: list[SeamLine], reach: float, near: float
 ) -> list[list[tuple[float, int]]]:
     """For every line of the seam the places and nodes of a draft that are on it, in order.
@@ -181,7 +181,7 @@ def _placed(
     return found
 
 
-def _add(
+def _add_line(
     draft: Draft, half: Half, line: SeamLine, places: list[tuple[float, int]], level: list[Chain]
 ) -> set[int]:
     """Add a line of the seam to a draft, from node to node; the chains of ``level`` that are in
@@ -191,7 +191,7 @@ def _add(
     if not places:
         for chain in level:
             if chain.loose and is_alongside(chain, points):
-                return {_marked(draft, chain, points)}
+                return {_mark_side(draft, chain, points)}
         draft.add_loop(points, normals, marks=marks)
         return set()
     kept: set[int] = set()
@@ -213,14 +213,14 @@ def _add(
             if {chain.start, chain.end} == {one, two} and is_alongside(chain, piece)
         ]
         if same:
-            kept.add(_marked(draft, same[0], piece))
+            kept.add(_mark_side(draft, same[0], piece))
             continue
-        gaps = _gap(draft, half, one, True), _gap(draft, half, two, False)
+        gaps = _find_gap(draft, half, one, True), _find_gap(draft, half, two, False)
         draft.add_chain(piece, up, AtNode(one), AtNode(two), marks=marks, gaps=gaps)
     return kept
 
 
-def _marked(draft: Draft, chain: Chain, line: Points) -> int:
+def _mark_side(draft: Draft, chain: Chain, line: Points) -> int:
     """Mark the side of a chain that is on the right of a polyline (n, 3) beside it."""
     k = len(line) // 2
     ahead = line[(k + 1) % len(line)] - line[k]
@@ -233,16 +233,16 @@ def _marked(draft: Draft, chain: Chain, line: Points) -> int:
     return chain.id
 
 
-def _gap(draft: Draft, half: Half, node: int, leaving: bool) -> Gap | None:
+def _find_gap(draft: Draft, half: Half, node: int, leaving: bool) -> Gap | None:
     """Where at a node the seam goes: it leaves before all curves of the half, counter-clockwise
     from the outside, and arrives after them."""
     if not draft.nodes[node].ends:
         return None
-    ends = _from_outside(draft, half, node)
+    ends = _order_from_outside(draft, half, node)
     return Gap(ends[0], False) if leaving else Gap(ends[-1], True)
 
 
-def _from_outside(draft: Draft, half: Half, node: int) -> tuple[HalfChain, ...]:
+def _order_from_outside(draft: Draft, half: Half, node: int) -> tuple[HalfChain, ...]:
     """The ends of a node on the plane, counter-clockwise from the direction out of the half."""
     at = draft.nodes[node]
     outward = -np.array(half.plane.normal)

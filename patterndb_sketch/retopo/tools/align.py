@@ -88,7 +88,7 @@ def align_chain(
     points, and if nothing is felt anywhere on it.
     Source: Takayama et al. 2013, section 4 (after Lee and Lee 2002), and their program.
     """
-    _check(sizes, salience)
+    _check_salience(sizes, salience)
     line = network.chain(chain)
     if line.marked:
         raise RefusedError("a border or the seam of symmetry stays where it is")
@@ -97,7 +97,7 @@ def align_chain(
         raise RefusedError(f"the curve has fewer than {least} points: it is too short to move")
     feature, _ = salience.felt(line.points, line.normals, mode)
     if feature.max() < FELT:
-        raise RefusedError(f"no {_what(mode)} is near the curve: draw it closer to one")
+        raise RefusedError(f"no {_name_mode(mode)} is near the curve: draw it closer to one")
     points, normals, last = move_snake(
         line.points, line.normals, line.loose, ground, sizes, salience, mode
     )
@@ -105,7 +105,7 @@ def align_chain(
     draft = Draft(network)
     draft.reshape_chain(chain, points, normals)
     after = draft.finish()
-    notes = _on_its_way(last) + note_crossings(network, after, [chain], sizes)
+    notes = _note_rest(last) + note_crossings(network, after, [chain], sizes)
     return Edit.of(network, after, notes)
 
 
@@ -122,26 +122,26 @@ def align_node(
 
     Raises RefusedError on a border or the seam of symmetry, and if nothing is felt there.
     """
-    _check(sizes, salience)
+    _check_salience(sizes, salience)
     at = network.node(node)
     if any(network.chains[half >> 1].marked for half in at.ends):
         raise RefusedError("a border or the seam of symmetry ends here: the corner stays")
     point, normal = at.point[None], at.normal[None]
     feature, _ = salience.felt(point, normal, mode)
     if feature[0] < FELT:
-        raise RefusedError(f"no {_what(mode)} is near the corner: move it closer to one")
+        raise RefusedError(f"no {_name_mode(mode)} is near the corner: move it closer to one")
     last = 0.0
     for _ in range(MOST_STEPS):
         old = point
         pull = salience.felt(point, normal, mode)[1]
-        point, normal = take_to_ground(point + PART * _short(pull, sizes), normal, ground, sizes)
+        point, normal = take_to_ground(point + PART * _shorten(pull, sizes), normal, ground, sizes)
         last = float(np.linalg.norm(point - old)) / sizes.edge
         if last < REST:
             break
     draft = Draft(network)
     move_node_to(draft, ground, sizes, node, point[0], normal[0])
     after = draft.finish()
-    notes = _on_its_way(last)
+    notes = _note_rest(last)
     notes += note_crossings(network, after, [half >> 1 for half in at.ends], sizes)
     return Edit.of(network, after, notes)
 
@@ -174,11 +174,11 @@ def move_snake(
         along = arc_length(points)
         lead = min(LEAD * sizes.edge, 0.5 * float(along[-1]))
         fade = np.minimum(np.minimum(along, along[-1] - along) / lead, 1.0)
-    ahead = _along(points, wide, closed)
+    ahead = _direct(points, wide, closed)
     for _ in range(MOST_STEPS):
         pull = salience.felt(at, up, mode)[1]
         pull -= np.einsum("nc,nc->n", pull, ahead)[:, None] * ahead
-        pull = _averaged(fade[:, None] * _short(pull, sizes), wide, closed)
+        pull = _average(fade[:, None] * _shorten(pull, sizes), wide, closed)
         middle, curved = smoothing_targets(at, closed)
         step = WEIGHTS[0] * (middle - at) + WEIGHTS[1] * (curved - at) + WEIGHTS[2] * pull
         moved, up = take_to_ground(at + PART / sum(WEIGHTS) * step, up, ground, sizes)
@@ -191,7 +191,7 @@ def move_snake(
     return at, up, last
 
 
-def _beside(values: Points, wide: int, closed: bool) -> Points:
+def _extend(values: Points, wide: int, closed: bool) -> Points:
     """(n + 2 wide, 3) values of a course (n, 3), with those before its first and after its last;
     those of an open one are turned about its ends."""
     if closed:
@@ -201,25 +201,25 @@ def _beside(values: Points, wide: int, closed: bool) -> Points:
     return np.concatenate([before, values, after])
 
 
-def _along(points: Points, wide: int, closed: bool) -> Points:
+def _direct(points: Points, wide: int, closed: bool) -> Points:
     """(n, 3) unit directions of a course (n, 3), taken over ``wide`` points each way."""
-    more = _beside(points, wide, closed)
+    more = _extend(points, wide, closed)
     return units(more[2 * wide :] - more[: -2 * wide])
 
 
-def _averaged(pull: Points, wide: int, closed: bool) -> Points:
+def _average(pull: Points, wide: int, closed: bool) -> Points:
     """Means of pulls (n, 3) over ``wide`` points each way; 0 at open ends if they are 0 there."""
-    total = np.cumsum(np.concatenate([np.zeros((1, 3)), _beside(pull, wide, closed)]), axis=0)
+    total = np.cumsum(np.concatenate([np.zeros((1, 3)), _extend(pull, wide, closed)]), axis=0)
     return (total[2 * wide + 1 :] - total[: -2 * wide - 1]) / (2 * wide + 1)
 
 
-def _short(pull: Points, sizes: Sizes) -> Points:
+def _shorten(pull: Points, sizes: Sizes) -> Points:
     """Pulls (n, 3) of at most a target edge."""
     length = np.linalg.norm(pull, axis=1)
     return pull * np.minimum(1.0, sizes.edge / np.maximum(length, sizes.edge))[:, None]
 
 
-def _check(sizes: Sizes, salience: Salience) -> None:
+def _check_salience(sizes: Sizes, salience: Salience) -> None:
     if salience.edge != sizes.edge:
         raise InvalidRetopoError(
             f"the salience is for a target edge of {salience.edge:g}, not {sizes.edge:g}; make it "
@@ -227,13 +227,13 @@ def _check(sizes: Sizes, salience: Salience) -> None:
         )
 
 
-def _on_its_way(last: float) -> list[str]:
+def _note_rest(last: float) -> list[str]:
     if last < ON_ITS_WAY:
         return []
     return [f"still on its way after {MOST_STEPS} steps: align it again"]
 
 
-def _what(mode: Mode) -> str:
+def _name_mode(mode: Mode) -> str:
     return "ridge or valley" if mode == "both" else mode
 
 

@@ -110,7 +110,7 @@ def relax_vertices(
     """
     at, up = np.asarray(point, np.float64), np.asarray(normal, np.float64)
     under = BrushedQuads.of(network, ground, source, sizes, at, up)
-    start, neighbour = _neighbours(under.mesh)
+    start, neighbour = _list_neighbours(under.mesh)
     degree = np.diff(start)[:, None]
     free = np.flatnonzero((under.share > 0.0) & ~under.rim & ~under.marked)
     slide, before, after = under.sliding()
@@ -124,7 +124,7 @@ def relax_vertices(
         points, normals = points.copy(), normals.copy()
         points[free], normals[free] = where, there
         for k, place in zip(slide, slid, strict=True):
-            points[k], normals[k] = _on_chain(network.chains[int(under.mesh.chain[k])], place)
+            points[k], normals[k] = _find_on_chain(network.chains[int(under.mesh.chain[k])], place)
     places = points
 
     def course(line: Chain) -> Points:
@@ -148,7 +148,7 @@ def _smooth_course(under: BrushedQuads, line: Chain, places: Points, rounds: int
     return (1.0 - weight) * (line.points + by) + weight * curve
 
 
-def _neighbours(mesh: RetopoMesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _list_neighbours(mesh: RetopoMesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The vertices at the other ends of every vertex's edges: those of i are
     neighbour[start[i]:start[i + 1]]."""
     tail = mesh.quads.ravel().astype(np.int64)
@@ -160,7 +160,7 @@ def _neighbours(mesh: RetopoMesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]
     return start, pairs[:, 1]
 
 
-def _on_chain(line: Chain, point: Points) -> tuple[Points, Points]:
+def _find_on_chain(line: Chain, point: Points) -> tuple[Points, Points]:
     """The point of a chain nearest to a point (3,), and the normal there."""
     one, along = line.points[:-1], np.diff(line.points, axis=0)
     size = np.maximum((along**2).sum(axis=1), np.finfo(np.float64).tiny)
@@ -219,7 +219,7 @@ class BrushedQuads:
         network, told = complete_counts(network, sizes.edge)
         notes = list(told)
         found = FilledNetwork(network, {})
-        for patch in _near(network, ground, point, sizes.brush + sizes.edge):
+        for patch in _find_near(network, ground, point, sizes.brush + sizes.edge):
             try:
                 network, found.placed[patch] = fill_patch(network, ground, source, patch)
             except RefusedError as error:
@@ -246,8 +246,8 @@ class BrushedQuads:
             at,
             share,
             one_sided,
-            _on(network, mesh, one_sided),
-            _on(network, mesh, marked),
+            _is_on(network, mesh, one_sided),
+            _is_on(network, mesh, marked),
             tuple(notes),
         )
 
@@ -331,7 +331,7 @@ class BrushedQuads:
             raise RefusedError("a curve would have no length: drag less far")
 
 
-def _near(network: Network, ground: Ground, point: Points, radius: float) -> list[int]:
+def _find_near(network: Network, ground: Ground, point: Points, radius: float) -> list[int]:
     """The patches that a point is in, or that have a border vertex within a radius of it."""
     found = {
         patch.id
@@ -346,7 +346,7 @@ def _near(network: Network, ground: Ground, point: Points, radius: float) -> lis
     return sorted(found)
 
 
-def _on(network: Network, mesh: RetopoMesh, chains: Set[int]) -> NDArray[np.bool_]:
+def _is_on(network: Network, mesh: RetopoMesh, chains: Set[int]) -> NDArray[np.bool_]:
     """(v,) is a vertex on one of some chains, or on a node where one ends?"""
     ids = np.array(sorted(chains), np.int64)
     ends = [node for k in chains for node in (network.chains[k].start, network.chains[k].end)]

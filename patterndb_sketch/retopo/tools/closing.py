@@ -56,13 +56,13 @@ def close_patch(
     Raises RefusedError if a new curve leaves the map, or the loop does not close.
     """
     draft = Draft(network)
-    parts = _parts(patch)
+    parts = _list_parts(patch)
     for _, part, _ in parts:
         if isinstance(part, OldSide) and part.end - part.start < 2.0 * BEYOND:
             raise RefusedError("two corners of the patch would be in one place; take a wider brush")
     # Places first: cutting later would move them.
-    nodes = [_node(draft, network, corner, edges, onto) for corner, _, _ in parts]
-    inner = [_within(network, part, edges) for _, part, _ in parts]
+    nodes = [_make_node(draft, network, corner, edges, onto) for corner, _, _ in parts]
+    inner = [_list_within(network, part, edges) for _, part, _ in parts]
     leaving: list[HalfChain] = []
     for k, (_, part, _) in enumerate(parts):
         start, end = nodes[k], nodes[(k + 1) % len(nodes)]
@@ -70,7 +70,7 @@ def close_patch(
             points = lift_to_ground(onto, sample_line(part.points, sizes.sampling))
             leaving.append(2 * draft.add_chain(*points, AtNode(start), AtNode(end)))
         else:
-            leaving.append(_leaving(draft, network, edges[part.boundary], part))
+            leaving.append(_find_leaving(draft, network, edges[part.boundary], part))
     for half in (half for halves in inner for half in halves):
         draft.flag(half, False)
     for half, (_, _, corner) in zip(leaving, parts, strict=True):
@@ -95,7 +95,7 @@ def lift_to_ground(onto: LocalMap, line: Points) -> tuple[Points, Points]:
     return feet.points, feet.normals
 
 
-def _parts(patch: PlanarPatch) -> list[tuple[PlanarCorner, OldSide | NewSide, bool]]:
+def _list_parts(patch: PlanarPatch) -> list[tuple[PlanarCorner, OldSide | NewSide, bool]]:
     """Each part of the patch's border: where it begins, and is that a corner of the patch?"""
     found: list[tuple[PlanarCorner, OldSide | NewSide, bool]] = []
     for corner, side in zip(patch.corners, patch.sides, strict=True):
@@ -111,7 +111,7 @@ def _parts(patch: PlanarPatch) -> list[tuple[PlanarCorner, OldSide | NewSide, bo
     return found
 
 
-def _node(
+def _make_node(
     draft: Draft,
     network: Network,
     corner: PlanarCorner,
@@ -125,7 +125,7 @@ def _node(
     return draft.add_node(points[0], normals[0])
 
 
-def _within(
+def _list_within(
     network: Network, part: OldSide | NewSide, edges: Sequence[GroundBoundary]
 ) -> list[HalfChain]:
     """The half-chains that leave nodes inside a part."""
@@ -134,7 +134,7 @@ def _within(
     return edges[part.boundary].nodes_within(network, part.start, part.end)
 
 
-def _leaving(draft: Draft, network: Network, edge: GroundBoundary, part: OldSide) -> HalfChain:
+def _find_leaving(draft: Draft, network: Network, edge: GroundBoundary, part: OldSide) -> HalfChain:
     """The half-chain by which a stretch of a boundary leaves its first node, after cutting."""
     half, local = edge.located(network, part.start + min(BEYOND, (part.end - part.start) / 2.0))
     chain, _ = draft.locate(half >> 1, local)
@@ -232,7 +232,7 @@ def find_boundaries(network: Network) -> list[GroundBoundary]:
     # Open ones from where they begin, then the closed ones, in the order of their numbers.
     for half in (*sorted(empty - before.keys()), *sorted(empty)):
         if half not in done:
-            row = list(_row(half, following, empty))
+            row = list(_walk_row(half, following, empty))
             done.update(row)
             found.append(join_half_chains(network, row, closed=following[row[-1]] == half))
     return found
@@ -264,7 +264,7 @@ def map_boundaries(
     return boundaries, strokes
 
 
-def _row(
+def _walk_row(
     half: HalfChain, following: dict[HalfChain, HalfChain], empty: set[HalfChain]
 ) -> Iterator[HalfChain]:
     first = half

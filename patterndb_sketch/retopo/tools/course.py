@@ -62,11 +62,11 @@ def find_crossed(network: Network, chains: Iterable[int], near: float) -> set[in
         met = find_crossings(line.points, line.normals, line.loose, take_chain_samples(others))
         where = interpolate_places(line.points, line.normals, met.along)[0]
         for k, other in enumerate(met.chain):
-            if not _at_node(network, line, network.chains[int(other)], where[k], near):
+            if not _is_at_node(network, line, network.chains[int(other)], where[k], near):
                 found.add(int(other))
         own = find_self_crossings(line.points, line.normals, line.loose)
         where = interpolate_places(line.points, line.normals, own.along)[0]
-        if any(not _at_node(network, line, line, at, near) for at in where):
+        if any(not _is_at_node(network, line, line, at, near) for at in where):
             found.add(chain)
     return found
 
@@ -110,7 +110,7 @@ def _find_disordered(network: Network, chains: Iterable[int]) -> set[int]:
     return found
 
 
-def _at_node(network: Network, one: Chain, two: Chain, point: Points, near: float) -> bool:
+def _is_at_node(network: Network, one: Chain, two: Chain, point: Points, near: float) -> bool:
     shared = {one.start, one.end} & {two.start, two.end}
     nodes = [network.nodes[node] for node in shared if node in network.nodes]
     return any(np.linalg.norm(node.point - point) <= near for node in nodes)

@@ -73,11 +73,11 @@ def join_loops(
     if caps not in CAPS:
         raise InvalidRetopoError(f"caps is {caps!r}; there are {', '.join(CAPS)}")
     draft = Draft(network, ground)
-    one, other = _ends(network, stroke, sizes.snap)
+    one, other = _find_ends(network, stroke, sizes.snap)
     pairs = _pair_places(one, other, division)
     capped = [ring for ring, _ in (one, other) if _is_cap_wanted(draft.before, ring, caps)]
     nodes = [
-        [_node(draft, network, ring, pair[k]) for pair in pairs]
+        [_make_node(draft, network, ring, pair[k]) for pair in pairs]
         for k, (ring, _) in enumerate((one, other))
     ]
     if any(len(set(found)) < len(found) for found in nodes):
@@ -101,7 +101,7 @@ def join_loops(
     return Edit.of(network, after, draft.notes)
 
 
-def _ends(
+def _find_ends(
     network: Network, stroke: GroundStroke, snap: float
 ) -> tuple[tuple[Ring, int], tuple[Ring, int]]:
     """The rings that the stroke joins, with the vertices it snaps to."""
@@ -112,7 +112,7 @@ def _ends(
     # The direction over a few samples: the first ones may run along the loop.
     ahead = min(len(line) - 1, 4)
     one, other = (
-        _snapped(found, line[end], up[end], line[end + step] - line[end], snap, name)
+        _snap_to_ring(found, line[end], up[end], line[end + step] - line[end], snap, name)
         for end, step, name in ((0, ahead, "start"), (-1, -ahead, "end"))
     )
     if one[0] is other[0] or set(one[0].edge.halves) == set(other[0].edge.halves):
@@ -120,7 +120,7 @@ def _ends(
     return one, other
 
 
-def _snapped(
+def _snap_to_ring(
     found: list[Ring], point: Points, normal: Points, direction: Points, snap: float, name: str
 ) -> tuple[Ring, int]:
     at = find_ring(found, point, normal, direction, snap)
@@ -132,7 +132,7 @@ def _snapped(
     return at
 
 
-def _node(draft: Draft, network: Network, ring: Ring, place: float) -> int:
+def _make_node(draft: Draft, network: Network, ring: Ring, place: float) -> int:
     end = ring.edge.end(network, place)
     return end.node if isinstance(end, AtNode) else draft.cut_chain(end.chain, end.place)
 
@@ -180,15 +180,15 @@ def _pair_places(
                 f"one loop has {k} corners and the other {m}; add or delete corners until they "
                 "have as many, or none"
             )
-        ahead = _around(one, start, backwards=False)
-        back = _around(other, end, backwards=True)
+        ahead = _walk_corners(one, start, backwards=False)
+        back = _walk_corners(other, end, backwards=True)
         return [(float(a), float(b)) for a, b in zip(ahead, back, strict=True)]
     if k:
-        ahead = _around(one, start, backwards=False)
+        ahead = _walk_corners(one, start, backwards=False)
         way = one.fractions(start, backwards=False)
         return [(float(a), other.place(end, float(way[a]), backwards=True)) for a in ahead]
     if m:
-        back = _around(other, end, backwards=True)
+        back = _walk_corners(other, end, backwards=True)
         way = other.fractions(end, backwards=True)
         return [(one.place(start, float(way[b]), backwards=False), float(b)) for b in back]
     return [
@@ -200,7 +200,7 @@ def _pair_places(
     ]
 
 
-def _around(ring: Ring, start: int, *, backwards: bool) -> list[int]:
+def _walk_corners(ring: Ring, start: int, *, backwards: bool) -> list[int]:
     """The nodes of a ring as they are met from one of them on."""
     n = len(ring.edge.points)
     way = (start - ring.corners) % n if backwards else (ring.corners - start) % n

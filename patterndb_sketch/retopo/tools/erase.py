@@ -67,7 +67,7 @@ def erase_chains(network: Network, chains: Iterable[int]) -> Edit:
         for node in dict.fromkeys(left)
         if node in draft.nodes
         and (
-            _one_curve(draft, network.nodes[node])
+            _is_one_curve(draft, network.nodes[node])
             or (draft.nodes[node].cut and is_straight(draft, node))
         )
     ]
@@ -76,7 +76,7 @@ def erase_chains(network: Network, chains: Iterable[int]) -> Edit:
     return Edit.of(network, draft.finish(forget=True), notes)
 
 
-def _one_curve(draft: Draft, before: Node) -> bool:
+def _is_one_curve(draft: Draft, before: Node) -> bool:
     """Are the two ends that are left at a node one curve that passed it?
 
     That is so if its other side passed it straight, and if it crossed the one that is gone.

@@ -63,7 +63,7 @@ def insert_loop(
     """
     before = network
     network, notes = complete_counts(network, sizes.edge)
-    walk = _Walk(network, ground, source)
+    walk = _StripWalk(network, ground, source)
     at = find_nearest_place(take_samples(network), point, normal, sizes.snap)
     if at is not None and not walk.patch_of.keys().isdisjoint((2 * at.chain, 2 * at.chain + 1)):
         walk.through(2 * at.chain, find_edge_at(network.chains[at.chain], at.place))
@@ -80,7 +80,7 @@ def find_edge_at(chain: Chain, place: float) -> int:
     return min(int(share * chain.count), chain.count - 1)
 
 
-class _Crossed:
+class _CrossedPatch:
     """A patch that the strip passes.
 
     edges: per boundary edge of its fill, the half-chain it is on and its number along the chain.
@@ -105,14 +105,14 @@ class _Crossed:
         return self.edges[two]
 
 
-class _Walk:
+class _StripWalk:
     """Along a strip, from patch to patch."""
 
     def __init__(self, network: Network, ground: Ground, source: PatternSource) -> None:
         self.network = network
         self.ground = ground
         self.source = source
-        self.patches: dict[int, _Crossed] = {}
+        self.patches: dict[int, _CrossedPatch] = {}
         self.gains: Counter[int] = Counter()  # edges more by chain
 
     @cached_property
@@ -177,11 +177,11 @@ class _Walk:
             self.gains[half >> 1] += 1
             half ^= 1
 
-    def _crossed(self, patch: int) -> _Crossed:
+    def _crossed(self, patch: int) -> _CrossedPatch:
         if patch not in self.patches:
             if not has_suitable_fill(self.network, self.network.patches[patch]):
                 self.network, _ = fill_patch(self.network, self.ground, self.source, patch)
-            self.patches[patch] = _Crossed(self.network, self.network.patches[patch])
+            self.patches[patch] = _CrossedPatch(self.network, self.network.patches[patch])
         return self.patches[patch]
 
 

@@ -45,13 +45,13 @@ def find_joint(
     far = {network.target(half) for half in at.ends} - {node}
     others = [other for other in network.nodes.values() if other.id != node]
     # Not its own curve's other end, unless the curve goes round: else it would vanish.
-    barred = far if at.open and not _round(network, at, sizes) else set[int]()
+    barred = far if at.open and not _goes_round(network, at, sizes) else set[int]()
     for chosen in (
         [o for o in others if o.open and o.id not in barred],
         [o for o in others if o.id in far and not o.open],
         [o for o in others if o.id not in far and not o.open],
     ):
-        found = _nearest(chosen, point, normal, sizes.snap)
+        found = _find_nearest(chosen, point, normal, sizes.snap)
         if found is not None:
             return AtNode(found.id)
     sides = {chain: line for chain, line in network.chains.items() if chain not in own}
@@ -72,16 +72,16 @@ def join_nodes(draft: Draft, sizes: Sizes, joint: NodeJoint, smooth: bool = Fals
     other node point; and an open end may end within a patch, as a stroke may.
     """
     pulled, stays = draft.nodes[joint.pulled], draft.nodes[joint.stays]
-    patch_of = _patches_now(draft)
+    patch_of = _find_patches_now(draft)
     ends = set(pulled.ends)
     between = [half for half in pulled.ends if half ^ 1 in stays.ends]
     both_open = pulled.open and stays.open
     if between and not both_open:
         if len(between) > 1:
             return "several curves run between the two corners; erase one first"
-        made = _contracted(draft, patch_of, pulled, stays, between[0])
+        made = _contract(draft, patch_of, pulled, stays, between[0])
     else:
-        made = _inserted(draft, patch_of, pulled, stays, sizes.snap)
+        made = _insert(draft, patch_of, pulled, stays, sizes.snap)
     if isinstance(made, str):
         return made
     node, beside = made
@@ -104,12 +104,12 @@ def join_nodes(draft: Draft, sizes: Sizes, joint: NodeJoint, smooth: bool = Fals
     return result
 
 
-def _contracted(
+def _contract(
     draft: Draft, patch_of: dict[HalfChain, int], pulled: Node, stays: Node, half: HalfChain
 ) -> Made | str:
     """The node that is left of a chain."""
-    one, flags_one = _from(pulled, half)
-    two, flags_two = _from(stays, half ^ 1)
+    one, flags_one = _list_from(pulled, half)
+    two, flags_two = _list_from(stays, half ^ 1)
     if not one and not two:
         return "nothing would be left of the curve; erase it instead"
     for side, lost in (
@@ -132,12 +132,12 @@ def _contracted(
     return replace(stays, ends=ends, flagged=flags, cut=False), beside
 
 
-def _inserted(
+def _insert(
     draft: Draft, patch_of: dict[HalfChain, int], pulled: Node, stays: Node, near: float
 ) -> Made | str:
     """The node with the ends of both."""
-    into = _gap(draft, patch_of, stays, pulled, near)
-    of = _gap(draft, patch_of, pulled, stays, near)
+    into = _find_gap(draft, patch_of, stays, pulled, near)
+    of = _find_gap(draft, patch_of, pulled, stays, near)
     if into is None or of is None:
         return "both corners need one gap without a patch, for the curves of the other"
     one = (*pulled.ends[of + 1 :], *pulled.ends[: of + 1])
@@ -147,7 +147,7 @@ def _inserted(
     return replace(stays, ends=ends, flagged=flags), (stays.ends[into], one[-1])
 
 
-def _from(node: Node, half: HalfChain) -> tuple[tuple[HalfChain, ...], tuple[bool, ...]]:
+def _list_from(node: Node, half: HalfChain) -> tuple[tuple[HalfChain, ...], tuple[bool, ...]]:
     """The ends of a node counter-clockwise after one, and the flags of all wedges from that which
     follows it."""
     j = node.ends.index(half)
@@ -155,7 +155,7 @@ def _from(node: Node, half: HalfChain) -> tuple[tuple[HalfChain, ...], tuple[boo
     return ends, (*node.flagged[j:], *node.flagged[:j])
 
 
-def _gap(
+def _find_gap(
     draft: Draft, patch_of: dict[HalfChain, int], node: Node, other: Node, near: float
 ) -> int | None:
     """The wedge of a node that the curves of another, at the same place, go into."""
@@ -169,7 +169,7 @@ def _gap(
     if not wedges:
         return None
     if other.open:
-        beside = _beside_double(draft, node, other.ends[0], near)
+        beside = _find_beside_double(draft, node, other.ends[0], near)
         if beside in wedges:
             return beside
     lines = [(draft.chains[half >> 1], bool(half & 1)) for half in (*node.ends, *other.ends)]
@@ -180,7 +180,7 @@ def _gap(
     return found.pop() if len(found) == 1 else None
 
 
-def _beside_double(draft: Draft, node: Node, new: HalfChain, near: float) -> int | None:
+def _find_beside_double(draft: Draft, node: Node, new: HalfChain, near: float) -> int | None:
     """The wedge of a node next to a curve that a new one lies on from there to one far node, on
     the side where it is at that one: directions say nothing there."""
     line = draft.chains[new >> 1]
@@ -194,13 +194,13 @@ def _beside_double(draft: Draft, node: Node, new: HalfChain, near: float) -> int
         if (
             half in node.ends
             and half != new
-            and _on_each_other(line, draft.chains[half >> 1], near)
+            and _are_on_each_other(line, draft.chains[half >> 1], near)
         ):
             return (node.ends.index(half) + wedge) % node.valence
     return None
 
 
-def _patches_now(draft: Draft) -> dict[HalfChain, int]:
+def _find_patches_now(draft: Draft) -> dict[HalfChain, int]:
     """The patch on the left of every half-chain, those of pieces of cut chains, too."""
     found: dict[HalfChain, int] = {}
     for half, patch in draft.before.patch_of().items():
@@ -222,7 +222,7 @@ def _merge_doubled(draft: Draft, half: HalfChain, pulled: set[int], near: float)
     one, two = draft.chains[half >> 1], draft.chains[other >> 1]
     if one.start == one.end or one.marks[half & 1] or two.marks[other & 1]:
         return
-    if not _on_each_other(one, two, near):
+    if not _are_on_each_other(one, two, near):
         return
     gone, kept = (half, other) if half >> 1 in pulled else (other, half)
     line, stays = draft.chains[gone >> 1], draft.chains[kept >> 1]
@@ -243,7 +243,7 @@ def _merge_doubled(draft: Draft, half: HalfChain, pulled: set[int], near: float)
         draft.set_count(stays.id, line.count, line.pinned)
 
 
-def _on_each_other(one: Chain, two: Chain, near: float) -> bool:
+def _are_on_each_other(one: Chain, two: Chain, near: float) -> bool:
     """Is every sample of each chain near one of the other?"""
     for line, of in ((one, two), (two, one)):
         if KDTree(of.points).query(line.points)[0].max() > near:
@@ -251,7 +251,7 @@ def _on_each_other(one: Chain, two: Chain, near: float) -> bool:
     return True
 
 
-def _round(network: Network, at: Node, sizes: Sizes) -> bool:
+def _goes_round(network: Network, at: Node, sizes: Sizes) -> bool:
     """Does the curve of an open end, pulled to the end at its other side, leave the snap radius?"""
     points, _ = network.chains[at.ends[0] >> 1].directed(at.ends[0])
     share = np.linspace(1.0, 0.0, len(points))[:, None]
@@ -259,7 +259,9 @@ def _round(network: Network, at: Node, sizes: Sizes) -> bool:
     return len(points) >= FEWEST_ROUND and bool(off.max() > sizes.snap)
 
 
-def _nearest(nodes: Iterable[Node], point: Points, normal: Points, radius: float) -> Node | None:
+def _find_nearest(
+    nodes: Iterable[Node], point: Points, normal: Points, radius: float
+) -> Node | None:
     """The nearest of some nodes within a radius, where normals agree."""
     best: tuple[float, Node] | None = None
     for node in nodes:

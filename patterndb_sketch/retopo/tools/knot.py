@@ -33,7 +33,7 @@ def clean_knot(
     """
     at, up = np.array(point, np.float64), np.array(normal, np.float64)
     inside = {
-        line.id: _within(line.points, line.normals, at, up, sizes.snap)
+        line.id: _is_within(line.points, line.normals, at, up, sizes.snap)
         for line in network.chains.values()
     }
     met = sorted(chain for chain, within in inside.items() if within.any())
@@ -45,18 +45,20 @@ def clean_knot(
     rim: list[int] = []
     for chain in met:
         line = network.chains[chain]
-        rim += [draft.cut_chain(chain, k) for k in _places(line, inside[chain], at, sizes.snap)]
+        rim += [
+            draft.cut_chain(chain, k) for k in _find_passages(line, inside[chain], at, sizes.snap)
+        ]
     for chain in sorted(draft.pieces(met)):
         line = draft.chains[chain]
         middle = 0.5 * (line.points[(line.segments - 1) // 2] + line.round[line.segments // 2 + 1])
-        if _within(middle[None], line.normals[line.segments // 2][None], at, up, sizes.snap)[0]:
+        if _is_within(middle[None], line.normals[line.segments // 2][None], at, up, sizes.snap)[0]:
             rim += draft.remove_chain(chain)
     rim = [node for node in dict.fromkeys(rim) if node in draft.nodes]
     if not rim:
         raise RefusedError("no curve leaves the circle: erase what is within instead")
     centre = draft.add_node(at, up)
     # None is joined to its lead before all leads are there: these alone tell the order.
-    for node, chain in [(node, _lead(draft, ground, sizes, node, centre)) for node in rim]:
+    for node, chain in [(node, _add_lead(draft, ground, sizes, node, centre)) for node in rim]:
         (outer, *others) = [h >> 1 for h in draft.nodes[node].ends if h >> 1 != chain]
         if draft.nodes[node].cut and not others:
             kept = draft.chains[outer]
@@ -66,14 +68,16 @@ def clean_knot(
     return Edit.of(network, draft.finish())
 
 
-def _within(
+def _is_within(
     points: Points, normals: Points, at: Points, up: Points, radius: float
 ) -> NDArray[np.bool_]:
     """(n,) which points are within a radius, on the same side of a sheet."""
     return (np.linalg.norm(points - at, axis=1) < radius) & (normals @ up > 0.0)
 
 
-def _places(line: Chain, within: NDArray[np.bool_], at: Points, radius: float) -> list[float]:
+def _find_passages(
+    line: Chain, within: NDArray[np.bool_], at: Points, radius: float
+) -> list[float]:
     """Where a chain passes the circle, in samples."""
     inner = np.concatenate([within, within[:1]]) if line.loose else within
     away = np.linalg.norm(line.round - at, axis=1) - radius
@@ -86,7 +90,7 @@ def _places(line: Chain, within: NDArray[np.bool_], at: Points, radius: float) -
     return found
 
 
-def _lead(draft: Draft, ground: Ground, sizes: Sizes, node: int, centre: int) -> int:
+def _add_lead(draft: Draft, ground: Ground, sizes: Sizes, node: int, centre: int) -> int:
     """A straight chain from a node on the circle to its centre."""
     rim, hub = draft.nodes[node], draft.nodes[centre]
     steps = max(2, round(float(np.linalg.norm(hub.point - rim.point)) / sizes.sampling))

@@ -72,8 +72,8 @@ def move_pair(
     former = filling_of(at)
     assert former.choice is not None
     points, _ = trace_border(network, at)
-    moving = _Moving.of(Expansion.of(former.choice), points, np.asarray(point, np.float64), by)
-    best: _Tried | None = None
+    moving = _MovingPair.of(Expansion.of(former.choice), points, np.asarray(point, np.float64), by)
+    best: _TriedMove | None = None
     widths, along = moving.start, 0.0
     while True:
         tried = moving.step(widths, along)
@@ -95,7 +95,7 @@ def move_pair(
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Tried:
+class _TriedMove:
     """widths: of the open polychords. along: how far along the drag the pair is."""
 
     widths: Int32Array
@@ -103,7 +103,7 @@ class _Tried:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Moving:
+class _MovingPair:
     """A pair, and what can be done with it.
 
     expansion: of the fill as it was. points: (P, 3) of the boundary. pair: (1 or 2,) numbers of
@@ -122,11 +122,11 @@ class _Moving:
     @classmethod
     def of(
         cls, expansion: Expansion, points: Points, at: Points, drag: NDArray[np.float64]
-    ) -> _Moving:
+    ) -> _MovingPair:
         pattern = expansion.pattern
         # Expanded anew, the pattern's own interior vertices come first after the boundary; their
         # number is by Euler's formula for a disk.
-        quads, vertices = _laid(expansion, np.array(expansion.widths), points)
+        quads, vertices = _lay(expansion, np.array(expansion.widths), points)
         edges = sum(len(side) for side in pattern.label)
         own = len(points) + np.arange(pattern.n_quads + 1 - edges // 2)
         valence = np.bincount(quads.ravel(), minlength=len(vertices))
@@ -153,14 +153,14 @@ class _Moving:
         """Widths of the open polychords of the fill as it was."""
         return np.array(self.expansion.widths[: self.expansion.pattern.n_chords], np.int32)
 
-    def step(self, widths: Int32Array, along: float) -> _Tried | None:
+    def step(self, widths: Int32Array, along: float) -> _TriedMove | None:
         """The change that leads furthest along the drag, None if none leads on."""
-        best: _Tried | None = None
+        best: _TriedMove | None = None
         for change in self.changes[(widths + self.changes >= 1).all(axis=1)]:
-            quads, vertices = _laid(self.expansion, widths + change, self.points)
+            quads, vertices = _lay(self.expansion, widths + change, self.points)
             there = float(((vertices[self.pair] - self.origin) @ self.direction).mean())
             if there > (along if best is None else best.along) + self.least and is_mesh(quads):
-                best = _Tried(widths + change, there)
+                best = _TriedMove(widths + change, there)
         return best
 
 
@@ -184,7 +184,7 @@ def find_least_changes(chords: Chords) -> Int32Array:
     return np.array(kept, np.int32).reshape(-1, chords.n)
 
 
-def _laid(
+def _lay(
     expansion: Expansion, widths: NDArray[np.integer], points: Points
 ) -> tuple[Int32Array, Points]:
     """Quads and vertices of the pattern with these widths, cheaply placed."""

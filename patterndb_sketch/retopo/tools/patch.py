@@ -62,12 +62,12 @@ def find_loop(network: Network, ground: Ground, place: GroundPoints) -> HalfChai
         raise RefusedError("a curve leaves the surface; redraw it")
     at = place.triangles[:1]
     if wall.crossed[at[0]]:
-        return _beside(network, wall, chains, place)
+        return _find_beside(network, wall, chains, place)
     found = flood_triangles(ground, wall.crossed, at, np.inf)
     assert found is not None
     inside = np.zeros(len(ground.triangles), np.bool_)
     inside[found[0]] = True
-    loops = _loops(network, ground, wall, chains, wall.beside[inside[wall.beside]])
+    loops = _find_loops(network, ground, wall, chains, wall.beside[inside[wall.beside]])
     if not loops:
         raise RefusedError("no curve is around this place")
     if len(loops) > 1:
@@ -77,7 +77,7 @@ def find_loop(network: Network, ground: Ground, place: GroundPoints) -> HalfChai
     return loops[0]
 
 
-def _loops(
+def _find_loops(
     network: Network, ground: Ground, wall: Wall, chains: list[int], rim: Int32Array
 ) -> list[HalfChain]:
     """The lowest half-chain of each loop that triangles beside the curves are on the left of."""
@@ -95,7 +95,7 @@ def _loops(
     return sorted(first for first, count in loops.items() if count >= STRAY * most)
 
 
-def _beside(network: Network, wall: Wall, chains: list[int], place: GroundPoints) -> HalfChain:
+def _find_beside(network: Network, wall: Wall, chains: list[int], place: GroundPoints) -> HalfChain:
     """By the nearest curve: on a triangle that one crosses flooding tells nothing."""
     away = place.points[0] - wall.points
     k = int(np.argmin(np.linalg.norm(away, axis=1)))

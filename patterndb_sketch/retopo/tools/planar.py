@@ -172,7 +172,7 @@ def find_fault(patch: PlanarPatch, boundaries: Sequence[PlanarBoundary]) -> str 
     """Why the patch cannot be, in words that end "the patch would ...", or None if it can."""
     if not _corners_apart(patch):
         return "have two corners in one place"
-    curves = [_trimmed(curve) for curve in patch.curves]
+    curves = [_trim(curve) for curve in patch.curves]
     old = [np.concatenate(ends) for ends in zip(*(b.edges for b in boundaries), strict=True)]
     for curve in curves:
         if old and _find_crossings(curve[:-1], curve[1:], old[0], old[1]).any():
@@ -204,7 +204,7 @@ def _left(a: Points, b: Points, c: Points) -> NDArray[np.bool_]:
     return u[..., 0] * v[..., 1] - u[..., 1] * v[..., 0] >= 0.0
 
 
-def _trimmed(points: Points) -> Points:
+def _trim(points: Points) -> Points:
     points = points.copy()
     points[0] += TRIM * (points[1] - points[0])
     points[-1] += TRIM * (points[-2] - points[-1])

@@ -68,14 +68,14 @@ def pull_held(
     InvalidRetopoError for what is not there. Source: the program of Takayama et al. 2013. Differs
     from it: t is by arc length; points are projected along normals that turn with the hand's.
     """
-    to, up = _on_surface(ground, sizes, point, normal)
+    to, up = _take_to_surface(ground, sizes, point, normal)
     draft = Draft(network)
     if isinstance(at, AtNode):
         moved = _chains_of(network, at.node)
         move_node_to(draft, ground, sizes, at.node, to, up)
     else:
         moved = {at.chain}
-        _with_place_at(draft, ground, sizes, network.chain(at.chain), at.place, to, up)
+        _move_place_to(draft, ground, sizes, network.chain(at.chain), at.place, to, up)
     for chain in moved:
         if not draft.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: pull less far")
@@ -106,7 +106,7 @@ def release_held(
     """
     if isinstance(at, AtChain):
         return pull_held(network, ground, sizes, at, point, normal)
-    to, up = _on_surface(ground, sizes, point, normal)
+    to, up = _take_to_surface(ground, sizes, point, normal)
     moved = _chains_of(network, at.node)
     target = find_joint(network, sizes, at.node, to, up)
     if target is None:
@@ -140,7 +140,7 @@ def move_node_to(
         _reshape(draft, ground, sizes, old, share, move, turn)
 
 
-def _with_place_at(
+def _move_place_to(
     draft: Draft,
     ground: Ground,
     sizes: Sizes,
@@ -202,7 +202,7 @@ def _refuse_marked(lines: Iterable[Chain]) -> None:
             raise RefusedError("this is on a border or the seam of symmetry: it stays")
 
 
-def _on_surface(
+def _take_to_surface(
     ground: Ground, sizes: Sizes, point: ArrayLike, normal: ArrayLike
 ) -> tuple[Points, Points]:
     points, normals = take_to_ground(

@@ -59,7 +59,7 @@ def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: GroundS
     """
     if stroke.closed:
         raise RefusedError("the stroke is closed: draw it from one place of the curve to another")
-    part = _part(network, sizes, stroke)
+    part = _find_part(network, sizes, stroke)
     line = network.chains[part.chain]
     if line.marked:
         raise RefusedError("a border or the seam of symmetry stays where it is")
@@ -79,7 +79,7 @@ def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: GroundS
     up = interpolate_places(way, up, np.interp(wanted, along, np.arange(len(along))))[1]
     way, up = take_to_ground(at_lengths(way, wanted), up, ground, sizes)
     way[[0, -1]], up[[0, -1]] = ends, above
-    points, normals = _spliced(line, part, way, up)
+    points, normals = _splice(line, part, way, up)
     draft = Draft(network)
     draft.reshape_chain(line.id, points, normals)
     after = draft.finish()
@@ -92,7 +92,7 @@ def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: GroundS
     return Edit.of(network, after)
 
 
-def _part(network: Network, sizes: Sizes, stroke: GroundStroke) -> _Part:
+def _find_part(network: Network, sizes: Sizes, stroke: GroundStroke) -> _Part:
     """The part of the chain that is nearest to both ends of a stroke."""
     best: _Part | None = None
     for chain, line in network.chains.items():
@@ -104,7 +104,7 @@ def _part(network: Network, sizes: Sizes, stroke: GroundStroke) -> _Part:
             continue
         distance = found[0].distance + found[1].distance
         if best is None or distance < best.distance:
-            best = _between_places(line, found[0].place, found[1].place, distance, sizes, stroke)
+            best = _part_between(line, found[0].place, found[1].place, distance, sizes, stroke)
     if best is None:
         raise RefusedError(
             "no curve is near both ends of the stroke: begin and end it on the curve to redraw"
@@ -112,7 +112,7 @@ def _part(network: Network, sizes: Sizes, stroke: GroundStroke) -> _Part:
     return best
 
 
-def _between_places(
+def _part_between(
     line: Chain, one: float, two: float, distance: float, sizes: Sizes, stroke: GroundStroke
 ) -> _Part:
     """The part of a chain between two places. Of a chain that is closed, with a node or without,
@@ -125,7 +125,7 @@ def _between_places(
             _Part(line.id, end, end + (begin - end) % n, True, distance),
         ]
     else:
-        begin, end = (_sample(line, place, sizes.snap) for place in (one, two))
+        begin, end = (_find_sample(line, place, sizes.snap) for place in (one, two))
         both = {(begin, end)}
         if line.start == line.end:
             # The node is at either end of the chain.
@@ -137,7 +137,7 @@ def _between_places(
     return ways[int(np.argmin(off))]
 
 
-def _sample(line: Chain, place: float, snap: float) -> int:
+def _find_sample(line: Chain, place: float, snap: float) -> int:
     """The sample nearest to a place, or the nearer end of the chain if it is within the snap
     radius along the chain."""
     along = arc_length(line.points)
@@ -148,7 +148,7 @@ def _sample(line: Chain, place: float, snap: float) -> int:
     return 0 if at <= along[-1] - at else last
 
 
-def _spliced(line: Chain, part: _Part, way: Points, up: Points) -> tuple[Points, Points]:
+def _splice(line: Chain, part: _Part, way: Points, up: Points) -> tuple[Points, Points]:
     """The chain's course with a way (k, 3) in the place of a part."""
     if line.loose:
         n = len(line.points)

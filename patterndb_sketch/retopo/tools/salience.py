@@ -74,7 +74,7 @@ class Salience:
         """Of a ground, for a target edge; raises InvalidRetopoError for one too short for it."""
         if not (math.isfinite(edge) and edge > 0.0):
             raise InvalidRetopoError(f"the target edge is {edge}; give a length above 0")
-        ends, angle, normal = _bends(ground)
+        ends, angle, normal = _measure_bends(ground)
         step = ends[:, 1] - ends[:, 0]
         length = np.linalg.norm(step, axis=1)
         dots = np.maximum(1.0, np.ceil(length / (SPACING * edge)))
@@ -93,11 +93,11 @@ class Salience:
         along = step / np.maximum(length, np.finfo(float).tiny)[:, None]
         weight = angle * length / count
         tensors = (weight[:, None] * along[:, ROWS] * along[:, COLUMNS])[which]
-        points, normals, tensors = _gathered(
+        points, normals, tensors = _gather(
             points, normal[which], tensors, np.abs(weight)[which], SPACING * edge
         )
         low = points.min(axis=0) if len(points) else np.zeros(3)
-        keys = _keys(points, low, REACH * WIDTH * edge)
+        keys = _key_cells(points, low, REACH * WIDTH * edge)
         order = np.argsort(keys, kind="stable")
         keys, starts = np.unique(keys[order], return_index=True)
         return cls(
@@ -126,7 +126,7 @@ class Salience:
             raise InvalidRetopoError(f"curves are aligned to {', '.join(MODES)}, not to {mode!r}")
         at, up = np.asarray(points, np.float64), np.asarray(normals, np.float64)
         width = WIDTH * self.edge
-        sums = _sums(
+        sums = _sum_dots(
             np.ascontiguousarray(at),
             np.ascontiguousarray(up),
             self.points,
@@ -157,7 +157,7 @@ class Salience:
         return to_feature * size, pull
 
 
-def _bends(ground: Ground) -> tuple[Points, NDArray[np.float64], Points]:
+def _measure_bends(ground: Ground) -> tuple[Points, NDArray[np.float64], Points]:
     """The edges that bend: ends (e, 2, 3), angles (e,), above 0 where it is a ridge, and
     normals (e, 3)."""
     across, triangles, vertices = ground.topology.across, ground.triangles, ground.vertices
@@ -178,19 +178,19 @@ def _bends(ground: Ground) -> tuple[Points, NDArray[np.float64], Points]:
     return ends[bent], np.where(below, angle, -angle)[bent], units(one + two)[bent]
 
 
-def _keys(points: Points, low: Points, size: float) -> Int64Array:
+def _key_cells(points: Points, low: Points, size: float) -> Int64Array:
     """(n,) the number of the cell, of a size, that each point (n, 3) is in."""
     cell = np.floor((points - low) / size).astype(np.int64)
     return (cell[:, 0] << (2 * CELL_BITS)) | (cell[:, 1] << CELL_BITS) | cell[:, 2]
 
 
-def _gathered(
+def _gather(
     points: Points, normals: Points, tensors: Points, weight: NDArray[np.float64], size: float
 ) -> tuple[Points, Points, Points]:
     """Dots in one cell of a size, on the same side of a sheet, taken together at their mean."""
     if not len(points):
         return points, normals, tensors
-    key = _keys(points, points.min(axis=0), size)
+    key = _key_cells(points, points.min(axis=0), size)
     # Which way a normal looks most: the sides of a sheet look oppositely.
     axis = np.abs(normals).argmax(axis=1)
     looks = 2 * axis + (normals[np.arange(len(axis)), axis] < 0.0)
@@ -205,7 +205,7 @@ def _gathered(
 
 
 @kernel
-def _sums(
+def _sum_dots(
     at: Points,
     up: Points,
     points: Points,
@@ -233,12 +233,12 @@ def _sums(
                     if k == len(keys) or keys[k] != key:
                         continue
                     for j in range(starts[k], starts[k + 1]):
-                        _add(result[i], at, up, i, points, normals, tensors, j, width, way)
+                        _add_dot(result[i], at, up, i, points, normals, tensors, j, width, way)
     return result
 
 
 @kernel(inline="always")
-def _add(
+def _add_dot(
     result: NDArray[np.float64],
     at: Points,
     up: Points,

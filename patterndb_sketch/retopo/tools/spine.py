@@ -114,24 +114,26 @@ def plan_spine(
     Its corners are, from the stroke's start, left and right, then right and left at its end.
     Raises RefusedError for a patch that would cross a boundary or itself.
     """
-    turned = [_turned(boundary, length) for boundary in boundaries]
+    turned = [_turn_boundary(boundary, length) for boundary in boundaries]
     start = _snap_end(boundaries, half_width, snap)
     end = _snap_end(turned, half_width, snap)
     if end is not None:
-        end = (_back(end[0], length), _back(end[1], length))
-    low_right = _corner(boundaries, start and start[1], half_width, 0.0, snap)
-    high_right = _corner(boundaries, end and end[0], half_width, length, snap)
-    high_left = _turned_corner(turned, end and end[1], half_width, 0.0, snap, length)
-    low_left = _turned_corner(turned, start and start[0], half_width, length, snap, length)
+        end = (_turn_back(end[0], length), _turn_back(end[1], length))
+    low_right = _find_right_corner(boundaries, start and start[1], half_width, 0.0, snap)
+    high_right = _find_right_corner(boundaries, end and end[0], half_width, length, snap)
+    high_left = _find_left_corner(turned, end and end[1], half_width, 0.0, snap, length)
+    low_left = _find_left_corner(turned, start and start[0], half_width, length, snap, length)
     right = _plan_flank(boundaries, low_right, high_right, half_width)
-    left = _plan_flank(turned, _back(high_left, length), _back(low_left, length), half_width)
+    left = _plan_flank(
+        turned, _turn_back(high_left, length), _turn_back(low_left, length), half_width
+    )
     patch = PlanarPatch(
         (low_left, low_right, high_right, high_left),
         (
-            (_end(start, low_left, low_right),),
+            (_plan_end(start, low_left, low_right),),
             right,
-            (_end(end, high_right, high_left),),
-            tuple(_turned_side(side, length) for side in left),
+            (_plan_end(end, high_right, high_left),),
+            tuple(_turn_side(side, length) for side in left),
         ),
     )
     wrong = find_fault(patch, boundaries)
@@ -142,7 +144,7 @@ def plan_spine(
     return patch
 
 
-def _corner(
+def _find_right_corner(
     boundaries: Sequence[PlanarBoundary],
     at_end: PlanarCorner | None,
     half_width: float,
@@ -156,7 +158,7 @@ def _corner(
     return PlanarCorner(np.array([half_width, v])) if found is None else found
 
 
-def _turned_corner(
+def _find_left_corner(
     turned: Sequence[PlanarBoundary],
     at_end: PlanarCorner | None,
     half_width: float,
@@ -167,10 +169,10 @@ def _turned_corner(
     """The corner of the left flank that is at height v after half a turn."""
     if at_end is not None:
         return at_end
-    return _back(_corner(turned, None, half_width, v, snap), length)
+    return _turn_back(_find_right_corner(turned, None, half_width, v, snap), length)
 
 
-def _end(
+def _plan_end(
     stretch: tuple[PlanarCorner, PlanarCorner] | None, start: PlanarCorner, end: PlanarCorner
 ) -> Side:
     if stretch is None or stretch[0].boundary is None:
@@ -184,15 +186,15 @@ def _half_turn(points: Points, length: float) -> Points:
     return np.array([0.0, length]) - points
 
 
-def _turned(boundary: PlanarBoundary, length: float) -> PlanarBoundary:
+def _turn_boundary(boundary: PlanarBoundary, length: float) -> PlanarBoundary:
     return replace(boundary, points=_half_turn(boundary.points, length))
 
 
-def _back(corner: PlanarCorner, length: float) -> PlanarCorner:
+def _turn_back(corner: PlanarCorner, length: float) -> PlanarCorner:
     return replace(corner, point=_half_turn(corner.point, length))
 
 
-def _turned_side(side: Side, length: float) -> Side:
+def _turn_side(side: Side, length: float) -> Side:
     return NewSide(_half_turn(side.points, length)) if isinstance(side, NewSide) else side
 
 
@@ -285,7 +287,7 @@ def _snap_corner(
         u, height = boundary.points.T
         near = (u > 0.0) & (u <= half_width) & (np.abs(height - v) <= snap)
         corners += [(float(u[k]), number, int(k)) for k in np.flatnonzero(near & boundary.corner)]
-        for run in _stretches(number, boundary, half_width):
+        for run in _find_stretches(number, boundary, half_width):
             low, high = float(run.low[1]), float(run.high[1])
             nearest = min(max(v, low), high)
             if abs(nearest - v) <= snap:
@@ -311,8 +313,8 @@ def _plan_flank(
     """
     runs = []
     for number, boundary in enumerate(boundaries):
-        for run in _stretches(number, boundary, half_width):
-            cut = _between(boundary, run, low, high)
+        for run in _find_stretches(number, boundary, half_width):
+            cut = _cut_between(boundary, run, low, high)
             if cut is not None:
                 runs.append(cut)
     kept: list[_FlankRun] = []
@@ -323,11 +325,11 @@ def _plan_flank(
     sides: list[Side] = []
     at = low.point
     for run in sorted(kept, key=lambda run: run.low[1]):
-        if _apart(at, run.low, half_width):
+        if _are_apart(at, run.low, half_width):
             sides.append(make_line(at, run.low))
         sides.append(OldSide(run.boundary, run.start, run.end))
         at = run.high
-    if _apart(at, high.point, half_width):
+    if _are_apart(at, high.point, half_width):
         sides.append(make_line(at, high.point))
     return tuple(sides)
 
@@ -340,7 +342,7 @@ def _find_place(boundary: PlanarBoundary, run: _FlankRun, v: float | np.floating
     return float(np.interp(v, heights, places))
 
 
-def _apart(a: Points, b: Points, half_width: float) -> bool:
+def _are_apart(a: Points, b: Points, half_width: float) -> bool:
     """Are these two places? Half a turn there and back rounds."""
     return bool(np.abs(a - b).max() > SAME * half_width)
 
@@ -356,7 +358,9 @@ def _rank(run: _FlankRun, low: PlanarCorner, high: PlanarCorner) -> tuple[bool, 
     return not at_corner, float(run.low[0] + run.high[0])
 
 
-def _stretches(number: int, boundary: PlanarBoundary, half_width: float) -> Iterator[_FlankRun]:
+def _find_stretches(
+    number: int, boundary: PlanarBoundary, half_width: float
+) -> Iterator[_FlankRun]:
     """Maximal runs of edges along the stroke that lie under the right half of the brush."""
     points, n = boundary.points, len(boundary.points)
     if n < 2:
@@ -373,12 +377,12 @@ def _stretches(number: int, boundary: PlanarBoundary, half_width: float) -> Iter
             length += 1
         start, end = float(begin), float(begin + length)
         # Where the next edge goes on along the stroke it leaves the brush: up to there.
-        end += _rest(boundary, begin + length, 1, half_width)
-        start -= _rest(boundary, begin, -1, half_width)
+        end += _measure_rest(boundary, begin + length, 1, half_width)
+        start -= _measure_rest(boundary, begin, -1, half_width)
         yield _FlankRun(number, start, end, boundary.at(start), boundary.at(end))
 
 
-def _rest(boundary: PlanarBoundary, at: int, step: int, half_width: float) -> float:
+def _measure_rest(boundary: PlanarBoundary, at: int, step: int, half_width: float) -> float:
     """How much of the edge before or after a vertex is along the stroke and under the brush."""
     n = len(boundary.points)
     if not boundary.closed and not 0 <= at + step < n:
@@ -391,7 +395,7 @@ def _rest(boundary: PlanarBoundary, at: int, step: int, half_width: float) -> fl
     return float((edge - here[0]) / (there[0] - here[0])) if edge > 0.0 else 0.0
 
 
-def _between(
+def _cut_between(
     boundary: PlanarBoundary, run: _FlankRun, low: PlanarCorner, high: PlanarCorner
 ) -> _FlankRun | None:
     """The part of a run between the heights of two corners, or None."""
@@ -399,15 +403,17 @@ def _between(
         return None
     start, end = run.start, run.end
     if run.low[1] < low.point[1]:
-        start = _exactly(boundary, low, run, _find_place(boundary, run, low.point[1]))
+        start = _settle_place(boundary, low, run, _find_place(boundary, run, low.point[1]))
     if run.high[1] > high.point[1]:
-        end = _exactly(boundary, high, run, _find_place(boundary, run, high.point[1]))
+        end = _settle_place(boundary, high, run, _find_place(boundary, run, high.point[1]))
     if not start + SAME < end:
         return None
     return _FlankRun(run.boundary, start, end, boundary.at(start), boundary.at(end))
 
 
-def _exactly(boundary: PlanarBoundary, corner: PlanarCorner, run: _FlankRun, place: float) -> float:
+def _settle_place(
+    boundary: PlanarBoundary, corner: PlanarCorner, run: _FlankRun, place: float
+) -> float:
     """The place of a corner if it is this one, but for rounding and turns around the boundary."""
     if corner.boundary != run.boundary:
         return place

@@ -194,15 +194,15 @@ def insert_stroke_on_half(
     after = network
     for part in split.parts:
         ends: list[End | None] = [
-            _on_seam(after, part, k, sizes) if part.on[k] else None for k in (0, 1)
+            _find_on_seam(after, part, k, sizes) if part.on[k] else None for k in (0, 1)
         ]
         edit = insert_stroke(after, half.ground, sizes, part.stroke, ends[0], ends[1], smooth)
-        after = _without_level(edit.network, edit.chains, half, sizes)
+        after = _erase_level(edit.network, edit.chains, half, sizes)
         notes += [note for note in edit.notes if note not in notes]
     return Edit.of(network, after, notes)
 
 
-def _without_level(network: Network, chains: tuple[int, ...], half: Half, sizes: Sizes) -> Network:
+def _erase_level(network: Network, chains: tuple[int, ...], half: Half, sizes: Sizes) -> Network:
     """Without new chains along the seam: where a stroke's end is taken to a node, what is next to
     the plane may be taken onto it."""
     level: list[int] = []
@@ -215,7 +215,7 @@ def _without_level(network: Network, chains: tuple[int, ...], half: Half, sizes:
     return erase_chains(network, level).network if level else network
 
 
-def _on_seam(network: Network, part: StrokePart, k: int, sizes: Sizes) -> End | None:
+def _find_on_seam(network: Network, part: StrokePart, k: int, sizes: Sizes) -> End | None:
     """Where a part's start (0) or end (1) joins the seam."""
     point, normal = part.stroke.points[-k], part.stroke.normals[-k]
     seam = {c: chain for c, chain in network.chains.items() if SYMMETRY in chain.marks}

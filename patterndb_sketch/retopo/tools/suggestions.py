@@ -82,13 +82,13 @@ def suggest_patches(
             if found is None:
                 continue
             kept = triangles if len(found.patch.corners) == 3 else quads
-            if not any(_same(found, other, snap) for other in kept):
+            if not any(_are_same(found, other, snap) for other in kept):
                 kept.append(found)
     triangles.sort(key=lambda s: -s.size)
     return quads + triangles
 
 
-def _same(a: Suggestion, b: Suggestion, snap: float) -> bool:
+def _are_same(a: Suggestion, b: Suggestion, snap: float) -> bool:
     """Are all corners within the snap radius of each other, in some rotation?"""
     one, other = a.patch.points, b.patch.points
     if len(one) != len(other):
@@ -182,14 +182,14 @@ def _suggest(
     runs = [_Run(boundaries[sequence.boundary], sequence) for sequence in shown]
     if len(runs) == 1:
         if runs[0].sequence.whole:
-            return _loop(runs[0])
-        return _beside_one(runs[0], triangle)
+            return _suggest_loop(runs[0])
+        return _suggest_beside(runs[0], triangle)
     if len(runs) == 2 and not any(run.sequence.whole for run in runs):
-        return None if triangle else _between(runs[0], runs[1])
+        return None if triangle else _suggest_between(runs[0], runs[1])
     return None
 
 
-def _loop(run: _Run) -> Suggestion | None:
+def _suggest_loop(run: _Run) -> Suggestion | None:
     corners = run.corners
     if len(corners) < 2:
         return None
@@ -201,13 +201,13 @@ def _loop(run: _Run) -> Suggestion | None:
     return Suggestion("loop", PlanarPatch(tuple(corners), tuple((side,) for side in sides)))
 
 
-def _beside_one(run: _Run, triangle: bool) -> Suggestion | None:
+def _suggest_beside(run: _Run, triangle: bool) -> Suggestion | None:
     angles = run.angles()
     sharp = [0.0 < angle < SHARP for angle in angles]
     pointed = [0.0 < angle < VERY_SHARP for angle in angles]
     match len(angles):
         case 0:
-            return None if triangle else _extruded("a", run.first, run.last, AHEAD_OF_BASE)
+            return None if triangle else _extrude("a", run.first, run.last, AHEAD_OF_BASE)
         case 1:
             return _one_corner(run, sharp[0], pointed[0] or triangle, triangle)
         case 2:
@@ -231,14 +231,14 @@ def _one_corner(run: _Run, sharp: bool, pointed: bool, triangle: bool) -> Sugges
         if triangle:
             return None
         base = (first, corner) if before > after else (corner, last)
-        return _extruded("a0", *base, AHEAD_OF_BASE)
+        return _extrude("a0", *base, AHEAD_OF_BASE)
     if pointed:
         reach = min(before, after)
         one = run.reached(0, reach, forward=False)
         other = run.reached(0, reach, forward=True)
-        return _closed_by_arc("b2", one, corner, other)
+        return _close_by_arc("b2", one, corner, other)
     opposite = PlanarCorner(first.point + last.point - corner.point)
-    return _closed_by_lines("b1", first, corner, last, opposite)
+    return _close_by_lines("b1", first, corner, last, opposite)
 
 
 def _two_corners(
@@ -248,20 +248,20 @@ def _two_corners(
     c0, c1 = run.corners
     reach = _distance(c0, c1)
     if all(sharp):
-        return None if triangle else _closed_by_lines("e", first, c0, c1, last)
+        return None if triangle else _close_by_lines("e", first, c0, c1, last)
     if not any(sharp):
-        return None if triangle else _extruded("c", c0, c1, 1.0)
+        return None if triangle else _extrude("c", c0, c1, 1.0)
     if sharp[1]:
         far = run.reached(1, reach, forward=True)
         if pointed[1]:
-            return _closed_by_arc("d2", c0, c1, far)
+            return _close_by_arc("d2", c0, c1, far)
         new = PlanarCorner(c0.point + reach * _unit(last.point - c1.point))
-        return _closed_by_lines("d1", c0, c1, far, new)
+        return _close_by_lines("d1", c0, c1, far, new)
     far = run.reached(0, reach, forward=False)
     if pointed[0]:
-        return _closed_by_arc("d2", far, c0, c1)
+        return _close_by_arc("d2", far, c0, c1)
     new = PlanarCorner(c1.point + reach * _unit(first.point - c0.point))
-    return _closed_by_lines("d1", far, c0, c1, new)
+    return _close_by_lines("d1", far, c0, c1, new)
 
 
 def _three_corners(
@@ -273,14 +273,14 @@ def _three_corners(
         return None
     if sharp[0]:
         far = run.reached(at, _distance(c1, c2), forward=False)
-        return _closed_by_lines("g", far, c0, c1, c2)
+        return _close_by_lines("g", far, c0, c1, c2)
     if sharp[2]:
         far = run.reached(at + 2, _distance(c0, c1), forward=True)
-        return _closed_by_lines("g", c0, c1, c2, far)
+        return _close_by_lines("g", c0, c1, c2, far)
     if pointed:
-        return _closed_by_arc("f2", c0, c1, c2)
+        return _close_by_arc("f2", c0, c1, c2)
     new = PlanarCorner(c0.point + c2.point - c1.point)
-    return _closed_by_lines("f1", c0, c1, c2, new)
+    return _close_by_lines("f1", c0, c1, c2, new)
 
 
 def _four_corners(
@@ -288,7 +288,7 @@ def _four_corners(
 ) -> Suggestion | None:
     corners = run.corners
     if sharp[1] and sharp[2]:
-        return None if triangle else _closed_by_arc("h", *corners)
+        return None if triangle else _close_by_arc("h", *corners)
     for middle in (1, 2):
         if sharp[middle]:
             three = corners[middle - 1 : middle + 2]
@@ -297,7 +297,7 @@ def _four_corners(
     return None
 
 
-def _between(near: _Run, far: _Run) -> Suggestion | None:
+def _suggest_between(near: _Run, far: _Run) -> Suggestion | None:
     """What closes between two sequences."""
     if len(near.sequence.corners) < len(far.sequence.corners):
         near, far = far, near
@@ -305,45 +305,45 @@ def _between(near: _Run, far: _Run) -> Suggestion | None:
         return None
     match len(near.sequence.corners), len(far.sequence.corners):
         case 0, 0:
-            return _bridged("i", near.first, near.last, far.first, far.last)
+            return _bridge("i", near.first, near.last, far.first, far.last)
         case 2, 0:
             c0, c1 = near.corners
             ahead = _left(c1.point - c0.point)
-            apart = _ahead(c0.point / 2 + c1.point / 2, ahead, far.sequence)
+            apart = _measure_ahead(c0.point / 2 + c1.point / 2, ahead, far.sequence)
             # Differs from the released program, which takes the ends of the window: a fan.
-            over1 = far.placed(_nearest(far.sequence, c1.point + apart * ahead))
-            over0 = far.placed(_nearest(far.sequence, c0.point + apart * ahead))
+            over1 = far.placed(_find_nearest(far.sequence, c1.point + apart * ahead))
+            over0 = far.placed(_find_nearest(far.sequence, c0.point + apart * ahead))
             if not over1.place < over0.place:
                 return None
-            return _bridged("j", c0, c1, over1, over0)
+            return _bridge("j", c0, c1, over1, over0)
         case 2, 2:
-            return _bridged("k", *near.corners, *far.corners)
+            return _bridge("k", *near.corners, *far.corners)
     return None
 
 
-def _extruded(case: str, start: PlanarCorner, end: PlanarCorner, height: float) -> Suggestion:
+def _extrude(case: str, start: PlanarCorner, end: PlanarCorner, height: float) -> Suggestion:
     """A rectangle on a stretch of a boundary, on its left, ``height`` times as high as wide."""
     up = height * _distance(start, end) * _left(end.point - start.point)
-    return _closed_by_lines(
+    return _close_by_lines(
         case, start, end, PlanarCorner(end.point + up), PlanarCorner(start.point + up)
     )
 
 
-def _closed_by_lines(case: str, *corners: PlanarCorner) -> Suggestion:
-    return _closed(case, corners, [None] * len(corners))
+def _close_by_lines(case: str, *corners: PlanarCorner) -> Suggestion:
+    return _close(case, corners, [None] * len(corners))
 
 
-def _closed_by_arc(case: str, *corners: PlanarCorner) -> Suggestion:
+def _close_by_arc(case: str, *corners: PlanarCorner) -> Suggestion:
     """A patch whose last side is an arc, upright on the sides that it joins."""
     curve = _arc(corners[-2], corners[-1], corners[0], corners[1])
-    return _closed(case, corners, [*[None] * (len(corners) - 1), curve])
+    return _close(case, corners, [*[None] * (len(corners) - 1), curve])
 
 
-def _bridged(
+def _bridge(
     case: str, a: PlanarCorner, b: PlanarCorner, c: PlanarCorner, d: PlanarCorner
 ) -> Suggestion:
     """A patch between two boundaries, from a to b and from c to d, with arcs between."""
-    return _closed(case, (a, b, c, d), [None, _arc(a, b, c, d), None, _arc(c, d, a, b)])
+    return _close(case, (a, b, c, d), [None, _arc(a, b, c, d), None, _arc(c, d, a, b)])
 
 
 def _arc(a: PlanarCorner, b: PlanarCorner, c: PlanarCorner, d: PlanarCorner) -> NewSide:
@@ -351,7 +351,7 @@ def _arc(a: PlanarCorner, b: PlanarCorner, c: PlanarCorner, d: PlanarCorner) -> 
     return make_arc(b.point, _left(b.point - a.point), c.point, -_left(d.point - c.point))
 
 
-def _closed(case: str, corners: Many[PlanarCorner], curves: Many[NewSide | None]) -> Suggestion:
+def _close(case: str, corners: Many[PlanarCorner], curves: Many[NewSide | None]) -> Suggestion:
     sides: list[Side] = []
     for k, (start, curve) in enumerate(zip(corners, curves, strict=True)):
         end = corners[(k + 1) % len(corners)]
@@ -368,7 +368,7 @@ def _closed(case: str, corners: Many[PlanarCorner], curves: Many[NewSide | None]
     return Suggestion(case, PlanarPatch(tuple(corners), tuple((side,) for side in sides)))
 
 
-def _nearest(run: _Sequence, point: Points) -> float:
+def _find_nearest(run: _Sequence, point: Points) -> float:
     """The place of a sequence nearest to a point."""
     tail, step = run.points[:-1], np.diff(run.points, axis=0)
     length = np.einsum("ij,ij->i", step, step)
@@ -378,7 +378,7 @@ def _nearest(run: _Sequence, point: Points) -> float:
     return float(run.places[k] + part[k] * (run.places[k + 1] - run.places[k]))
 
 
-def _ahead(start: Points, direction: Points, run: _Sequence) -> float:
+def _measure_ahead(start: Points, direction: Points, run: _Sequence) -> float:
     """How far a sequence is in a direction; where that misses it, how far its nearest point is."""
     offset = run.points - start
     ahead, aside = offset @ direction, _cross(direction, offset)
@@ -498,11 +498,13 @@ class _Sequence:
 def _find_sequences(boundaries: list[PlanarBoundary], window: _Window) -> list[_Sequence]:
     """All sequences of the boundaries in a window."""
     return [
-        run for number, boundary in enumerate(boundaries) for run in _runs(number, boundary, window)
+        run
+        for number, boundary in enumerate(boundaries)
+        for run in _find_runs(number, boundary, window)
     ]
 
 
-def _runs(number: int, boundary: PlanarBoundary, window: _Window) -> Iterator[_Sequence]:
+def _find_runs(number: int, boundary: PlanarBoundary, window: _Window) -> Iterator[_Sequence]:
     points, n = boundary.points, len(boundary.points)
     inside = window.has(points)
     if n < 2 or not inside.any():
@@ -531,10 +533,10 @@ def _runs(number: int, boundary: PlanarBoundary, window: _Window) -> Iterator[_S
         length = 0
         while shown[(begin + length) % n]:
             length += 1
-        yield _cut(number, boundary, window, int(begin), length)
+        yield _cut_run(number, boundary, window, int(begin), length)
 
 
-def _cut(
+def _cut_run(
     number: int, boundary: PlanarBoundary, window: _Window, begin: int, length: int
 ) -> _Sequence:
     """The run of ``length`` edges from vertex ``begin`` on, ends cut on the window's edge."""
