@@ -170,7 +170,7 @@ network = toggle_corner(network, sizes, (5, 4.1, 0), (0, 0, 1)).network
 erase_crossed_chains(network, clean_stroke([(4.5, 3, 0), (4.5, 6, 0)], ground, sizes))
 count_fewest_edges(next(iter(network.chains.values())), sizes.edge)
 flooded(ground, np.zeros(len(ground.triangles), bool), np.array([0], np.int32), 1e9)
-Salience.of(ground, sizes.edge).felt(ground.vertices[:2], ground.normals[:2], "both")
+Salience.of(ground, sizes.edge).feel(ground.vertices[:2], ground.normals[:2], "both")
 patches = [[[0], [1], [2], [3]], [[1], [4], [4]]]
 problem = CountsProblem.of([3.0, 4, 3, 4, 2], patches, [0, 0, 2, 0, 0])
 change_count(problem, solve_counts(problem).counts, 0, 5)

@@ -67,13 +67,13 @@ class ToolWork:
         """The whole ground, whatever symmetry is."""
         return self.ground if self.half is None else self.half.whole
 
-    def foot(self, point: ArrayLike) -> GroundPoints:
+    def find_foot(self, point: ArrayLike) -> GroundPoints:
         """The point of the ground nearest to a point (3,), as one foot."""
         at = np.asarray(point, np.float64)[None]
         self._refuse_far(at)
         return self.ground.nearest(at)
 
-    def stroke(self, points: Points, closed: bool | None = None) -> GroundStroke:
+    def clean_stroke(self, points: Points, closed: bool | None = None) -> GroundStroke:
         """A stroke as it was drawn, cleaned."""
         self._refuse_far(points)
         samples = arc_length(points)[-1] / self.state.sizes.sampling
@@ -84,17 +84,17 @@ class ToolWork:
             )
         return clean_stroke(points, self.whole, self.state.sizes, closed)
 
-    def stroke_here(self, points: Points, what: str, closed: bool | None = None) -> GroundStroke:
+    def clean_stroke_here(self, points: Points, what: str, closed: bool | None = None) -> GroundStroke:
         """A stroke, cleaned, that must be on the half that is worked on; what: it is, for words.
 
         Raises RefusedError if it is not, while symmetry is on.
         """
-        drawn = self.stroke(points, closed)
+        drawn = self.clean_stroke(points, closed)
         if self.half is not None:
             refuse_beyond(drawn, self.half, what)
         return drawn
 
-    def length(self, name: str, value: float, least: float = LEAST_LENGTH) -> float:
+    def check_length(self, name: str, value: float, least: float = LEAST_LENGTH) -> float:
         """A length as it is given; InvalidRetopoError for one out of proportion to the ground.
 
         least: as a part of the ground's diagonal.
@@ -119,9 +119,9 @@ class ToolWork:
                 "give points of the surface"
             )
 
-    def chain_at(self, point: ArrayLike) -> int:
+    def find_chain(self, point: ArrayLike) -> int:
         """The chain nearest to a point of the ground, within the snap radius."""
-        foot = self.foot(point)
+        foot = self.find_foot(point)
         found = find_nearest_place(
             take_samples(self.network), foot.points[0], foot.normals[0], self.state.sizes.snap
         )
@@ -129,11 +129,11 @@ class ToolWork:
             raise RefusedError("no curve is near; point closer to one")
         return found.chain
 
-    def edited(self, edit: Edit) -> Result:
+    def keep_edit(self, edit: Edit) -> Result:
         """What a tool's edit comes to."""
         return Result(replace(self.state, network=edit.network), edit.notes)
 
-    def with_network(self, network: Network, notes: tuple[str, ...] = ()) -> Result:
+    def keep_network(self, network: Network, notes: tuple[str, ...] = ()) -> Result:
         return Result(replace(self.state, network=network), notes)
 
 
@@ -210,7 +210,7 @@ def accept_snap(tool: Tool) -> Tool:
         if snap is None:
             return tool.act(work, a)
         sizes = work.state.sizes
-        near = replace(sizes, snap=work.length(f"{tool.name}: {SNAP}", snap))
+        near = replace(sizes, snap=work.check_length(f"{tool.name}: {SNAP}", snap))
         result = tool.act(replace(work, state=replace(work.state, sizes=near)), a)
         return replace(result, state=replace(result.state, sizes=sizes))
 

@@ -177,19 +177,19 @@ def test_curvature_is_that_of_spheres_tubes_and_cubes_whatever_the_triangles() -
     """Against what is known of smooth surfaces, with the width small beside their radii."""
     ball = sphere(4)
     edge = 0.2
-    felt, pull = Salience.of(ball, edge).felt(ball.vertices[:200], ball.normals[:200], "ridge")
+    felt, pull = Salience.of(ball, edge).feel(ball.vertices[:200], ball.normals[:200], "ridge")
     # Weights are by straight distance, and fall short of the flat disk's by about edge^2.
     assert felt == pytest.approx(edge, rel=0.05)
     assert np.linalg.norm(pull, axis=1).max() < 0.05 * edge
-    none, _ = Salience.of(ball, edge).felt(ball.vertices[:200], ball.normals[:200], "valley")
+    none, _ = Salience.of(ball, edge).feel(ball.vertices[:200], ball.normals[:200], "valley")
     assert none.max() < 1e-3
-    both, _ = Salience.of(ball, edge).felt(ball.vertices[:200], ball.normals[:200], "both")
+    both, _ = Salience.of(ball, edge).feel(ball.vertices[:200], ball.normals[:200], "both")
     assert both == pytest.approx(felt)
     at = np.array([[RIDGE, y, RIDGE] for y in np.linspace(-0.1, 0.1, 5)])
     small = 0.1 * RADIUS
     for ground, rough in ((cube(2, 1), 0.3), (cube(12, 1), 0.02)):
         foot = ground.nearest(at)
-        felt, _ = Salience.of(ground, 3.0 * small).felt(foot.points, foot.normals, "ridge")
+        felt, _ = Salience.of(ground, 3.0 * small).feel(foot.points, foot.normals, "ridge")
         assert felt == pytest.approx(3.0 * small / RADIUS, rel=rough + 0.05)
 
 
@@ -205,8 +205,8 @@ def test_the_pull_is_the_gradient_of_the_feature_over_itself() -> None:
     for axis in (0, 1):
         off = np.zeros(3)
         off[axis] = step
-        more, less = (salience.felt(at + s * off, up, "ridge")[0] for s in (1, -1))
-        feature, pull = salience.felt(at, up, "ridge")
+        more, less = (salience.feel(at + s * off, up, "ridge")[0] for s in (1, -1))
+        feature, pull = salience.feel(at, up, "ridge")
         slope = (more - less) / (2.0 * step)
         faint = np.deg2rad(1.0)
         assert pull[:, axis] == pytest.approx(edge**2 * slope / (feature + faint), abs=1e-4 * edge)
@@ -270,8 +270,8 @@ def test_what_is_felt_turns_with_the_ground() -> None:
     other = Ground.of(ground.vertices @ turn.T, ground.triangles)
     at, up = ground.vertices[100:200], ground.normals[100:200]
     for mode in MODES:
-        one, pull = Salience.of(ground, 0.1).felt(at, up, mode)
-        two, pulled = Salience.of(other, 0.1).felt(at @ turn.T, up @ turn.T, mode)
+        one, pull = Salience.of(ground, 0.1).feel(at, up, mode)
+        two, pulled = Salience.of(other, 0.1).feel(at @ turn.T, up @ turn.T, mode)
         # Dots are taken together by cells, which do not turn.
         assert np.abs(one - two).max() < 0.05 * one.max()
         assert np.abs(np.einsum("nc,nc->n", pull, up)).max() < 1e-12
@@ -288,9 +288,9 @@ def test_the_sides_of_a_thin_sheet_do_not_feel_each_other() -> None:
     down = [[c + 6, b + 6, a + 6] for a, b, c in up]
     ground = Ground.of(points, up + down)
     salience = Salience.of(ground, 0.4)
-    feature, pull = salience.felt([[0, 0.1, 0.0]], [[0, 0, 1.0]], "both")
+    feature, pull = salience.feel([[0, 0.1, 0.0]], [[0, 0, 1.0]], "both")
     assert feature[0] == 0.0 and not pull.any()
-    feature, _ = salience.felt([[0, 0.1, -0.28]], [[0, 0, -1.0]], "ridge")
+    feature, _ = salience.feel([[0, 0.1, -0.28]], [[0, 0, -1.0]], "ridge")
     assert feature[0] > 0.1
 
 

@@ -79,15 +79,15 @@ def test_mirroring_is_its_own_inverse_and_keeps_distances(six: list[float], seed
         return
     plane = Plane.of(six[:3], six[3:])
     points = np.random.default_rng(seed).normal(size=(20, 3))
-    images = plane.mirrored(points)
-    np.testing.assert_allclose(plane.mirrored(images), points, atol=1e-12)
+    images = plane.mirror(points)
+    np.testing.assert_allclose(plane.mirror(images), points, atol=1e-12)
     np.testing.assert_allclose(plane.heights(images), -plane.heights(points), atol=1e-12)
     np.testing.assert_allclose(
         np.linalg.norm(images[0] - images, axis=1),
         np.linalg.norm(points[0] - points, axis=1),
         atol=1e-12,
     )
-    assert abs(plane.heights(plane.flattened(points))).max() < 1e-12
+    assert abs(plane.heights(plane.flatten(points))).max() < 1e-12
     assert plane.reversed.reversed == plane
 
 
@@ -167,12 +167,12 @@ def test_four_quadrants_make_a_closed_sphere(plane: Plane) -> None:
     # Every vertex has its image, and the quads' images are quads.
     assert (both.image[both.image] == np.arange(len(mesh.vertices))).all()
     np.testing.assert_allclose(
-        plane.mirrored(mesh.vertices), mesh.vertices[both.image], rtol=0.0, atol=1e-12
+        plane.mirror(mesh.vertices), mesh.vertices[both.image], rtol=0.0, atol=1e-12
     )
     own = both.image == np.arange(len(mesh.vertices))
     assert abs(plane.heights(mesh.vertices[own])).max() < 1e-12
     if plane is X:
-        assert (plane.mirrored(mesh.vertices) == mesh.vertices[both.image]).all()
+        assert (plane.mirror(mesh.vertices) == mesh.vertices[both.image]).all()
         assert (mesh.vertices[own, 0] == 0.0).all()
 
     def cycles(quads: NDArray[np.int32]) -> set[tuple[int, ...]]:

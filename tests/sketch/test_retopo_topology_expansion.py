@@ -75,19 +75,19 @@ def test_any_fill_is_read_and_its_strips_are_doubled(
     choice = Choice.of(listed[data.draw(st.integers(0, len(listed) - 1))])
     read = Expansion.of(choice)
     assert (read.pattern.code.tobytes(), read.widths) == (choice.code, choice.widths)
-    same = read.resized(choice.widths[: read.pattern.n_chords])
+    same = read.resize(choice.widths[: read.pattern.n_chords])
     assert key(same) == key(choice)
     assert (same.rotation, same.mirrored) == (choice.rotation, choice.mirrored)
     # A pattern that is not known is recognised.
     found = Expansion.of(replace(choice, widths=(), origin="imported"))
-    assert key(found.resized(found.widths)) == key(choice)
+    assert key(found.resize(found.widths)) == key(choice)
     half = data.draw(st.integers(0, len(read.twin) - 1))
     quads, rim = split(choice, half)
     longer = [
         n + sum(start <= u < start + n for u in rim)
         for start, n in zip(np.cumsum([0, *choice.lengths]), choice.lengths, strict=False)
     ]
-    made = read.widened([int(read.chord[half])], rim, tuple(longer))
+    made = read.widen([int(read.chord[half])], rim, tuple(longer))
     assert made.lengths == tuple(longer)
     assert made.n_irregular == choice.n_irregular
     twin = weld(quads, int(quads.max()) + 1, sum(longer))

@@ -144,8 +144,8 @@ def _curves(state: RetopoState) -> list[Triangles]:
     if plane is not None:
         images: list[Points] = []
         for chain in plain:
-            facing = plane.mirrored_directions(chain.normals) @ view.axes[2] > AWAY
-            line = plane.mirrored(chain.round)
+            facing = plane.mirror_directions(chain.normals) @ view.axes[2] > AWAY
+            line = plane.mirror(chain.round)
             facing = np.concatenate([facing, facing[:1]]) if chain.loose else facing
             images += runs(view.seen(line), facing | through)
         parts.append(ribbons(images, IMAGE, 0.8 * CURVE_WIDTH, lift))

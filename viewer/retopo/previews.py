@@ -74,7 +74,7 @@ def spine(work: ToolWork, line: Points, width: float) -> Preview:
     """The outline of the patch about a line (k, 3)."""
     network, sizes = work.network, replace(work.state.sizes, spine=width / 2.0)
     try:
-        stroke = work.stroke_here(line, "the spine", False)
+        stroke = work.clean_stroke_here(line, "the spine", False)
         found = preview_spine(network, work.ground, stroke, sizes)
         return Preview(network, line[-1], tuple(found.curves(sizes)))
     except PatternDBError as error:
@@ -85,7 +85,7 @@ def cut(work: ToolWork, point: Points, normal: Points, limit: float) -> Preview:
     """The curve in which a plane through a point (3,) cuts the ground."""
     network = work.network
     try:
-        start = work.foot(point)
+        start = work.find_foot(point)
         stroke = preview_loop(work.ground, work.state.sizes, start, normal, limit)
     except PatternDBError as error:
         return Preview(network, point, refused=str(error))
@@ -99,7 +99,7 @@ def pulled(work: ToolWork, begun: Points, point: Points) -> Preview:
     """The curves that follow when what is at one point (3,) is pulled to another."""
     network, sizes = work.network, work.state.sizes
     try:
-        start, end = work.foot(begun), work.foot(point)
+        start, end = work.find_foot(begun), work.find_foot(point)
         at = find_held(network, sizes, start.points[0], start.normals[0])
         made = pull_held(network, work.ground, sizes, at, end.points[0], end.normals[0]).network
     except PatternDBError as error:

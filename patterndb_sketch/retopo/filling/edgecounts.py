@@ -82,7 +82,7 @@ class NumberedCounts:
         }
         return replace(network, chains={**network.chains, **new}) if new else network
 
-    def told(self, stuck: Iterable[Stuck]) -> tuple[str, ...]:
+    def describe_stuck(self, stuck: Iterable[Stuck]) -> tuple[str, ...]:
         """What cannot be, in words with the network's ids."""
         return tuple(
             str(
@@ -126,7 +126,7 @@ def complete_counts(network: Network, edge: float) -> tuple[Network, tuple[str, 
         return network, ()
     whole = NumberedCounts.of(network, edge)
     evened = even_by_fewest_changes(whole.problem, whole.counts(network))
-    return whole.put(network, evened.counts), whole.told(evened.stuck)
+    return whole.put(network, evened.counts), whole.describe_stuck(evened.stuck)
 
 
 def choose_counts(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
@@ -134,7 +134,7 @@ def choose_counts(network: Network, edge: float) -> tuple[Network, tuple[str, ..
     regular as can be; and notes."""
     whole = NumberedCounts.of(network, edge, anew=True)
     found = solve_counts(whole.problem)
-    return whole.put(network, found.counts), whole.told(found.stuck)
+    return whole.put(network, found.counts), whole.describe_stuck(found.stuck)
 
 
 def change_counts(
@@ -162,12 +162,12 @@ def change_counts(
         network, _ = complete_counts(network, edge)
         whole = NumberedCounts.of(network, edge)
         made = change_count(whole.problem, whole.counts(network), whole.chains.index(chain), count)
-        network, notes = whole.put(network, made.counts), whole.told(made.stuck)
+        network, notes = whole.put(network, made.counts), whole.describe_stuck(made.stuck)
     elif asked:
         network, _ = complete_counts(network, edge)
         held = NumberedCounts.of(network, edge, None, asked)
         evened = even_by_fewest_changes(held.problem, held.counts(network))
-        network, notes = held.put(network, evened.counts), held.told(evened.stuck)
+        network, notes = held.put(network, evened.counts), held.describe_stuck(evened.stuck)
     return _put_counts(network, asked, pin), notes
 
 

@@ -95,7 +95,7 @@ class Expansion:
                 return int(tail[half])
             half = after
 
-    def widened(
+    def widen(
         self, chords: Sequence[int], edges: Sequence[int], lengths: tuple[int, ...]
     ) -> Choice:
         """With strips doubled.
@@ -111,7 +111,7 @@ class Expansion:
         first = self.first + int((place < self.first).sum())
         return self._made(tuple(wide.tolist()), first, lengths, self.choice.by)
 
-    def resized(self, widths: Sequence[int]) -> Choice:
+    def resize(self, widths: Sequence[int]) -> Choice:
         """With other widths of the open polychords, such that the pattern's sides stay as long;
         by the user."""
         return self._made(self._all(widths), self.first, self.choice.lengths, "user")

@@ -73,20 +73,20 @@ class Plane:
         """(n,) how far (n, 3) points are from it, positive on the side that is drawn on."""
         return (points - np.array(self.point)) @ np.array(self.normal)
 
-    def mirrored(self, points: Points) -> Points:
+    def mirror(self, points: Points) -> Points:
         """(n, 3) the images of points."""
         return points - (2.0 * self.heights(points))[:, None] * np.array(self.normal)
 
-    def mirrored_directions(self, directions: Points) -> Points:
+    def mirror_directions(self, directions: Points) -> Points:
         """(n, 3) the images of directions."""
         up = np.array(self.normal)
         return directions - (2.0 * (directions @ up))[:, None] * up
 
-    def flattened(self, points: Points) -> Points:
+    def flatten(self, points: Points) -> Points:
         """(n, 3) the points of the plane nearest to points."""
         return points - self.heights(points)[:, None] * np.array(self.normal)
 
-    def flattened_normals(self, normals: Points) -> Points:
+    def flatten_normals(self, normals: Points) -> Points:
         """(n, 3) unit normals turned into the plane; those at right angles to it stay.
 
         Half of a surface and its image have together these normals at the seam.
@@ -162,7 +162,7 @@ def cut_half(ground: Ground, plane: Plane) -> Half:
     vertices, triangles = ground.vertices.copy(), ground.triangles
     height = plane.heights(vertices)
     level = np.abs(height) <= near
-    vertices[level] = plane.flattened(vertices[level])
+    vertices[level] = plane.flatten(vertices[level])
     height[level] = 0.0
     sign = np.sign(height)[triangles]
     above = (sign >= 0.0).all(axis=1) & (sign > 0.0).any(axis=1)
@@ -174,7 +174,7 @@ def cut_half(ground: Ground, plane: Plane) -> Half:
         )
     points, cut = _cut(vertices, height, triangles[passed])
     on = np.concatenate([level, np.ones(len(points), np.bool_)])
-    vertices = np.concatenate([vertices, plane.flattened(points)])
+    vertices = np.concatenate([vertices, plane.flatten(points)])
     kept = np.concatenate([triangles[above], cut])
     used = np.unique(kept)
     name = np.full(len(vertices), -1, np.int32)
@@ -183,7 +183,7 @@ def cut_half(ground: Ground, plane: Plane) -> Half:
     flags = np.zeros(len(found.vertices), np.bool_)
     flags[found.vertex] = on[used]
     normals = found.normals.copy()
-    normals[flags] = plane.flattened_normals(normals[flags])
+    normals[flags] = plane.flatten_normals(normals[flags])
     found = replace(found, surface=replace(found.surface, normals=normals))
     return Half(plane, found, ground, flags, near, int((sign == 0.0).all(axis=1).sum()))
 
@@ -304,7 +304,7 @@ def split_stroke(stroke: GroundStroke, half: Half, sizes: Sizes) -> SplitStroke:
     """
     line, up = stroke.points.copy(), stroke.normals
     height = measure_heights(half, line)
-    line[height == 0.0] = half.plane.flattened(line[height == 0.0])
+    line[height == 0.0] = half.plane.flatten(line[height == 0.0])
     places = find_plane_crossings(height, stroke.closed)
     n = len(line)
     if stroke.closed and places:
@@ -321,7 +321,7 @@ def split_stroke(stroke: GroundStroke, half: Half, sizes: Sizes) -> SplitStroke:
         points, normals = interpolate_places(line, up, np.concatenate([[begin], inner, [finish]]))
         for k, place in ((0, begin), (-1, finish)):
             if stroke.closed or place in places:
-                points[k] = half.plane.flattened(points[k][None])[0]
+                points[k] = half.plane.flatten(points[k][None])[0]
         there = measure_heights(half, points)
         on = bool(there[0] == 0.0), bool(there[-1] == 0.0)
         if there.min() < 0.0:

@@ -96,8 +96,8 @@ class _Images:
 
     def _projected(self, points: Points, normals: Points) -> tuple[Points, Points, float]:
         """Images (n, 3) of points with normals, on the ground, and how far they were off it."""
-        images = self.plane.mirrored(points)
-        up = self.plane.mirrored_directions(normals)
+        images = self.plane.mirror(points)
+        up = self.plane.mirror_directions(normals)
         found = self.ground.project_near(images, up, self.sizes)
         off = np.linalg.norm(found.points - images, axis=1)
         # Next to the plane the surface may lead across it; there the image itself is better.
@@ -187,7 +187,7 @@ def mirror_filling(
     last: the place in the patch's loop whose half-chain, turned round, begins the image's loop.
     counts: edges of the half-chains of the patch's loop.
     """
-    flows = tuple(Flow.of(plane.mirrored(flow.points)) for flow in filling.flows)
+    flows = tuple(Flow.of(plane.mirror(flow.points)) for flow in filling.flows)
     choice = filling.choice
     if choice is None:
         return Filling(None, flows)
@@ -218,7 +218,7 @@ def mirror_filling(
     )
     which, at = filling.moved_vertices
     result = Filling(image, flows)
-    return result.with_moved(number[which], plane.mirrored(at)) if len(which) else result
+    return result.with_moved(number[which], plane.mirror(at)) if len(which) else result
 
 
 def _ends(chain: Chain) -> set[int]:
@@ -258,11 +258,11 @@ def mirror_mesh(half: RetopoMesh, network: Network, plane: Plane) -> MirroredMes
     image[:n][~seam] = np.arange(n, n + extra)
     image[n:] = np.flatnonzero(~seam)
     points, normals = half.vertices.copy(), half.normals.copy()
-    points[seam] = plane.flattened(points[seam])
-    normals[seam] = plane.flattened_normals(normals[seam])
+    points[seam] = plane.flatten(points[seam])
+    normals[seam] = plane.flatten_normals(normals[seam])
     both = RetopoMesh(
-        np.concatenate([points, plane.mirrored(points[~seam])]),
-        np.concatenate([normals, plane.mirrored_directions(normals[~seam])]),
+        np.concatenate([points, plane.mirror(points[~seam])]),
+        np.concatenate([normals, plane.mirror_directions(normals[~seam])]),
         np.concatenate([half.quads, image[half.quads[:, ::-1]]]).astype(np.int32),
         np.concatenate([half.patch, half.patch]),
         np.concatenate([half.node, half.node[~seam]]),

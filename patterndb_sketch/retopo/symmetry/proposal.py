@@ -67,7 +67,7 @@ def propose_plane(ground: Ground) -> Proposal:
 
 def measure_asymmetry(ground: Ground, plane: Plane, points: Points) -> float:
     """How far the images of points (n, 3) are from the ground; see :class:`Proposal`."""
-    images = plane.mirrored(points)
+    images = plane.mirror(points)
     gaps = ground.nearest(images).points - images
     return float(np.sqrt((gaps**2).sum(axis=1).mean()) / ground.diagonal)
 
@@ -104,7 +104,7 @@ def _planes_through(point: Points, directions: Points) -> list[Plane]:
 def _improve_plane(ground: Ground, plane: Plane, points: Points) -> Plane:
     """The plane after rounds of taking images to the surface, and fitting to them."""
     for _ in range(ROUNDS):
-        images = ground.nearest(plane.mirrored(points)).points
+        images = ground.nearest(plane.mirror(points)).points
         one, two = points.mean(axis=0), images.mean(axis=0)
         # The reflection that takes points to images best: the least of p . q along its normal.
         together = (points - one).T @ (images - two)

@@ -136,7 +136,7 @@ def _sample_run(half: Half, run: SeamRun, sampling: float) -> SeamLine:
         points = np.concatenate([points, corners[-1:]])
         normals = np.concatenate([normals, up[-1:]])
     ends_at = NONE if run.closed else 0
-    chain = Chain(0, ends_at, ends_at, half.plane.flattened(points), normals)
+    chain = Chain(0, ends_at, ends_at, half.plane.flatten(points), normals)
     return SeamLine(chain, take_chain_samples({0: chain}))
 
 
@@ -290,7 +290,7 @@ def cut_at_plane(draft: Draft, half: Half) -> Parting:
         places = find_plane_crossings(height, old.loose)
         for place in places:
             points, normals = interpolate_places(old.points, old.normals, np.array([place]))
-            draft.cut_chain(chain, place, (half.plane.flattened(points)[0], normals[0]))
+            draft.cut_chain(chain, place, (half.plane.flatten(points)[0], normals[0]))
         cut += bool(places) and BORDER not in old.marks
         for piece in sorted(draft.pieces([chain])):
             there = measure_heights(half, draft.chains[piece].points)

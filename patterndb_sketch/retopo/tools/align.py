@@ -95,7 +95,7 @@ def align_chain(
     least = 3 if line.loose else FEWEST
     if len(line.points) < least:
         raise RefusedError(f"the curve has fewer than {least} points: it is too short to move")
-    feature, _ = salience.felt(line.points, line.normals, mode)
+    feature, _ = salience.feel(line.points, line.normals, mode)
     if feature.max() < FELT:
         raise RefusedError(f"no {_name_mode(mode)} is near the curve: draw it closer to one")
     points, normals, last = move_snake(
@@ -127,13 +127,13 @@ def align_node(
     if any(network.chains[half >> 1].marked for half in at.ends):
         raise RefusedError("a border or the seam of symmetry ends here: the corner stays")
     point, normal = at.point[None], at.normal[None]
-    feature, _ = salience.felt(point, normal, mode)
+    feature, _ = salience.feel(point, normal, mode)
     if feature[0] < FELT:
         raise RefusedError(f"no {_name_mode(mode)} is near the corner: move it closer to one")
     last = 0.0
     for _ in range(MOST_STEPS):
         old = point
-        pull = salience.felt(point, normal, mode)[1]
+        pull = salience.feel(point, normal, mode)[1]
         point, normal = take_to_ground(point + PART * _shorten(pull, sizes), normal, ground, sizes)
         last = float(np.linalg.norm(point - old)) / sizes.edge
         if last < REST:
@@ -176,7 +176,7 @@ def move_snake(
         fade = np.minimum(np.minimum(along, along[-1] - along) / lead, 1.0)
     ahead = _direct(points, wide, closed)
     for _ in range(MOST_STEPS):
-        pull = salience.felt(at, up, mode)[1]
+        pull = salience.feel(at, up, mode)[1]
         pull -= np.einsum("nc,nc->n", pull, ahead)[:, None] * ahead
         pull = _average(fade[:, None] * _shorten(pull, sizes), wide, closed)
         middle, curved = smoothing_targets(at, closed)
@@ -238,7 +238,7 @@ def _name_mode(mode: Mode) -> str:
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    foot, sizes = work.foot(a["at"]), work.state.sizes
+    foot, sizes = work.find_foot(a["at"]), work.state.sizes
     key = Salience, sizes.edge, work.state.plane
     if key not in work.kept:
         # Of another target edge or half it is of no use any more, and it may be large.
@@ -246,7 +246,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             del work.kept[other]
         work.kept[key] = Salience.of(work.ground, sizes.edge)
     point, normal = foot.points[0], foot.normals[0]
-    return work.edited(
+    return work.keep_edit(
         align_nearest(work.network, work.ground, sizes, work.kept[key], point, normal, a["mode"])
     )
 

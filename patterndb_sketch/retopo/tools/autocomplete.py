@@ -143,12 +143,12 @@ def _along(edge: GroundBoundary, k: int) -> Points:
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     sizes = work.state.sizes
     if a["radius"] is not None:
-        radius = work.length("autocomplete: radius", a["radius"])
+        radius = work.check_length("autocomplete: radius", a["radius"])
         sizes = replace(sizes, autocompletion=radius)
-    foot = work.foot(a["at"])
+    foot = work.find_foot(a["at"])
     point, normal = foot.points[0], foot.normals[0]
     found = autocomplete(work.network, work.ground, point, normal, sizes, a["choice"])
-    return work.edited(found)
+    return work.keep_edit(found)
 
 
 AUTOCOMPLETE = Tool(

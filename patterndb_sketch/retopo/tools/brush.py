@@ -56,7 +56,7 @@ def drag_vertices(
     point, normal: (3,) on the surface, where the drag begins; to: (3,), where it ends. Vertices
     whose normals agree move by shares (1 - t)^4 (4 t + 1) of the drag, t their distance as a part
     of the radius, and are taken to the ground. What the network keeps of it: see
-    :meth:`BrushedQuads.edited`. Vertices on borders and on the seam of symmetry stay.
+    :meth:`BrushedQuads.move_to`. Vertices on borders and on the seam of symmetry stay.
 
     Counts and fills that are not chosen yet, and are needed, are chosen. Raises RefusedError if
     no quads are near or a curve would have no length. Source: the program of Takayama et al. 2013.
@@ -79,12 +79,12 @@ def drag_vertices(
     def course(line: Chain) -> Points:
         by = weigh_falloff(line.points, at, sizes.brush) * (line.normals @ up > 0.0)
         # Ends that stay hold what is between them and the next vertex.
-        over = by[[0, -1]] - under.vertices_on(line, share[:, 0])[[0, -1]]
+        over = by[[0, -1]] - under.values_on(line, share[:, 0])[[0, -1]]
         off = arc_length(line.points) / line.length * max(line.count, 1)
         by -= over[0] * np.maximum(1.0 - off, 0.0) + over[1] * np.maximum(1.0 - off[-1] + off, 0.0)
         return line.points + by[:, None] * (foot.points[0] - at)
 
-    return under.edited(network, ground, sizes, points, normals, course)
+    return under.move_to(network, ground, sizes, points, normals, course)
 
 
 def relax_vertices(
@@ -113,7 +113,7 @@ def relax_vertices(
     start, neighbour = _list_neighbours(under.mesh)
     degree = np.diff(start)[:, None]
     free = np.flatnonzero((under.share > 0.0) & ~under.rim & ~under.marked)
-    slide, before, after = under.sliding()
+    slide, before, after = under.find_sliding()
     points, normals = under.mesh.vertices, under.mesh.normals
     for _ in range(rounds):
         mean = np.add.reduceat(points[neighbour], start[:-1], axis=0) / degree
@@ -130,19 +130,19 @@ def relax_vertices(
     def course(line: Chain) -> Points:
         return _smooth_course(under, line, places, rounds)
 
-    return under.edited(network, ground, sizes, points, normals, course, under.one_sided)
+    return under.move_to(network, ground, sizes, points, normals, course, under.one_sided)
 
 
 def _smooth_course(under: BrushedQuads, line: Chain, places: Points, rounds: int) -> Points:
     """(n, 3) samples of a chain whose vertices are at other places: along the smooth curve through
     these where smoothing had full effect, and moved alongside the vertices where it had less."""
     old = divide_chain(line)[0] if line.count else line.points[[0, -1]]
-    moves = under.vertices_on(line, places - under.mesh.vertices)
+    moves = under.values_on(line, places - under.mesh.vertices)
     along = arc_length(line.points)
     number = np.arange(len(moves))
     at = np.interp(along, np.linspace(0.0, along[-1], len(moves)), number)
     by = np.stack([np.interp(at, number, moves[:, d]) for d in range(3)], axis=1)
-    share = np.interp(at, number, under.vertices_on(line, under.share))
+    share = np.interp(at, number, under.values_on(line, under.share))
     weight = (1.0 - (1.0 - share) ** rounds)[:, None]
     curve = CubicSpline(number, old + moves, bc_type="natural")(at)
     return (1.0 - weight) * (line.points + by) + weight * curve
@@ -251,7 +251,7 @@ class BrushedQuads:
             tuple(notes),
         )
 
-    def sliding(self) -> tuple[list[int], list[int], list[int]]:
+    def find_sliding(self) -> tuple[list[int], list[int], list[int]]:
         """Vertices within chains with quads on one side, and those before and after along them."""
         found: list[tuple[int, int, int]] = []
         for (chain, k), vertex in self.at.items():
@@ -263,7 +263,7 @@ class BrushedQuads:
             found.append((vertex, before, after))
         return [a for a, _, _ in found], [b for _, b, _ in found], [c for _, _, c in found]
 
-    def edited(
+    def move_to(
         self,
         before: Network,
         ground: Ground,
@@ -307,7 +307,7 @@ class BrushedQuads:
         told = note_crossings(self.network, after, lines - still, sizes)
         return Edit.of(before, after, (*self.notes, *told))
 
-    def vertices_on(self, line: Chain, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    def values_on(self, line: Chain, values: NDArray[np.float64]) -> NDArray[np.float64]:
         """(count + 1, ...) values of a chain's vertices, given those of the mesh's; 0 for those
         that are not in it."""
         inner = [(line.id, k) for k in range(1, max(line.count, 1))]
@@ -355,8 +355,8 @@ def _is_on(network: Network, mesh: RetopoMesh, chains: Set[int]) -> NDArray[np.b
 
 
 def _drag(work: ToolWork, a: dict[str, Any]) -> Result:
-    start, end = work.foot(a["at"]), work.foot(a["to"])
-    return work.edited(
+    start, end = work.find_foot(a["at"]), work.find_foot(a["to"])
+    return work.keep_edit(
         drag_vertices(
             work.network,
             work.ground,
@@ -370,8 +370,8 @@ def _drag(work: ToolWork, a: dict[str, Any]) -> Result:
 
 
 def _relax(work: ToolWork, a: dict[str, Any]) -> Result:
-    start = work.foot(a["at"])
-    return work.edited(
+    start = work.find_foot(a["at"])
+    return work.keep_edit(
         relax_vertices(
             work.network,
             work.ground,
@@ -388,7 +388,7 @@ def _brush_sizes(work: ToolWork, tool: str, radius: float | None) -> Sizes:
     """The sizes with the brush that a call asks for."""
     if radius is None:
         return work.state.sizes
-    return replace(work.state.sizes, brush=work.length(f"{tool}: radius", radius))
+    return replace(work.state.sizes, brush=work.check_length(f"{tool}: radius", radius))
 
 
 _MIDDLE = Argument(Vector(), "a point of the surface, the brush's middle")

@@ -103,12 +103,12 @@ def _refuse_below(network: Network, patches: dict[HalfChain, int], half: HalfCha
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    foot = work.foot(a["at"])
+    foot = work.find_foot(a["at"])
     point, normal = foot.points[0], foot.normals[0]
     if a["wedge"] is None:
-        return work.edited(toggle_corner(work.network, work.state.sizes, point, normal))
-    pressed = work.foot(a["wedge"]).points[0]
-    return work.edited(flip_wedge(work.network, work.state.sizes, pressed, point, normal))
+        return work.keep_edit(toggle_corner(work.network, work.state.sizes, point, normal))
+    pressed = work.find_foot(a["wedge"]).points[0]
+    return work.keep_edit(flip_wedge(work.network, work.state.sizes, pressed, point, normal))
 
 
 CORNER = Tool(

@@ -30,15 +30,15 @@ def _subdivide(work: ToolWork, a: dict[str, Any]) -> Result:
         raise InvalidRetopoError("subdivide needs one of count, by and free")
     if a["at"] is None:
         raise InvalidRetopoError("subdivide needs at: a point of the surface near a curve")
-    chain = work.chain_at(a["at"])
+    chain = work.find_chain(a["at"])
     chains = find_strip(work.network, chain) if a["strip"] else (chain,)
     if given == ["free"]:
-        return work.with_network(free_counts(work.network, chains))
+        return work.keep_network(free_counts(work.network, chains))
     network, _ = complete_counts(work.network, edge)
     now = {c: network.chains[c].count for c in chains}
     wanted = {c: a["count"] if a["by"] is None else n + a["by"] for c, n in now.items()}
     network, notes = change_counts(network, edge, wanted, pin=a["pin"])
-    return work.with_network(network, notes)
+    return work.keep_network(network, notes)
 
 
 SUBDIVIDE = Tool(
@@ -64,7 +64,7 @@ SUBDIVIDE = Tool(
 def _recount(work: ToolWork, a: dict[str, Any]) -> Result:
     sizes = work.state.sizes
     if a["edge"] is not None:
-        sizes = replace(sizes, edge=work.length("recount: edge", a["edge"], LEAST["edge"]))
+        sizes = replace(sizes, edge=work.check_length("recount: edge", a["edge"], LEAST["edge"]))
     network, notes = choose_counts(work.network, sizes.edge)
     return Result(replace(work.state, network=network, sizes=sizes), notes)
 
@@ -84,7 +84,7 @@ def _sizes(work: ToolWork, a: dict[str, Any]) -> Result:
     if not given:
         raise InvalidRetopoError(f"sizes needs one or more of {', '.join(a)}")
     for name, value in given.items():
-        work.length(f"sizes: {name}", value, LEAST.get(name, LEAST_LENGTH))
+        work.check_length(f"sizes: {name}", value, LEAST.get(name, LEAST_LENGTH))
     return Result(replace(work.state, sizes=replace(work.state.sizes, **given)))
 
 

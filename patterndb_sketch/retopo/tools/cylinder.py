@@ -310,8 +310,8 @@ def find_ring(
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    drawn = work.stroke_here(a["points"], "the stroke", False)
-    return work.edited(
+    drawn = work.clean_stroke_here(a["points"], "the stroke", False)
+    return work.keep_edit(
         join_loops(work.network, work.ground, work.state.sizes, drawn, a["division"], a["caps"])
     )
 

@@ -141,10 +141,10 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     if len(ways) != 1:
         raise InvalidRetopoError("erase needs one of points, at and open")
     if ways == ["open"]:
-        return work.edited(erase_open_chains(work.network))
+        return work.keep_edit(erase_open_chains(work.network))
     if ways == ["at"]:
-        return work.edited(erase_chains(work.network, [work.chain_at(a["at"])]))
-    return work.edited(erase_crossed_chains(work.network, work.stroke(a["points"], False)))
+        return work.keep_edit(erase_chains(work.network, [work.find_chain(a["at"])]))
+    return work.keep_edit(erase_crossed_chains(work.network, work.clean_stroke(a["points"], False)))
 
 
 ERASE = Tool(

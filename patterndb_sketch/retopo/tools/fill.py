@@ -23,13 +23,13 @@ def _flow(work: ToolWork, a: dict[str, Any]) -> Result:
     if (a["points"] is None) == (a["clear"] is None):
         raise InvalidRetopoError("flow needs one of points, and clear: a point in the patch")
     if a["points"] is not None:
-        drawn = work.stroke_here(a["points"], "the line")
+        drawn = work.clean_stroke_here(a["points"], "the line")
         patch = find_patch(work.network, work.ground, drawn.points[len(drawn.points) // 2])
         line = drawn.points
         if drawn.closed:
             line = np.concatenate([line, line[:1]])
-        return work.with_network(add_flow(work.network, patch, line))
-    return work.with_network(
+        return work.keep_network(add_flow(work.network, patch, line))
+    return work.keep_network(
         clear_flows(work.network, find_patch(work.network, work.ground, a["clear"]))
     )
 
@@ -53,8 +53,8 @@ def _choose(work: ToolWork, a: dict[str, Any]) -> Result:
     network, notes = complete_counts(work.network, work.state.sizes.edge)
     patch = find_patch(network, work.ground, a["at"])
     if a["by"] is not None:
-        return work.with_network(step_fill(network, patch, work.source, a["by"]), notes)
-    return work.with_network(take_fill(network, patch, work.source, a["number"]), notes)
+        return work.keep_network(step_fill(network, patch, work.source, a["by"]), notes)
+    return work.keep_network(take_fill(network, patch, work.source, a["number"]), notes)
 
 
 CHOOSE = Tool(

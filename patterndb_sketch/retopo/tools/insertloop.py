@@ -69,7 +69,7 @@ def insert_loop(
         walk.through(2 * at.chain, find_edge_at(network.chains[at.chain], at.place))
     else:
         walk.through_patch(find_patch(network, ground, point), np.asarray(point, np.float64))
-    after, told = walk.doubled()
+    after, told = walk.double()
     return Edit.of(before, after, (*notes, *told))
 
 
@@ -142,7 +142,7 @@ class _StripWalk:
                 crossed.chords.append(int(expansion.chord[first]))
                 return
 
-    def doubled(self) -> tuple[Network, list[str]]:
+    def double(self) -> tuple[Network, list[str]]:
         """The network with the strip doubled, and notes."""
         network = self.network
         chains = {
@@ -159,7 +159,7 @@ class _StripWalk:
                     f"{MAX_PERIMETER} are the most"
                 )
             former = filling_of(network.patches[patch])
-            choice = crossed.expansion.widened(crossed.chords, crossed.crossed, sides)
+            choice = crossed.expansion.widen(crossed.chords, crossed.crossed, sides)
             if len(former.moved_vertices[0]):
                 notes.append(f"vertices of patch {patch} that were moved by hand are placed anew")
             network = set_choice(network, patch, former.with_choice(choice))
@@ -205,9 +205,9 @@ def find_nearest_edge(placed: PlacedPatch, point: np.ndarray) -> int:
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    foot, sizes = work.foot(a["at"]), work.state.sizes
+    foot, sizes = work.find_foot(a["at"]), work.state.sizes
     point, normal = foot.points[0], foot.normals[0]
-    return work.edited(insert_loop(work.network, work.ground, work.source, sizes, point, normal))
+    return work.keep_edit(insert_loop(work.network, work.ground, work.source, sizes, point, normal))
 
 
 INSERT_LOOP = Tool(

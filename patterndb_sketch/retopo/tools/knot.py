@@ -102,11 +102,11 @@ def _add_lead(draft: Draft, ground: Ground, sizes: Sizes, node: int, centre: int
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    foot = work.foot(a["at"])
+    foot = work.find_foot(a["at"])
     sizes = work.state.sizes
     if a["radius"] is not None:
-        sizes = replace(sizes, snap=work.length("knot: radius", a["radius"]))
-    return work.edited(
+        sizes = replace(sizes, snap=work.check_length("knot: radius", a["radius"]))
+    return work.keep_edit(
         clean_knot(work.network, work.ground, sizes, foot.points[0], foot.normals[0])
     )
 

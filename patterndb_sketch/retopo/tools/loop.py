@@ -60,9 +60,9 @@ def plane_of_line(begin: ArrayLike, end: ArrayLike, towards: ArrayLike) -> tuple
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    start = work.foot(a["at"])
+    start = work.find_foot(a["at"])
     found = cut_loop(work.network, work.ground, work.state.sizes, start, a["normal"], a["limit"])
-    return work.edited(found)
+    return work.keep_edit(found)
 
 
 LOOP = Tool(

@@ -89,7 +89,7 @@ def move_pair(
     if len(former.moved_vertices[0]):
         notes.append(f"vertices of patch {patch} that were moved by hand are placed anew")
     after = set_choice(
-        network, patch, former.with_choice(moving.expansion.resized(widths.tolist()))
+        network, patch, former.with_choice(moving.expansion.resize(widths.tolist()))
     )
     return Edit.of(before, after, notes)
 
@@ -193,10 +193,10 @@ def _lay(
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    start, end = work.foot(a["at"]), work.foot(a["to"])
+    start, end = work.find_foot(a["at"]), work.find_foot(a["to"])
     patch = find_patch(work.network, work.ground, a["at"])
     point, drag = start.points[0], end.points[0] - start.points[0]
-    return work.edited(
+    return work.keep_edit(
         move_pair(work.network, work.ground, work.source, work.state.sizes, patch, point, drag)
     )
 

@@ -105,7 +105,7 @@ def _find_beside(network: Network, wall: Wall, chains: list[int], place: GroundP
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     change = drop_patch if a["off"] else make_patch
-    return work.edited(change(work.network, work.ground, work.foot(a["at"])))
+    return work.keep_edit(change(work.network, work.ground, work.find_foot(a["at"])))
 
 
 PATCH = Tool(

@@ -213,9 +213,9 @@ def _take_to_surface(
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     sizes = work.state.sizes
-    start, end = work.foot(a["at"]), work.foot(a["to"])
+    start, end = work.find_foot(a["at"]), work.find_foot(a["to"])
     at = find_held(work.network, sizes, start.points[0], start.normals[0])
-    return work.edited(
+    return work.keep_edit(
         release_held(
             work.network, work.ground, sizes, at, end.points[0], end.normals[0], a["smooth"]
         )

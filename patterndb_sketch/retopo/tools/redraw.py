@@ -162,8 +162,8 @@ def _splice(line: Chain, part: _Part, way: Points, up: Points) -> tuple[Points, 
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    drawn = work.stroke_here(a["points"], "the stroke", False)
-    return work.edited(redraw_chain(work.network, work.ground, work.state.sizes, drawn))
+    drawn = work.clean_stroke_here(a["points"], "the stroke", False)
+    return work.keep_edit(redraw_chain(work.network, work.ground, work.state.sizes, drawn))
 
 
 REDRAW = Tool(

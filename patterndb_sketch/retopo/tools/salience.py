@@ -110,7 +110,7 @@ class Salience:
             np.append(starts, len(points)),
         )
 
-    def felt(
+    def feel(
         self, points: ArrayLike, normals: ArrayLike, mode: Mode
     ) -> tuple[NDArray[np.float64], Points]:
         """The feature (n,) at points (n, 3) with normals (n, 3), and where it pulls them (n, 3).

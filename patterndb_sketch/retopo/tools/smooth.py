@@ -63,8 +63,8 @@ def smooth_chain(network: Network, ground: Ground, sizes: Sizes, chain: int) -> 
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    foot = work.foot(a["at"])
-    return work.edited(
+    foot = work.find_foot(a["at"])
+    return work.keep_edit(
         smooth_nearest(work.network, work.ground, work.state.sizes, foot.points[0], foot.normals[0])
     )
 

@@ -425,9 +425,9 @@ def _settle_place(
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     sizes = work.state.sizes
     if a["width"] is not None:
-        sizes = replace(sizes, spine=work.length("spine: width", a["width"]) / 2.0)
-    drawn = work.stroke_here(a["points"], "the spine", False)
-    return work.edited(draw_spine(work.network, work.ground, drawn, sizes))
+        sizes = replace(sizes, spine=work.check_length("spine: width", a["width"]) / 2.0)
+    drawn = work.clean_stroke_here(a["points"], "the spine", False)
+    return work.keep_edit(draw_spine(work.network, work.ground, drawn, sizes))
 
 
 SPINE = Tool(

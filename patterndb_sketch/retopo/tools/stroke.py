@@ -232,13 +232,13 @@ def _find_on_seam(network: Network, part: StrokePart, k: int, sizes: Sizes) -> E
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
-    drawn = work.stroke(a["points"], a["closed"])
+    drawn = work.clean_stroke(a["points"], a["closed"])
     smooth = (a["smooth"], a["smooth"])
     if work.half is not None:
-        return work.edited(
+        return work.keep_edit(
             insert_stroke_on_half(work.network, work.half, work.state.sizes, drawn, smooth)
         )
-    return work.edited(
+    return work.keep_edit(
         insert_stroke(work.network, work.ground, work.state.sizes, drawn, smooth=smooth)
     )
 
