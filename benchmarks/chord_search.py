@@ -28,11 +28,11 @@ from patterndb_sketch.surfacing.chords import (
     ALPHA,
     MAX_SUBPROBLEMS,
     Decomposition,
-    candidate_chords,
+    count_subproblems,
     decompose,
-    endpoints,
-    n_subproblems,
-    search,
+    find_candidates,
+    find_endpoints,
+    search_cuts,
 )
 from patterndb_sketch.surfacing.cycles import find_cycles
 from patterndb_sketch.surfacing.network import InvalidNetworkError
@@ -102,8 +102,8 @@ def strips() -> Iterator[tuple[Loop, NDArray[np.int64], int]]:
     for turns in np.arange(0.4, 4.2, 0.1):
         for pitch in (0.2, 0.5, 0.8, 1.2):
             loop = strip(turns, pitch, 12 + round(20 * turns))
-            chords = candidate_chords(loop, endpoints(loop)).chords
-            yield loop, chords, n_subproblems(len(loop.points), chords)
+            chords = find_candidates(loop, find_endpoints(loop)).chords
+            yield loop, chords, count_subproblems(len(loop.points), chords)
 
 
 def row(values: NDArray[np.float64], digits: int) -> str:
@@ -121,7 +121,7 @@ def of_real_loops(loops: list[Loop]) -> None:
         again = [decompose(loop) for _ in range(REPEATS)]
         cut.append(min(again, key=lambda decomposition: decomposition.seconds))
         whole.append(quickest(lambda loop=loop: decompose(loop)))
-        ends.append(quickest(lambda loop=loop: candidate_chords(loop, endpoints(loop))))
+        ends.append(quickest(lambda loop=loop: find_candidates(loop, find_endpoints(loop))))
     planar = sum(d.cost == 0 for d in cut)
     print(
         f"{len(loops)} cycles, {planar} of them planar, alpha {ALPHA:g}; "
@@ -156,8 +156,8 @@ def of_strips(baseline: ModuleType | None) -> None:
     rows += [("", count, "") for count in LARGER]
     for name, count, paper in rows:
         loop, chords, n = min(family, key=lambda case: abs(math.log(case[2] / count)))
-        cuts = search(loop.points, chords)
-        seconds = quickest(lambda loop=loop, chords=chords: search(loop.points, chords))
+        cuts = search_cuts(loop.points, chords)
+        seconds = quickest(lambda loop=loop, chords=chords: search_cuts(loop.points, chords))
         ends = len(np.unique(chords))
         cells = [name, f"{n:,}", ends, len(chords), len(cuts.chosen), f"{1e3 * seconds:.2f}"]
         cells += [f"{1e9 * seconds / n:.0f}", f"{count:,}" if paper else "", paper]

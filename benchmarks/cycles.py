@@ -41,7 +41,11 @@ from ortools.sat.python import cp_model
 from ingest.formats import read_mesh
 from patterndb_sketch.surfacing import CurveNetwork, read_network, read_recorded_patches
 from patterndb_sketch.surfacing.cycles import find_cycles
-from patterndb_sketch.surfacing.cycles.closing import candidate_cycles, dangling, half_curves
+from patterndb_sketch.surfacing.cycles.closing import (
+    find_candidate_cycles,
+    find_dangling,
+    list_half_curves,
+)
 from patterndb_sketch.surfacing.network import Cycle
 
 #: Closings per pair of curves for the bound: more find next to no further patch.
@@ -142,8 +146,8 @@ def has_walk(network: CurveNetwork, strokes: Strokes) -> bool:
 
 def bound(network: CurveNetwork, patches: set[Strokes]) -> int:
     """The most patches that cycles can match together, two of them at a curve at most."""
-    halves = half_curves(network, ~dangling(network))
-    candidates, _ = candidate_cycles(network, halves, BOUND_CLOSINGS)
+    halves = list_half_curves(network, ~find_dangling(network))
+    candidates, _ = find_candidate_cycles(network, halves, BOUND_CLOSINGS)
     model = cp_model.CpModel()
     at: dict[int, list[cp_model.IntVar]] = {}
     by_patch: dict[Strokes, list[cp_model.IntVar]] = {}

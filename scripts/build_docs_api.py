@@ -19,9 +19,9 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "query.placing": None,
     "query.boundaryfile": ("parse_boundary", "read_boundary", "read_strokes"),
     "patterndb_sketch.surfacing": None,
-    "patterndb_sketch.surfacing.chords": ("Decomposition", "decompose", "affordable"),
+    "patterndb_sketch.surfacing.chords": ("Decomposition", "decompose", "find_affordable"),
     "patterndb_sketch.surfacing.tessellation": ("PatchMesh", "minimal_area", "tessellate_patch"),
-    "patterndb_sketch.surfacing.quads": ("even_edges", "fill_with_quads"),
+    "patterndb_sketch.surfacing.quads": ("count_even_edges", "fill_with_quads"),
     "patterndb_sketch.features.model": ("Model", "ModelFeet", "LineHits"),
     "patterndb_sketch.features.strokes": (
         "FeatureStroke",

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sampled
-from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, without_repeats
+from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, drop_repeats
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 
 #: Vertices around a cycle, about, unless told otherwise.
@@ -81,7 +81,7 @@ def _loop(sides: Sequence[Points], vertices: int) -> Loop:
     """The samples around sides that join; corners are found as in any drawn network."""
     n = len(sides)
     curves = tuple(
-        Curve(without_repeats(side), (i, (i + 1) % n), i, i) for i, side in enumerate(sides)
+        Curve(drop_repeats(side), (i, (i + 1) % n), i, i) for i, side in enumerate(sides)
     )
     network = CurveNetwork(curves, np.array([side[0] for side in sides]))
     spacing = sum(curve.length for curve in curves) / vertices

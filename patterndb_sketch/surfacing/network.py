@@ -198,7 +198,7 @@ class CurveNetwork:
         return f"node {node} ({x:.4g}, {y:.4g}, {z:.4g})"
 
 
-def curves_at(network: CurveNetwork) -> list[list[tuple[int, bool]]]:
+def list_steps_at_nodes(network: CurveNetwork) -> list[list[tuple[int, bool]]]:
     """For every node the steps that leave it: (curve, backward), a closed curve both ways."""
     leaving: list[list[tuple[int, bool]]] = [[] for _ in range(len(network.nodes))]
     for number, curve in enumerate(network.curves):
@@ -207,19 +207,19 @@ def curves_at(network: CurveNetwork) -> list[list[tuple[int, bool]]]:
     return leaving
 
 
-def without_repeats(points: Points) -> Points:
+def drop_repeats(points: Points) -> Points:
     """The points of a polyline (k, 3) without those that repeat the one before."""
     keep = np.r_[True, (points[1:] != points[:-1]).any(axis=1)]
     return np.ascontiguousarray(points[keep])
 
 
-def turning_angles(points: Points) -> NDArray[np.float64]:
+def measure_turning(points: Points) -> NDArray[np.float64]:
     """(k - 2,) turning angle in radians at every inner point of a polyline (k, 3)."""
     steps = np.diff(points, axis=0)
-    return angles_between(steps[:-1], steps[1:])
+    return measure_angles(steps[:-1], steps[1:])
 
 
-def angles_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def measure_angles(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
     """(m,) angle in radians between the rows of two (m, 3) arrays of vectors, 0 to pi."""
     # The arc tangent keeps its precision where the arc cosine loses it: near 0 and pi.
     return np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1))

@@ -17,8 +17,8 @@ from patterndb_sketch.surfacing.network import (
     CurveNetwork,
     Cycle,
     InvalidNetworkError,
-    angles_between,
-    turning_angles,
+    measure_angles,
+    measure_turning,
 )
 
 #: A polyline that turns by more than this at a point has a corner there, in radians
@@ -88,7 +88,7 @@ def stretches(curve: Curve) -> list[Points]:
     Corners are judged on the curve as drawn. A closed curve's stretches begin at its node,
     corner or not.
     """
-    corners = 1 + np.flatnonzero(turning_angles(curve.points) > CORNER_ANGLE)
+    corners = 1 + np.flatnonzero(measure_turning(curve.points) > CORNER_ANGLE)
     cuts = [0, *corners.tolist(), len(curve.points) - 1]
     return [curve.points[a : b + 1] for a, b in pairwise(cuts)]
 
@@ -97,7 +97,7 @@ def edges_at(curve: Curve, spacing: float) -> list[int]:
     """Edges of every stretch of the curve, each about ``spacing`` long, turning little enough."""
     counts: list[int] = []
     for part in stretches(curve):
-        turning = float(turning_angles(part).sum())
+        turning = float(measure_turning(part).sum())
         fewest = 1 + int(turning / MOST_TURNING_OF_EDGE)
         counts.append(max(fewest, round(float(arc_length(part)[-1]) / spacing)))
     # A loop needs three edges to enclose anything.
@@ -197,5 +197,5 @@ def _turning_between(
     arriving = network.along(before)
     leaving = network.along(step)
     return float(
-        angles_between((arriving[-1] - arriving[-2])[None], (leaving[1] - leaving[0])[None])[0]
+        measure_angles((arriving[-1] - arriving[-2])[None], (leaving[1] - leaving[0])[None])[0]
     )

@@ -35,7 +35,7 @@ from patterndb_sketch.surfacing.patch import (
     Surfacing,
     as_triangles,
 )
-from patterndb_sketch.surfacing.quads import even_edges
+from patterndb_sketch.surfacing.quads import count_even_edges
 from patterndb_sketch.surfacing.sampling import (
     EDGES_OF_MEDIAN_CURVE,
     EDGES_OF_MEDIAN_QUADS,
@@ -159,7 +159,7 @@ def surface(
     quads = any(way.makes_quads for way in ways)
     coarse = EDGES_OF_MEDIAN_QUADS if quads else EDGES_OF_MEDIAN_CURVE
     step = default_spacing(network, coarse) if spacing is None else spacing
-    even = even_edges(network, chosen, step) if quads else None
+    even = count_even_edges(network, chosen, step) if quads else None
     sampling = sample(network, step, None if even is None else even.edges)
     notes = () if even is None or even.least else (NOT_LEAST,)
     memory = LoopMemory() if memory is None else memory

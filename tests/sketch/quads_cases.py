@@ -8,14 +8,14 @@ from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.surfacing.network import CurveNetwork
-from patterndb_sketch.surfacing.quads import QuadPatch, even_edges, fill_with_quads
+from patterndb_sketch.surfacing.quads import QuadPatch, count_even_edges, fill_with_quads
 from patterndb_sketch.surfacing.sampling import Loop, Sampling, loop_of, sample
 from patterndb_sketch.surfacing.tessellation import minimal_area, tessellate_patch
 
 
 def loops(network: CurveNetwork, spacing: float) -> tuple[Sampling, list[Loop]]:
     """The even loops of a network's cycles."""
-    edges = even_edges(network, network.cycles, spacing).edges
+    edges = count_even_edges(network, network.cycles, spacing).edges
     sampling = sample(network, spacing, edges)
     return sampling, [loop_of(network, sampling, cycle) for cycle in network.cycles]
 

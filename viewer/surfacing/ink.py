@@ -18,7 +18,7 @@ from patterndb_sketch.surfacing.network import (
     CurveNetwork,
     Drawing,
     InvalidNetworkError,
-    without_repeats,
+    drop_repeats,
 )
 from patterndb_sketch.surfacing.patch import Surfacing
 from viewer.surfacing.body import Body
@@ -163,7 +163,7 @@ def _from_curve_to_curve(ink: Ink, reach: float) -> list[Points]:
             ends[i][1] = ends[i + 1][0] = _foot(both, halfway, reach)
     lines: list[Points] = []
     for (_, points), (start, end) in zip(runs, ends, strict=True):
-        line = without_repeats(points)
+        line = drop_repeats(points)
         if len(line) < 2 or arc_length(line)[-1] <= reach:
             # A run as short as this only grazes its patch.
             continue

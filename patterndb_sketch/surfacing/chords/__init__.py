@@ -6,23 +6,23 @@ After Abbasinejad et al. 2013, section 3.
 from patterndb_sketch.surfacing.chords.candidates import (
     TURNING_BOUND,
     Candidates,
-    candidate_chords,
-    endpoints,
-    loop_turning,
+    find_candidates,
+    find_endpoints,
+    measure_turning,
 )
 from patterndb_sketch.surfacing.chords.decompose import (
     ALPHA,
     AREA_PRICE,
     MAX_SUBPROBLEMS,
     Decomposition,
-    added_area,
-    affordable,
     decompose,
-    within_budget,
+    find_affordable,
+    keep_within_budget,
+    measure_added_area,
 )
-from patterndb_sketch.surfacing.chords.flatness import Flatness, flatness, is_planar
-from patterndb_sketch.surfacing.chords.search import ChordCuts, search
-from patterndb_sketch.surfacing.chords.subcycles import MOST_COUNTED, n_subproblems
+from patterndb_sketch.surfacing.chords.flatness import Flatness, is_planar, measure_flatness
+from patterndb_sketch.surfacing.chords.search import ChordCuts, search_cuts
+from patterndb_sketch.surfacing.chords.subcycles import MOST_COUNTED, count_subproblems
 
 __all__ = [
     "ALPHA",
@@ -34,15 +34,15 @@ __all__ = [
     "ChordCuts",
     "Decomposition",
     "Flatness",
-    "added_area",
-    "affordable",
-    "candidate_chords",
+    "count_subproblems",
     "decompose",
-    "endpoints",
-    "flatness",
+    "find_affordable",
+    "find_candidates",
+    "find_endpoints",
     "is_planar",
-    "loop_turning",
-    "n_subproblems",
-    "search",
-    "within_budget",
+    "keep_within_budget",
+    "measure_added_area",
+    "measure_flatness",
+    "measure_turning",
+    "search_cuts",
 ]

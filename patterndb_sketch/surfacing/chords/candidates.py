@@ -41,7 +41,7 @@ NEAR_SHARE = 0.25
 
 
 @kernel
-def extent(points: NDArray[np.float64]) -> float:
+def measure_extent(points: NDArray[np.float64]) -> float:
     """The longest side of the box around points (n, 3)."""
     longest = 0.0
     for d in range(3):
@@ -54,7 +54,7 @@ def extent(points: NDArray[np.float64]) -> float:
 
 
 @kernel
-def compared(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float) -> int:
+def compare_points(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float) -> int:
     """-1 if point a comes before b, 1 if after, 0 if they are the same: by x, then y, then z."""
     for d in range(3):
         if abs(a[d] - b[d]) > tolerance:
@@ -63,7 +63,7 @@ def compared(a: NDArray[np.float64], b: NDArray[np.float64], tolerance: float) -
 
 
 @kernel
-def canonical_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
+def order_canonically(points: NDArray[np.float64]) -> NDArray[np.int64]:
     """(n,) positions of a loop's points (n, 3) in the canonical traversal.
 
     It begins at the vertex with the least x, then y, then z, and goes on to the side where, at
@@ -71,7 +71,7 @@ def canonical_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
     loop's extent are equal.
     """
     n = len(points)
-    tolerance = SAME * extent(points)
+    tolerance = SAME * measure_extent(points)
     among = np.ones(n, np.bool_)
     for d in range(3):
         least = np.inf
@@ -89,7 +89,7 @@ def canonical_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
     for s in range(1, n):
         if decided:
             break
-        side = compared(points[(start + s) % n], points[(start - s) % n], tolerance)
+        side = compare_points(points[(start + s) % n], points[(start - s) % n], tolerance)
         if side != 0:
             step = -side
             decided = True
@@ -100,7 +100,7 @@ def canonical_order(points: NDArray[np.float64]) -> NDArray[np.int64]:
 
 
 @kernel
-def loop_turning(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def measure_turning(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """(n,) turning angle in radians at every vertex of a closed polyline (n, 3)."""
     n = len(points)
     turning = np.empty(n)
@@ -115,7 +115,7 @@ def loop_turning(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return turning
 
 
-def endpoints(loop: Loop, turning_bound: float = TURNING_BOUND) -> NDArray[np.int64]:
+def find_endpoints(loop: Loop, turning_bound: float = TURNING_BOUND) -> NDArray[np.int64]:
     """(e,) positions in the loop, ascending, from which chords start.
 
     All corners; then, wherever the loop turns between two ends by more than ``turning_bound``
@@ -140,10 +140,10 @@ def _endpoints(
     points: NDArray[np.float64], corners: NDArray[np.bool_], bound: float
 ) -> NDArray[np.bool_]:
     n = len(points)
-    order = canonical_order(points)
+    order = order_canonically(points)
     points = points[order]
-    turning = loop_turning(points)
-    tolerance = SAME * extent(points)
+    turning = measure_turning(points)
+    tolerance = SAME * measure_extent(points)
     is_end = corners[order]
     if not is_end.any():
         is_end[_first_largest(points, turning, tolerance)] = True
@@ -184,7 +184,8 @@ def _first_largest(
     best = 0
     for i in range(1, len(values)):
         if values[i] > values[best] + SAME or (
-            values[i] >= values[best] - SAME and compared(points[i], points[best], tolerance) < 0
+            values[i] >= values[best] - SAME
+            and compare_points(points[i], points[best], tolerance) < 0
         ):
             best = i
     return best
@@ -228,7 +229,10 @@ def _maximum(
         here = smooth[v - a]
         if found >= 0 and (
             here < height - SAME
-            or (here <= height + SAME and compared(points[v % n], points[found % n], tolerance) > 0)
+            or (
+                here <= height + SAME
+                and compare_points(points[v % n], points[found % n], tolerance) > 0
+            )
         ):
             continue
         total, count, highest = here, 1, True
@@ -268,7 +272,7 @@ def _part(
         while part < parts and turned >= part * total / parts - SAME:
             chosen = v
             between = turned <= part * total / parts + SAME and v + 1 < b
-            if between and compared(points[(v + 1) % n], points[v % n], tolerance) < 0:
+            if between and compare_points(points[(v + 1) % n], points[v % n], tolerance) < 0:
                 chosen = v + 1
             is_end[chosen % n] = True
             part += 1
@@ -290,7 +294,7 @@ class Candidates:
     n_unmatched: int
 
 
-def candidate_chords(loop: Loop, ends: NDArray[np.int64]) -> Candidates:
+def find_candidates(loop: Loop, ends: NDArray[np.int64]) -> Candidates:
     """Chords from the ends (e,), positions in the loop, nearly perpendicular to it there.
 
     Each end has up to two: one to the nearest corner within 40 degrees of the normal plane, one
@@ -392,7 +396,7 @@ def _candidates(
     given_points: NDArray[np.float64], given_corners: NDArray[np.bool_], ends: NDArray[np.int64]
 ) -> NDArray[np.int64]:
     n = len(given_points)
-    order = canonical_order(given_points)
+    order = order_canonically(given_points)
     points = given_points[order]
     corners = given_corners[order]
     tangents, lengths = _tangents(points)

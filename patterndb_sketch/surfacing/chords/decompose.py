@@ -15,18 +15,18 @@ from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.chords.candidates import (
     SAME,
     TURNING_BOUND,
-    candidate_chords,
-    canonical_order,
-    endpoints,
+    find_candidates,
+    find_endpoints,
+    order_canonically,
 )
 from patterndb_sketch.surfacing.chords.flatness import (
     Flatness,
-    determinant_of,
+    find_determinant,
     is_planar,
-    moments_of,
+    sum_moments,
 )
-from patterndb_sketch.surfacing.chords.search import search
-from patterndb_sketch.surfacing.chords.subcycles import n_subproblems
+from patterndb_sketch.surfacing.chords.search import search_cuts
+from patterndb_sketch.surfacing.chords.subcycles import count_subproblems
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 
@@ -97,8 +97,9 @@ def decompose(
     """Cut a loop into nearly flat pieces by few, short chords.
 
     alpha: the larger, the fewer pieces. area_price: what chords may cost in area, see
-    :func:`affordable`; None, as in the paper: anything. flatness: see :func:`flatness`.
-    turning_bound: radians, see :func:`endpoints`. max_subproblems: the budget; where the
+    :func:`find_affordable`; None, as in the paper: anything. flatness: see
+    :func:`measure_flatness`.
+    turning_bound: radians, see :func:`find_endpoints`. max_subproblems: the budget; where the
     candidates make more, the longest are left out, and where that would be more than half of
     them, the search is given up and says so. The number of sub-problems does not depend on alpha.
 
@@ -109,19 +110,19 @@ def decompose(
     """
     if max_subproblems < 1:
         raise InvalidNetworkError(f"the budget is {max_subproblems} sub-problems; give at least 1")
-    found = candidate_chords(loop, endpoints(loop, turning_bound))
+    found = find_candidates(loop, find_endpoints(loop, turning_bound))
     worth = found.chords
     # A planar loop is never cut: nothing takes time, whatever the candidates.
     planar = is_planar(loop.points)
     if area_price is not None and not planar:
-        worth = worth[affordable(loop.points, worth, area_price)]
+        worth = worth[find_affordable(loop.points, worth, area_price)]
     started = time.perf_counter()
-    kept = worth if planar else within_budget(loop.points, worth, max_subproblems)
+    kept = worth if planar else keep_within_budget(loop.points, worth, max_subproblems)
     exhausted = len(worth) - len(kept) > MOST_DROPPED * len(worth)
     if exhausted:
         kept = kept[:0]
     counted = time.perf_counter() - started
-    cuts = search(loop.points, kept, alpha, flatness)
+    cuts = search_cuts(loop.points, kept, alpha, flatness)
     return Decomposition(
         candidates=worth,
         chords=kept[cuts.chosen],
@@ -136,7 +137,7 @@ def decompose(
     )
 
 
-def within_budget(
+def keep_within_budget(
     points: Points, chords: NDArray[np.int64], max_subproblems: int
 ) -> NDArray[np.int64]:
     """(k, 2) the chords (m, 2) without the longest, so that no more sub-problems arise.
@@ -144,7 +145,7 @@ def within_budget(
     As many are kept as possible; of chords equally long, all or none.
     """
     n = len(points)
-    if n_subproblems(n, chords) <= max_subproblems:
+    if count_subproblems(n, chords) <= max_subproblems:
         return chords
     lengths = np.linalg.norm(points[chords[:, 0]] - points[chords[:, 1]], axis=1)
     order = np.argsort(lengths, kind="stable")
@@ -153,7 +154,7 @@ def within_budget(
     fits, exceeds = 0, len(chords)
     while exceeds - fits > 1:
         middle = (fits + exceeds) // 2
-        if n_subproblems(n, chords[order[:middle]]) <= max_subproblems:
+        if count_subproblems(n, chords[order[:middle]]) <= max_subproblems:
             fits = middle
         else:
             exceeds = middle
@@ -162,7 +163,7 @@ def within_budget(
     return chords[np.sort(order[:fits])]
 
 
-def affordable(
+def find_affordable(
     points: Points, chords: NDArray[np.int64], price: float = AREA_PRICE
 ) -> NDArray[np.bool_]:
     """(m,) which chords (m, 2), positions i < j in a loop (n, 3), are worth the area they add.
@@ -181,7 +182,7 @@ def affordable(
     if len(chords) == 0:
         return np.zeros(0, np.bool_)
     measured = _measured(points, chords)
-    added = added_area(points[measured], np.searchsorted(measured, chords))
+    added = measure_added_area(points[measured], np.searchsorted(measured, chords))
     own = points - points.mean(axis=0)
     spread = math.sqrt(float((own * own).sum()) / own.size)
     if spread == 0.0:
@@ -190,7 +191,7 @@ def affordable(
     return added <= NO_AREA + price * np.maximum(flatter, 0.0)
 
 
-def added_area(points: Points, chords: NDArray[np.int64]) -> NDArray[np.float64]:
+def measure_added_area(points: Points, chords: NDArray[np.int64]) -> NDArray[np.float64]:
     """(m,) by how much a cut along each chord (m, 2) raises the least area of a loop (n, 3).
 
     As a share of the loop's own least area; 0 where a triangulation of least area has the
@@ -213,19 +214,19 @@ def _measured(points: Points, chords: NDArray[np.int64]) -> NDArray[np.int64]:
     n = len(points)
     stride = -(-n // MEASURED)
     # In an order that does not depend on where the loop starts and which way it runs.
-    return np.union1d(canonical_order(points)[::stride], chords)
+    return np.union1d(order_canonically(points)[::stride], chords)
 
 
 @kernel
 def _flatter(points: Points, chords: NDArray[np.int64]) -> NDArray[np.float64]:
     """(m,) the box of the loop (n, 3) less those of both sides of each chord."""
-    whole = math.sqrt(max(0.0, determinant_of(moments_of(points))))
+    whole = math.sqrt(max(0.0, find_determinant(sum_moments(points))))
     turned = np.concatenate((points, points))
     n = len(points)
     gained = np.empty(len(chords))
     for c in range(len(chords)):
         i, j = chords[c, 0], chords[c, 1]
-        one = math.sqrt(max(0.0, determinant_of(moments_of(turned[i : j + 1]))))
-        other = math.sqrt(max(0.0, determinant_of(moments_of(turned[j : i + n + 1]))))
+        one = math.sqrt(max(0.0, find_determinant(sum_moments(turned[i : j + 1]))))
+        other = math.sqrt(max(0.0, find_determinant(sum_moments(turned[j : i + n + 1]))))
         gained[c] = whole - one - other
     return gained

@@ -27,7 +27,7 @@ N_MOMENTS = 10
 PLANAR_PIECE = 1e-11
 
 
-def standardised(points: Points) -> tuple[Points, float]:
+def standardise(points: Points) -> tuple[Points, float]:
     """The points (n, 3) in axes in which their covariance is the unit matrix.
 
     Returns them and the determinant of their covariance, in units of length**6. If they are
@@ -78,10 +78,10 @@ def _standardised(points: Points) -> tuple[Points, float]:
 
 def is_planar(points: Points) -> bool:
     """Are the points (n, 3) planar, as far as PLANAR tells? Then no piece of them is less so."""
-    return standardised(points)[1] == 0.0
+    return standardise(points)[1] == 0.0
 
 
-def flatness(piece: Points, whole: Points, form: Flatness = "relative") -> float:
+def measure_flatness(piece: Points, whole: Points, form: Flatness = "relative") -> float:
     """S(K): 0 for a planar piece (k, 3) of a whole cycle (n, 3), the larger the less flat.
 
     "relative": sqrt(det Cov(piece) / det Cov(whole)), without unit: 1 for the whole cycle.
@@ -93,14 +93,14 @@ def flatness(piece: Points, whole: Points, form: Flatness = "relative") -> float
     relative form, which is the ratio of the volumes of the two boxes.
     """
     axes_centre = whole.mean(axis=0)
-    own, determinant = standardised(whole)
+    own, determinant = standardise(whole)
     if determinant == 0.0:
         return 0.0
     # The affine map to the whole's own axes, found from its points, then applied to the piece.
     centred = whole - axes_centre
     to_own, *_ = np.linalg.lstsq(centred, own, rcond=None)
     inside = (piece - axes_centre) @ to_own
-    ratio = determinant_of(moments_of(inside)) / determinant_of(moments_of(own))
+    ratio = find_determinant(sum_moments(inside)) / find_determinant(sum_moments(own))
     return math.sqrt(ratio) if form == "relative" else ratio * determinant
 
 
@@ -121,7 +121,7 @@ def add_moments(moments: NDArray[np.float64], point: NDArray[np.float64]) -> Non
 
 
 @kernel
-def moments_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
+def sum_moments(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """(10,) moments of points (n, 3): how many, their sums, and the sums of their products."""
     moments = np.zeros(N_MOMENTS)
     for i in range(len(points)):
@@ -130,10 +130,10 @@ def moments_of(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 @kernel
-def determinant_of(moments: NDArray[np.float64]) -> float:
+def find_determinant(moments: NDArray[np.float64]) -> float:
     """The determinant of the covariance that the moments (10,) have, 0 for a planar piece.
 
-    The points must be in the axes of :func:`standardised`.
+    The points must be in the axes of :func:`standardise`.
     """
     share = 1.0 / moments[0]
     x, y, z = moments[1] * share, moments[2] * share, moments[3] * share

@@ -17,17 +17,17 @@ from patterndb_sketch.surfacing.chords.flatness import (
     N_MOMENTS,
     Flatness,
     add_moments,
-    determinant_of,
-    moments_of,
-    standardised,
+    find_determinant,
+    standardise,
+    sum_moments,
 )
 from patterndb_sketch.surfacing.chords.subcycles import (
     MOST_COUNTED,
     Subcycles,
+    number_subcycles,
     part_number,
     path_of,
     step_offset,
-    subcycles,
 )
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 
@@ -55,7 +55,7 @@ class ChordCuts:
     seconds: float
 
 
-def search(
+def search_cuts(
     points: Points, chords: Int64Array, alpha: float = 0.1, form: Flatness = "relative"
 ) -> ChordCuts:
     """Choose chords so that the cost of the pieces and of the cuts is least.
@@ -77,18 +77,18 @@ def search(
     :mod:`patterndb_sketch.surfacing.chords.subcycles`, where the paper recurses with a hash table.
     """
     points = np.ascontiguousarray(points, np.float64)
-    chords = _checked(len(points), chords)
+    chords = _check_chords(len(points), chords)
     if not (math.isfinite(alpha) and alpha >= 0):
         raise InvalidNetworkError(f"alpha is {alpha}; give a number >= 0")
     started = time.perf_counter()
-    own, determinant = standardised(points)
+    own, determinant = standardise(points)
     whole = np.arange(len(points))
     if determinant == 0.0 or not len(chords):
         # A planar cycle is a problem of its own, solved at a glance.
         scale = determinant if form == "printed" else float(determinant > 0.0)
         return ChordCuts(np.zeros(0, np.int64), (whole,), scale, 1, time.perf_counter() - started)
     scale = determinant if form == "printed" else 1.0
-    count, cost, chosen, bounds, positions = _solved(
+    count, cost, chosen, bounds, positions = _solve(
         points, own, chords, alpha / scale, form == "printed"
     )
     if count >= MOST_COUNTED:
@@ -100,7 +100,7 @@ def search(
     return ChordCuts(np.sort(chosen), pieces, cost * scale, count, seconds)
 
 
-def _checked(n: int, chords: Int64Array) -> Int64Array:
+def _check_chords(n: int, chords: Int64Array) -> Int64Array:
     pairs = np.ascontiguousarray(chords, np.int64).reshape(-1, 2)
     first, last = pairs[:, 0], pairs[:, 1]
     wrong = (first < 0) | (last >= n) | (last - first < 2) | (last - first > n - 2)
@@ -116,18 +116,18 @@ def _checked(n: int, chords: Int64Array) -> Int64Array:
 
 
 @kernel
-def _solved(
+def _solve(
     points: Floats, own: Floats, chords: Int64Array, alpha: float, printed: bool
 ) -> tuple[int, float, Int64Array, Int64Array, Int64Array]:
     """Number of sub-problems, cost relative to S(whole), chosen chords, and the pieces' positions
     one after the other with the bounds between them."""
     nothing = np.zeros(0, np.int64)
-    numbering = subcycles(len(points), chords)
+    numbering = number_subcycles(len(points), chords)
     if numbering.n_all >= MOST_COUNTED:
         return numbering.n_all, 0.0, nothing, nothing, nothing
     m = len(chords)
     k = len(numbering.ends)
-    measures = measured(points, own, chords, numbering.ends, printed)
+    measures = measure_ends(points, own, chords, numbering.ends, printed)
     size = numbering.base[m] + numbering.paths[k, 0]
     solutions = SubcycleSolutions(
         np.empty(size), np.empty(size, np.int32), np.empty(size, np.int32)
@@ -137,7 +137,7 @@ def _solved(
         evaluate(wrap, numbering, measures, alpha, solutions)
     evaluate(m, numbering, measures, alpha, solutions)
     n_chosen = int(solutions.fewest[size - 1])
-    chosen, bounds, positions = traced(len(points), numbering, solutions.choice, n_chosen)
+    chosen, bounds, positions = trace_pieces(len(points), numbering, solutions.choice, n_chosen)
     return numbering.n_all, float(solutions.value[size - 1]), chosen, bounds, positions
 
 
@@ -169,7 +169,7 @@ class SubcycleSolutions(NamedTuple):
 
 
 @kernel
-def measured(
+def measure_ends(
     points: Floats, own: Floats, chords: Int64Array, ends: Int64Array, printed: bool
 ) -> SubcycleMoments:
     """The measures of a loop of points (n, 3), which are ``own`` in standardised axes."""
@@ -188,7 +188,9 @@ def measured(
     chord = np.empty(len(chords))
     for c in range(len(chords)):
         chord[c] = _distance(points, chords[c, 0], chords[c, 1])
-    return SubcycleMoments(corner, up_to, arc_to, chord, printed, determinant_of(moments_of(own)))
+    return SubcycleMoments(
+        corner, up_to, arc_to, chord, printed, find_determinant(sum_moments(own))
+    )
 
 
 @kernel
@@ -317,7 +319,7 @@ def evaluate(
         own = base + number[depth] + to_stop[at] - 1
         for i in range(N_MOMENTS):
             sums[i] = moments[depth, i] + (up_to[stop, i] - up_to[at, i])
-        flat = determinant_of(sums) * whole
+        flat = find_determinant(sums) * whole
         if not measures.printed:
             flat = math.sqrt(flat)
         least = flat
@@ -372,7 +374,7 @@ def _inside(
 
 
 @kernel
-def traced(
+def trace_pieces(
     n: int, numbering: Subcycles, choice: NDArray[np.int32], n_chosen: int
 ) -> tuple[Int64Array, Int64Array, Int64Array]:
     """The chosen chords, and the pieces' positions with the bounds between the pieces."""
@@ -392,7 +394,9 @@ def traced(
         n_steps = path_of(numbering, wrap, number, path, steps)
         c = choice[numbering.base[wrap] + number]
         if c < 0:
-            n_positions = _written(n, numbering, wrap, path, steps, n_steps, positions, n_positions)
+            n_positions = _write_piece(
+                n, numbering, wrap, path, steps, n_steps, positions, n_positions
+            )
             bounds[n_pieces] = n_positions
             n_pieces += 1
             continue
@@ -417,7 +421,7 @@ def traced(
 
 
 @kernel
-def _written(
+def _write_piece(
     n: int,
     numbering: Subcycles,
     wrap: int,

@@ -63,7 +63,7 @@ class Subcycles(NamedTuple):
 
 
 @kernel
-def subcycles(n: int, chords: Int64Array) -> Subcycles:
+def number_subcycles(n: int, chords: Int64Array) -> Subcycles:
     """The numbering for a loop of n vertices and its chords (m, 2), positions i < j, no two alike.
 
     If there are MOST_COUNTED sub-cycles or more, only the count is of use.
@@ -133,7 +133,7 @@ def _grouped(by: Int64Array, then: Int64Array, k: int) -> tuple[Int64Array, Int6
     return order, at
 
 
-def n_subproblems(n: int, chords: Int64Array) -> int:
+def count_subproblems(n: int, chords: Int64Array) -> int:
     """How many sub-problems a loop of n vertices has with these chords (m, 2), at most
     MOST_COUNTED: its sub-cycles. Found in polynomial time, without a search."""
     return int(_counted(n, np.ascontiguousarray(chords, np.int64)))
@@ -141,7 +141,7 @@ def n_subproblems(n: int, chords: Int64Array) -> int:
 
 @kernel
 def _counted(n: int, chords: Int64Array) -> int:
-    return subcycles(n, chords).n_all
+    return number_subcycles(n, chords).n_all
 
 
 @kernel

@@ -30,7 +30,7 @@ class CycleChoice:
     proven: bool
 
 
-def choose(
+def choose_cycles(
     curves: Sequence[Sequence[int]],
     gains: NDArray[np.float64],
     costs: Mapping[tuple[int, int], float],

@@ -24,7 +24,7 @@ def curve_ends(network: CurveNetwork) -> NDArray[np.int64]:
     return np.array([curve.nodes for curve in network.curves], np.int64).reshape(-1, 2)
 
 
-def dangling(network: CurveNetwork) -> NDArray[np.bool_]:
+def find_dangling(network: CurveNetwork) -> NDArray[np.bool_]:
     """(m,) bool: which curves dangle, also after others that dangle are gone.
 
     A closed curve never does.
@@ -39,7 +39,7 @@ def dangling(network: CurveNetwork) -> NDArray[np.bool_]:
         gone |= more
 
 
-def components(network: CurveNetwork, alive: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
+def group_components(network: CurveNetwork, alive: NDArray[np.bool_]) -> list[NDArray[np.int64]]:
     """The curves (m,) bool that are alive, in groups that hang together by nodes."""
     parent = np.arange(len(network.nodes))
 
@@ -76,7 +76,7 @@ class HalfCurves:
     distance: NDArray[np.float64] = field(repr=False)
 
 
-def half_curves(network: CurveNetwork, alive: NDArray[np.bool_]) -> HalfCurves:
+def list_half_curves(network: CurveNetwork, alive: NDArray[np.bool_]) -> HalfCurves:
     """The curves (m,) bool that are alive, as half-curves."""
     ends = curve_ends(network)
     n = len(network.nodes)
@@ -97,7 +97,7 @@ def half_curves(network: CurveNetwork, alive: NDArray[np.bool_]) -> HalfCurves:
 
 
 @kernel
-def closing_paths(
+def find_closing_paths(
     start: Int64Array,
     end: Int64Array,
     length: NDArray[np.float64],
@@ -161,7 +161,7 @@ def closing_paths(
     return found, False
 
 
-def candidate_cycles(
+def find_candidate_cycles(
     network: CurveNetwork, halves: HalfCurves, closings: int
 ) -> tuple[dict[tuple[int, ...], Cycle], int]:
     """The shortest cycles through each pair of curves at a node, ``closings`` of each pair.
@@ -193,7 +193,7 @@ def candidate_cycles(
             elif halves.end[out] == halves.end[back]:
                 keep([out, back ^ 1])
             else:
-                n, cut_short = closing_paths(
+                n, cut_short = find_closing_paths(
                     halves.start,
                     halves.end,
                     halves.length,

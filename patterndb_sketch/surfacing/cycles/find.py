@@ -9,21 +9,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.cycles.choosing import SIDES, CycleChoice, choose
+from patterndb_sketch.surfacing.cycles.choosing import SIDES, CycleChoice, choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
-    candidate_cycles,
-    components,
-    dangling,
-    half_curves,
+    find_candidate_cycles,
+    find_dangling,
+    group_components,
+    list_half_curves,
 )
-from patterndb_sketch.surfacing.cycles.found import FoundCycles, oriented, pinched, told, users
-from patterndb_sketch.surfacing.cycles.measures import REWARD, badness, folds, measured
+from patterndb_sketch.surfacing.cycles.found import (
+    FoundCycles,
+    describe_cycles,
+    find_pinches,
+    list_users,
+    orient_cycles,
+)
+from patterndb_sketch.surfacing.cycles.measures import (
+    REWARD,
+    measure_cycles,
+    price_folds,
+    rate_badness,
+)
 from patterndb_sketch.surfacing.network import (
     Curve,
     CurveNetwork,
     Cycle,
     InvalidNetworkError,
-    curves_at,
+    list_steps_at_nodes,
 )
 
 #: Closing paths per pair of curves at a node.
@@ -58,7 +69,7 @@ REACH = 1
 
 
 @dataclass(slots=True)
-class _Part:
+class _NetworkPart:
     """Curves that hang together, and what may be chosen there."""
 
     curves: NDArray[np.int64]
@@ -102,10 +113,10 @@ def find_cycles(
     _check(network, added, banned)
     if not network.curves:
         return FoundCycles(())
-    own = in_own_order(network)
-    gone = dangling(own.network)
-    halves = half_curves(own.network, ~gone)
-    found, cut_short = candidate_cycles(own.network, halves, closings)
+    own = order_network(network)
+    gone = find_dangling(own.network)
+    halves = list_half_curves(own.network, ~gone)
+    found, cut_short = find_candidate_cycles(own.network, halves, closings)
     for cycle in map(own.here, added):
         found.setdefault(tuple(sorted(cycle.curves)), cycle)
     must = {tuple(sorted(own.here(cycle).curves)) for cycle in added}
@@ -118,8 +129,10 @@ def find_cycles(
         cycles, sure = _chosen(own.network, part, worst, effort)
         chosen += cycles
         proven &= sure
-    turned = oriented(sorted(map(own.there, chosen), key=lambda cycle: cycle.key))
-    return told(network, turned.cycles, bool(turned.twisted), len(found), cut_short, proven)
+    turned = orient_cycles(sorted(map(own.there, chosen), key=lambda cycle: cycle.key))
+    return describe_cycles(
+        network, turned.cycles, bool(turned.twisted), len(found), cut_short, proven
+    )
 
 
 def _check(network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle]) -> None:
@@ -132,7 +145,7 @@ def _check(network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle
             raise InvalidNetworkError(
                 f"the cycle {network.names(cycle)} is both added and banned; leave one out"
             )
-    for curve, walks in sorted(users(list(distinct.values())).items()):
+    for curve, walks in sorted(list_users(list(distinct.values())).items()):
         if len(walks) > SIDES:
             raise InvalidNetworkError(
                 f"curve {network.curves[curve].id!r} (number {curve}) is in {len(walks)} added "
@@ -145,14 +158,14 @@ def _parts(
     alive: NDArray[np.bool_],
     found: dict[tuple[int, ...], Cycle],
     must: set[tuple[int, ...]],
-) -> list[_Part]:
+) -> list[_NetworkPart]:
     """Candidates by the curves that hang together, those without prospects left out."""
-    halves = half_curves(network, alive)
+    halves = list_half_curves(network, alive)
     keys = sorted(found)
     cycles = [found[key] for key in keys]
-    measures = measured(network, halves, cycles)
+    measures = measure_cycles(network, halves, cycles)
     strokes = np.array([len({network.curves[c].stroke for c in key}) for key in keys], float)
-    bad = badness(measures, np.array([len(key) for key in keys], float), strokes)
+    bad = rate_badness(measures, np.array([len(key) for key in keys], float), strokes)
     first = np.r_[0, np.cumsum([len(key) for key in keys])]
     length = np.array([curve.length for curve in network.curves])
     at: dict[int, list[int]] = {}
@@ -163,8 +176,8 @@ def _parts(
     kept = {i for i, key in enumerate(keys) if key in must}
     for candidates in at.values():
         kept.update(sorted(candidates, key=lambda i: (bad[i], i))[:RIVALS])
-    parts: list[_Part] = []
-    for curves in components(network, alive):
+    parts: list[_NetworkPart] = []
+    for curves in group_components(network, alive):
         within = set(curves.tolist())
         numbers = sorted(i for i in kept if keys[i][0] in within)
         relative = length / np.median(length[curves])
@@ -174,18 +187,20 @@ def _parts(
         inward = [measures.inward[first[i] : first[i + 1]] for i in numbers]
         forced = {k for k, i in enumerate(numbers) if keys[i] in must}
         gains = size * (REWARD - limited)
-        parts.append(_Part(curves, own, limited, gains, folds(own, inward, relative), forced))
+        parts.append(
+            _NetworkPart(curves, own, limited, gains, price_folds(own, inward, relative), forced)
+        )
     return parts
 
 
 def _chosen(
-    network: CurveNetwork, part: _Part, worst: float, effort: float
+    network: CurveNetwork, part: _NetworkPart, worst: float, effort: float
 ) -> tuple[list[Cycle], bool]:
     """The cycles chosen in a part of the network, and whether no better choice is left."""
     best = _surface(network, part, effort)
     if best is None:
         return [part.cycles[i] for i in sorted(part.forced)], False
-    twice = {c for c, walks in users(_of(part, best)).items() if len(walks) == SIDES}
+    twice = {c for c, walks in list_users(_of(part, best)).items() if len(walks) == SIDES}
     proven = best.proven
     if NEARLY_CLOSED * len(part.curves) <= len(twice) < len(part.curves):
         least = CLOSED_SHARE * best.value
@@ -194,8 +209,8 @@ def _chosen(
             best = whole
             proven = whole.proven
     cycles = _of(part, best)
-    turned = oriented(cycles)
-    at = users(cycles)
+    turned = orient_cycles(cycles)
+    at = list_users(cycles)
     is_open = {
         turned.surfaces[i]
         for i, cycle in enumerate(cycles)
@@ -209,13 +224,13 @@ def _chosen(
     return kept, proven
 
 
-def _of(part: _Part, choice: CycleChoice) -> list[Cycle]:
+def _of(part: _NetworkPart, choice: CycleChoice) -> list[Cycle]:
     return [part.cycles[i] for i in choice.chosen]
 
 
 def _surface(
     network: CurveNetwork,
-    part: _Part,
+    part: _NetworkPart,
     effort: float,
     full: Sequence[int] = (),
     least: float | None = None,
@@ -233,7 +248,7 @@ def _surface(
     near: set[int] = set()
     mends = 0
     while True:
-        choice = choose(
+        choice = choose_cycles(
             curves,
             part.gains,
             part.costs,
@@ -264,19 +279,21 @@ def _surface(
 
 
 def _wrong(
-    network: CurveNetwork, part: _Part, chosen: Sequence[int]
+    network: CurveNetwork, part: _NetworkPart, chosen: Sequence[int]
 ) -> list[tuple[tuple[int, ...], int | None]]:
     """Sets of chosen candidates that make no surface: strips that turn over, with None, and
     rings around a node, with the node that other cycles pass too."""
     cycles = [part.cycles[i] for i in chosen]
     found: list[tuple[tuple[int, ...], int | None]] = [
-        (tuple(chosen[i] for i in strip), None) for strip in oriented(cycles).twisted
+        (tuple(chosen[i] for i in strip), None) for strip in orient_cycles(cycles).twisted
     ]
-    found += [(tuple(chosen[i] for i in ring), node) for node, ring in pinched(network, cycles)]
+    found += [
+        (tuple(chosen[i] for i in ring), node) for node, ring in find_pinches(network, cycles)
+    ]
     return [(group, node) for group, node in found if not part.forced.issuperset(group)]
 
 
-def _dropped(network: CurveNetwork, part: _Part, choice: CycleChoice) -> CycleChoice:
+def _dropped(network: CurveNetwork, part: _NetworkPart, choice: CycleChoice) -> CycleChoice:
     """The choice without the least gainful cycle of everything that is wrong with it."""
     chosen = list(choice.chosen)
     while wrong := _wrong(network, part, chosen):
@@ -310,9 +327,9 @@ class OrderedNetwork:
         return Cycle(tuple((c, back != self.turned[c]) for c, back in steps))
 
 
-def in_own_order(network: CurveNetwork) -> OrderedNetwork:
+def order_network(network: CurveNetwork) -> OrderedNetwork:
     """The network with nodes and curves ordered, and curves turned, by their points."""
-    used = [node for node, steps in enumerate(curves_at(network)) if steps]
+    used = [node for node, steps in enumerate(list_steps_at_nodes(network)) if steps]
     order = sorted(used, key=lambda node: (tuple(network.nodes[node]), node))
     place = {old: new for new, old in enumerate(order)}
     made: list[tuple[object, Curve, int, bool]] = []

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from patterndb_sketch.surfacing.cycles.closing import dangling
+from patterndb_sketch.surfacing.cycles.closing import find_dangling
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
 
@@ -41,7 +41,7 @@ class FoundCycles:
     notes: tuple[str, ...] = field(default=(), repr=False)
 
 
-def told(
+def describe_cycles(
     network: CurveNetwork,
     cycles: tuple[Cycle, ...],
     twisted: bool,
@@ -53,12 +53,12 @@ def told(
 
     twisted: can they not be oriented? The others as in :class:`FoundCycles`.
     """
-    gone = dangling(network)
-    count = {curve: len(walks) for curve, walks in users(cycles).items()}
+    gone = find_dangling(network)
+    count = {curve: len(walks) for curve, walks in list_users(cycles).items()}
     living = np.flatnonzero(~gone).tolist()
     unused = tuple(curve for curve in living if curve not in count)
     once = tuple(curve for curve in living if count.get(curve) == 1)
-    pinches = tuple(sorted({node for node, _ in pinched(network, cycles)}))
+    pinches = tuple(sorted({node for node, _ in find_pinches(network, cycles)}))
     notes: list[str] = []
 
     def note(number: int, one: str, many: str) -> None:
@@ -115,7 +115,7 @@ class OrientedCycles:
     twisted: tuple[tuple[int, ...], ...]
 
 
-def users(cycles: Sequence[Cycle]) -> dict[int, list[tuple[int, bool]]]:
+def list_users(cycles: Sequence[Cycle]) -> dict[int, list[tuple[int, bool]]]:
     """For every curve that cycles walk: (cycle, backward)."""
     at: dict[int, list[tuple[int, bool]]] = {}
     for i, cycle in enumerate(cycles):
@@ -124,10 +124,10 @@ def users(cycles: Sequence[Cycle]) -> dict[int, list[tuple[int, bool]]]:
     return at
 
 
-def oriented(cycles: Sequence[Cycle]) -> OrientedCycles:
+def orient_cycles(cycles: Sequence[Cycle]) -> OrientedCycles:
     """The cycles turned like the first of each surface, each curve in at most two of them."""
     neighbours: list[list[tuple[int, bool]]] = [[] for _ in cycles]
-    for walks in users(cycles).values():
+    for walks in list_users(cycles).values():
         if len(walks) == 2 and walks[0][0] != walks[1][0]:
             (i, sense), (j, other) = walks
             neighbours[i].append((j, sense == other))
@@ -166,7 +166,9 @@ def _strip(before: Sequence[int], i: int, j: int) -> tuple[int, ...]:
     return tuple(sorted({*ways[0][max(common - 1, 0) :], *ways[1][max(common - 1, 0) :]}))
 
 
-def pinched(network: CurveNetwork, cycles: Sequence[Cycle]) -> list[tuple[int, tuple[int, ...]]]:
+def find_pinches(
+    network: CurveNetwork, cycles: Sequence[Cycle]
+) -> list[tuple[int, tuple[int, ...]]]:
     """Where a surface is closed around a node, and yet other cycles pass it: a pinch.
 
     Returns (node, cycles around it) for every closed ring of cycles beside which there is

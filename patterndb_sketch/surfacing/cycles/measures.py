@@ -20,7 +20,7 @@ from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import sampled
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.cycles.closing import HalfCurves
-from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, turning_angles
+from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, measure_turning
 
 #: A curve is sampled once per this much turning, in radians, from 1 to MOST_EDGES edges: enough
 #: to tell surfaces apart, not to build them. A closed curve has at least CLOSED_EDGES.
@@ -101,7 +101,9 @@ class CycleMeasures:
     inward: Points = field(repr=False)
 
 
-def measured(network: CurveNetwork, halves: HalfCurves, cycles: Sequence[Cycle]) -> CycleMeasures:
+def measure_cycles(
+    network: CurveNetwork, halves: HalfCurves, cycles: Sequence[Cycle]
+) -> CycleMeasures:
     """The measures of cycles of the network."""
     parts = [sampled(curve.points, _edges(curve.points, curve.closed)) for curve in network.curves]
     offsets = np.r_[0, np.cumsum([len(part) for part in parts])]
@@ -129,7 +131,7 @@ def measured(network: CurveNetwork, halves: HalfCurves, cycles: Sequence[Cycle])
 
 
 def _edges(points: Points, closed: bool) -> int:
-    turning = float(turning_angles(points).sum())
+    turning = float(measure_turning(points).sum())
     if closed:
         return max(CLOSED_EDGES, min(4 * MOST_EDGES, 1 + int(turning / TURNING_OF_EDGE)))
     return min(MOST_EDGES, 1 + int(turning / TURNING_OF_EDGE))
@@ -148,7 +150,7 @@ def _measure(
     inward: Points,
 ) -> None:
     """Write the measures of one cycle to values (6,) and inward (len(steps), 3)."""
-    at, corner = gathered(steps, samples, offsets)
+    at, corner = gather_samples(steps, samples, offsets)
     n = len(at)
     middle, length = _middle(at)
     at -= middle
@@ -179,7 +181,9 @@ def _measure(
 
 
 @kernel
-def gathered(steps: Int64Array, samples: Points, offsets: Int64Array) -> tuple[Points, Int64Array]:
+def gather_samples(
+    steps: Int64Array, samples: Points, offsets: Int64Array
+) -> tuple[Points, Int64Array]:
     """The samples around a cycle (n, 3), and the place of every step's first in them, then n."""
     total = 0
     for half in steps:
@@ -304,7 +308,7 @@ def _cut(at: Points, triangles: Int64Array, vertex: int, tangent: Floats) -> flo
     return cut
 
 
-def badness(measures: CycleMeasures, n_curves: Floats, n_strokes: Floats) -> Floats:
+def rate_badness(measures: CycleMeasures, n_curves: Floats, n_strokes: Floats) -> Floats:
     """(k,) the badness of cycles with so many curves and strokes (k,), inf if they enclose nothing.
 
     A plainer cost, length (1 + 6 sqrt(lambda3 / lambda1)) (1 + 0.1 strokes), does not know a patch
@@ -324,7 +328,7 @@ def badness(measures: CycleMeasures, n_curves: Floats, n_strokes: Floats) -> Flo
     return np.where(enclosing, bad, np.inf)
 
 
-def folds(
+def price_folds(
     cycles: Sequence[Cycle], inward: Sequence[NDArray[np.float64]], length: Floats
 ) -> dict[tuple[int, int], float]:
     """What pairs of cycles cost because they fold back on each other at curves they share.

@@ -36,7 +36,7 @@ from patterndb_sketch.surfacing.network import (
     CurveNetwork,
     Drawing,
     InvalidNetworkError,
-    without_repeats,
+    drop_repeats,
 )
 
 KEYS = ("strokes", "segments", "nodes", "patches_created")
@@ -108,7 +108,7 @@ def stroke_graph_drawing(document: JsonValue) -> Drawing:
         if _extent(segment) <= SAME_PLACE * diagonal:
             continue
         first, last = (int(number[node]) for node in segment.nodes)
-        points = move_ends(without_repeats(segment.points), nodes[kept[first]], nodes[kept[last]])
+        points = move_ends(drop_repeats(segment.points), nodes[kept[first]], nodes[kept[last]])
         if len(points) < 2:
             segment.entry.fail("nothing is left of the segment between its nodes; leave it out")
         strokes[segment.stroke].append(len(curves))

@@ -9,7 +9,7 @@ from scipy.interpolate import BSpline
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points
-from patterndb_sketch.surfacing.network import angles_between
+from patterndb_sketch.surfacing.network import measure_angles
 
 #: A polyline turns by no more than this at any point where the spline is smooth, in radians:
 #: a quarter of what counts as a corner (patterndb_sketch.surfacing.sampling.CORNER_ANGLE).
@@ -53,7 +53,7 @@ def polylines_of(control: Floats, chain: Int64Array) -> list[Points]:
     while len(control):
         points = judged @ control
         steps = np.diff(points, axis=1)
-        turning = angles_between(steps[:, :-1], steps[:, 1:]).sum(axis=1)
+        turning = measure_angles(steps[:, :-1], steps[:, 1:]).sum(axis=1)
         # The steps judged leave out half a step at both ends.
         turning *= STEPS_JUDGED / (STEPS_JUDGED - 1)
         bends = (turning > MAX_TURNING) | (_chord_errors(points) > MAX_CHORD_ERROR * length[of])

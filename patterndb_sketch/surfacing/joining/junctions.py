@@ -45,7 +45,7 @@ from patterndb_sketch.surfacing.network import (
     CurveId,
     CurveNetwork,
     InvalidNetworkError,
-    without_repeats,
+    drop_repeats,
 )
 
 Reason = Literal["overshoot", "nothing", "twice"]
@@ -355,7 +355,7 @@ def extract_part(points: Points, along: Floats, begin: float, end: float) -> Poi
     """Take the part of a polyline between two arc lengths."""
     inner = points[(along > begin) & (along < end)]
     first, last = _at(points, along, [begin, end])
-    return without_repeats(np.concatenate([first[None], inner, last[None]]))
+    return drop_repeats(np.concatenate([first[None], inner, last[None]]))
 
 
 @dataclass(slots=True)

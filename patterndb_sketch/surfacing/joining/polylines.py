@@ -10,7 +10,7 @@ from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import arc_length
-from patterndb_sketch.surfacing.network import InvalidNetworkError, without_repeats
+from patterndb_sketch.surfacing.network import InvalidNetworkError, drop_repeats
 
 #: Coordinates beyond this are refused: the squares of their distances must remain numbers.
 MAX_COORDINATE = 1e100
@@ -41,7 +41,7 @@ def as_curve(points: ArrayLike, name: str) -> Points:
     """
     array = as_places(points, name)
     if len(array):
-        array = without_repeats(array)
+        array = drop_repeats(array)
     if len(array) < 2 or arc_length(array)[-1] == 0:
         raise InvalidNetworkError(f"{name} has no length; give it two places, or leave it out")
     return array
@@ -67,7 +67,7 @@ def move_ends(points: Points, first: ArrayLike, last: ArrayLike) -> Points:
     share = (along / along[-1])[:, None]
     moved = points + ((1 - share) * (first - points[0]) + share * (last - points[-1]))
     moved[0], moved[-1] = first, last
-    return without_repeats(moved)
+    return drop_repeats(moved)
 
 
 def gather_places(points: Points, tolerance: float) -> tuple[Points, NDArray[np.int64]]:

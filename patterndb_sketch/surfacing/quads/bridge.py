@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from patterndb.errors import InvalidBoundaryError, InvalidMeshError
 from patterndb.geometry.points import Points
 from patterndb.geometry.surface import edge_keys
-from patterndb_sketch.surfacing.network import InvalidNetworkError, angles_between
+from patterndb_sketch.surfacing.network import InvalidNetworkError, measure_angles
 from patterndb_sketch.surfacing.sampling import Loop
 from query import Fill, fills
 from query.boundary import Boundary, CornerKind
@@ -147,7 +147,9 @@ def _refuse_unless_within(loop: Loop, triangles: NDArray[np.integer]) -> None:
         )
 
 
-def interior_angles(n: int, points: Points, triangles: NDArray[np.integer]) -> NDArray[np.float64]:
+def measure_interior_angles(
+    n: int, points: Points, triangles: NDArray[np.integer]
+) -> NDArray[np.float64]:
     """(n,) the angle inside a patch at each of its n boundary vertices, in radians, from 0 on.
 
     points: (v, 3), the boundary's first. triangles: (t, 3) of the patch. The angle is the sum of
@@ -158,7 +160,7 @@ def interior_angles(n: int, points: Points, triangles: NDArray[np.integer]) -> N
     angle = np.zeros(len(points))
     for e in range(3):
         out, back = corner[:, (e + 1) % 3] - corner[:, e], corner[:, (e + 2) % 3] - corner[:, e]
-        np.add.at(angle, triangles[:, e], angles_between(out, back))
+        np.add.at(angle, triangles[:, e], measure_angles(out, back))
     return angle[:n]
 
 
@@ -178,7 +180,7 @@ def boundary_of(loop: Loop, points: Points, triangles: NDArray[np.integer]) -> t
     an odd number of vertices, fewer than 4, or more than 2,000.
     """
     n = len(loop.points)
-    angle = interior_angles(n, points, triangles)
+    angle = measure_interior_angles(n, points, triangles)
     convex = loop.corners & (angle < CONVEX_BELOW)
     reflex = loop.corners & (angle > REFLEX_ABOVE)
     at = np.flatnonzero(convex | reflex)

@@ -42,7 +42,7 @@ class EvenEdges:
     least: bool
 
 
-def even_edges(
+def count_even_edges(
     network: CurveNetwork,
     cycles: Sequence[Cycle],
     spacing: float | None = None,

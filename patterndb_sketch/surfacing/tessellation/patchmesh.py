@@ -14,7 +14,7 @@ from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation.piece import (
     PieceMethod,
-    checked_spacing,
+    check_spacing,
     minimal_area,
     tessellate,
 )
@@ -63,7 +63,7 @@ def tessellate_patch(
     must be in one piece, every chord in two, once in each direction. And as
     :func:`tessellate` does.
     """
-    checked_spacing(spacing)
+    check_spacing(spacing)
     n = len(loop.points)
     ends = _checked_chords(chords, n)
     inside, along = _sampled_chords(loop, ends, spacing)

@@ -16,11 +16,11 @@ from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.tessellation.planar import (
     GRID,
-    filled,
+    fill_polygon,
     following,
     is_simple,
     preceding,
-    triangulated,
+    triangulate_polygon,
     turn,
 )
 
@@ -91,21 +91,21 @@ def tessellate(
     what relaxing in space comes to.
     """
     at = as_points(points, "the piece's points", InvalidNetworkError)
-    checked_spacing(spacing)
+    check_spacing(spacing)
     if len(at) < 3:
         raise InvalidNetworkError(
             f"a piece with {len(at)} points encloses nothing; give three or more"
         )
     if len(at) == 3:
         return Tessellation(np.empty((0, 3)), np.array([[0, 1, 2]]), "laplacian")
-    seen = projected(at)
+    seen = project_piece(at)
     if seen is None:
         return _of_least_area(at, barred, CROSSES)
-    tail, twin = triangulated(seen.grid)
+    tail, twin = triangulate_polygon(seen.grid)
     # Where the piece is steep, points in the plane are further apart in space.
-    apart = spacing / seen.step / stretch(seen.grid, tail, seen.heights, seen.step)
-    mesh, tail, twin = filled(seen.grid, tail, twin, apart)
-    heights = harmonic_heights(mesh, tail, twin, seen.heights)
+    apart = spacing / seen.step / measure_stretch(seen.grid, tail, seen.heights, seen.step)
+    mesh, tail, twin = fill_polygon(seen.grid, tail, twin, apart)
+    heights = solve_heights(mesh, tail, twin, seen.heights)
     m, triangles = len(at), tail.reshape(-1, 3)
     if barred is not None and _joins(triangles, barred):
         return _of_least_area(at, barred, BARRED)
@@ -169,7 +169,7 @@ def minimal_area(
     return triangles, area * size * size
 
 
-def checked_spacing(spacing: float) -> None:
+def check_spacing(spacing: float) -> None:
     """Raises InvalidNetworkError for a spacing that is not above 0."""
     if not (math.isfinite(spacing) and spacing > 0):
         raise InvalidNetworkError(f"the spacing is {spacing}; give a length above 0")
@@ -198,7 +198,7 @@ class Projection:
         return self.origin + self.step * grid @ self.axes + heights[:, None] * self.normal
 
 
-def area_vector(points: Points) -> Points:
+def find_area_vector(points: Points) -> Points:
     """(3,) the area vector of a closed polyline (m, 3): its length is the area of its shadow
     along itself, the largest of any direction (Newell's method)."""
     spokes = points - points.mean(axis=0)
@@ -208,7 +208,7 @@ def area_vector(points: Points) -> Points:
     return 0.5 * np.array([y @ w - z @ v, z @ u - x @ w, x @ v - y @ u])
 
 
-def projected(points: Points) -> Projection | None:
+def project_piece(points: Points) -> Projection | None:
     """The polyline (m, 3) in the first plane where it is simple; None if it is in neither.
 
     The planes are that of its area vector, then that of its two longest principal axes.
@@ -217,7 +217,7 @@ def projected(points: Points) -> Projection | None:
     extent = float(np.abs(spokes).max())
     if extent == 0.0:
         return None
-    area = area_vector(points)
+    area = find_area_vector(points)
     size = float(np.linalg.norm(area))
     if size > NO_AREA * extent * extent:
         seen = _seen_along(points, spokes, area / size)
@@ -251,7 +251,7 @@ def _seen_along(points: Points, spokes: Points, normal: Points) -> Projection | 
 
 
 @kernel
-def harmonic_heights(
+def solve_heights(
     at: Int64Array, tail: Int64Array, twin: Int64Array, boundary: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """(v,) heights above the plane that solve Laplace's equation on a planar mesh.
@@ -362,7 +362,9 @@ def _apply(
 
 
 @kernel
-def stretch(at: Int64Array, tail: Int64Array, heights: NDArray[np.float64], step: float) -> float:
+def measure_stretch(
+    at: Int64Array, tail: Int64Array, heights: NDArray[np.float64], step: float
+) -> float:
     """How many times as large as in the plane a mesh is at these heights: the root of areas."""
     flat, real = 0.0, 0.0
     for h in range(0, len(tail), 3):

@@ -200,7 +200,7 @@ def is_within_circle(at: Int64Array, a: Index, b: Index, c: Index, d: Index) -> 
 
 
 @kernel
-def flip(tail: Int64Array, twin: Int64Array, h: Index) -> None:
+def flip_edge(tail: Int64Array, twin: Int64Array, h: Index) -> None:
     """Turn the inner edge of half-edge h within the quad of its two triangles."""
     g = twin[h]
     hp, gp = preceding(h), preceding(g)
@@ -241,7 +241,7 @@ def make_delaunay(at: Int64Array, tail: Int64Array, twin: Int64Array, triangles:
         a, b, c = tail[h], tail[following(h)], tail[preceding(h)]
         if not is_within_circle(at, a, b, c, tail[preceding(g)]):
             continue
-        flip(tail, twin, h)
+        flip_edge(tail, twin, h)
         for k in (h, following(h), g, following(g)):
             if not waiting[k]:
                 waiting[k] = True
@@ -250,7 +250,7 @@ def make_delaunay(at: Int64Array, tail: Int64Array, twin: Int64Array, triangles:
 
 
 @kernel
-def triangle_at(
+def find_triangle(
     at: Int64Array, tail: Int64Array, twin: Int64Array, triangles: int, p: Index, first: int
 ) -> int:
     """The triangle that holds point p, walking there from the first; -1 if none does."""
@@ -280,7 +280,7 @@ def triangle_at(
 
 
 @kernel
-def insert(
+def insert_point(
     at: Int64Array,
     tail: Int64Array,
     twin: Int64Array,
@@ -322,13 +322,13 @@ def insert(
         # A point on an edge leaves a triangle without area there: that edge has to go.
         if turn(at, a, b, p) > 0 and not is_within_circle(at, a, b, p, tail[preceding(g)]):
             continue
-        flip(tail, twin, k)
+        flip_edge(tail, twin, k)
         stack[top] = k
         stack[top + 1] = following(g)
         top += 2
 
 
-def triangulated(grid: Int64Array) -> tuple[Int64Array, Int64Array]:
+def triangulate_polygon(grid: Int64Array) -> tuple[Int64Array, Int64Array]:
     """(tail, twin) of the constrained Delaunay triangulation of a simple polygon (m, 2)."""
     n = 3 * (len(grid) - 2)
     tail, twin = np.empty(n, np.int64), np.empty(n, np.int64)
@@ -337,14 +337,14 @@ def triangulated(grid: Int64Array) -> tuple[Int64Array, Int64Array]:
     return tail, twin
 
 
-def filled(
+def fill_polygon(
     grid: Int64Array, tail: Int64Array, twin: Int64Array, spacing: float
 ) -> tuple[Int64Array, Int64Array, Int64Array]:
     """A triangulated polygon with points inside, about ``spacing`` steps of the grid apart.
 
     grid: (m, 2) int64, simple, counter-clockwise. tail, twin: its triangulation, see
-    :func:`triangulated`. Returns the points (m + k, 2), the polygon's first, and the constrained
-    Delaunay triangulation of all of them. k is 0 where the polygon has no room.
+    :func:`triangulate_polygon`. Returns the points (m + k, 2), the polygon's first, and the
+    constrained Delaunay triangulation of all of them. k is 0 where the polygon has no room.
 
     Raises InvalidNetworkError for more than MAX_INNER points.
     """
@@ -354,7 +354,7 @@ def filled(
             f"the spacing would make {wanted:.3g} points inside one piece; the limit is "
             f"{MAX_INNER:,}, so make it longer"
         )
-    inner = lattice(grid, spacing)
+    inner = lay_lattice(grid, spacing)
     if not len(inner):
         return grid, tail, twin
     at = np.concatenate([grid, inner])
@@ -367,7 +367,7 @@ def filled(
 
 
 @kernel
-def lattice(grid: Int64Array, spacing: float) -> Int64Array:
+def lay_lattice(grid: Int64Array, spacing: float) -> Int64Array:
     """(k, 2) points of a hexagonal lattice inside a simple polygon, clear of its boundary.
 
     Rows are along the first axis, one of them through the middle of the polygon's box.
@@ -438,10 +438,10 @@ def _join(at: Int64Array, m: int, tail: Int64Array, twin: Int64Array) -> int:
     stack = np.empty(len(at) + 3, np.int64)
     t = 0
     for p in range(m, len(at)):
-        t = triangle_at(at, tail, twin, triangles, p, t)
+        t = find_triangle(at, tail, twin, triangles, p, t)
         if t < 0:
             return p
-        insert(at, tail, twin, triangles, p, t, stack)
+        insert_point(at, tail, twin, triangles, p, t, stack)
         triangles += 2
     return len(at)
 

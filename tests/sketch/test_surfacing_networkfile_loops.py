@@ -12,7 +12,7 @@ from scipy.interpolate import BSpline
 from shared import SHARED
 
 from patterndb_sketch.surfacing.joining.meetings import measure_deviation
-from patterndb_sketch.surfacing.network import InvalidNetworkError, turning_angles
+from patterndb_sketch.surfacing.network import InvalidNetworkError, measure_turning
 from patterndb_sketch.surfacing.networkfile import parse_drawing, read_network
 
 CURVES = SHARED / "data" / "curves"
@@ -53,7 +53,7 @@ class TestTrebol:
             line = bezier(np.array(one["bezier"]))
             assert measure_deviation(curve.points, line) < 1e-4 * curve.length
             assert measure_deviation(line, curve.points) < 1e-3 * curve.length
-            assert turning_angles(curve.points).max(initial=0) <= math.radians(5)
+            assert measure_turning(curve.points).max(initial=0) <= math.radians(5)
 
 
 class TestLoops:
@@ -78,7 +78,7 @@ class TestLoops:
             line = np.ascontiguousarray(spline(np.linspace(knots[degree], knots[n], 2000)))
             assert measure_deviation(line, curve.points) < 1.5e-3 * curve.length
             assert measure_deviation(curve.points, line) < 1e-4 * curve.length
-            assert turning_angles(curve.points).max() <= math.radians(5)
+            assert measure_turning(curve.points).max() <= math.radians(5)
 
     @pytest.mark.parametrize(
         ("old", "new", "message"),

@@ -21,7 +21,7 @@ from patterndb_sketch.surfacing.joining.junctions import (
     network_of_polylines,
 )
 from patterndb_sketch.surfacing.joining.meetings import find_nearest_of_edges, measure_deviation
-from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError, turning_angles
+from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError, measure_turning
 
 SEEDS = st.integers(0, 2**32 - 1)
 
@@ -234,7 +234,7 @@ class TestSingleCases:
         )
         moved = network.curves[0].points
         assert moved[0].tolist() == [1.025, 0, 0]
-        assert np.abs(turning_angles(moved) - turning_angles(bow)).max() < math.radians(0.5)
+        assert np.abs(measure_turning(moved) - measure_turning(bow)).max() < math.radians(0.5)
 
     def test_a_closed_curve_alone_has_one_node(self) -> None:
         (curve,) = network_of_polylines([circle()]).curves

@@ -23,8 +23,17 @@ from patterndb_sketch.surfacing.tessellation import (
     minimal_area,
     tessellate,
 )
-from patterndb_sketch.surfacing.tessellation.piece import area_vector, harmonic_heights, projected
-from patterndb_sketch.surfacing.tessellation.planar import GRID, filled, is_simple, triangulated
+from patterndb_sketch.surfacing.tessellation.piece import (
+    find_area_vector,
+    project_piece,
+    solve_heights,
+)
+from patterndb_sketch.surfacing.tessellation.planar import (
+    GRID,
+    fill_polygon,
+    is_simple,
+    triangulate_polygon,
+)
 
 
 def outline(corners: list[list[float]], spacing: float) -> Points:
@@ -117,9 +126,9 @@ class TestDisk:
         made = tessellate(points, 0.15)
         assert made.method == "laplacian"
         check_disk(made.triangles, list(range(len(points))))
-        wanted = float(np.linalg.norm(area_vector(points)))
+        wanted = float(np.linalg.norm(find_area_vector(points)))
         assert area(whole(points, made), made.triangles) == pytest.approx(wanted, rel=1e-9)
-        normal = area_vector(points) / wanted
+        normal = find_area_vector(points) / wanted
         heights = (whole(points, made) - points[0]) @ normal
         assert np.abs(heights).max() < 1e-9
 
@@ -159,10 +168,10 @@ class TestShape:
     def test_the_mesh_in_the_plane_is_constrained_delaunay(
         self, n: int, seed: int, noise: float
     ) -> None:
-        seen = projected(wobbly(n, seed, noise))
+        seen = project_piece(wobbly(n, seed, noise))
         if seen is None:
             return
-        at, tail, twin = filled(seen.grid, *triangulated(seen.grid), 0.1 * GRID)
+        at, tail, twin = fill_polygon(seen.grid, *triangulate_polygon(seen.grid), 0.1 * GRID)
         exact = at.tolist()
         doubled = 0
         for h in range(len(tail)):
@@ -203,7 +212,7 @@ class TestPolygons:
         grid = np.array(corners, np.int64)
         assert is_simple(grid) == simple_by_fractions(corners)
         if is_simple(grid):
-            tail, _ = triangulated(grid)
+            tail, _ = triangulate_polygon(grid)
             check_disk(tail.reshape(-1, 3), list(range(len(grid))))
             exact = grid.tolist()
             assert min(turn(*(exact[i] for i in t)) for t in tail.reshape(-1, 3)) > 0
@@ -223,7 +232,7 @@ class TestPolygons:
         grid = np.stack([x, y], axis=1)
         assert is_simple(grid) == simple_by_fractions([(int(a), int(b)) for a, b in grid])
         if is_simple(grid):
-            at, tail, _ = filled(grid, *triangulated(grid), 0.2 * GRID)
+            at, tail, _ = fill_polygon(grid, *triangulate_polygon(grid), 0.2 * GRID)
             check_disk(tail.reshape(-1, 3), list(range(len(grid))))
             exact = at.tolist()
             assert min(turn(*(exact[i] for i in t)) for t in tail.reshape(-1, 3)) > 0
@@ -256,11 +265,11 @@ class TestRelaxation:
     @settings(max_examples=20, deadline=None)
     @given(st.integers(8, 60), st.integers(0, 2**32))
     def test_heights_equal_those_of_a_direct_solver(self, n: int, seed: int) -> None:
-        seen = projected(wobbly(n, seed, 0.01))
+        seen = project_piece(wobbly(n, seed, 0.01))
         if seen is None:
             return
-        at, tail, twin = filled(seen.grid, *triangulated(seen.grid), 0.07 * GRID)
-        heights = harmonic_heights(at, tail, twin, seen.heights)
+        at, tail, twin = fill_polygon(seen.grid, *triangulate_polygon(seen.grid), 0.07 * GRID)
+        heights = solve_heights(at, tail, twin, seen.heights)
         triangles, flat = tail.reshape(-1, 3), at / GRID
         rows, columns, values = [], [], []
         for e in range(3):
@@ -301,8 +310,8 @@ class TestFallback:
                 *([2.8, 2.7, -0.6], [-5.9, -0.5, -0.1], [3.5, -0.7, 0.1]),
             ]
         )
-        normal = area_vector(points) / np.linalg.norm(area_vector(points))
-        seen = projected(points)
+        normal = find_area_vector(points) / np.linalg.norm(find_area_vector(points))
+        seen = project_piece(points)
         assert seen is not None
         assert abs(float(seen.normal @ normal)) < 1.0 - 1e-6
         made = tessellate(points, 0.3)

@@ -13,16 +13,16 @@ from networks import cube, torus
 from numpy.typing import NDArray
 
 from patterndb.geometry.leastarea import triangulate_cheapest
-from patterndb_sketch.surfacing.cycles.choosing import choose
+from patterndb_sketch.surfacing.cycles.choosing import choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
-    candidate_cycles,
-    components,
-    dangling,
-    half_curves,
+    find_candidate_cycles,
+    find_dangling,
+    group_components,
+    list_half_curves,
 )
-from patterndb_sketch.surfacing.cycles.find import in_own_order
-from patterndb_sketch.surfacing.cycles.found import oriented, pinched
-from patterndb_sketch.surfacing.cycles.measures import badness, folds, measured
+from patterndb_sketch.surfacing.cycles.find import order_network
+from patterndb_sketch.surfacing.cycles.found import find_pinches, orient_cycles
+from patterndb_sketch.surfacing.cycles.measures import measure_cycles, price_folds, rate_badness
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
 #: Curves, gains, costs, forced, excluded and full, as choose() has them.
@@ -72,7 +72,9 @@ def test_the_choice_is_the_best_of_all_subsets(case: Packing) -> None:
             if any(set(group) <= set(subset) for group in excluded):
                 continue
             best = max(best, value_of(subset, gains, costs))
-    choice = choose(curves, np.array(gains), costs, forced=forced, excluded=excluded, full=full)
+    choice = choose_cycles(
+        curves, np.array(gains), costs, forced=forced, excluded=excluded, full=full
+    )
     if best == -math.inf:
         assert choice is None
         return
@@ -82,8 +84,8 @@ def test_the_choice_is_the_best_of_all_subsets(case: Packing) -> None:
 
 
 def test_a_choice_below_what_it_should_be_worth_is_none() -> None:
-    assert choose([[0], [0]], np.array([1.0, 2.0]), {}, least=3.1) is None
-    choice = choose([[0], [0]], np.array([1.0, 2.0]), {}, least=2.9)
+    assert choose_cycles([[0], [0]], np.array([1.0, 2.0]), {}, least=3.1) is None
+    choice = choose_cycles([[0], [0]], np.array([1.0, 2.0]), {}, least=2.9)
     assert choice is not None and choice.chosen == (0, 1)
 
 
@@ -119,8 +121,8 @@ def all_cycles(network: CurveNetwork) -> dict[frozenset[int], float]:
 def test_the_shortest_cycles_of_every_pair_of_curves_are_candidates(seed: int) -> None:
     network = random_network(np.random.default_rng(seed), 7, 12)
     everything = all_cycles(network)
-    alive = ~dangling(network)
-    found, cut_short = candidate_cycles(network, half_curves(network, alive), 3)
+    alive = ~find_dangling(network)
+    found, cut_short = find_candidate_cycles(network, list_half_curves(network, alive), 3)
     assert not cut_short
     expected: set[frozenset[int]] = set()
     for a, b in itertools.combinations(range(len(network.curves)), 2):
@@ -146,9 +148,9 @@ def test_every_curve_of_a_tree_dangles() -> None:
     tree = CurveNetwork.from_edges(
         np.eye(6, 3) + np.arange(6)[:, None], [[0, 1], [1, 2], [1, 3], [3, 4]]
     )
-    assert dangling(tree).all()
-    assert components(tree, ~dangling(tree)) == []
-    assert [len(c) for c in components(tree, np.ones(4, bool))] == [4]
+    assert find_dangling(tree).all()
+    assert group_components(tree, ~find_dangling(tree)) == []
+    assert [len(c) for c in group_components(tree, np.ones(4, bool))] == [4]
 
 
 def plain_least_area(points: NDArray[np.float64]) -> float:
@@ -181,7 +183,7 @@ def test_the_spanned_surface_has_the_least_area(n: int) -> None:
 
 def test_measures_of_a_square_of_a_cube() -> None:
     network = cube()
-    measures = measured(network, half_curves(network, np.ones(12, bool)), network.cycles)
+    measures = measure_cycles(network, list_half_curves(network, np.ones(12, bool)), network.cycles)
     np.testing.assert_allclose(measures.length, 4.0)
     np.testing.assert_allclose(measures.area, 1.0)
     np.testing.assert_allclose(measures.corners, 4.0)
@@ -206,10 +208,10 @@ def test_a_curve_that_runs_into_the_surface_cuts_it() -> None:
     network = CurveNetwork.from_edges(points, edges)
     outer = Cycle(tuple((i, False) for i in range(4)))
     half = Cycle(((0, False), (1, False), (5, True), (4, True)))
-    measures = measured(network, half_curves(network, np.ones(6, bool)), [outer, half])
+    measures = measure_cycles(network, list_half_curves(network, np.ones(6, bool)), [outer, half])
     assert measures.cuts[0] == pytest.approx(2.0)
     assert measures.cuts[1] == 0.0
-    bad = badness(measures, np.array([4.0, 4.0]), np.array([4.0, 4.0]))
+    bad = rate_badness(measures, np.array([4.0, 4.0]), np.array([4.0, 4.0]))
     assert bad[0] > bad[1]
 
 
@@ -221,17 +223,17 @@ def test_cycles_on_each_other_fold_and_cycles_beside_each_other_do_not() -> None
     triangle = Cycle(((0, False), (1, False), (4, True)))
     below = Cycle(((0, False), (5, False), (6, False), (7, False)))
     cycles = [square, triangle, below]
-    measures = measured(network, half_curves(network, np.ones(8, bool)), cycles)
+    measures = measure_cycles(network, list_half_curves(network, np.ones(8, bool)), cycles)
     first = np.cumsum([0, 4, 3, 4])
     inward = [measures.inward[a:b] for a, b in itertools.pairwise(first)]
-    cost = folds(cycles, inward, np.ones(8))
+    cost = price_folds(cycles, inward, np.ones(8))
     assert set(cost) == {(0, 1)}
     assert cost[0, 1] == pytest.approx(2.0)  # the two curves that both have
 
 
 def test_curves_in_their_own_order_lead_back() -> None:
     network = torus(5, 4)
-    own = in_own_order(network)
+    own = order_network(network)
     assert sorted(own.curves) == list(range(len(network.curves)))
     for cycle in network.cycles:
         assert own.there(own.here(cycle)) == cycle
@@ -242,7 +244,7 @@ def test_faces_are_turned_alike_whatever_their_sense_was() -> None:
     network = torus(5, 4)
     rng = np.random.default_rng(0)
     mixed = [cycle.turned if rng.integers(2) else cycle for cycle in network.cycles]
-    result = oriented(mixed)
+    result = orient_cycles(mixed)
     assert not result.twisted
     assert set(result.surfaces) == {0}
     steps = [step for cycle in result.cycles for step in cycle.steps]
@@ -262,6 +264,6 @@ def test_two_tetrahedra_that_share_a_corner_are_pinched() -> None:
             cycles.append(
                 Cycle(((number[a, b], False), (number[b, c], False), (number[a, c], True)))
             )
-    assert pinched(network, cycles[:4]) == []
-    assert [node for node, _ in pinched(network, cycles)] == [0, 0]
-    assert pinched(network, cycles)[0][1] == (0, 1, 2)
+    assert find_pinches(network, cycles[:4]) == []
+    assert [node for node, _ in find_pinches(network, cycles)] == [0, 0]
+    assert find_pinches(network, cycles)[0][1] == (0, 1, 2)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb_sketch.surfacing.chords import added_area, affordable, decompose
+from patterndb_sketch.surfacing.chords import decompose, find_affordable, measure_added_area
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation import minimal_area
@@ -49,7 +49,7 @@ def test_added_area_is_that_of_the_least_triangulations_of_both_sides(n: int, se
     points = wobbly(n, seed)
     chords = all_chords(n)
     whole = minimal_area(points)[1]
-    added = added_area(points, chords)
+    added = measure_added_area(points, chords)
     for (i, j), more in zip(chords.tolist(), added, strict=True):
         sides = (points[i : j + 1], np.concatenate([points[j:], points[: i + 1]]))
         assert sum(minimal_area(side)[1] for side in sides) == pytest.approx(
@@ -78,18 +78,18 @@ def test_what_is_worth_its_area_depends_on_the_shape_alone(
     rng = np.random.default_rng(seed)
     chords = all_chords(n)[rng.choice(len(all_chords(n)), 12, replace=False)]
     chords = chords[np.lexsort(chords.T[::-1])]
-    worth = affordable(points, chords)
+    worth = find_affordable(points, chords)
     place = (np.arange(n) * (-1 if turned else 1) + start) % n
     moved = np.empty_like(points)
     moved[place] = points
     rotation, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     named = np.sort(place[chords], axis=1)
     # A turned loop is measured at other vertices; the same ones if it only moved along itself.
-    assert np.array_equal(affordable(moved, named), worth)
-    assert np.array_equal(affordable(points * scale + 3.0, chords), worth)
+    assert np.array_equal(find_affordable(moved, named), worth)
+    assert np.array_equal(find_affordable(points * scale + 3.0, chords), worth)
     few = points[::3]
     own = all_chords(len(few))
-    assert np.array_equal(affordable(few @ rotation.T * scale, own), affordable(few, own))
+    assert np.array_equal(find_affordable(few @ rotation.T * scale, own), find_affordable(few, own))
 
 
 def test_a_bent_band_is_not_closed_off_by_flat_lids() -> None:
@@ -98,8 +98,8 @@ def test_a_bent_band_is_not_closed_off_by_flat_lids() -> None:
     across_the_mouth = np.array([[0, 39], [40, 79]])
     ribs = np.array([[10, 69], [20, 59], [30, 49]])
     assert np.linalg.norm(tip[0] - tip[1]) > 1.0
-    assert not affordable(loop.points, across_the_mouth).any()
-    assert affordable(loop.points, ribs).all()
+    assert not find_affordable(loop.points, across_the_mouth).any()
+    assert find_affordable(loop.points, ribs).all()
 
 
 def test_the_papers_way_takes_any_chord() -> None:
@@ -114,18 +114,20 @@ def test_the_papers_way_takes_any_chord() -> None:
 def test_more_is_affordable_at_a_higher_price_and_nothing_at_none() -> None:
     points = wobbly(40, 3)
     chords = all_chords(40)
-    chosen = [set(np.flatnonzero(affordable(points, chords, price))) for price in (0, 0.3, 3, 1e9)]
+    chosen = [
+        set(np.flatnonzero(find_affordable(points, chords, price))) for price in (0, 0.3, 3, 1e9)
+    ]
     assert all(a <= b for a, b in pairwise(chosen))
     assert len(chosen[0]) < len(chosen[-1])
     with pytest.raises(InvalidNetworkError, match="price"):
-        affordable(points, chords, -0.1)
+        find_affordable(points, chords, -0.1)
     with pytest.raises(InvalidNetworkError, match="price"):
-        affordable(points, chords, float("nan"))
+        find_affordable(points, chords, float("nan"))
 
 
 def test_loops_without_area_or_chords_are_no_trouble() -> None:
     line = np.zeros((6, 3))
     line[:, 0] = [0, 1, 2, 3, 2, 1]
-    assert np.array_equal(added_area(line, np.array([[1, 5], [2, 4]])), [0, 0])
-    assert affordable(np.zeros((5, 3)), np.array([[0, 2]])).tolist() == [False]
-    assert affordable(line, np.zeros((0, 2), np.int64)).shape == (0,)
+    assert np.array_equal(measure_added_area(line, np.array([[1, 5], [2, 4]])), [0, 0])
+    assert find_affordable(np.zeros((5, 3)), np.array([[0, 2]])).tolist() == [False]
+    assert find_affordable(line, np.zeros((0, 2), np.int64)).shape == (0,)

@@ -11,8 +11,8 @@ from patterndb_sketch.surfacing.network import (
     CurveNetwork,
     Cycle,
     InvalidNetworkError,
-    angles_between,
-    curves_at,
+    list_steps_at_nodes,
+    measure_angles,
 )
 
 
@@ -45,9 +45,9 @@ def test_shuffling_keeps_the_cycles() -> None:
 
 
 def test_every_curve_leaves_both_its_nodes() -> None:
-    leaving = curves_at(ring(np.eye(3)))
+    leaving = list_steps_at_nodes(ring(np.eye(3)))
     assert leaving == [[(0, False), (0, True)]]
-    assert all(len(steps) == 3 for steps in curves_at(cube()))
+    assert all(len(steps) == 3 for steps in list_steps_at_nodes(cube()))
 
 
 def test_parts_of_one_curve_in_a_row_are_named_once() -> None:
@@ -107,4 +107,4 @@ def test_angles_keep_their_precision_near_zero_and_half_a_turn() -> None:
     tiny = 1e-9
     a = np.array([[1.0, 0, 0], [1.0, 0, 0], [1.0, 0, 0]])
     b = np.array([[1.0, tiny, 0], [-1.0, tiny, 0], [0, 2.0, 0]])
-    assert np.allclose(angles_between(a, b), [tiny, np.pi - tiny, np.pi / 2], rtol=1e-12)
+    assert np.allclose(measure_angles(a, b), [tiny, np.pi - tiny, np.pi / 2], rtol=1e-12)

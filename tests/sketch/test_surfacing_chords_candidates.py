@@ -11,7 +11,7 @@ from chord_cases import SHAPES, ring, strip
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb_sketch.surfacing.chords import candidate_chords, endpoints
+from patterndb_sketch.surfacing.chords import find_candidates, find_endpoints
 from patterndb_sketch.surfacing.chords.candidates import HUGGING, NEAR_EDGES, NEAR_SHARE
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
@@ -75,7 +75,7 @@ def test_between_neighbouring_ends_the_loop_turns_by_at_most_the_bound_and_one_a
 ) -> None:
     bound = math.radians(degrees)
     turning = vertex_angles(loop.points)
-    ends = endpoints(loop, bound)
+    ends = find_endpoints(loop, bound)
     assert len(ends) >= 1 and (np.diff(ends) > 0).all()
     assert set(np.flatnonzero(loop.corners)) <= set(ends.tolist())
     for i, a in enumerate(ends):
@@ -88,7 +88,7 @@ def test_between_neighbouring_ends_the_loop_turns_by_at_most_the_bound_and_one_a
 
 def test_the_bound_is_not_spent_on_straight_stretches() -> None:
     square = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 0]], float)
-    assert len(endpoints(ring([square], 0.01))) == 4
+    assert len(find_endpoints(ring([square], 0.01))) == 4
 
 
 def test_a_maximum_of_curvature_is_an_end() -> None:
@@ -96,20 +96,20 @@ def test_a_maximum_of_curvature_is_an_end() -> None:
     bend = np.c_[t, np.sqrt(t**2 + 0.05**2), 0 * t]
     loop = ring([bend, np.array([bend[-1], [0, 3, 0], bend[0]])], 0.025)
     sharpest = np.flatnonzero(np.abs(loop.points[:, 0]) + loop.points[:, 1] < 0.06)
-    assert np.isin(endpoints(loop, math.radians(60)), sharpest).any()
+    assert np.isin(find_endpoints(loop, math.radians(60)), sharpest).any()
 
 
 @pytest.mark.parametrize("bound", [0.0, -1.0, math.nan, math.inf])
 def test_a_bound_without_sense_is_refused(bound: float) -> None:
     with pytest.raises(InvalidNetworkError, match="turning bound"):
-        endpoints(ring(SHAPES["bumper"]()), bound)
+        find_endpoints(ring(SHAPES["bumper"]()), bound)
 
 
 @given(LOOPS, st.floats(20, 90))
 def test_every_candidate_is_nearly_perpendicular_and_cuts_off_more_than_a_sliver(
     loop: Loop, degrees: float
 ) -> None:
-    found = candidate_chords(loop, endpoints(loop, math.radians(degrees)))
+    found = find_candidates(loop, find_endpoints(loop, math.radians(degrees)))
     n = len(loop.points)
     started: Counter[int] = Counter()
     for i, j in found.chords.tolist():
@@ -127,8 +127,8 @@ def test_every_candidate_is_nearly_perpendicular_and_cuts_off_more_than_a_sliver
 
 @given(LOOPS)
 def test_no_chord_is_there_twice_and_the_counts_are_right(loop: Loop) -> None:
-    ends = endpoints(loop)
-    found = candidate_chords(loop, ends)
+    ends = find_endpoints(loop)
+    found = find_candidates(loop, ends)
     assert len({frozenset(chord) for chord in found.chords.tolist()}) == len(found.chords)
     assert (found.chords[:, 0] < found.chords[:, 1]).all()
     touched = set(found.chords.ravel().tolist())
@@ -142,7 +142,7 @@ def test_no_chord_is_there_twice_and_the_counts_are_right(loop: Loop) -> None:
 def test_every_end_has_its_nearest_corner_and_its_closest_point_or_a_substitute(
     loop: Loop,
 ) -> None:
-    found = candidate_chords(loop, endpoints(loop))
+    found = find_candidates(loop, find_endpoints(loop))
     points, n = loop.points, len(loop.points)
     chords = {frozenset(chord) for chord in found.chords.tolist()}
     made_or_given = set(found.chords.ravel().tolist()) | set(found.ends.tolist())
@@ -181,7 +181,7 @@ def test_ribs_join_the_samples_across_a_ribbon() -> None:
     t = np.linspace(0, math.pi, 41)
     arch = np.c_[np.cos(t), 0 * t, np.sin(t)]
     loop = ring(strip(arch, arch + np.array([0, 0.5, 0])), 0.05)
-    found = candidate_chords(loop, endpoints(loop))
+    found = find_candidates(loop, find_endpoints(loop))
     across = np.abs(np.diff(loop.points[found.chords], axis=1)[:, 0])
     ribs = (np.abs(across - [0, 0.5, 0]) < 1e-9).all(axis=1)
     assert ribs.sum() == 3
@@ -191,5 +191,5 @@ def test_ribs_join_the_samples_across_a_ribbon() -> None:
 def test_an_end_without_a_partner_is_counted() -> None:
     # Only neighbours in a triangle: no chord at all.
     loop = Loop(np.eye(3), np.ones(3, bool), np.arange(3))
-    found = candidate_chords(loop, endpoints(loop))
+    found = find_candidates(loop, find_endpoints(loop))
     assert (len(found.chords), found.n_unmatched, found.n_made) == (0, 3, 0)

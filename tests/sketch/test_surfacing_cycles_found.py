@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from shared import SHARED
 
 from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
-from patterndb_sketch.surfacing.cycles.found import oriented, pinched, users
+from patterndb_sketch.surfacing.cycles.found import find_pinches, list_users, orient_cycles
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.networkfile import read_network
 
@@ -42,15 +42,15 @@ def checked(network: CurveNetwork) -> FoundCycles:
     found = find_cycles(bare(network))
     for cycle in found.cycles:
         network.walk(cycle)
-    walks = users(found.cycles)
+    walks = list_users(found.cycles)
     assert max(map(len, walks.values()), default=0) <= 2
     assert found.once == tuple(sorted(c for c, both in walks.items() if len(both) == 1))
     groups = [set(found.dangling), set(found.unused), set(walks)]
     assert sum(map(len, groups)) == len(network.curves)
     assert set[int]().union(*groups) == set(range(len(network.curves)))
     # Nothing was added by hand, so it is a surface: two sides, and one sheet at every node.
-    assert found.orientable and not oriented(found.cycles).twisted
-    assert found.pinches == () and pinched(network, found.cycles) == []
+    assert found.orientable and not orient_cycles(found.cycles).twisted
+    assert found.pinches == () and find_pinches(network, found.cycles) == []
     for both in walks.values():
         assert len(both) < 2 or both[0][1] != both[1][1]
     return found
@@ -137,7 +137,7 @@ def test_a_cross_section_is_taken_only_if_added() -> None:
     assert section.key not in keys(find_cycles(network).cycles)
     found = find_cycles(network, added=[section, section.turned])
     assert section.key in keys(found.cycles)
-    assert max(map(len, users(found.cycles).values())) == 2
+    assert max(map(len, list_users(found.cycles).values())) == 2
 
 
 def test_all_faces_added_are_the_result() -> None:

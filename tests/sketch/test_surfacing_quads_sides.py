@@ -12,8 +12,8 @@ from networks import ring
 
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.network import InvalidNetworkError
-from patterndb_sketch.surfacing.quads import even_edges
-from patterndb_sketch.surfacing.quads.bridge import boundary_of, interior_angles
+from patterndb_sketch.surfacing.quads import count_even_edges
+from patterndb_sketch.surfacing.quads.bridge import boundary_of, measure_interior_angles
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 from patterndb_sketch.surfacing.tessellation import minimal_area
 from query import Boundary
@@ -24,7 +24,7 @@ def loop(corners: object, spacing: float) -> Loop:
     points = np.asarray(corners, float)
     points = np.c_[points, np.zeros((len(points), 3 - points.shape[1]))]
     network = ring(points)
-    edges = even_edges(network, network.cycles, spacing).edges
+    edges = count_even_edges(network, network.cycles, spacing).edges
     return loop_of(network, sample(network, spacing, edges), network.cycles[0])
 
 
@@ -40,7 +40,7 @@ def test_in_the_plane_angles_are_those_of_the_polygon(seed: int, n: int) -> None
     points = np.stack([radius * np.cos(turn), radius * np.sin(turn), np.zeros(n)], axis=1)
     frame, _ = np.linalg.qr(rng.normal(size=(3, 3)))
     frame *= np.sign(np.linalg.det(frame))
-    angles = interior_angles(n, points @ frame.T, minimal_area(points @ frame.T)[0])
+    angles = measure_interior_angles(n, points @ frame.T, minimal_area(points @ frame.T)[0])
     out, back = np.roll(points, -1, axis=0) - points, np.roll(points, 1, axis=0) - points
     cross = out[:, 0] * back[:, 1] - out[:, 1] * back[:, 0]
     told = np.arctan2(cross, (out * back).sum(axis=1)) % (2 * np.pi)

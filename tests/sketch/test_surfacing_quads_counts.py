@@ -12,7 +12,7 @@ from networks import cube, faces_network, prism, ring, shuffled, torus
 
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
-from patterndb_sketch.surfacing.quads import even_edges
+from patterndb_sketch.surfacing.quads import count_even_edges
 from patterndb_sketch.surfacing.sampling import edges_at, loop_of, sample, stretches
 
 TETRAHEDRON = [[0, 1, 2], [0, 3, 1], [1, 3, 2], [0, 2, 3]]
@@ -82,7 +82,7 @@ def test_no_other_even_counts_change_less(
     seed: int, faces: list[list[int]], spacing: float
 ) -> None:
     network = drawn(seed, faces)
-    found = even_edges(network, network.cycles, spacing)
+    found = count_even_edges(network, network.cycles, spacing)
     assert found.least
     assert all(total % 2 == 0 and total >= 4 for total in totals(network, found.edges))
     assert found.cost == pytest.approx(least_cost(network, spacing), abs=1e-9)
@@ -100,10 +100,10 @@ def test_stretches_of_a_curve_share_its_change(seed: int, spacing: float) -> Non
     assert [len(stretches(curve)) for curve in network.curves] == [3, 3, 3]
     # Six cubed thrice is too much to try: one cycle of the three, and its two curves.
     one = CurveNetwork(network.curves[:2], network.nodes, network.cycles[:1])
-    found = even_edges(one, one.cycles, spacing)
+    found = count_even_edges(one, one.cycles, spacing)
     assert found.cost == pytest.approx(least_cost(one, spacing), abs=1e-9)
     assert all(total % 2 == 0 and total >= 4 for total in totals(one, found.edges))
-    found = even_edges(network, network.cycles, spacing)
+    found = count_even_edges(network, network.cycles, spacing)
     assert all(total % 2 == 0 and total >= 4 for total in totals(network, found.edges))
 
 
@@ -111,7 +111,7 @@ def test_stretches_of_a_curve_share_its_change(seed: int, spacing: float) -> Non
 @pytest.mark.parametrize("spacing", [0.13, 0.4, 1.7, 100.0])
 def test_every_loop_is_even_and_keeps_its_shape(make: object, spacing: float) -> None:
     network: CurveNetwork = make()  # pyright: ignore[reportCallIssue]
-    found = even_edges(network, network.cycles, spacing)
+    found = count_even_edges(network, network.cycles, spacing)
     assert found.least
     counts = [n for edges in found.edges for n in edges]
     fewest = [n for curve in network.curves for n in edges_at(curve, math.inf)]
@@ -127,15 +127,15 @@ def test_every_loop_is_even_and_keeps_its_shape(make: object, spacing: float) ->
 def test_the_order_and_sense_of_the_input_change_no_cost(seed: int, spacing: float) -> None:
     network = torus(5, 3)
     other = shuffled(network, seed)
-    one = even_edges(network, network.cycles, spacing)
-    two = even_edges(other, other.cycles, spacing)
+    one = count_even_edges(network, network.cycles, spacing)
+    two = count_even_edges(other, other.cycles, spacing)
     assert one.cost == pytest.approx(two.cost, abs=1e-9)
-    assert one == even_edges(network, network.cycles, spacing)
+    assert one == count_even_edges(network, network.cycles, spacing)
 
 
 def test_curves_of_no_cycle_have_the_nearest_number() -> None:
     network = cube()
-    found = even_edges(network, (), 0.3)
+    found = count_even_edges(network, (), 0.3)
     assert set(found.edges) == {(3,)}
     assert found.cost == pytest.approx(12 * math.log(0.9) ** 2)
 
@@ -146,21 +146,21 @@ def test_without_time_to_search_cycles_are_even_all_the_same() -> None:
     points = network.nodes + rng.normal(0, 0.02, network.nodes.shape)
     faces = [list(network.walk(cycle)) for cycle in network.cycles]
     network = faces_network(points, faces)
-    hurried = even_edges(network, network.cycles, 0.24, most_work=1e-6)
+    hurried = count_even_edges(network, network.cycles, 0.24, most_work=1e-6)
     assert not hurried.least
     assert all(total % 2 == 0 and total >= 4 for total in totals(network, hurried.edges))
-    assert even_edges(network, network.cycles, 0.24).cost < hurried.cost
+    assert count_even_edges(network, network.cycles, 0.24).cost < hurried.cost
 
 
 def test_what_is_refused() -> None:
     network = cube()
     for spacing in (0.0, -1.0, math.nan, math.inf):
         with pytest.raises(InvalidNetworkError, match="spacing"):
-            even_edges(network, network.cycles, spacing)
+            count_even_edges(network, network.cycles, spacing)
     with pytest.raises(InvalidNetworkError, match="no curves"):
-        even_edges(CurveNetwork((), np.zeros((0, 3))), ())
+        count_even_edges(CurveNetwork((), np.zeros((0, 3))), ())
     with pytest.raises(InvalidNetworkError, match="breaks"):
-        even_edges(network, [Cycle(((0, False), (0, False)))])
+        count_even_edges(network, [Cycle(((0, False), (0, False)))])
 
 
 def circle(n: int) -> np.ndarray:

@@ -25,13 +25,13 @@ from hypothesis import strategies as st
 
 from patterndb_sketch.surfacing.chords import (
     MOST_COUNTED,
-    candidate_chords,
+    count_subproblems,
     decompose,
-    endpoints,
-    flatness,
-    n_subproblems,
-    search,
-    within_budget,
+    find_candidates,
+    find_endpoints,
+    keep_within_budget,
+    measure_flatness,
+    search_cuts,
 )
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
@@ -64,7 +64,7 @@ def test_it_equals_brute_force_over_all_sets_of_chords_and_orders_of_cuts(
     rng = np.random.default_rng(seed)
     points, chords = random_loop(rng, n), random_chords(rng, n, m)
     costs = list(all_costs(points, tuple(range(n)), [tuple(c) for c in chords.tolist()], alpha))
-    found = search(points, chords, alpha)
+    found = search_cuts(points, chords, alpha)
     least = min(cost for cost, _ in costs)
     assert found.cost == pytest.approx(least, abs=CLOSE)
     assert len(found.chosen) in {cuts for cost, cuts in costs if cost <= least + CLOSE}
@@ -79,9 +79,9 @@ def test_it_equals_the_recursion_and_solves_each_of_its_sub_problems_once(
     rng = np.random.default_rng(seed)
     points, chords = random_loop(rng, n), random_chords(rng, n, m)
     slow = Recursion(points, chords, alpha)
-    found = search(points, chords, alpha)
+    found = search_cuts(points, chords, alpha)
     assert found.cost == pytest.approx(slow.cost, abs=CLOSE)
-    assert found.n_subproblems == n_subproblems(n, chords) == len(slow.memo)
+    assert found.n_subproblems == count_subproblems(n, chords) == len(slow.memo)
     is_decomposition(n, chords[found.chosen], found.pieces)
     if alpha == 0.0:
         assert found.cost == pytest.approx(pieces_cost(points, found.pieces), abs=CLOSE)
@@ -105,13 +105,13 @@ def test_of_equal_costs_fewer_chords_win_then_the_first_chord() -> None:
     # Two unit squares at a right angle: the fold is worth a cut, diagonals of squares never are.
     points = np.array([[1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 1, 1], [0, 0, 1], [0, 0, 0]], float)
     for alpha in (0.0, 0.1):
-        found = search(points, np.array([[0, 2], [2, 5], [3, 5], [1, 5]]), alpha)
+        found = search_cuts(points, np.array([[0, 2], [2, 5], [3, 5], [1, 5]]), alpha)
         assert found.chosen.tolist() == [1]
         assert found.cost == pytest.approx(alpha / 6, abs=CLOSE)
     # A tetrahedron's four edges: both diagonals leave two triangles, and are equally long.
     skew = np.array([[1, 1, 1], [1, -1, -1], [-1, -1, 1], [-1, 1, -1]], float)
-    assert search(skew, np.array([[0, 2], [1, 3]])).chosen.tolist() == [0]
-    assert search(skew, np.array([[1, 3], [0, 2]])).chosen.tolist() == [0]
+    assert search_cuts(skew, np.array([[0, 2], [1, 3]])).chosen.tolist() == [0]
+    assert search_cuts(skew, np.array([[1, 3], [0, 2]])).chosen.tolist() == [0]
 
 
 def test_the_two_halves_of_a_chord_are_two_sub_problems() -> None:
@@ -122,9 +122,9 @@ def test_the_two_halves_of_a_chord_are_two_sub_problems() -> None:
     points = np.concatenate([flat, wave])
     chord = np.array([[0, 8]])
     halves = parted(tuple(range(16)), chord[0])
-    scores = [flatness(points[list(half)], points) for half in halves]
+    scores = [measure_flatness(points[list(half)], points) for half in halves]
     assert scores[0] == 0 and scores[1] > 0.1
-    found = search(points, chord, 0.0)
+    found = search_cuts(points, chord, 0.0)
     assert found.n_subproblems == 3
     assert found.cost == pytest.approx(sum(scores), abs=CLOSE)
 
@@ -136,16 +136,16 @@ def test_cycles_may_have_any_number_of_ends(n: int) -> None:
     points = random_loop(rng, n)
     starts = np.arange(0, n - 2, 3)
     chords = np.c_[starts, starts + 2]
-    assert n_subproblems(n, chords) == min(MOST_COUNTED, 2 ** len(chords) + len(chords))
+    assert count_subproblems(n, chords) == min(MOST_COUNTED, 2 ** len(chords) + len(chords))
     # A ladder: rungs do not cross, but for the last of each side.
     rungs = np.array([(i, n - 1 - i) for i in range(n // 2 - 1)])
-    found = search(points, rungs[rungs[:, 1] - rungs[:, 0] < n - 1], 0.05)
+    found = search_cuts(points, rungs[rungs[:, 1] - rungs[:, 0] < n - 1], 0.05)
     assert np.unique(rungs).size > 64
     is_decomposition(n, rungs[rungs[:, 1] - rungs[:, 0] < n - 1][found.chosen], found.pieces)
     assert found.cost <= pieces_cost(points, (np.arange(n),))
     few = rungs[1:40:2]
     slow = Recursion(points, few, 0.05)
-    fast = search(points, few, 0.05)
+    fast = search_cuts(points, few, 0.05)
     assert fast.cost == pytest.approx(slow.cost, abs=CLOSE)
     assert fast.n_subproblems == len(slow.memo)
 
@@ -156,7 +156,7 @@ def test_a_comb_of_65_teeth_is_solved_beyond_64_ends_as_by_the_recursion() -> No
     points = random_loop(np.random.default_rng(7), n)
     fan = np.array([(0, j) for j in range(2, n - 1)])
     slow = Recursion(points, fan, 0.01)
-    fast = search(points, fan, 0.01)
+    fast = search_cuts(points, fan, 0.01)
     assert len(np.unique(fan)) > 64
     assert fast.cost == pytest.approx(slow.cost, abs=CLOSE)
     assert fast.n_subproblems == len(slow.memo)
@@ -166,8 +166,8 @@ def test_a_comb_of_65_teeth_is_solved_beyond_64_ends_as_by_the_recursion() -> No
 def test_the_number_of_sub_problems_is_the_same_for_every_alpha(seed: int, n: int, m: int) -> None:
     rng = np.random.default_rng(seed)
     points, chords = random_loop(rng, n), random_chords(rng, n, m)
-    chords = within_budget(points, chords, 5_000)
-    counts = {search(points, chords, alpha).n_subproblems for alpha in (0.0, 0.1, 0.6, 10.0)}
+    chords = keep_within_budget(points, chords, 5_000)
+    counts = {search_cuts(points, chords, alpha).n_subproblems for alpha in (0.0, 0.1, 0.6, 10.0)}
     assert len(counts) == 1
 
 
@@ -198,10 +198,10 @@ def test_flatness_and_cost_are_invariant_under_similarity(
     # Far from the origin, the coordinates themselves have lost digits.
     tolerance = 1e-9 + 1e-13 * away
     piece = np.sort(rng.permutation(n)[: rng.integers(3, n)])
-    expected = flatness(points[piece], points)
-    assert flatness(moved[piece], moved) == pytest.approx(expected, abs=10 * tolerance)
+    expected = measure_flatness(points[piece], points)
+    assert measure_flatness(moved[piece], moved) == pytest.approx(expected, abs=10 * tolerance)
     assert expected == pytest.approx(spread(points[piece]) / spread(points), abs=CLOSE)
-    before, after = search(points, chords), search(moved, chords)
+    before, after = search_cuts(points, chords), search_cuts(moved, chords)
     assert after.cost == pytest.approx(before.cost, abs=10 * tolerance)
     assert after.chosen.tolist() == before.chosen.tolist()
 
@@ -216,10 +216,10 @@ def test_a_planar_cycle_is_never_cut(
     points = (flat @ rotation(rng).T + away * rng.normal(size=3)) * 10.0**magnitude
     chords = random_chords(rng, n, 10)
     for form in ("relative", "printed"):
-        found = search(points, chords, alpha, form)
+        found = search_cuts(points, chords, alpha, form)
         assert found.cost == 0 and len(found.chosen) == 0
         assert found.pieces[0].tolist() == list(range(n))
-    assert flatness(points[: n - 1], points) == 0
+    assert measure_flatness(points[: n - 1], points) == 0
     cut = decompose(Loop(points, np.ones(n, bool), np.arange(n)), alpha, max_subproblems=1)
     assert len(cut.chords) == cut.n_dropped == 0 and not cut.exhausted
 
@@ -229,10 +229,12 @@ def test_the_printed_flatness_is_the_product_of_the_variances() -> None:
     points, chords = random_loop(rng, 20), random_chords(rng, 20, 7)
     part = points[3:14]
     variances = np.linalg.eigvalsh(np.cov(part.T, bias=True))
-    assert flatness(part, points, "printed") == pytest.approx(float(np.prod(variances)), rel=1e-9)
+    assert measure_flatness(part, points, "printed") == pytest.approx(
+        float(np.prod(variances)), rel=1e-9
+    )
     # Its unit is length to the sixth: at unit size nothing is cut, at a hundred times it all is.
-    assert len(search(points, chords, 0.1, "printed").chosen) == 0
-    large = search(100 * points, chords, 0.1, "printed")
+    assert len(search_cuts(points, chords, 0.1, "printed").chosen) == 0
+    large = search_cuts(100 * points, chords, 0.1, "printed")
     assert len(large.chosen) > 0
     pieces = [np.cov(100 * points[piece].T, bias=True) for piece in large.pieces]
     flat = sum(max(0.0, float(np.linalg.det(c))) for c in pieces)
@@ -246,9 +248,9 @@ def test_what_exceeds_the_budget_loses_its_longest_candidates() -> None:
     less = decompose(loop, max_subproblems=whole.n_subproblems - 1)
     assert 0 < less.n_dropped <= len(whole.candidates) / 2
     assert less.n_subproblems < whole.n_subproblems and not less.exhausted
-    kept = within_budget(loop.points, whole.candidates, whole.n_subproblems - 1)
+    kept = keep_within_budget(loop.points, whole.candidates, whole.n_subproblems - 1)
     assert len(kept) == len(whole.candidates) - less.n_dropped
-    assert n_subproblems(len(loop.points), kept) == less.n_subproblems
+    assert count_subproblems(len(loop.points), kept) == less.n_subproblems
     lengths = {
         tuple(chord): np.linalg.norm(loop.points[chord[0]] - loop.points[chord[1]])
         for chord in whole.candidates.tolist()
@@ -261,7 +263,7 @@ def test_what_exceeds_the_budget_loses_its_longest_candidates() -> None:
     shortest = min(lengths, key=lambda chord: lengths[chord])
     more = np.concatenate([kept, [shortest]])
     equal = [chord for chord in lengths if lengths[chord] < lengths[shortest] * (1 + 1e-9)]
-    assert n_subproblems(len(loop.points), more) >= whole.n_subproblems or len(equal) > 1
+    assert count_subproblems(len(loop.points), more) >= whole.n_subproblems or len(equal) > 1
 
 
 def test_a_search_that_is_given_up_says_so() -> None:
@@ -280,11 +282,11 @@ def test_the_densest_cycle_keeps_to_the_budget() -> None:
     t = 2 * math.pi * np.arange(n) / n
     points = np.c_[np.cos(t), np.sin(t), 0.5 * (np.arange(n) % 2)]
     loop = Loop(points, np.ones(n, bool), np.arange(n))
-    candidates = candidate_chords(loop, endpoints(loop)).chords
+    candidates = find_candidates(loop, find_endpoints(loop)).chords
     for chords in (candidates, random_chords(np.random.default_rng(0), n, 2_000)):
-        kept = within_budget(points, chords, 200_000)
-        assert n_subproblems(n, chords) > 200_000 >= n_subproblems(n, kept)
-        assert search(points, kept).n_subproblems == n_subproblems(n, kept)
+        kept = keep_within_budget(points, chords, 200_000)
+        assert count_subproblems(n, chords) > 200_000 >= count_subproblems(n, kept)
+        assert search_cuts(points, kept).n_subproblems == count_subproblems(n, kept)
     found = decompose(loop)
     assert found.n_subproblems <= 200_000
     assert found.n_dropped > 0
@@ -294,14 +296,14 @@ def test_what_is_no_problem_is_refused() -> None:
     points = random_loop(np.random.default_rng(0), 8)
     for chords in ([[0, 1]], [[0, 7]], [[3, 1]], [[-1, 4]], [[2, 8]]):
         with pytest.raises(InvalidNetworkError, match="chord 0"):
-            search(points, np.array(chords))
+            search_cuts(points, np.array(chords))
     with pytest.raises(InvalidNetworkError, match="same positions"):
-        search(points, np.array([[0, 4], [0, 4]]))
+        search_cuts(points, np.array([[0, 4], [0, 4]]))
     for alpha in (-0.1, math.nan, math.inf):
         with pytest.raises(InvalidNetworkError, match="alpha"):
-            search(points, np.array([[0, 4]]), alpha)
+            search_cuts(points, np.array([[0, 4]]), alpha)
     with pytest.raises(InvalidNetworkError, match="sub-problems"):
-        search(
+        search_cuts(
             random_loop(np.random.default_rng(0), 300), np.array([(i, i + 2) for i in range(200)])
         )
     with pytest.raises(InvalidNetworkError, match="budget"):

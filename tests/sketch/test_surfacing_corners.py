@@ -10,7 +10,7 @@ from chord_cases import SHAPES, ring, ring_network
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from patterndb_sketch.surfacing.chords import decompose, endpoints
+from patterndb_sketch.surfacing.chords import decompose, find_endpoints
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 
@@ -32,7 +32,7 @@ def test_a_square_has_4_corners_however_it_is_sampled(spacing: float | None) -> 
         found = loop.points[loop.corners]
         gaps = np.linalg.norm(found[:, None] - square[None, :4], axis=2).min(axis=0)
         assert gaps.max() < 1e-12
-        assert set(np.flatnonzero(loop.corners)) <= set(endpoints(loop).tolist())
+        assert set(np.flatnonzero(loop.corners)) <= set(find_endpoints(loop).tolist())
 
 
 @pytest.mark.parametrize("spacing", [None, 0.05, 0.3, 0.9])

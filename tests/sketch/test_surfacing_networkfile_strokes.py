@@ -15,7 +15,7 @@ from shared import SHARED
 
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.joining.meetings import measure_deviation
-from patterndb_sketch.surfacing.network import InvalidNetworkError, turning_angles
+from patterndb_sketch.surfacing.network import InvalidNetworkError, measure_turning
 from patterndb_sketch.surfacing.networkfile import (
     parse_drawing,
     read_drawing,
@@ -50,8 +50,8 @@ class TestStrokeGraphs:
             # The same curve apart from that, and nowhere a corner that it does not have.
             assert measure_deviation(curve.points, np.concatenate(parts)) < 2e-3 * length + 1e-3
             if len(parts) == 1 and curve.length > 0.02:
-                turning = turning_angles(curve.points)
-                drawn = turning_angles(parts[0])
+                turning = measure_turning(curve.points)
+                drawn = measure_turning(parts[0])
                 assert (turning > math.radians(20)).sum() <= (drawn > math.radians(2)).sum()
         assert not curves
         assert len(drawing(path).notes) == left_out
@@ -95,7 +95,7 @@ class TestStrokeGraphs:
                     continue
                 (curve,) = (c for c in network.curves if c.id == segment["id"])
                 if curve.length > 0.05:
-                    assert turning_angles(curve.points).max(initial=0) < math.radians(8)
+                    assert measure_turning(curve.points).max(initial=0) < math.radians(8)
 
     def test_recorded_patches(self) -> None:
         for path in GRAPHS:
