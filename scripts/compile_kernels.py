@@ -40,7 +40,7 @@ from query import Boundary, Fill, Stroke
 from query.expand import expand
 from query.placing import Surface, flow_distance, laid, loops, place, quality
 from viewer import embed
-from viewer.raster import paint
+from viewer.solid import paint
 square = Pattern.from_code(np.zeros(4, np.uint16))
 fill = expand(square, (3, 2), rotation=0, mirrored=False)
 embed(fill.disk())
@@ -128,9 +128,9 @@ view = MatrixCamera.parallel([3, 2, 1], [0, 0, 0], [0, 0, 1], 3.0, (99, 99), (0.
 samples = snapped.curve.samples
 drag = move_drag(begin_drag(view, model, samples, view.seen_at(samples)[5]), model, [50, 50])
 model.outermost(line[:2], line[1:3] - line[:2])
-from viewer.shading import shaded
+from viewer.skin import shaded
 from viewer.skin import Skin
-from viewer.view import View
+from viewer.camera import View
 import numpy as np
 skin = Skin.of(model.corners, model.triangles)
 shaded(skin, View(np.eye(3), np.zeros(3), 1.0), (0.0, 0.0), through=False)

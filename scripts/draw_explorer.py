@@ -21,12 +21,11 @@ import patterndb
 from ingest.formats import read_mesh
 from patterndb.store import Database
 from query.placing import Surface
+from viewer.camera import View
 from viewer.contour import flat
-from viewer.drawn import save_drawn
-from viewer.explorer_keys import KEYS
-from viewer.explorer_scene import compose
-from viewer.explorer_state import ExplorerState
-from viewer.view import View
+from viewer.explorer_picture import compose
+from viewer.explorer_state import KEYS, ExplorerState
+from viewer.picture import save_drawn
 
 ROOT = Path(__file__).parents[1]
 

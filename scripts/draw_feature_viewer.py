@@ -17,10 +17,10 @@ import numpy as np
 from PIL import Image
 
 from patterndb_sketch.features.model import Model
-from viewer.drawn import save_drawn
 from viewer.features import FeatureState
 from viewer.features.keys import KEYS
 from viewer.features.picture import Painter
+from viewer.picture import save_drawn
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from bodies import Body, body, degrade, stroke

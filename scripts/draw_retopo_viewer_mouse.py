@@ -13,11 +13,11 @@ import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
 from viewer import style
-from viewer.drawn import save_drawn
+from viewer.picture import save_drawn
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import KEYS
+from viewer.retopo.marks import FLOW, INK, MARKED, PREVIEW, SIDES, VALENCES
 from viewer.retopo.modes import Mode
-from viewer.retopo.palette import FLOW, INK, MARKED, PREVIEW, SIDES, VALENCES
 from viewer.retopo.picture import Painter
 from viewer.scene import HEIGHT
 

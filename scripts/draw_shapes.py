@@ -20,14 +20,13 @@ from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Template, box_template, register
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import style
-from viewer.drawn import Drawn, save_drawn
-from viewer.framing import framed
+from viewer.camera import View, framed
+from viewer.picture import Drawn, save_drawn
 from viewer.scene import Scene
 from viewer.shapes import ShapesState
-from viewer.shapes.keys import KEYS
 from viewer.shapes.picture import compose
+from viewer.shapes.state import KEYS
 from viewer.solid import Solid
-from viewer.view import View
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from bodies import CARS, body

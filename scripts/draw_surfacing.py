@@ -29,10 +29,10 @@ from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawi
 from patterndb_sketch.surfacing.networkfile import read_drawing
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.surfaces import Settings
-from viewer.drawn import save_drawn
+from viewer.picture import save_drawn
 from viewer.surfacing import SurfacingState, draw
-from viewer.surfacing.keys import KEYS
 from viewer.surfacing.picture import compose
+from viewer.surfacing.state import KEYS
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks" / "surfacing"))

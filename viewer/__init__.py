@@ -6,8 +6,7 @@ from viewer.card import Card
 from viewer.embedding import embed, flipped
 from viewer.gallery import save_gallery
 from viewer.opengl import DisplayError
-from viewer.paper import PictureFormatError
-from viewer.picture import save_picture
+from viewer.paper import PictureFormatError, save_picture
 
 __all__ = [
     "BrowserState",

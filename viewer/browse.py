@@ -6,14 +6,12 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from viewer.browser_state import BrowserState, Expand, PatternSource
+from viewer.browser_state import KEYS, BrowserState, Expand, PatternSource
 from viewer.keymap import Effect, KeyMap
-from viewer.keys import KEYS
 from viewer.opengl import prepare_opengl
 from viewer.paper import PictureFormatError
 from viewer.scene import Meshes, cell_at, compose
-from viewer.stage import CAMERA, layered, text_of
-from viewer.window import WINDOW, Shell
+from viewer.window import CAMERA, WINDOW, Shell, layered, text_of
 
 
 def browse(

@@ -12,6 +12,7 @@ from patterndb.core.disk import Disk
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError, PatternDBError
+from viewer.keymap import ALIASES, Effect, KeyMap
 
 #: A pattern's disk with every polychord at its width, numbered as Pattern.label does;
 #: its boundary begins where the pattern's does.
@@ -225,3 +226,52 @@ class BrowserState:
         n = 0 if pattern is None else pattern.n_chords + pattern.n_loops
         self._widths: tuple[int, ...] = (1,) * n
         self.chord: int | None = None
+
+
+#: (keys, what they do), as the help lists them.
+KEY_HELP = (
+    ("← →   Home End", "previous, next; first, last pattern"),
+    ("p n", "previous, next page"),
+    (", .", "fewer, more sides"),
+    ("- +", "fewer, more irregular vertices; below 0: all"),
+    ("v", "valences: any, 3–5, 3–6, 3–4, 4–5"),
+    ("c", "convex patterns only"),
+    ("[ ]", "choose a polychord"),
+    ("↓ ↑", "make it narrower, wider"),
+    ("r", "widths back to 1"),
+    ("m", "mirror image"),
+    ("t", "polychord tints"),
+    ("l", "labels of sides and polychords"),
+    ("i", "facts of the pattern"),
+    ("s", "save a screenshot"),
+    ("h ?", "this list"),
+    ("q", "quit"),
+)
+
+ACTIONS: dict[str, Callable[[BrowserState], None]] = {
+    "Left": lambda b: b.step(-1),
+    "Right": lambda b: b.step(1),
+    "Home": lambda b: b.select(0),
+    "End": lambda b: b.select(len(b.rows) - 1),
+    "n": lambda b: b.turn_page(1),
+    "p": lambda b: b.turn_page(-1),
+    ",": lambda b: b.change_class(-1),
+    ".": lambda b: b.change_class(1),
+    "+": lambda b: b.change_irregular(1),
+    "-": lambda b: b.change_irregular(-1),
+    "v": lambda b: b.change_valences(),
+    "c": lambda b: b.toggle_convex(),
+    "[": lambda b: b.choose_chord(-1),
+    "]": lambda b: b.choose_chord(1),
+    "Up": lambda b: b.change_width(1),
+    "Down": lambda b: b.change_width(-1),
+    "r": lambda b: b.reset_widths(),
+    "m": lambda b: b.toggle("mirrored"),
+    "t": lambda b: b.toggle("tinted"),
+    "l": lambda b: b.toggle("labelled"),
+    "i": lambda b: b.toggle("inspecting"),
+    "h": lambda b: b.toggle("helping"),
+}
+
+
+KEYS = KeyMap(ALIASES, ACTIONS, {"s": Effect.PICTURE, "q": Effect.QUIT})

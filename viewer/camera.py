@@ -2,10 +2,88 @@
 
 from __future__ import annotations
 
+import math
 from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from typing import Literal
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.geometry.points import Points
 from viewer.scene import HEIGHT
-from viewer.view import View
+
+# == From where a fill is looked at: a camera without perspective.
+
+#: Radians that a drag of one point turns the view.
+TURN = 0.008
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class View:
+    """What lies where in the picture.
+
+    axes:  (3, 3) float64, orthonormal rows: to the right, up, and towards the viewer.
+    focus: (3,) float64, what is seen in the middle.
+    scale: points of the picture to a unit of space.
+
+    Places in the picture are in points from its middle, x to the right and y up.
+    """
+
+    axes: Points
+    focus: Points
+    scale: float
+
+    @classmethod
+    def facing(cls, points: Points, toward: Points, radius: float) -> View:
+        """Looking against ``toward`` (3,), with points (n, 3) within ``radius`` of the middle."""
+        size = float(np.linalg.norm(toward))
+        z = toward / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
+        # Most meshes stand along y; looked at from above, their back is up.
+        up = np.array([0.0, 1.0, 0.0]) if abs(z[1]) < 0.9 else np.array([0.0, 0.0, -z[1]])
+        x = np.cross(up, z)
+        x /= np.linalg.norm(x)
+        axes = np.stack([x, np.cross(z, x), z])
+        flat = points @ axes.T
+        low, high = flat.min(axis=0), flat.max(axis=0)
+        reach = float(np.abs(high - low)[:2].max()) / 2.0
+        focus = axes.T @ ((low + high) / 2.0)
+        return cls(axes, focus, radius / reach if reach > 0.0 else 1.0)
+
+    def seen(self, points: Points) -> Points:
+        """(..., 3) x, y and nearness to the viewer, in points of the picture."""
+        return (points - self.focus) @ (self.axes.T * self.scale)
+
+    def under(self, x: float, y: float) -> Points:
+        """(3,) a point of space that is seen at (x, y), as near as the focus."""
+        return self.focus + (x * self.axes[0] + y * self.axes[1]) / self.scale
+
+    def turned(self, dx: float, dy: float) -> View:
+        """After a drag: the thing turns the way the pointer goes."""
+        return replace(self, axes=_about(1, -dx * TURN) @ (_about(0, dy * TURN) @ self.axes))
+
+    def rolled(self) -> View:
+        """A quarter turn about the line of sight."""
+        return replace(self, axes=_about(2, math.pi / 2.0) @ self.axes)
+
+    def moved(self, dx: float, dy: float) -> View:
+        """What was in the middle goes to (dx, dy)."""
+        return replace(self, focus=self.under(-dx, -dy))
+
+    def zoomed(self, factor: float, x: float = 0.0, y: float = 0.0) -> View:
+        """Larger by a factor, what is at (x, y) staying there."""
+        at = self.under(x, y)
+        return replace(self, focus=at + (self.focus - at) / factor, scale=self.scale * factor)
+
+
+def _about(axis: int, angle: float) -> Points:
+    """The rotation of space about one of the view's own axes."""
+    c, s = math.cos(angle), math.sin(angle)
+    i, j = (axis + 1) % 3, (axis + 2) % 3
+    turn = np.eye(3)
+    turn[i, i], turn[i, j], turn[j, i], turn[j, j] = c, s, -s, c
+    return turn
+
 
 #: How much larger one step of the wheel makes things.
 STEP = 1.15
@@ -58,3 +136,90 @@ class Camera(ABC):
         """Shift the picture."""
         self.aim(self.view.moved(dx, dy))
         return True
+
+
+# == How a model is looked at: from where, which way up, and whether it hides what is behind.
+
+#: From where a model is looked at: over its left front, if x points to its back and z up.
+TOWARD = (-0.72, -1.0, 0.52)
+
+#: What is upright, in the order of the key.
+UPRIGHT = ("z", "y", "x")
+
+#: How the model is shown, in the order of the key.
+ModelLook = Literal["solid", "through", "hidden"]
+MODEL_LOOKS: tuple[ModelLook, ...] = ("solid", "through", "hidden")
+
+
+class Looking(Camera):
+    """The view of a model.
+
+    upright: the axis that is. model_look: how the model is shown.
+    """
+
+    def __init__(self, points: Points) -> None:
+        Camera.__init__(self)
+        self.model_look: ModelLook = "solid"
+        self.upright = UPRIGHT[0]
+        self._points = points
+        self._toward = np.array(TOWARD)
+        self.view = self._framed()
+
+    def next_model_look(self) -> None:
+        """The model solid, transparent or hidden."""
+        at = MODEL_LOOKS.index(self.model_look)
+        self.model_look = MODEL_LOOKS[(at + 1) % len(MODEL_LOOKS)]
+
+    def next_upright(self) -> None:
+        """Another axis of the model is upright."""
+        self.upright = UPRIGHT[(UPRIGHT.index(self.upright) + 1) % len(UPRIGHT)]
+        self._toward = self._turned(TOWARD)
+        self.fit()
+
+    def look_along(self, direction: ArrayLike) -> None:
+        """Look against a direction (3,) of an upright model; the other way round if it is looked
+        at from there already."""
+        toward = self._turned(direction)
+        if np.allclose(self.view.axes[2], toward):
+            toward = -toward
+        self._toward = toward
+        self.fit()
+        self._toward = self._turned(TOWARD)
+        self._moved = True
+
+    def _turned(self, direction: ArrayLike) -> Points:
+        """A direction (3,) of a model that stands along z, for this one."""
+        return np.roll(np.array(direction, np.float64), "zxy".index(self.upright))
+
+    def _framed(self) -> View:
+        up = self._turned((0.0, 0.0, 1.0))
+        if abs(up @ self._toward) > 0.999 * np.linalg.norm(self._toward):
+            up = self._turned((0.0, 1.0, 0.0))
+        return framed(self._points, self._toward, up, *self.room)
+
+
+# == Where a thing is looked at from at first.
+
+#: Part of the picture's width and height that a thing is fitted into.
+FILLED = 0.86
+
+
+def framed(points: Points, toward: ArrayLike, up: ArrayLike, width: float, height: float) -> View:
+    """Looking against ``toward`` (3,), ``up`` (3,) upright, with points (n, 3) in the middle of
+    a picture of this size, in points."""
+    z = np.asarray(toward, np.float64)
+    z = z / np.linalg.norm(z)
+    x = np.cross(np.asarray(up, np.float64), z)
+    size = float(np.linalg.norm(x))
+    # Looking along the upright direction, any other will do.
+    x = x / size if size > 1e-9 else np.linalg.svd(z[None])[2][1]
+    axes = np.stack([x, np.cross(z, x), z])
+    if not len(points):
+        return View(axes, np.zeros(3), 100.0)
+    flat = points @ axes.T
+    low, high = flat.min(axis=0), flat.max(axis=0)
+    across = np.maximum(high - low, 1e-300)
+    scale = FILLED * min(width / across[0], height / across[1])
+    if scale > 1e200:
+        scale = 1.0
+    return View(axes, axes.T @ ((low + high) / 2.0), float(scale))

@@ -8,10 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.disk import Disk
+from patterndb.core.halfedge import Int32Array, next_edge
+from patterndb.core.polychord import polychords
+from patterndb.core.quadmesh import QuadMesh
 from patterndb.geometry.points import Points
 from viewer.embedding import embed
 from viewer.style import TINTS, rgb
-from viewer.tints import bundles, tint_numbers
 
 #: Part of an edge that a polychord's band covers.
 BAND = 0.44
@@ -52,7 +54,7 @@ def draw(
     """Lay a disk out for painting.
 
     mirrored: draw the mirror image. tinted: with the polychords' bands. choose: the bundle
-    to pick out, numbered as :func:`viewer.tints.bundles` does; one there is not is ignored.
+    to pick out, numbered as :func:`viewer.drawing.bundles` does; one there is not is ignored.
     """
     points = embed(disk)
     if mirrored:
@@ -122,3 +124,113 @@ def _pieces(corner: Points) -> Points:
     u, v = uv[..., 0], uv[..., 1]
     weights = np.stack([(1 - u) * (1 - v), u * (1 - v), u * v, (1 - u) * v], axis=-1)
     return np.einsum("bpc,qcd->qbpd", weights, corner)
+
+
+# == Which tint each polychord gets, so that parallel ones share it and crossing ones differ.
+#
+# == An expanded pattern has bundles of parallel polychords where the pattern has one; tinting
+# == bundles, not polychords, lets a fill of 300 quads be read as the pattern it came from.
+
+
+def bundles(disk: Disk) -> Int32Array:
+    """Bundles of parallel polychords, as (q, 2) int32 through edges 0-2 and edges 1-3.
+
+    Two polychords are parallel if between them runs a regular chain: closed or from one
+    flat boundary vertex to another, through interior vertices of valence 4 only. Bundles
+    are numbered by the first boundary edge they meet, those of loops after them, so that a
+    reduced pattern and its expansions number them alike (and as Pattern.label does).
+    """
+    twin = QuadMesh.from_quads(disk.quads).twin
+    of_edge = polychords(twin).of_edge
+    root = np.arange(of_edge.max() + 1)
+    for chain in _regular_chains(disk, twin):
+        for h in chain:
+            one = _find(root, int(of_edge[next_edge(h)]))
+            other = _find(root, int(of_edge[next_edge(int(twin[h]))]))
+            root[max(one, other)] = min(one, other)
+    tail = disk.quads.ravel()
+    border = np.flatnonzero(twin < 0)
+    border = border[np.argsort(tail[border])]
+    number: dict[int, int] = {}
+    for c in (*of_edge[border].tolist(), *range(len(root))):
+        number.setdefault(_find(root, c), len(number))
+    name = np.array([number[_find(root, c)] for c in range(len(root))], np.int32)
+    return name[of_edge].reshape(-1, 4)[:, :2]
+
+
+def tint_numbers(disk: Disk, bundle: Int32Array) -> Int32Array:
+    """(bundles,) int32 tint of every bundle, an index of style.TINTS.
+
+    All different as long as there are tints enough; then bundles that cross or run side by
+    side differ as far as the tints go.
+    """
+    n = int(bundle.max()) + 1
+    meets = np.zeros((n, n), np.bool_)
+    meets[bundle[:, 0], bundle[:, 1]] = True
+    twin = QuadMesh.from_quads(disk.quads).twin
+    along = bundle[:, [1, 0, 1, 0]].ravel()
+    inner = np.flatnonzero(twin >= 0)
+    meets[along[inner], along[twin[inner]]] = True
+    meets |= meets.T
+    tint = np.full(n, -1, np.int32)
+    used = np.zeros(len(TINTS), np.int64)
+    for b in range(n):
+        near = tint[meets[b]]
+        cost = used + 1_000_000 * np.bincount(near[near >= 0], minlength=len(TINTS))
+        tint[b] = int(cost.argmin())
+        used[tint[b]] += 1
+    return tint
+
+
+def boundary_bundles(disk: Disk, bundle: Int32Array) -> Int32Array:
+    """(P,) int32 bundle that meets every boundary edge, edge j leaving vertex j."""
+    tail = disk.quads
+    head = np.roll(tail, -1, axis=1)
+    quad, edge = np.nonzero((tail < disk.perimeter) & (head == (tail + 1) % disk.perimeter))
+    met = np.empty(disk.perimeter, np.int32)
+    met[tail[quad, edge]] = bundle[quad, edge & 1]
+    return met
+
+
+def _regular_chains(disk: Disk, twin: Int32Array) -> list[list[int]]:
+    """Half-edges of every regular chain; a chain may be found once from each end."""
+    valence = disk.valence()
+    tail = disk.quads.ravel()
+    p = disk.perimeter
+
+    def walk(h: int) -> list[int] | None:
+        chain = [h]
+        while True:
+            head = int(tail[next_edge(chain[-1])])
+            if head < p:
+                return chain if valence[head] == 2 else None
+            if valence[head] != 4:
+                return None
+            # Two quads on round the vertex is straight ahead.
+            ahead = next_edge(int(twin[next_edge(chain[-1])]))
+            if ahead == h:
+                return chain
+            if len(chain) > len(twin):
+                return None
+            chain.append(ahead)
+
+    chains: list[list[int]] = []
+    seen = np.zeros(len(twin), np.bool_)
+    for from_boundary in (True, False):
+        for h in np.flatnonzero(twin >= 0).tolist():
+            v = int(tail[h])
+            start = valence[v] == 2 if v < p else valence[v] == 4
+            if (v < p) != from_boundary or not start or seen[h]:
+                continue
+            chain = walk(h)
+            if chain is None or (not from_boundary and int(tail[next_edge(chain[-1])]) != v):
+                continue
+            seen[chain] = True
+            chains.append(chain)
+    return chains
+
+
+def _find(root: NDArray[np.int64], c: int) -> int:
+    while root[c] != c:
+        c = int(root[c])
+    return c

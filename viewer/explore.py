@@ -12,12 +12,11 @@ from query import Boundary, Fill, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
 from viewer import saver
-from viewer.drawn import Drawn, check_png, save_drawn
-from viewer.explorer_keys import KEYS
-from viewer.explorer_scene import compose
-from viewer.explorer_state import ExplorerState
+from viewer.explorer_picture import compose
+from viewer.explorer_state import KEYS, ExplorerState
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
+from viewer.picture import Drawn, check_png, save_drawn
 from viewer.window import WINDOW, open_window
 
 #: Writes a placed fill, vertices (v, 3), to a file.

@@ -16,8 +16,7 @@ from query.engine import PatternSource
 from query.listing.orders import ORDERS, default_order
 from query.placing import Surface
 from query.stroke import TOLERANCE
-from viewer.placer import Placed, Placer
-from viewer.streaming import OneAtATime, Search
+from viewer.background import OneAtATime, Placed, Placer, Search
 
 #: Fills asked for at first; the key m asks for twice as many each time.
 LIMIT = 100
@@ -156,7 +155,7 @@ class Finder:
             search.join()
         self._placer.close()
 
-    # What keys do, see viewer.explorer_keys
+    # What keys do, see viewer.explorer_state
 
     def step(self, by: int) -> None:
         """Another fill, stopping at the ends of what has been found."""

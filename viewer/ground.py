@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import dijkstra
 from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length, sampled
 from query.placing import Surface
-from viewer.view import View
+from viewer.camera import View
 
 #: Points of a path between two clicks, and rounds in which it is pulled taut: each moves every
 #: point to the middle of its neighbours, and so many of them are settled by some P**2 / 8.

@@ -7,6 +7,32 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Generic, Protocol, TypeVar
 
+#: Other names of keys: X's, and capitals.
+ALIASES = {
+    "bracketleft": "[",
+    "bracketright": "]",
+    "comma": ",",
+    "period": ".",
+    "<": ",",
+    ">": ".",
+    "=": "+",
+    "_": "-",
+    "less": ",",
+    "greater": ".",
+    "plus": "+",
+    "equal": "+",
+    "KP_Add": "+",
+    "minus": "-",
+    "underscore": "-",
+    "KP_Subtract": "-",
+    "question": "h",
+    "?": "h",
+    "Next": "n",
+    "Prior": "p",
+    "space": "n",
+    "Escape": "q",
+} | {c.upper(): c for c in "npvcrmtlishq"}
+
 
 class Effect(Enum):
     """What the window has to do after a key."""

@@ -1,53 +1,119 @@
-"""A picture of one disk, as PNG or SVG."""
+"""A composed picture, its frame, and its way into a PNG: without OpenGL, the same everywhere."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from viewer import style
-from viewer.card import Card
-from viewer.drawing import draw
-from viewer.painting import paint_disk, paint_legend
-from viewer.paper import Page, check_suffix
+from viewer.camera import Camera
+from viewer.panel import PANEL
+from viewer.paper import POINTS_PER_INCH, Page, PictureFormatError
+from viewer.scene import HEIGHT, Scene
+from viewer.solid import NOTHING, Solid, Triangles
 
-#: Side of the square a disk is drawn in, in points.
-SIZE = 300.0
-
-MARGIN = 18.0
+#: Samples of a pixel, each way, of what is shaded.
+SAMPLES = 2
 
 
-def save_picture(
-    path: Path | str, card: Card, *, mirrored: bool = False, tinted: bool = True
-) -> Path:
-    """Draw one disk with its caption and legend.
+@dataclass(frozen=True, slots=True, eq=False)
+class Drawn:
+    """The whole picture: the solid behind, the scene over it. middle: of the view."""
 
-    path: ends in .png or .svg, which says the format. mirrored: draw the mirror image.
-    tinted: with the polychords' bands. Returns the path. The same input gives the same
-    bytes; an SVG keeps its text as text and one path per quad in the group "quads".
+    scene: Scene
+    solid: Solid
+    middle: tuple[float, float]
 
-    Raises PictureFormatError for another suffix, and OSError as writing does.
+
+def save_drawn(path: Path | str, drawn: Drawn, height: int) -> Path:
+    """Write a composed picture, ``height`` pixels high; the same picture gives the same bytes.
+
+    Raises PictureFormatError for another suffix than .png, and OSError as writing does.
     """
-    path = Path(path)
-    check_suffix(path)
-    drawing = draw(card.disk, mirrored=mirrored, tinted=tinted)
-    lines = [card.facts, *card.details]
-    lines = [line for line in lines if line]
-    head = (16.0 if card.title else 0.0) + 12.0 * len(lines)
-    foot = 26.0
-    half_height = float(drawing.points[:, 1].max()) * SIZE / 2.0
-    width = SIZE + 2.0 * MARGIN
-    height = 2.0 * half_height + head + foot + 2.0 * MARGIN
-    page = Page(width, height)
-    middle = width / 2.0
-    paint_disk(page, drawing, middle, height - MARGIN - half_height, SIZE, "quads")
-    y = height - MARGIN - 2.0 * half_height - 20.0
-    if card.title:
-        title = card.title if card.rank is None else f"{card.rank}   {card.title}"
-        page.text(middle, y, title, 11.0, mono=True, bold=True)
-        y -= 15.0
-    for line in lines:
-        page.text(middle, y, line, 8.0, colour=style.FAINT_TEXT)
-        y -= 12.0
-    paint_legend(page, [drawing], middle, 13.0, 7.0)
-    page.save(path)
+    path = check_png(path)
+    scene = drawn.scene
+    scale = height / scene.height
+    page = Page(scene.width, scene.height)
+    if len(drawn.solid.corners):
+        fine, _ = drawn.solid.image(scene.width, scene.height, SAMPLES * scale)
+        rows, columns = (n // SAMPLES * SAMPLES for n in fine.shape[:2])
+        cut = fine[:rows, :columns].reshape(
+            rows // SAMPLES, SAMPLES, columns // SAMPLES, SAMPLES, 3
+        )
+        page.axes.imshow(
+            cut.mean(axis=(1, 3)),
+            extent=(0.0, scene.width, 0.0, scene.height),
+            interpolation="nearest",
+            aspect="auto",
+            zorder=0,
+        )
+        page.axes.set_xlim(0.0, scene.width)
+        page.axes.set_ylim(0.0, scene.height)
+    for patch in scene.patches:
+        page.polygons(patch.corners, faces=patch.colours)
+    for collection in page.axes.collections:
+        # Snapped to pixels, thin rims would vanish on one side.
+        collection.set_snap(False)
+    for t in scene.texts:
+        page.text(
+            t.x, t.y, t.text, t.size, colour=t.colour, bold=t.bold, mono=t.mono, align=t.align
+        )
+    dpi = POINTS_PER_INCH * scale
+    page.figure.savefig(
+        path, format="png", dpi=dpi, facecolor=style.PAPER, metadata={"Software": None}
+    )
     return path
+
+
+def check_png(path: Path | str) -> Path:
+    """The path; PictureFormatError if its name does not end in .png."""
+    path = Path(path)
+    if path.suffix.lower() != ".png":
+        raise PictureFormatError(f"{path}: an off-screen picture's name ends in .png")
+    return path
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Frame:
+    """scene: what is flat. room: width of the picture without the panel. middle: of the view."""
+
+    scene: Scene
+    room: float
+    middle: tuple[float, float]
+
+    @classmethod
+    def of(
+        cls,
+        camera: Camera,
+        aspect: float,
+        *,
+        bare: bool,
+        height: float = HEIGHT,
+        below: float = 0.0,
+    ) -> Frame:
+        """For a window of this width to height, into which the camera's view is fitted.
+
+        bare: without the panel. height: of a bare picture, in points; one with the panel has
+        always the same. below: points that the view leaves free at the bottom.
+        """
+        height = height if bare else HEIGHT
+        scene = Scene(height * aspect, height)
+        room = scene.width if bare else max(scene.width - PANEL, 1.0)
+        camera.fill(room, height - below)
+        return cls(scene, room, (room / 2.0, (height + below) / 2.0))
+
+    def solid(self, parts: Sequence[Triangles], placed: Triangles = NOTHING) -> Solid:
+        """Triangles as seen from the middle of the view; placed: those in the picture already."""
+        corners = np.concatenate([NOTHING[0], *(part[0] for part in parts)])
+        corners = np.concatenate([placed[0], corners + np.array([*self.middle, 0.0])])
+        return Solid(corners, np.concatenate([placed[1], *(part[1] for part in parts)]), 0.0)
+
+    def drawn(self, solid: Solid) -> Drawn:
+        """The picture, all put into its scene."""
+        if not self.scene.patches:
+            # A page always has something to lay text and triangles on.
+            self.scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
+        return Drawn(self.scene, solid, self.middle)

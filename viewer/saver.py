@@ -7,8 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from viewer.drawn import Drawn, save_drawn
 from viewer.keymap import Effect, KeyMap
+from viewer.picture import Drawn, save_drawn
+
+# == A composed picture, and how it is written as a PNG: without OpenGL, the same everywhere.
 
 
 class Saver(ABC):

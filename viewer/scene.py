@@ -14,12 +14,10 @@ from patterndb.core.disk import Disk
 from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.browser_state import COLUMNS, ROWS, BrowserState
+from viewer.browser_state import COLUMNS, KEY_HELP, ROWS, BrowserState
 from viewer.card import facts_of, valence_text
-from viewer.drawing import Drawing, draw
-from viewer.keys import KEY_HELP
+from viewer.drawing import Drawing, boundary_bundles, bundles, draw
 from viewer.painting import paint_disk, paint_legend, scale_of
-from viewer.tints import boundary_bundles, bundles
 
 Meshes = Callable[[Pattern], Sequence[str]]
 

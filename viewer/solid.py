@@ -2,17 +2,178 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb.system.kernels import kernel
 from query.placing import Surface
 from viewer import style
+from viewer.camera import View
 from viewer.net import Net
-from viewer.raster import Grid, farthest_nearby, paint
-from viewer.view import View
+from viewer.style import circle, rgb
+
+# == Curves as bands of triangles that face the viewer, shaded as if they were round.
+
+Grid = NDArray[np.float32]
+
+Triangles = tuple[Points, Grid]
+
+#: Mitres longer than so many half widths are cut: there the curve turns back.
+LONGEST_MITRE = 1.6
+
+#: How bright a band's rim is, its middle being 1 and lighter than the colour by GLOSS of white.
+#: Bands narrower than ROUND points are of one colour.
+RIM, GLOSS, ROUND = 0.72, 0.2, 2.5
+
+NOTHING: Triangles = (np.zeros((0, 3, 3)), np.zeros((0, 3, 3), np.float32))
+
+
+def ribbons(lines: Sequence[Points], colour: str, width: float, lift: float) -> Triangles:
+    """Bands along polylines (k, 3) as they are seen, ``width`` points wide.
+
+    lift: how much nearer to the viewer they are than what they lie on, in points.
+    """
+    kept = [line for line in lines if len(line) > 1]
+    if not kept:
+        return NOTHING
+    points = np.concatenate(kept)
+    starts = np.cumsum([0, *(len(line) for line in kept)])
+    joined = np.ones(len(points) - 1, np.bool_)
+    joined[starts[1:-1] - 1] = False
+    across = _across(points[:, :2], joined) * (width / 2.0)
+    raised = points + np.array([0.0, 0.0, lift])
+    side = np.concatenate([across, np.zeros((len(across), 1))], axis=1)
+    # Nearer in the middle: where bands cross, the crossing looks round, too.
+    rows = np.stack(
+        [raised - side, raised + np.array([0.0, 0.0, width / 4.0]), raised + side], axis=1
+    )
+    a, b = rows[:-1][joined], rows[1:][joined]
+    base = rgb(colour)
+    rim = middle = base
+    if width >= ROUND:
+        rim, middle = base * RIM, base * (1.0 - GLOSS) + GLOSS
+    shades = [rim, middle, rim]
+    corners: list[Points] = []
+    colours: list[Points] = []
+    for i, j in ((0, 1), (1, 2)):
+        corners += [
+            np.stack([a[:, i], a[:, j], b[:, j]], axis=1),
+            np.stack([a[:, i], b[:, j], b[:, i]], axis=1),
+        ]
+        colours += [
+            np.stack([shades[i], shades[j], shades[j]]),
+            np.stack([shades[i], shades[j], shades[i]]),
+        ]
+    n = len(a)
+    painted = np.concatenate([np.broadcast_to(shade, (n, 3, 3)) for shade in colours])
+    return np.concatenate(corners), painted.astype(np.float32)
+
+
+def discs(places: Points, colour: str, radius: float, lift: float, inner: float = 0.0) -> Triangles:
+    """Discs at places (n, 3) as they are seen, or rings with an inner radius."""
+    if not len(places):
+        return NOTHING
+    rim = circle()
+    after = np.roll(rim, -1, axis=0)
+    zero = np.zeros((len(rim), 1))
+    outer = [np.hstack([ends * radius, zero]) for ends in (rim, after)]
+    within = [np.hstack([ends * inner, zero]) for ends in (rim, after)]
+    fan = np.stack([within[0], outer[0], outer[1]], axis=1)
+    if inner > 0.0:
+        fan = np.concatenate([fan, np.stack([within[0], outer[1], within[1]], axis=1)])
+    corners = (places + np.array([0.0, 0.0, lift]))[:, None, None] + fan
+    flat = np.broadcast_to(rgb(colour), (len(places) * len(fan), 3, 3))
+    return corners.reshape(-1, 3, 3), flat.astype(np.float32)
+
+
+def dashed(line: Points, dash: float) -> list[Points]:
+    """A polyline (k, 3) as it is seen, in dashes of so many points with gaps as long."""
+    along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1))]
+    if along[-1] <= dash:
+        return [line]
+    count = max(1, round(along[-1] / (2.0 * dash)))
+    step = along[-1] / count
+    dashes: list[Points] = []
+    for k in range(count):
+        first, last = k * step, (k + 0.55) * step
+        inner = along[(along > first) & (along < last)]
+        at = np.r_[first, inner, last]
+        dashes.append(np.stack([np.interp(at, along, line[:, c]) for c in range(3)], axis=1))
+    return dashes
+
+
+def _across(flat: Points, joined: NDArray[np.bool_]) -> Points:
+    """(k, 2) to the left of lines at each of their points, as long as a mitre wants."""
+    step = np.diff(flat, axis=0)
+    size = np.linalg.norm(step, axis=1, keepdims=True)
+    step = np.where(joined[:, None] & (size > 0.0), step / np.where(size > 0.0, size, 1.0), 0.0)
+    before = np.vstack([np.zeros((1, 2)), step])
+    after = np.vstack([step, np.zeros((1, 2))])
+    total = before + after
+    length = np.linalg.norm(total, axis=1, keepdims=True)
+    # Where a line turns right back, its own last direction is as good as any.
+    total = np.where(length > 1e-6, total / np.where(length > 1e-6, length, 1.0), before)
+    own = np.where(np.abs(after).sum(axis=1, keepdims=True) > 0.0, after, before)
+    cosine = np.abs((total * own).sum(axis=1, keepdims=True))
+    mitre = np.minimum(1.0 / np.maximum(cosine, 1e-6), LONGEST_MITRE)
+    return np.stack([-total[:, 1], total[:, 0]], axis=1) * mitre
+
+
+# == Which triangle is seen at every pixel: a depth buffer without OpenGL.
+
+
+@kernel
+def paint(corners: Points, colours: Grid, depth: Grid, image: Grid) -> None:
+    """Paint triangles over what is there, in place; the nearer wins.
+
+    corners: (t, 3, 3) float64 x to the right, y down, both in pixels, and depth, greater is
+    nearer. colours: (t, 3, 3) float32 of the corners, blended between. depth: (h, w) float32,
+    -inf where nothing is yet. image: (h, w, 3) float32. The pixel (i, j) is seen at its middle,
+    x = j + 0.5, y = i + 0.5.
+    """
+    height, width = depth.shape
+    for t in range(len(corners)):
+        ax, ay, az = corners[t, 0, 0], corners[t, 0, 1], corners[t, 0, 2]
+        bx, by, bz = corners[t, 1, 0], corners[t, 1, 1], corners[t, 1, 2]
+        cx, cy, cz = corners[t, 2, 0], corners[t, 2, 1], corners[t, 2, 2]
+        area = (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+        if area == 0.0:
+            continue
+        left = max(0, math.floor(min(ax, bx, cx) - 0.5))
+        right = min(width - 1, math.ceil(max(ax, bx, cx) - 0.5))
+        top = max(0, math.floor(min(ay, by, cy) - 0.5))
+        bottom = min(height - 1, math.ceil(max(ay, by, cy) - 0.5))
+        for i in range(top, bottom + 1):
+            y = i + 0.5
+            for j in range(left, right + 1):
+                x = j + 0.5
+                u = ((bx - x) * (cy - y) - (by - y) * (cx - x)) / area
+                v = ((cx - x) * (ay - y) - (cy - y) * (ax - x)) / area
+                w = 1.0 - u - v
+                # A pixel on an edge belongs to both triangles, so that no gap is left.
+                if u < -1e-9 or v < -1e-9 or w < -1e-9:
+                    continue
+                z = u * az + v * bz + w * cz
+                if z <= depth[i, j]:
+                    continue
+                depth[i, j] = z
+                for c in range(3):
+                    image[i, j, c] = (
+                        u * colours[t, 0, c] + v * colours[t, 1, c] + w * colours[t, 2, c]
+                    )
+
+
+def farthest_nearby(depth: Grid) -> Grid:
+    """(h, w) the least depth in the 3 x 3 pixels around: what a line beside a ridge is held to."""
+    padded = np.pad(depth, 1, mode="edge")
+    rows = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
+    return np.minimum(np.minimum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])
+
 
 SURFACE = "#c3ccd6"
 SURFACE_BACK = "#97a2ae"
@@ -124,3 +285,6 @@ def _triangles(patches: Points) -> Points:
     c, d = patches[:, 1:, 1:], patches[:, :-1, 1:]
     both = np.stack([np.stack([a, b, c], axis=3), np.stack([a, c, d], axis=3)], axis=3)
     return both.reshape(-1, 3, 3)
+
+
+# == The frame of a picture: how large it is, where the view is in it, and what it is put into.

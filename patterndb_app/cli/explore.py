@@ -96,7 +96,7 @@ def explore(
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from query.placing import Surface
     from viewer.explore import explore as open_explorer
-    from viewer.explorer_keys import KEYS
+    from viewer.explorer_state import KEYS
 
     try:
         KEYS.check(keys)

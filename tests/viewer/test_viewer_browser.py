@@ -19,9 +19,8 @@ from patterndb.core.patternclass import PatternClass
 from patterndb.errors import InvalidBoundaryError, NotFoundError
 from viewer import BrowserState, DisplayError, PictureFormatError, browse, opengl
 from viewer.browse import Window
-from viewer.browser_state import COLUMNS, MAX_WIDTH, PER_PAGE
+from viewer.browser_state import ACTIONS, COLUMNS, KEYS, MAX_WIDTH, PER_PAGE
 from viewer.keymap import Effect
-from viewer.keys import ACTIONS, KEYS
 from viewer.scene import cell_at, compose
 
 

@@ -11,7 +11,7 @@ from viewer_disks import ALL, SHARED, disk, expand, pattern, refined
 from patterndb.core.disk import Disk
 from patterndb.core.quadmesh import QuadMesh
 from viewer import embed, flipped
-from viewer.outline import LONGEST_SIDE, convex_outline
+from viewer.embedding import LONGEST_SIDE, convex_outline
 
 CATALOGUE = SHARED / "golden" / "disk_quadrangulations.dqs"
 

@@ -7,8 +7,7 @@ import pytest
 from viewer_disks import ALL, disk, expand, pattern
 
 from viewer.card import Card, facts_of, plural, valence_text
-from viewer.drawing import draw
-from viewer.tints import boundary_bundles, bundles, tint_numbers
+from viewer.drawing import boundary_bundles, bundles, draw, tint_numbers
 
 REDUCED = ["one quad", "doublet", "two doublets", "triangle", "pentagon", "ring", "L", "plus"]
 

@@ -2,14 +2,77 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.sessioncurves import (
+    own_numbers,
+    settings_numbers,
+    settings_of_numbers,
+)
+from patterndb_sketch.features.sessionfile import FeatureSession, SessionCurve
 from patterndb_sketch.features.snap import FeatureCurve, Snap, SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline
+
+
+def opened(
+    session: FeatureSession, settings: SnapSettings
+) -> tuple[list[tuple[Curve, Look]], SnapSettings]:
+    """The curves of a session with their looks, and the settings of the next curve: the given
+    ones where they are not as by default, else the session's.
+
+    Raises InvalidFeatureError for settings out of range.
+    """
+    common = settings_of_numbers(session.settings, SnapSettings())
+    curves: list[tuple[Curve, Look]] = []
+    for key, one in enumerate(session.curves):
+        own = settings_of_numbers(session.settings, common, one.name)
+        curve = Curve(key, one.name, one.clicked, own, one.constraints)
+        curves.append((curve, Look.of(one.spline, one.samples)))
+    asked, usual = settings_numbers(settings), settings_numbers(SnapSettings())
+    given = {name: value for name, value in asked.items() if value != usual[name]}
+    return curves, settings_of_numbers(given, common)
+
+
+def saved(
+    session: FeatureSession, curves: Sequence[tuple[Curve, Look]], settings: SnapSettings
+) -> FeatureSession:
+    """The session with these curves, and the settings of the next one; all else stays."""
+    common = settings_numbers(settings)
+    gone = {f"{one.name}: {name}" for one in session.curves for name in common}
+    numbers = {name: value for name, value in session.settings.items() if name not in gone}
+    numbers |= common
+    for curve, _ in curves:
+        numbers |= own_numbers(curve.name, curve.settings, settings)
+    drawn = tuple(
+        SessionCurve(curve.name, curve.clicked, look.samples, curve.constraints, look.spline)
+        for curve, look in curves
+    )
+    return replace(session, curves=drawn, settings=numbers)
+
+
+#: After Okabe and Ito, as colour-blind readers can tell them apart, darker than theirs: lines
+#: are thin. In the order of being drawn.
+CURVES = (
+    "#0b63b5",
+    "#d1570c",
+    "#08855f",
+    "#b1478a",
+    "#a87b00",
+    "#6a48c8",
+    "#2a93c4",
+    "#a33238",
+)
+
+
+def colour_of(key: int) -> str:
+    """The colour of a curve by its key: it keeps it while others come and go."""
+    return CURVES[key % len(CURVES)]
+
 
 #: Points that a curve is drawn through, for each of its samples.
 DENSITY = 3

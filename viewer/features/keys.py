@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from viewer import keys
 from viewer.features.state import FeatureState
-from viewer.keymap import Effect, KeyMap
+from viewer.keymap import ALIASES, Effect, KeyMap
 
 #: (keys, what they do), as the help lists them.
 KEY_HELP = (
@@ -39,7 +38,7 @@ SLIDE = 0.04
 
 #: Other names of keys: X's, and capitals.
 ALIASES = (
-    {name: key for name, key in keys.ALIASES.items() if key in {*"+-,.[]"} or key == "h"}
+    {name: key for name, key in ALIASES.items() if key in {*"+-,.[]"} or key == "h"}
     | {"Return": "Enter", "KP_Enter": "Enter", "space": "Tab", "ISO_Left_Tab": "BackTab"}
     | {c.upper(): c for c in "cdeaxyzrmvgfsonphq"}
     | {f"KP_{i}": str(i) for i in (1, 2, 3)}

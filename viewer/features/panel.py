@@ -6,7 +6,7 @@ import numpy as np
 
 from viewer import style
 from viewer.card import plural
-from viewer.features.edits import Curve
+from viewer.features.edits import Curve, colour_of
 from viewer.features.layout import (
     AXES,
     CHOICES,
@@ -21,7 +21,6 @@ from viewer.features.layout import (
     rows_shown,
     value_of,
 )
-from viewer.features.palette import colour_of
 from viewer.features.state import FeatureState
 from viewer.panel import LETTER, MARGIN, PANEL, Writer, begin_panel, hint
 from viewer.scene import HIGHLIGHT, HIGHLIGHT_LINE, Scene

@@ -6,19 +6,19 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.axes import draw_axes
-from viewer.drawn import Drawn
-from viewer.features.edits import Curve
+from viewer.features.edits import Curve, colour_of
 from viewer.features.keys import KEY_HELP, MOUSE_HELP
 from viewer.features.layout import axis_name
-from viewer.features.palette import colour_of
 from viewer.features.panel import panel
 from viewer.features.pointing import PIN
 from viewer.features.state import FeatureState
-from viewer.frame import Frame
-from viewer.panel import help_box
-from viewer.ribbons import Triangles, dashed, discs, ribbons
-from viewer.shading import Shading
+from viewer.panel import draw_axes, help_box
+from viewer.picture import Drawn, Frame
+from viewer.skin import Shading
+from viewer.solid import Triangles, dashed, discs, ribbons
+
+# == Colours of curves: strong enough to stand out from a grey model.
+
 
 #: Widths of lines in points: of curves, of the selected one and what is around it, of ribs.
 CURVE, SELECTED, RIM, RIB, SKETCHED = 3.4, 4.6, 8.2, 1.1, 2.0

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.drag import MatrixCamera
 from patterndb_sketch.features.model import Model
+from viewer.camera import View
 from viewer.features.edits import Curve
-from viewer.view import View
 
 Place = tuple[float, float]
 

@@ -11,6 +11,7 @@ from patterndb_sketch.features.drag import Drag, begin_drag, move_drag
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
+from viewer.camera import Looking
 from viewer.features.choices import with_value
 from viewer.features.edits import Curve, Edits
 from viewer.features.layout import (
@@ -24,7 +25,6 @@ from viewer.features.layout import (
 from viewer.features.picking import Picking
 from viewer.features.pointing import Under, camera, place_in, surface_at, under_pointer
 from viewer.features.work import Files
-from viewer.looking import Looking
 from viewer.skin import Skin
 
 #: A press and a release this near to each other, in points, are a click.

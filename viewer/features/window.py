@@ -12,14 +12,17 @@ from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession, write_network, write_session
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
-from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.features.keys import KEYS
 from viewer.features.picture import Painter
 from viewer.features.state import FeatureState
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
+from viewer.picture import Drawn, check_png, save_drawn
 from viewer.saver import free_name
 from viewer.window import WINDOW, open_window
+
+# == What is worked on, from a session and into one.
+
 
 #: Keys that write, in a name, what others do elsewhere; by their X names too.
 WRITTEN = {"space": " ", "underscore": "_", "minus": "-", "period": ".", "parenleft": "(",
@@ -44,7 +47,7 @@ def show(
 
     title: of the window and its panel. session: what has been worked on before. session_path:
     where it is saved; None for a new file in the folder. settings: of the next curve, see
-    :func:`viewer.features.sessions.opened`. keys: pressed first, with spaces between. folder: for
+    :func:`viewer.features.window.opened`. keys: pressed first, with spaces between. folder: for
     what keys save. window_size: pixels.
 
     Returns the state at the end. Raises ValueError for a key there is not, InvalidFeatureError

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections import OrderedDict
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
 from functools import partial
 from typing import Protocol
 from weakref import WeakKeyDictionary, WeakSet
@@ -14,9 +16,58 @@ from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
-from viewer.features.edits import Curve, Edits, Look, remade
-from viewer.features.maker import Maker
-from viewer.features.sessions import opened, saved
+from viewer.features.edits import Curve, Edits, Look, opened, remade, saved
+
+# == Snaps curves in a thread, so that whoever looks at them need not wait.
+
+
+class Maker:
+    """Makes one after another; what was not begun when the same curve is wanted otherwise is
+    dropped."""
+
+    def __init__(self) -> None:
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="snapping")
+        self._asked: list[tuple[Curve, Future[Snap]]] = []
+
+    def want(self, curve: Curve, make: Callable[[], Snap]) -> None:
+        """Have a curve made, instead of what was wanted of the curve with its key."""
+        self.forget(curve.key)
+        self._asked.append((curve, self._worker.submit(make)))
+
+    def forget(self, key: int) -> None:
+        """Drop what is not begun of a curve."""
+        self._asked = [one for one in self._asked if one[0].key != key or not one[1].cancel()]
+
+    def wants(self, curve: Curve) -> bool:
+        """Is this curve still to be made?"""
+        return any(one is curve for one, _ in self._asked)
+
+    @property
+    def busy(self) -> bool:
+        """Is something still to be made?"""
+        return bool(self._asked)
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Until all is made; False if time ran out before."""
+        return not wait_for([future for _, future in self._asked], seconds).not_done
+
+    def made(self) -> list[tuple[Curve, Snap | PatternDBError]]:
+        """What has been made since this was asked last, and why some could not be; what else
+        went wrong is raised."""
+        ready = [one for one in self._asked if one[1].done()]
+        self._asked = [one for one in self._asked if not one[1].done()]
+        result: list[tuple[Curve, Snap | PatternDBError]] = []
+        for curve, future in ready:
+            try:
+                result.append((curve, future.result()))
+            except PatternDBError as error:
+                result.append((curve, error))
+        return result
+
+    def close(self) -> None:
+        """Wait for what was begun."""
+        self._worker.shutdown(wait=True, cancel_futures=True)
+
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.
 AT_ONCE = 0.05

@@ -13,14 +13,13 @@ from patterndb_sketch.retopo.ground import GroundPoints
 from patterndb_sketch.retopo.tool import SNAP
 from patterndb_sketch.retopo.tools.loop import plane_of_line
 from viewer.retopo.acting import Acting, Files
-from viewer.retopo.lists import Place
 from viewer.retopo.modes import Mode, Option, modes
-from viewer.retopo.pointing import REACH, Finder, foot_at, line_at
+from viewer.retopo.pointing import REACH, Finder, Sight, foot_at, line_at, stands_along
 from viewer.retopo.previews import (
     Latest,
     Preview,
 )
-from viewer.retopo.sight import Sight, stands_along
+from viewer.retopo.work import Place
 from viewer.skin import Skin
 
 #: A button that never goes farther than this while it is down, in points, clicks.

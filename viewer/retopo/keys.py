@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from patterndb_sketch.retopo.table import TOOLS
-from viewer import keys
-from viewer.keymap import Effect, KeyMap
+from viewer.keymap import ALIASES, Effect, KeyMap
 from viewer.retopo.modes import modes
 from viewer.retopo.state import RetopoState
 
@@ -41,7 +40,7 @@ MODE_KEYS = {mode.key: mode.tool for mode in modes() if mode.key}
 
 #: Other names of keys: X's, and capitals that mean nothing else.
 ALIASES = (
-    {name: key for name, key in keys.ALIASES.items() if key in {*"+-[]."} or key == "h"}
+    {name: key for name, key in ALIASES.items() if key in {*"+-[]."} or key == "h"}
     | {"Return": "Enter", "KP_Enter": "Enter", "ISO_Left_Tab": "BackTab", "space": "."}
     | {f"KP_{i}": str(i) for i in (1, 2, 3)}
     | {k.upper(): k for k in [*MODE_KEYS, *"nbmxvopqh"] if k.upper() not in {*"ECUZFSMRP"}}

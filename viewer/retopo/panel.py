@@ -12,7 +12,7 @@ from viewer import style
 from viewer.card import plural
 from viewer.panel import LINE, MARGIN, PANEL, Writer, begin_panel, hint
 from viewer.retopo.layout import OPTION, mode_box, options_top
-from viewer.retopo.palette import side_colour, valence_colour
+from viewer.retopo.marks import side_colour, valence_colour
 from viewer.retopo.state import RetopoState
 from viewer.scene import HIGHLIGHT, HIGHLIGHT_LINE, Scene
 

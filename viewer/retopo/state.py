@@ -6,8 +6,7 @@ import numpy as np
 
 from viewer.retopo.aiming import CLICK
 from viewer.retopo.layout import mode_under, option_under
-from viewer.retopo.pointing import line_at
-from viewer.retopo.sight import Sight
+from viewer.retopo.pointing import Sight, line_at
 from viewer.retopo.using import Using
 
 

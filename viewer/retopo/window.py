@@ -20,9 +20,9 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
 from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from viewer import saver
-from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
+from viewer.picture import Drawn, check_png, save_drawn
 from viewer.retopo.keys import KEYS
 from viewer.retopo.picture import Painter
 from viewer.retopo.state import RetopoState

@@ -9,10 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from viewer.raster import farthest_nearby
+from viewer.camera import View
 from viewer.shapes.skin import Skin, nearest_on
-from viewer.solid import Solid
-from viewer.view import View
+from viewer.solid import Solid, farthest_nearby
 
 #: What is so much deeper than the surface in front of it, in points, is still in sight: a curve
 #: lies on the surface, which is looked up at pixels.
@@ -142,3 +141,36 @@ def finer(line: Points, step: float) -> tuple[Points, NDArray[np.bool_]]:
 
 def _length(line: Points) -> float:
     return float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())
+
+
+# == Pulls: from where the pointer goes to where a curve shall go in space.
+
+#: An axis that is seen shorter than this part of itself points at the viewer: nobody can tell how
+#: far along it a pull goes.
+END_ON = 0.15
+
+
+@dataclass(frozen=True, slots=True)
+class Grab:
+    """A curve in hand: its number, the nearest vertex in it, and where it was pressed."""
+
+    line: int
+    place: int
+    pressed: tuple[float, float]
+
+
+def displaced(view: View, dx: float, dy: float, axis: int | None) -> Points | None:
+    """(3,) what a pull by so many points of the picture means in space.
+
+    In the plane of the screen, or along an axis: as far as the pull goes along the axis as it is
+    seen. None if that points at the viewer.
+    """
+    if axis is None:
+        return (dx * view.axes[0] + dy * view.axes[1]) / view.scale
+    seen = view.axes[:2, axis]
+    size = float(seen @ seen)
+    if size < END_ON**2:
+        return None
+    offset = np.zeros(3)
+    offset[axis] = (dx * seen[0] + dy * seen[1]) / (size * view.scale)
+    return offset

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -9,15 +10,14 @@ from numpy.typing import ArrayLike
 
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
-from viewer.camera import Camera
-from viewer.framing import framed
-from viewer.shapes.layout import Knob, rails
-from viewer.shapes.pull import Grab, displaced
-from viewer.shapes.sight import Sight
+from viewer.camera import Camera, View, framed
+from viewer.keymap import ALIASES, Effect, KeyMap
+from viewer.panel import MARGIN, PANEL
+from viewer.scene import HEIGHT
+from viewer.shapes.shaping import HOLD, SIGMAS, STIFF, Shaping
+from viewer.shapes.sight import Grab, Sight, displaced
 from viewer.shapes.skin import Line
-from viewer.shapes.switches import Switches
-from viewer.slider import Rail, rail_at
-from viewer.view import View
+from viewer.slider import Rail, Slider, rail_at
 
 #: A press and a release this near to each other, in points, are a click.
 CLICK = 4.0
@@ -35,18 +35,22 @@ VIEWS = (
 )
 
 
-class ShapesState(Switches, Camera):
+class ShapesState(Shaping, Camera):
     """A shape model, the shape that is shown, and how it is looked at.
 
     The arguments are those of :class:`viewer.shapes.shaping.Shaping`. axis: 0 to 2 where pulls go
     along x, y or z, None where they go in the plane of the screen. bending: is one vertex pulled
-    rather than the whole curve?
+    rather than the whole curve? curves_shown, edges_shown, helping: are the curves, the edges of
+    faces, the list of keys shown? chosen: the mode that arrow keys change. page: of the modes.
     """
 
     def __init__(
         self, shapes: ShapeModel, template: Template, coefficients: ArrayLike | None = None
     ) -> None:
-        Switches.__init__(self, shapes, template, coefficients)
+        Shaping.__init__(self, shapes, template, coefficients)
+        self.curves_shown = True
+        self.edges_shown = self.helping = False
+        self.page = self.chosen = 0
         Camera.__init__(self)
         self.axis: int | None = None
         self.bending = False
@@ -123,7 +127,7 @@ class ShapesState(Switches, Camera):
             return None
         return rail_at(self.rails, *self._on_page(*self.pointer))
 
-    # What keys do, see viewer.shapes.keys
+    # What keys do, see viewer.shapes.state
 
     def toggle_bending(self) -> None:
         """Pull one vertex with those around it, or the whole curve."""
@@ -268,3 +272,145 @@ class ShapesState(Switches, Camera):
         )
         # From the front no larger than at first: it is going to be turned.
         return replace(view, scale=min(view.scale, first.scale))
+
+    def toggle(self, name: str) -> None:
+        """Turn one of the switches, such as helping or edges_shown."""
+        setattr(self, name, not getattr(self, name))
+
+    def turn_page(self, by: int) -> None:
+        """Other modes in the panel."""
+        count = pages(self.shapes.n_modes)
+        if count == 1:
+            self.message = "all modes are shown"
+        self.page = (self.page + by) % count
+        if self.chosen // MODES != self.page:
+            self.chosen = self.page * MODES
+
+    def choose_mode(self, by: int) -> None:
+        """The next mode, or the one before, for the arrow keys."""
+        self.chosen = (self.chosen + by) % self.shapes.n_modes
+        self.page = self.chosen // MODES
+
+
+# == The keys of the viewer of shape models: which there are, and what they do to its state.
+
+#: (keys, what they do), as the help lists them.
+KEY_HELP = (
+    ("drag", "pull a curve: the shape follows"),
+    ("click   c", "hold the curve at the pointer, or let it go"),
+    ("a", "let all curves go"),
+    ("m", "pull the whole curve, or one vertex of it"),
+    ("x  y  z", "pull along an axis; again: on the screen"),
+    ("↑ ↓", "choose a mode"),
+    ("← →", "less, more of that mode"),
+    (", .", "previous, next page of modes"),
+    ("0", "the mean shape"),
+    ("b n", "previous, next training shape"),
+    ("r", "a random shape"),
+    ("u   U", "take back; do again"),
+    ("g", "ghost: none, mean, training shape"),
+    ("w   e", "curves, edges of faces: hide or show"),
+    ("1 2 3   v", "view along x, y, z; as at first"),
+    ("p   o", "save the picture; the shape as OBJ"),
+    ("Esc", "drop a pull; close this list; quit"),
+    ("h ?   q", "this list; quit"),
+)
+
+#: Under the list of keys.
+MOUSE_HELP = "drag: turn    right drag: turn, always    middle drag: shift    wheel: zoom"
+
+#: Standard deviations that an arrow key changes a mode by.
+NUDGE = 0.1
+
+#: Other names of keys: X's, and capitals.
+ALIASES = (
+    {name: key for name, key in ALIASES.items() if key in {",", ".", "h"}}
+    | {"Prior": ",", "Next": ".", "Home": "0", "BackSpace": "u", "space": "n"}
+    | {f"KP_{i}": str(i) for i in range(4)}
+    | {c.upper(): c for c in "camxyzbnrgwevpohq"}
+)
+
+Action = Callable[[ShapesState], None]
+
+
+def _idle(action: Action) -> Action:
+    """An action that waits until nothing is dragged: what is, goes on from where it began."""
+
+    def press(state: ShapesState) -> None:
+        if state.dragging:
+            state.message = "let go first, or press Esc"
+        else:
+            action(state)
+
+    return press
+
+
+ACTIONS: dict[str, Action] = {
+    "c": _idle(lambda s: s.hold_here()),
+    "a": _idle(lambda s: s.let_go()),
+    "m": lambda s: s.toggle_bending(),
+    "x": lambda s: s.choose_axis(0),
+    "y": lambda s: s.choose_axis(1),
+    "z": lambda s: s.choose_axis(2),
+    "Up": _idle(lambda s: s.choose_mode(-1)),
+    "Down": _idle(lambda s: s.choose_mode(1)),
+    "Left": _idle(lambda s: s.nudge(s.chosen, -NUDGE)),
+    "Right": _idle(lambda s: s.nudge(s.chosen, NUDGE)),
+    ",": _idle(lambda s: s.turn_page(-1)),
+    ".": _idle(lambda s: s.turn_page(1)),
+    "0": _idle(lambda s: s.reset()),
+    "b": _idle(lambda s: s.step(-1)),
+    "n": _idle(lambda s: s.step(1)),
+    "r": _idle(lambda s: s.sample()),
+    "u": _idle(lambda s: s.undo()),
+    "U": _idle(lambda s: s.redo()),
+    "g": lambda s: s.next_ghost(),
+    "w": lambda s: s.toggle("curves_shown"),
+    "e": lambda s: s.toggle("edges_shown"),
+    "v": _idle(lambda s: s.look(0)),
+    "1": _idle(lambda s: s.look(1)),
+    "2": _idle(lambda s: s.look(2)),
+    "3": _idle(lambda s: s.look(3)),
+    "h": lambda s: s.toggle("helping"),
+}
+
+#: What the window does itself.
+EFFECTS = {"p": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
+
+KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, lambda s: s.leave())
+
+
+# == Where the sliders stand in the panel.
+
+#: Modes on a page of the panel, from one to the next in points, and the height of the first.
+MODES, ROW = 12, 41.0
+MODES_TOP = HEIGHT - 232.0
+
+#: Heights of the sliders of what pulls keep.
+HOLD_Y, STIFFNESS_Y = 116.0, 66.0
+
+#: A slider of the panel: the number of a mode, or the name of what pulls keep.
+Knob = int | str
+
+HOLDING = Slider("weight of held curves", *HOLD, digits=2)
+STIFFENING = Slider("keep the present shape", *STIFF, digits=2)
+
+
+def pages(n_modes: int) -> int:
+    """How many pages of modes there are."""
+    return -(-n_modes // MODES)
+
+
+def rails(n_modes: int, page: int, left: float) -> dict[Knob, Rail]:
+    """The sliders of a page of the panel; left: of the panel, from the picture's left."""
+    start, end = left + MARGIN + 6.0, left + PANEL - MARGIN - 6.0
+    found: dict[Knob, Rail] = {}
+    for row, mode in enumerate(range(page * MODES, min((page + 1) * MODES, n_modes))):
+        slider = Slider(f"{mode + 1}", -SIGMAS, SIGMAS, step=0.01, unit=" σ")
+        found[mode] = Rail(slider, start, end, MODES_TOP - row * ROW)
+    found["hold"] = Rail(HOLDING, start, end, HOLD_Y)
+    found["stiffness"] = Rail(STIFFENING, start, end, STIFFNESS_Y)
+    return found
+
+
+# == What is shown beside the shape, and which modes: all that keys choose without the pointer.

@@ -6,19 +6,36 @@ from pathlib import Path
 
 from numpy.typing import ArrayLike
 
+from patterndb.system.files import replace_file
+from patterndb.system.obj import format_obj
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import saver
-from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
+from viewer.picture import Drawn, check_png, save_drawn
 from viewer.saver import free_name
 from viewer.scene import HEIGHT
-from viewer.shapes.keys import KEYS
-from viewer.shapes.objfile import write_obj
 from viewer.shapes.picture import compose
-from viewer.shapes.state import ShapesState
+from viewer.shapes.shaping import Shaping
+from viewer.shapes.state import KEYS, ShapesState
 from viewer.window import WINDOW, open_window
+
+# == Shapes as OBJ files.
+
+
+def write_obj(path: Path, shaping: Shaping) -> None:
+    """Write the shape that is shown; every number reads back as it was.
+
+    The vertices are in the model's order, so that files of one model can be compared, and laid
+    on each other. Raises OSError as writing does.
+    """
+    sigmas = " ".join(f"{value:.4g}" for value in shaping.sigmas.tolist())
+    comments = (
+        f"a shape of a model of {len(shaping.shapes.names)} shapes",
+        f"modes in standard deviations: {sigmas}",
+    )
+    replace_file(path, format_obj(shaping.points, shaping.skin.quads.tolist(), comments=comments))
 
 
 def show(

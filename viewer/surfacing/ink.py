@@ -21,8 +21,8 @@ from patterndb_sketch.surfacing.network import (
     drop_repeats,
 )
 from patterndb_sketch.surfacing.patch import Surfacing
+from viewer.camera import View
 from viewer.surfacing.body import Body
-from viewer.view import View
 
 #: A stroke is looked up on the surface every so many points of the picture, however fast the
 #: pointer moves.

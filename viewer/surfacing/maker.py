@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field, replace
@@ -13,7 +13,24 @@ from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import LoopMemory, Settings, surface
 from viewer.surfacing.body import Body, Key, renumbered
-from viewer.surfacing.finding import Find
+
+# == How cycles are found where a network brings none.
+
+#: Finds the cycles of a network: (network, added, banned) -> cycles, and notes on them.
+Find = Callable[
+    [CurveNetwork, Sequence[Cycle], Sequence[Cycle]], tuple[Sequence[Cycle], Sequence[str]]
+]
+
+
+def found(
+    network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle]
+) -> tuple[Sequence[Cycle], Sequence[str]]:
+    """As :func:`patterndb_sketch.surfacing.cycles.find_cycles`."""
+    # Its solver takes a second to import, which networks with cycles need not wait for.
+    from patterndb_sketch.surfacing.cycles import find_cycles
+
+    result = find_cycles(network, added=added, banned=banned)
+    return result.cycles, result.notes
 
 
 @dataclass(frozen=True, slots=True, eq=False)

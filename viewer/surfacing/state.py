@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
@@ -11,17 +11,55 @@ from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
 from patterndb.store import Database
+from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
-from viewer.camera import Camera
-from viewer.framing import framed
+from viewer.camera import Camera, View, framed
+from viewer.keymap import ALIASES, Effect, KeyMap
+from viewer.panel import MARGIN, PANEL
+from viewer.scene import HEIGHT
 from viewer.surfacing.body import Body
-from viewer.surfacing.choices import Choices
 from viewer.surfacing.edits import Edits, next_method
-from viewer.surfacing.finding import Find, found
 from viewer.surfacing.ink import Ink, Quill, ray
-from viewer.surfacing.layout import alpha_at, on_slider
-from viewer.view import View
+from viewer.surfacing.maker import Find, found
+from viewer.surfacing.surfaces import Surfaces
+
+# == Where the slider stands in the panel.
+
+#: The slider's ends from the panel's left, and its height above the picture's lower edge.
+SLIDER = (MARGIN + 6.0, PANEL - MARGIN - 6.0)
+SLIDER_Y = HEIGHT - 318.0
+
+#: How near to the slider's line the pointer must be, in points.
+GRIP = 14.0
+
+#: Places of the slider go by the square root: where alpha is small, little of it does much.
+POWER = 2.0
+
+Room = tuple[float, float]
+
+
+def share_of(alpha: float) -> float:
+    """Where an alpha from 0 to 1 is on the slider, 0 to 1."""
+    return min(max(alpha, 0.0), 1.0) ** (1.0 / POWER)
+
+
+def alpha_of(share: float) -> float:
+    """The alpha at a place of the slider."""
+    return min(max(share, 0.0), 1.0) ** POWER
+
+
+def alpha_at(room: Room, x: float) -> float:
+    """The alpha at x points from the middle of the view; room: size of the view."""
+    left = room[0] / 2.0 + SLIDER[0]
+    return alpha_of((x - left) / (SLIDER[1] - SLIDER[0]))
+
+
+def on_slider(room: Room, x: float, y: float) -> bool:
+    """Is a place, in points from the middle of the view, on the slider?"""
+    left, right = (room[0] / 2.0 + end for end in SLIDER)
+    return left - GRIP <= x <= right + GRIP and abs(y - (SLIDER_Y - room[1] / 2.0)) <= GRIP
+
 
 #: A press and a release this near to each other, in points, are a click.
 CLICK = 4.0
@@ -46,7 +84,7 @@ class Under(NamedTuple):
     number: int
 
 
-class SurfacingState(Choices, Camera):
+class SurfacingState(Surfaces, Camera):
     """A network, the surface that is made of it, and how it is looked at.
 
     source: a drawing or a network. settings: the method and alpha to begin with. spacing: about
@@ -55,7 +93,8 @@ class SurfacingState(Choices, Camera):
     db: where quads come from; without it there are none. afresh: find cycles even if the
     network has some. added, banned: cycles that shall, or shall not, be patches. find: how
     cycles are found.
-    toward, up: (3,) from where it is looked at, and what is upright.
+    toward, up: (3,) from where it is looked at, and what is upright. helping: is the list of keys
+    shown? surface_shown and so on: what else is. message: what went wrong last.
     """
 
     def __init__(
@@ -84,7 +123,12 @@ class SurfacingState(Choices, Camera):
         self._quill = Quill()
         self._drag: Drag | None = None
         self._pressed: tuple[float, float] | None = None
-        Choices.__init__(self, first, wanted, spacing, db, find)
+        self.surface_shown = self.chords_shown = self.curves_shown = self.off_shown = True
+        self.edges_shown = METHODS[first.method].makes_quads
+        self.helping = False
+        self.message = ""
+        self._history: list[Edits] = []
+        Surfaces.__init__(self, first, wanted, spacing, db, find)
         self.view = self._framed()
 
     @property
@@ -95,7 +139,7 @@ class SurfacingState(Choices, Camera):
             return None
         return self._quill.ink(made.surfacing, made.body)
 
-    # What keys do, see viewer.surfacing.keys
+    # What keys do, see viewer.surfacing.state
 
     def next_method_here(self) -> None:
         """The next method for the patch under the pointer."""
@@ -108,11 +152,6 @@ class SurfacingState(Choices, Camera):
         self._edit(
             self.edits.with_method_of(cycle, next_method(method, database=self.has_database))
         )
-
-    def go_to_stage(self, stage: int) -> None:
-        """As the drawing was after so many stages; what was being drawn is forgotten."""
-        self.leave()
-        super().go_to_stage(stage)
 
     def toggle_patch(self) -> None:
         """Switch the patch under the pointer off, or on again."""
@@ -264,3 +303,144 @@ class SurfacingState(Choices, Camera):
     def _framed(self) -> View:
         toward, up = self._facing
         return framed(self.all_points, toward, up, *self.room)
+
+    def toggle(self, name: str) -> None:
+        """Turn one of the switches, such as helping or chords_shown."""
+        setattr(self, name, not getattr(self, name))
+
+    def change_alpha(self, alpha: float) -> None:
+        """Another price of chords, from 0 to 1."""
+        alpha = round(min(max(alpha, 0.0), 1.0), 3)
+        if alpha != self.settings.alpha:
+            self.settings = replace(self.settings, alpha=alpha)
+            self._ask()
+
+    def next_method(self) -> None:
+        """The next method for all patches."""
+        method = next_method(self.edits.method, database=self.has_database)
+        self._edit(self.edits.with_method(method))
+        self.edges_shown = METHODS[method].makes_quads
+
+    def go_to_stage(self, stage: int) -> None:
+        """Show the drawing as it was after so many stages, from the end if below 0.
+
+        What was being drawn is forgotten.
+        """
+        self.leave()
+        n = self.n_stages
+        if not n:
+            self.message = "the drawing has no stages"
+            return
+        stage = min(max(stage if stage >= 0 else n + 1 + stage, 0), n)
+        if stage != self.edits.stage:
+            self.edits = replace(self.edits, stage=stage, inks=())
+            self._ask()
+
+    def step(self, by: int) -> None:
+        """Stages forward or back, stopping at the ends."""
+        self.go_to_stage(max(self.edits.stage + by, 0))
+
+    def all_on(self) -> None:
+        """Switch on whatever was switched off."""
+        if self.edits.banned:
+            self._edit(replace(self.edits, banned=()))
+
+    def undo(self) -> None:
+        """Take back the last stroke, curve, click on a patch or change of method."""
+        if not self._history:
+            self.message = "there is nothing to take back"
+            return
+        before, self.edits = self.edits, self._history.pop()
+        if not self.edits.asks_like(before):
+            self.edges_shown = METHODS[self.edits.method].makes_quads
+            self._ask()
+
+    def _edit(self, after: Edits) -> None:
+        """Another step that can be taken back."""
+        self._history.append(self.edits)
+        self.edits = after
+        self._ask()
+
+
+# == The keys of the viewer of surfaces: which there are, and what they do to its state.
+
+#: (keys, what they do), as the help lists them.
+KEY_HELP = (
+    ("- +", "alpha: more chords, fewer"),
+    ("click", "switch a patch off; on again at its ring"),
+    ("x", "the same for the patch at the pointer"),
+    ("a", "switch all patches on"),
+    ("m", f"next method: {', '.join(METHODS)}"),
+    ("n", "next method for the patch at the pointer"),
+    ("← →", "stage of the drawing: back, forward"),
+    ("Home End", "before the first stage, after the last"),
+    ("d", "draw strokes on the surface (drag)"),
+    ("Enter", "make the last stroke a curve"),
+    ("u", "take back: stroke, curve, click, method"),
+    ("w   e", "surface, chords: hide or show"),
+    ("r   t", "curves, edges of faces: hide or show"),
+    ("c", "patches that are off: hide or show"),
+    ("v   z", "view as at first; roll it"),
+    ("s   o", "save the picture; the surface as OBJ"),
+    ("h ?   q", "this list; quit"),
+)
+
+#: Under the list of keys.
+MOUSE_HELP = "drag: turn    right drag: turn, always    middle drag: shift    wheel: zoom"
+
+#: How far the keys - and + move the slider, as a part of it.
+SLIDE = 0.04
+
+#: Other names of keys: X's, and capitals.
+ALIASES = (
+    {name: key for name, key in ALIASES.items() if key in {*"+-"} or key == "h"}
+    | {"space": "Right", "Return": "Enter", "KP_Enter": "Enter", "BackSpace": "u"}
+    | {c.upper(): c for c in "xamnduwertcvzsohq"}
+)
+
+ACTIONS: dict[str, Callable[[SurfacingState], None]] = {
+    "-": lambda s: slide(s, -SLIDE),
+    "+": lambda s: slide(s, SLIDE),
+    "x": lambda s: s.toggle_patch(),
+    "a": lambda s: s.all_on(),
+    "m": lambda s: s.next_method(),
+    "n": lambda s: s.next_method_here(),
+    "Left": lambda s: s.step(-1),
+    "Right": lambda s: s.step(1),
+    "Home": lambda s: s.go_to_stage(0),
+    "End": lambda s: s.go_to_stage(-1),
+    "d": lambda s: s.begin_drawing(),
+    "Enter": lambda s: s.add_curves(),
+    "u": lambda s: s.undo(),
+    "w": lambda s: s.toggle("surface_shown"),
+    "e": lambda s: s.toggle("chords_shown"),
+    "r": lambda s: s.toggle("curves_shown"),
+    "t": lambda s: s.toggle("edges_shown"),
+    "c": lambda s: s.toggle("off_shown"),
+    "v": lambda s: s.fit(),
+    "z": lambda s: s.roll(),
+    "h": lambda s: s.toggle("helping"),
+}
+
+#: What the window does itself.
+EFFECTS = {"s": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
+
+
+def slide(state: SurfacingState, by: float) -> None:
+    """Move the slider of alpha by a part of its length."""
+    state.change_alpha(alpha_of(share_of(state.settings.alpha) + by))
+
+
+def _leave(state: SurfacingState) -> bool:
+    """Leave drawing or the help; False if there is nothing to leave."""
+    left = state.drawing_mode or state.helping
+    if left:
+        state.helping = False
+        state.leave()
+    return left
+
+
+KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, _leave)
+
+
+# == What the viewer's keys choose, and the way back: all that needs no pointer.

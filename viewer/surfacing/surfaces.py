@@ -25,8 +25,7 @@ from patterndb_sketch.surfacing.sampling import (
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.surfacing.body import Body
 from viewer.surfacing.edits import Edits
-from viewer.surfacing.finding import Find
-from viewer.surfacing.maker import Made, Maker, Wish
+from viewer.surfacing.maker import Find, Made, Maker, Wish
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.
 AT_ONCE = 0.05

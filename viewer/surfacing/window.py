@@ -12,15 +12,14 @@ from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer import saver
-from viewer.drawn import Drawn, check_png, save_drawn
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
+from viewer.picture import Drawn, check_png, save_drawn
 from viewer.saver import free_name
 from viewer.scene import HEIGHT
-from viewer.surfacing.finding import Find, found
-from viewer.surfacing.keys import KEYS
+from viewer.surfacing.maker import Find, found
 from viewer.surfacing.picture import compose
-from viewer.surfacing.state import TOWARD, UP, SurfacingState
+from viewer.surfacing.state import KEYS, TOWARD, UP, SurfacingState
 from viewer.window import WINDOW, open_window
 
 #: Writes a surface to a file.

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from domed import DOME, opened
 
+from viewer.camera import View
 from viewer.contour import flat
 from viewer.explorer_state import ExplorerState
-from viewer.view import View
 
 
 @pytest.fixture

@@ -8,9 +8,8 @@ from domed import DOME, click, keys
 
 from patterndb.errors import NotFoundError
 from query import Boundary
-from viewer.contour import Contour, flat
+from viewer.contour import Contour, Mode, flat
 from viewer.explorer_state import ExplorerState
-from viewer.pen import Mode
 
 
 @pytest.mark.parametrize(

@@ -14,11 +14,9 @@ from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
 from query import Stroke, fills
 from query.placing import find_strand
-from viewer.contour import flat
-from viewer.explorer_keys import ACTIONS, KEYS
-from viewer.explorer_scene import compose
-from viewer.explorer_state import ExplorerState
-from viewer.pen import Mode
+from viewer.contour import Mode, flat
+from viewer.explorer_picture import compose
+from viewer.explorer_state import ACTIONS, KEYS, ExplorerState
 
 
 def test_the_fills_are_the_library_s(state: ExplorerState) -> None:

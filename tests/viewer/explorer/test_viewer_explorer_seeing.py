@@ -8,16 +8,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb.geometry.polyline import arc_length
+from viewer.camera import View
 from viewer.ground import Ground
-from viewer.raster import farthest_nearby, paint
-from viewer.solid import Hiding, Solid
-from viewer.view import View
+from viewer.solid import Hiding, Solid, farthest_nearby, paint
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
 
 def paint_reference(corners: Points, shape: tuple[int, int]) -> np.ndarray:
-    """(h, w) which triangle is seen at a pixel, -1 for none; see viewer.raster.paint."""
+    """(h, w) which triangle is seen at a pixel, -1 for none; see viewer.solid.paint."""
     seen = np.full(shape, -1)
     best = np.full(shape, -np.inf)
     for t, (a, b, c) in enumerate(corners):

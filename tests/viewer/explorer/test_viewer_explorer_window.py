@@ -11,15 +11,14 @@ from events import Events, alike, can_draw, check_looking
 
 from patterndb.errors import NotFoundError
 from viewer import PictureFormatError
+from viewer.camera import View
 from viewer.contour import flat
-from viewer.drawn import save_drawn
 from viewer.explore import Saver, explore
-from viewer.explorer_keys import EFFECTS, KEYS
-from viewer.explorer_scene import compose
-from viewer.explorer_state import ExplorerState
+from viewer.explorer_picture import compose
+from viewer.explorer_state import EFFECTS, KEYS, ExplorerState
 from viewer.keymap import Effect
 from viewer.panel import PANEL
-from viewer.view import View
+from viewer.picture import save_drawn
 from viewer.window import Window
 
 

@@ -24,12 +24,12 @@ from tents import (
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap, SnapSettings
+from viewer.camera import View
 from viewer.features import FeatureState, work
 from viewer.features.layout import (
     AXIS_OF,
 )
 from viewer.features.pointing import camera, place_in, surface_at
-from viewer.view import View
 
 
 def test_clicks_make_a_curve_that_snaps_to_the_ridge(state: FeatureState) -> None:

@@ -14,13 +14,13 @@ from tents import BESIDE, at, drawn, keys, opened, picked, tent
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession, read_network, read_session
 from viewer import PictureFormatError
-from viewer.drawn import save_drawn
 from viewer.features import FeatureState, draw
 from viewer.features.keys import KEYS
 from viewer.features.layout import rails
 from viewer.features.picture import FAILED, MENDED, RIB_COLOUR, Painter
 from viewer.features.window import Saver, Writer, obj_of
 from viewer.keymap import Effect
+from viewer.picture import save_drawn
 from viewer.scene import HEIGHT
 from viewer.style import rgb
 from viewer.window import Window

@@ -9,17 +9,20 @@ from hypothesis import strategies as st
 from tents import grid, keys
 
 from viewer.features import FeatureState
-from viewer.shading import (
+from viewer.skin import (
     AMBIENT,
+    CREASED,
     EDGE,
     FILL,
     KEY,
     MATTE,
     OF_FILL,
     OF_KEY,
+    SMOOTH,
+    Skin,
     shaded,
+    smooth_normals,
 )
-from viewer.skin import CREASED, SMOOTH, Skin, smooth_normals
 from viewer.style import rgb
 
 

@@ -14,8 +14,7 @@ from viewer.retopo import RetopoState
 from viewer.retopo.keys import ACTIONS, KEY_HELP, MODE_KEYS
 from viewer.retopo.layout import mode_box, option_under, options_top
 from viewer.retopo.modes import mode_of, modes
-from viewer.retopo.pointing import foot_at, visible
-from viewer.retopo.sight import stands_along
+from viewer.retopo.pointing import foot_at, stands_along, visible
 
 
 def test_every_tool_of_the_table_has_a_mode_and_a_key_of_its_own() -> None:

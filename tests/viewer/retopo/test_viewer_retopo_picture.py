@@ -16,18 +16,7 @@ from query.engine import PatternSource
 from viewer import PictureFormatError
 from viewer.retopo import RetopoState, draw
 from viewer.retopo.body import Body
-from viewer.retopo.palette import (
-    CORNER,
-    CURVE,
-    EDGE,
-    FLOW,
-    INK,
-    MARKED,
-    SIDES,
-    SNAP,
-    VALENCES,
-    WRONG,
-)
+from viewer.retopo.marks import CORNER, CURVE, EDGE, FLOW, INK, MARKED, SIDES, SNAP, VALENCES, WRONG
 from viewer.retopo.picture import Painter
 from viewer.style import PAPER, rgb
 

@@ -10,7 +10,7 @@ from sheets import SQUARE, at, click, drag, hover, keys, press, quads_of, square
 
 from patterndb_sketch.retopo.filling import RetopoMesh
 from viewer.retopo import RetopoState
-from viewer.retopo.strips import nearest_edge, strip_line, twins
+from viewer.retopo.previews import nearest_edge, strip_line, twins
 
 PENTAGON = ((0.0, 2.0), (-1.9, 0.6), (-1.2, -1.6), (1.2, -1.6), (1.9, 0.6))
 

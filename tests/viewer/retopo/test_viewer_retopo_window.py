@@ -16,8 +16,8 @@ from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.script import Script, play_script, read_script
 from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from query.engine import PatternSource
-from viewer.drawn import save_drawn
 from viewer.keymap import Effect
+from viewer.picture import save_drawn
 from viewer.retopo import RetopoState, show
 from viewer.retopo.keys import KEYS
 from viewer.retopo.window import RetopoWindow, Saver, Writer

@@ -11,9 +11,8 @@ from shape_cases import car_shapes, car_template, drag, keys, knob_at, opened, s
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import box_template
 from viewer.shapes import ShapesState
-from viewer.shapes.choice import HOLD, KEEP, STIFF
-from viewer.shapes.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS, NUDGE
-from viewer.shapes.layout import MODES
+from viewer.shapes.shaping import HOLD, KEEP, STIFF
+from viewer.shapes.state import ACTIONS, EFFECTS, KEY_HELP, KEYS, MODES, NUDGE
 
 
 @pytest.mark.parametrize("sigmas", [-3.0, -1.25, 0.4, 3.0])

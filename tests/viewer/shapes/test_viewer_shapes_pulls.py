@@ -13,10 +13,10 @@ from shape_cases import car_shapes, drag, keys, number, opened, seen
 
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.shapemodel import edit, pull_feature
+from viewer.camera import View
 from viewer.shapes import ShapesState, shaping
-from viewer.shapes.choice import KEEP, SIGMAS, STIFF
-from viewer.shapes.pull import displaced
-from viewer.view import View
+from viewer.shapes.shaping import KEEP, SIGMAS, STIFF
+from viewer.shapes.sight import displaced
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 

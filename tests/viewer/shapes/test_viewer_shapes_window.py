@@ -12,12 +12,12 @@ from shape_cases import car_shapes, car_template
 from ingest.formats import read_mesh
 from patterndb_sketch.features.errors import InvalidFeatureError
 from viewer import PictureFormatError
-from viewer.drawn import save_drawn
 from viewer.keymap import Effect
+from viewer.picture import save_drawn
 from viewer.scene import HEIGHT
 from viewer.shapes import ShapesState, draw
-from viewer.shapes.keys import KEYS
 from viewer.shapes.picture import GHOST, GRABBED, HELD, PARTS, compose
+from viewer.shapes.state import KEYS
 from viewer.shapes.window import Saver
 from viewer.style import rgb
 from viewer.window import Window

@@ -12,12 +12,18 @@ import patterndb
 from patterndb_sketch.surfacing.network import Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.surfaces import Settings, surface
 from viewer.style import TINTS
-from viewer.surfacing.body import Body
-from viewer.surfacing.keys import KEYS
-from viewer.surfacing.layout import PANEL, SLIDER, SLIDER_Y, alpha_at, alpha_of, share_of
-from viewer.surfacing.palette import neighbours, piece_tints
+from viewer.surfacing.body import Body, neighbours, piece_tints
 from viewer.surfacing.picture import compose
-from viewer.surfacing.state import SurfacingState
+from viewer.surfacing.state import (
+    KEYS,
+    PANEL,
+    SLIDER,
+    SLIDER_Y,
+    SurfacingState,
+    alpha_at,
+    alpha_of,
+    share_of,
+)
 
 
 def test_the_slider_changes_the_pieces(state: SurfacingState) -> None:

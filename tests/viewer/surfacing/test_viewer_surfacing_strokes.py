@@ -12,9 +12,8 @@ from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 from query.placing import Surface
 from viewer.keymap import Effect
 from viewer.surfacing.edits import parts_of
-from viewer.surfacing.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS
 from viewer.surfacing.picture import compose
-from viewer.surfacing.state import SurfacingState
+from viewer.surfacing.state import ACTIONS, EFFECTS, KEY_HELP, KEYS, SurfacingState
 
 
 def test_a_stroke_lies_on_the_mesh(state: SurfacingState) -> None:

@@ -11,14 +11,13 @@ from events import Events, alike, can_draw, check_looking, read
 
 from patterndb_sketch.surfacing.patch import Surfacing
 from viewer import PictureFormatError
-from viewer.drawn import save_drawn
 from viewer.keymap import Effect
-from viewer.ribbons import dashed, ribbons
+from viewer.picture import save_drawn
+from viewer.solid import dashed, ribbons
 from viewer.style import TINTS, rgb
 from viewer.surfacing import SurfacingState, draw
-from viewer.surfacing.keys import KEYS
-from viewer.surfacing.layout import PANEL
 from viewer.surfacing.picture import compose
+from viewer.surfacing.state import KEYS, PANEL
 from viewer.surfacing.window import Saver
 from viewer.window import Window
 
