@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 import subprocess
 import sys
 from functools import cache
@@ -232,3 +233,70 @@ def test_the_schema_stands_once() -> None:
         )
     ]
     assert set(creating) <= {"patterndb.store.migrations", "patterndb.store.ddq"}
+
+
+#: Rooms of the architecture page; a module belongs to the longest that its name begins with.
+ROOMS = (
+    "patterndb.errors",
+    "patterndb.system",
+    "patterndb.core",
+    "patterndb.geometry",
+    "patterndb.store",
+    "ingest",
+    "query",
+    "patterndb_sketch",
+    "viewer",
+    "patterndb_app",
+)
+
+#: They look upwards, each for the reason that the page gives.
+FACES = ("patterndb", "patterndb.__main__", "patterndb.notebook")
+
+
+def find_room(module: str) -> str | None:
+    """The room of a module; None for the face."""
+    found = [room for room in ROOMS if (module + ".").startswith(room + ".")]
+    return max(found, key=len, default=None)
+
+
+def read_arrows() -> dict[str, set[str]]:
+    """The table of docs/architecture.md: a room, and the rooms that it imports."""
+    page = (CHECKOUT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    rows: dict[str, set[str]] = {}
+    for line in page.splitlines():
+        cells = [cell.strip() for cell in line.strip("|").split("|")]
+        if not line.startswith("| `patterndb") and not line.startswith(
+            ("| `ingest", "| `query", "| `viewer")
+        ):
+            continue
+        room = cells[0].strip("`")
+        every = cells[2] == "every room"
+        rows[room] = set(ROOMS) - {room} if every else set(re.findall(r"`([\w.]+)`", cells[2]))
+    return rows
+
+
+def test_the_page_has_the_arrows_that_there_are() -> None:
+    arrows = read_arrows()
+    assert set(arrows) == set(ROOMS)
+    wrong: set[tuple[str, str]] = set()
+    for module in modules():
+        room = find_room(module)
+        if room is None:
+            assert module in FACES, f"{module} is in no room"
+            continue
+        for name in imports(module):
+            other = find_room(name) if name in modules() else None
+            if other is not None and other != room and other not in arrows[room]:
+                wrong.add((module, name))
+    assert not wrong
+
+
+def test_modules_that_the_page_names_are_there() -> None:
+    page = (CHECKOUT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    packages = "|".join(PACKAGES)
+    for name in set(re.findall(rf"`((?:{packages})\.[\w.]+)`", page)):
+        module = name
+        while module not in modules():
+            module, _, _ = module.rpartition(".")
+            assert module, f"docs/architecture.md names {name}"
+        assert name == module or name.count(".") - module.count(".") == 1, name
