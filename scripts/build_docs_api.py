@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import inspect
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from build_docs_markdown import NOTICE, anchors, fence, prose, tidy
@@ -89,7 +89,7 @@ MODULES: dict[str, tuple[str, ...] | None] = {
     "patterndb.core.disk": ("Disk",),
     "patterndb.core.polygonmesh": ("PolygonMesh",),
     "query.listing.filters": ("Filters",),
-    "query.families.family": ("Family", "family"),
+    "query.families.family": ("Family", "load_family"),
     "patterndb.errors": (
         "InvalidMeshError",
         "MeshFileError",
@@ -112,7 +112,7 @@ def api_page() -> str:
         "sizes. The words are those of [definitions.md](definitions.md).\n",
     ]
     body: list[str] = []
-    home: dict[Any, str] = {}
+    home: dict[int, str] = {}
     taken: list[str] = []
     for module_name, names in MODULES.items():
         module = importlib.import_module(module_name)
@@ -120,16 +120,22 @@ def api_page() -> str:
         for name in names or sorted(module.__all__):
             thing = getattr(module, name)
             title = f"{module_name}.{name}"
-            if thing not in home:
+            if id(thing) not in home:
                 taken.append(title)
-                home[thing] = anchors(taken)[-1]
+                home[id(thing)] = anchors(taken)[-1]
                 body += [f"### {title}\n", *describe(name, thing)]
-            listed.append(f"[`{name}`](#{home[thing]})")
+            listed.append(f"[`{name}`](#{home[id(thing)]})")
         lines.append(f"- `{module_name}`: {', '.join(listed)}")
     return "\n".join([*lines, "", *tidy(body)]).rstrip() + "\n"
 
 
 def describe(name: str, thing: Any) -> list[str]:
+    if isinstance(thing, Mapping):
+        entries = ", ".join(f"`{entry}`" for entry in thing)
+        return [f"The table of {name.lower()}, by name: {entries}.", ""]
+    if isinstance(thing, tuple):
+        entries = ", ".join(f"`{getattr(entry, 'name', entry)}`" for entry in thing)
+        return [f"The table of {name.lower()}: {entries}.", ""]
     if not inspect.isclass(thing):
         names = inspect.signature(thing).parameters
         return [*fence("python", signature(name, thing)), *prose(thing.__doc__, names)]
