@@ -13,9 +13,8 @@ from itertools import islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from patterndb.core.pattern import Pattern
-
 if TYPE_CHECKING:
+    from patterndb.core.pattern import Pattern
     from query.fill import Fill
 
 #: Pictures that a sheet has unless asked otherwise: as many as one page holds.
@@ -66,6 +65,8 @@ def draw_sheet(items: Iterable[Pattern | Fill], suffix: Suffix, title: str = "")
 
 
 def _card_of(item: Pattern | Fill, rank: int | None = None) -> Any:
+    # Patterns import this module, if only when they are shown: so do not import them above.
+    from patterndb.core.pattern import Pattern
     from viewer import Card
 
     if isinstance(item, Pattern):

@@ -192,7 +192,7 @@ def _cosine(at: Points, i: int, k: int, j: int) -> float:
 # Sums may be reordered, so that the inner loop runs in vector registers; infinities do occur.
 @kernel(fastmath={"reassoc", "nnan", "nsz", "contract"})
 def tabulate_areas_around(at: Points) -> Points:
-    """Tabulate (n, n) [i, s]: twice the least area of s + 1 vertices from i on, of a loop (3, n)."""
+    """Tabulate (n, n) [i, s]: twice the least area of s + 1 vertices from i on of a loop (3, n)."""
     n = at.shape[1]
     twice = np.empty((3, 2 * n))
     twice[:, :n] = at

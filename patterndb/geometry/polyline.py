@@ -39,7 +39,7 @@ def at_lengths(points: Points, lengths: ArrayLike) -> Points:
 
 def sampled(points: Points, edges: int) -> Points:
     """(edges + 1, 3) points at equal arc length along the polyline (k, 3), ends exact."""
-    result = at_lengths(points, np.linspace(0, arc_length(points)[-1], edges + 1))
+    result = at_lengths(points, np.linspace(0, float(arc_length(points)[-1]), edges + 1))
     result[0], result[-1] = points[0], points[-1]
     return result
 

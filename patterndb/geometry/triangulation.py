@@ -4,6 +4,10 @@ Points at the same place are one, points are sorted by place, triangles by their
 order, the sense and the first corner of faces no longer matter, nor do split vertices.
 """
 
+# scipy has no types: what it returns is typed by the functions' own annotations.
+# pyright: reportMissingTypeStubs=false, reportUnknownVariableType=false
+# pyright: reportUnknownMemberType=false, reportUnknownArgumentType=false
+
 from __future__ import annotations
 
 import numpy as np

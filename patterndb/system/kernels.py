@@ -10,20 +10,25 @@ The folder is ``kernels`` in the user's cache folder; ``PATTERNDB_KERNELS`` name
 none can be written, kernels are compiled by every process that uses them.
 """
 
+# numba has few types, and the hooks of its cache are private: their names are in one place, here.
+# pyright: reportMissingTypeStubs=false, reportPrivateUsage=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
+
 from __future__ import annotations
 
 import hashlib
 import os
 import pickle
 import sys
-from collections.abc import Callable, Iterable, Iterator
-from functools import cache
+from collections.abc import Callable, Iterator
+from functools import cache, partial
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar, overload
 
 import llvmlite
 import numba
 import numpy as np
+from numba.core import config
 from numba.core.caching import CompileResultCacheImpl
 from numba.core.caching import _Cache as CacheProtocol
 from numba.core.compiler import CompileResult
@@ -37,7 +42,7 @@ from patterndb.system.caches import kernel_folder
 FORMAT = 1
 
 #: Modules whose constants a kernel may read by attribute; others (numpy, math) count by name.
-OWN_PACKAGES = ("patterndb", "ingest", "query", "viewer")
+OWN_PACKAGES = {"patterndb", "ingest", "query", "patterndb_sketch", "viewer", "patterndb_app"}
 
 _DIGEST = 32
 
@@ -60,8 +65,8 @@ def kernel(function: Any = None, **options: Any) -> Any:
     Example: ``@kernel`` above ``def area(corners: Points) -> float: ...``
     """
     if function is None:
-        return lambda given: kernel(given, **options)
-    made = numba.njit(nogil=True, **options)(function)
+        return partial(kernel, **options)
+    made: Any = numba.njit(nogil=True, **options)(function)
     made._cache = ContentCache(made, options)
     return made
 
@@ -76,7 +81,7 @@ class ContentCache(CacheProtocol):
         self._enabled = True
 
     @property
-    def cache_path(self) -> str:
+    def cache_path(self) -> str:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The folder of the files."""
         return str(kernel_folder())
 
@@ -209,7 +214,7 @@ def _digest_value(value: Any, names: tuple[str, ...], within: tuple[Any, ...]) -
         options = held._options if isinstance(held, ContentCache) else repr(value.targetoptions)
         return digest_function(value.py_func, options, within)
     if isinstance(value, ModuleType):
-        if not value.__name__.partition(".")[0].startswith(OWN_PACKAGES):
+        if value.__name__.partition(".")[0] not in OWN_PACKAGES:
             return value.__name__.encode()
         held = [n for n in names if hasattr(value, n)]
         return b"".join(_digest_value(getattr(value, n), names, within) for n in held)
@@ -229,14 +234,15 @@ def _digest_value(value: Any, names: tuple[str, ...], within: tuple[Any, ...]) -
     return f"{type(value).__name__} {value!r}".encode()
 
 
-def _name_tuples(types: Iterable[Any]) -> Iterator[str]:
+def _name_tuples(types: Any) -> Iterator[str]:
     """Name the named tuples among argument types, with the modules that they are loaded from.
 
     A kept version names them so: where such a class has moved it could not be read.
     """
     for one in types:
         if isinstance(one, numba.types.BaseNamedTuple):
-            yield f"{one.instance_class.__module__}.{one.instance_class.__qualname__}"
+            made: Any = one
+            yield f"{made.instance_class.__module__}.{made.instance_class.__qualname__}"
         if isinstance(one, numba.types.BaseTuple):
             yield from _name_tuples(one)
 
@@ -249,7 +255,8 @@ def _plain(value: Any) -> Any:
 def _stamp() -> str:
     """Compiled code is for one compiler; the processor is in numba's own key."""
     compiler = (sys.implementation.cache_tag, numba.__version__, llvmlite.__version__)
-    settings = (numba.config.OPT, numba.config.BOUNDSCHECK, numba.config.DEBUGINFO_DEFAULT)
+    asked: Any = config
+    settings = (asked.OPT, asked.BOUNDSCHECK, asked.DEBUGINFO_DEFAULT)
     return repr((FORMAT, np.__version__.split(".")[0], compiler, settings))
 
 

@@ -6,11 +6,15 @@ import ast
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 import pytest
 from shared import CHECKOUT
+
+from patterndb.system.kernels import OWN_PACKAGES
 
 PACKAGES = ("patterndb", "ingest", "query", "patterndb_sketch", "viewer", "patterndb_app")
 
@@ -31,6 +35,9 @@ ENTRY_POINTS = {
     "patterndb": {"ingest", "query"},
     "patterndb.notebook": {"query", "viewer"},
 }
+
+#: They look upwards, each for the reason that docs/architecture.md gives.
+FACES = ("patterndb", "patterndb.__main__", "patterndb.notebook")
 
 #: What deals with files, processes or people. All else but the viewer knows arrays only:
 #: topology, codes, collapsing, enumerating, solving, fitting and meshing.
@@ -183,6 +190,43 @@ def test_the_core_does_not_know_the_store(module: str) -> None:
     assert not any(name.startswith("patterndb.store") for name in imports(module))
 
 
+def find_own_imports(module: str) -> set[str]:
+    """The modules of the project that a module imports when it runs: those for types are not.
+
+    Of an entry point only what it imports at its head.
+    """
+    found: set[str] = set()
+    for node in _walk_running(tree(module), within=module not in FACES):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= {name if name in modules() else str(node.module) for name in names}
+    return (found & modules().keys()) - {module}
+
+
+def _walk_running(node: ast.AST, within: bool) -> Iterator[ast.AST]:
+    """All below a node but what is for types only; within: functions' bodies, too."""
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING":
+            continue
+        if within or not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield child
+            yield from _walk_running(child, within)
+
+
+def test_modules_do_not_import_in_a_circle() -> None:
+    order = TopologicalSorter({module: find_own_imports(module) for module in modules()})
+    try:
+        order.prepare()
+    except CycleError as error:
+        pytest.fail(" imports ".join(reversed(error.args[1])))
+
+
+def test_kernels_count_the_constants_of_all_packages() -> None:
+    assert set(PACKAGES) == OWN_PACKAGES
+
+
 def _libraries(module: str) -> set[str]:
     return {name.partition(".")[0] for name in imports(module)}
 
@@ -248,9 +292,6 @@ ROOMS = (
     "viewer",
     "patterndb_app",
 )
-
-#: They look upwards, each for the reason that the page gives.
-FACES = ("patterndb", "patterndb.__main__", "patterndb.notebook")
 
 
 def find_room(module: str) -> str | None:

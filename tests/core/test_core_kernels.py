@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 from pathlib import Path
-from types import SimpleNamespace
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import pytest
 from patterndb.geometry.tree import make_walk, measure_backwards
 from patterndb.system import kernels
 from patterndb.system.caches import KERNELS_VARIABLE
-from patterndb.system.kernels import kernel
+from patterndb.system.kernels import OWN_PACKAGES, kernel
 
 SOURCE = """
 from patterndb.system.kernels import kernel
@@ -106,6 +106,31 @@ class TestKey:
         one, other, again = (digest_of(walk) for walk in walks)
         assert one != other
         assert one == again
+
+    @pytest.mark.parametrize("package", sorted(OWN_PACKAGES))
+    def test_changes_with_a_constant_of_a_module_of_the_project(self, package: str) -> None:
+        assert self._digest_with(f"{package}.given") != self._digest_with(f"{package}.given", 3.0)
+
+    def test_counts_a_module_of_others_by_its_name(self) -> None:
+        assert self._digest_with("numpy") == self._digest_with("numpy", 3.0)
+        # A name that only begins as one of ours is another's.
+        assert self._digest_with("query2") == self._digest_with("query2", 3.0)
+        assert self._digest_with("query2") != self._digest_with("numpy")
+
+    @staticmethod
+    def _digest_with(module: str, factor: float = 2.0) -> bytes:
+        """The digest of a kernel that reads the constant of a module of this name."""
+        text = """
+        from patterndb.system.kernels import kernel
+
+        @kernel
+        def scale(x):
+            return held.FACTOR * x
+        """
+        scale = run_source(text).scale
+        scale.py_func.__globals__["held"] = held = ModuleType(module)
+        held.__dict__["FACTOR"] = factor
+        return digest_of(scale)
 
     def test_a_kernel_may_call_itself(self) -> None:
         text = """
