@@ -84,7 +84,9 @@ class ToolWork:
             )
         return clean_stroke(points, self.whole, self.state.sizes, closed)
 
-    def clean_stroke_here(self, points: Points, what: str, closed: bool | None = None) -> GroundStroke:
+    def clean_stroke_here(
+        self, points: Points, what: str, closed: bool | None = None
+    ) -> GroundStroke:
         """A stroke, cleaned, that must be on the half that is worked on; what: it is, for words.
 
         Raises RefusedError if it is not, while symmetry is on.

@@ -22,10 +22,10 @@ from patterndb_sketch.features.registration.template import (
 __all__ = [
     "ChainStep",
     "CurveJoint",
-    "FeatureNetwork",
     "DrawnNetwork",
     "Feature",
     "FeatureChain",
+    "FeatureNetwork",
     "Registration",
     "Template",
     "TemplatePart",

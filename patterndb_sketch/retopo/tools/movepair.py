@@ -88,9 +88,7 @@ def move_pair(
     notes = list(told)
     if len(former.moved_vertices[0]):
         notes.append(f"vertices of patch {patch} that were moved by hand are placed anew")
-    after = set_choice(
-        network, patch, former.with_choice(moving.expansion.resize(widths.tolist()))
-    )
+    after = set_choice(network, patch, former.with_choice(moving.expansion.resize(widths.tolist())))
     return Edit.of(before, after, notes)
 
 

@@ -119,7 +119,7 @@ class Suggestion:
 
 
 @dataclass(frozen=True, eq=False)
-class _Run:
+class _PlacedSequence:
     """A sequence on its boundary, as the cases see it."""
 
     boundary: PlanarBoundary
@@ -179,7 +179,7 @@ def _suggest(
 
     triangle: rather a triangle, where a sharp corner allows one.
     """
-    runs = [_Run(boundaries[sequence.boundary], sequence) for sequence in shown]
+    runs = [_PlacedSequence(boundaries[sequence.boundary], sequence) for sequence in shown]
     if len(runs) == 1:
         if runs[0].sequence.whole:
             return _suggest_loop(runs[0])
@@ -189,7 +189,7 @@ def _suggest(
     return None
 
 
-def _suggest_loop(run: _Run) -> Suggestion | None:
+def _suggest_loop(run: _PlacedSequence) -> Suggestion | None:
     corners = run.corners
     if len(corners) < 2:
         return None
@@ -201,7 +201,7 @@ def _suggest_loop(run: _Run) -> Suggestion | None:
     return Suggestion("loop", PlanarPatch(tuple(corners), tuple((side,) for side in sides)))
 
 
-def _suggest_beside(run: _Run, triangle: bool) -> Suggestion | None:
+def _suggest_beside(run: _PlacedSequence, triangle: bool) -> Suggestion | None:
     angles = run.angles()
     sharp = [0.0 < angle < SHARP for angle in angles]
     pointed = [0.0 < angle < VERY_SHARP for angle in angles]
@@ -223,7 +223,9 @@ def _suggest_beside(run: _Run, triangle: bool) -> Suggestion | None:
 AHEAD_OF_BASE = 1.0
 
 
-def _one_corner(run: _Run, sharp: bool, pointed: bool, triangle: bool) -> Suggestion | None:
+def _one_corner(
+    run: _PlacedSequence, sharp: bool, pointed: bool, triangle: bool
+) -> Suggestion | None:
     first, corner, last = run.first, run.corners[0], run.last
     before, after = _distance(corner, first), _distance(corner, last)
     if not sharp:
@@ -242,7 +244,7 @@ def _one_corner(run: _Run, sharp: bool, pointed: bool, triangle: bool) -> Sugges
 
 
 def _two_corners(
-    run: _Run, sharp: list[bool], pointed: list[bool], triangle: bool
+    run: _PlacedSequence, sharp: list[bool], pointed: list[bool], triangle: bool
 ) -> Suggestion | None:
     first, last = run.first, run.last
     c0, c1 = run.corners
@@ -265,7 +267,7 @@ def _two_corners(
 
 
 def _three_corners(
-    run: _Run, corners: list[PlanarCorner], sharp: list[bool], pointed: bool, at: int = 0
+    run: _PlacedSequence, corners: list[PlanarCorner], sharp: list[bool], pointed: bool, at: int = 0
 ) -> Suggestion | None:
     """corners: three in a row, the first is number ``at`` of the sequence's."""
     c0, c1, c2 = corners
@@ -284,7 +286,7 @@ def _three_corners(
 
 
 def _four_corners(
-    run: _Run, sharp: list[bool], pointed: list[bool], triangle: bool
+    run: _PlacedSequence, sharp: list[bool], pointed: list[bool], triangle: bool
 ) -> Suggestion | None:
     corners = run.corners
     if sharp[1] and sharp[2]:
@@ -297,7 +299,7 @@ def _four_corners(
     return None
 
 
-def _suggest_between(near: _Run, far: _Run) -> Suggestion | None:
+def _suggest_between(near: _PlacedSequence, far: _PlacedSequence) -> Suggestion | None:
     """What closes between two sequences."""
     if len(near.sequence.corners) < len(far.sequence.corners):
         near, far = far, near
