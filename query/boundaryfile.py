@@ -14,24 +14,43 @@ shall be. strokes: polylines, or objects that say whether they are loops.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Annotated, Literal
+
+from msgspec import UNSET, Meta, UnsetType
 
 from patterndb.errors import InvalidBoundaryError, PatternDBError
-from patterndb.system.documents import JsonValue, parse_json, read_limited
+from patterndb.system.documents import (
+    Entries,
+    JsonValue,
+    Number,
+    Polyline,
+    complete_points,
+    parse_json,
+    read_limited,
+)
 from query.boundary import Boundary, CornerKind
 from query.stroke import Stroke
 
 #: Bytes that a file may have: a boundary of 2,000 edges in its finest print has some 200,000.
 MAX_BYTES = 32_000_000
 
-KEYS = ("sides", "corners", "lengths", "edge_length", "strokes")
-STROKE_KEYS = ("points", "loop")
+Corner = Annotated[Literal["convex", "c", "reflex", "r"], Meta(description='"convex" or "reflex"')]
+Whole = Annotated[int, Meta(description="a whole number of edges")]
 
-KINDS: dict[object, CornerKind] = {
-    "convex": "convex",
-    "c": "convex",
-    "reflex": "reflex",
-    "r": "reflex",
-}
+
+class StrokeEntries(Entries):
+    points: Annotated[Polyline, Meta(extra={"missing": "the stroke as drawn"})]
+    loop: bool = False
+
+
+class BoundaryEntries(Entries):
+    sides: Annotated[
+        list[Polyline], Meta(extra={"missing": "a list with a polyline for every side"})
+    ]
+    corners: list[Corner] | UnsetType = UNSET
+    lengths: list[Whole] | UnsetType = UNSET
+    edge_length: Number | UnsetType = UNSET
+    strokes: object = UNSET
 
 
 def read_boundary(path: Path | str) -> tuple[Boundary, list[Stroke]]:
@@ -56,19 +75,19 @@ def read_strokes(path: Path | str, boundary: Boundary) -> list[Stroke]:
     path = Path(path)
     try:
         document = _document(_content(path))
-        if not document.is_object:
-            return _strokes(boundary, JsonValue(document.value, "strokes", document.error))
-        return _strokes(boundary, document.entries(("strokes",)).get("strokes"))
+        if document.is_object:
+            return _strokes(boundary, document.entries(("strokes",)).get("strokes"))
+        return _strokes(boundary, JsonValue(document.value, "strokes", document.error))
     except PatternDBError as error:
         raise InvalidBoundaryError(f"{path}: {error}") from None
 
 
 def parse_boundary(data: bytes | str) -> tuple[Boundary, list[Stroke]]:
     """As :func:`read_boundary`, of the file's content; messages do not name a file."""
-    wanted = 'an object such as {"sides": [...], "edge_length": 1}'
-    entries = _document(data).entries(KEYS, wanted)
+    document = _document(data)
+    entries = document.read(BoundaryEntries, 'an object such as {"sides": [...], "edge_length": 1}')
     boundary = _boundary(entries)
-    return boundary, _strokes(boundary, entries.get("strokes"))
+    return boundary, _strokes(boundary, document.entries().get("strokes"))
 
 
 def _content(path: Path) -> bytes:
@@ -79,49 +98,31 @@ def _document(data: bytes | str) -> JsonValue:
     return parse_json(data, InvalidBoundaryError, "a boundary")
 
 
-def _strokes(boundary: Boundary, drawn: JsonValue | None) -> list[Stroke]:
-    return [] if drawn is None else [_stroke(boundary, one) for one in drawn.items()]
-
-
-def _boundary(entries: dict[str, JsonValue]) -> Boundary:
-    if "sides" not in entries:
-        raise InvalidBoundaryError('"sides" is missing: a list with a polyline for every side')
-    sides = [side.polyline() for side in entries["sides"].items()]
-    corners: list[CornerKind] | None = None
-    if "corners" in entries:
-        corners = [_corner(kind) for kind in entries["corners"].items()]
-    lengths: list[int] | None = None
-    if "lengths" in entries:
-        lengths = [one.whole("a whole number of edges") for one in entries["lengths"].items()]
-    edge_length: float | None = None
-    if "edge_length" in entries:
-        edge_length = entries["edge_length"].number()
+def _boundary(entries: BoundaryEntries) -> Boundary:
+    lengths = None if entries.lengths is UNSET else entries.lengths
+    edge_length = None if entries.edge_length is UNSET else entries.edge_length
     if (lengths is None) == (edge_length is None):
         raise InvalidBoundaryError(
             'give either "lengths", the edges of every side, or "edge_length", how long an edge '
             f"shall be; there {'is neither' if lengths is None else 'are both'}"
         )
+    corners: list[CornerKind] | None = None
+    if entries.corners is not UNSET:
+        corners = ["reflex" if kind in ("reflex", "r") else "convex" for kind in entries.corners]
+    sides = [complete_points(side) for side in entries.sides]
     return Boundary.from_polylines(sides, lengths=lengths, edge_length=edge_length, corners=corners)
 
 
-def _corner(kind: JsonValue) -> CornerKind:
-    if not isinstance(kind.value, str) or kind.value not in KINDS:
-        kind.refuse('"convex" or "reflex"')
-    return KINDS[kind.value]
-
-
-def _stroke(boundary: Boundary, drawn: JsonValue) -> Stroke:
-    loop = False
-    line = drawn
-    if drawn.is_object:
-        entries = drawn.entries(STROKE_KEYS)
-        if "points" not in entries:
-            drawn.fail('"points" is missing: the stroke as drawn')
-        loop = "loop" in entries and entries["loop"].truth()
-        line = entries["points"]
-    points = line.polyline()
-    try:
-        return Stroke.loop(points) if loop else Stroke.drawn(boundary, points)
-    except PatternDBError as error:
-        hint = "" if loop else '; a loop is written {"points": [...], "loop": true}'
-        raise InvalidBoundaryError(f"{drawn.where}: {error}{hint}") from None
+def _strokes(boundary: Boundary, drawn: JsonValue | None) -> list[Stroke]:
+    strokes: list[Stroke] = []
+    if drawn is None:
+        return strokes
+    for i, one in enumerate(drawn.read(list[Polyline | StrokeEntries])):
+        loop = not isinstance(one, list) and one.loop
+        points = complete_points(one if isinstance(one, list) else one.points)
+        try:
+            strokes.append(Stroke.loop(points) if loop else Stroke.drawn(boundary, points))
+        except PatternDBError as error:
+            hint = "" if loop else '; a loop is written {"points": [...], "loop": true}'
+            drawn.at(i).fail(f"{error}{hint}")
+    return strokes

@@ -1,26 +1,63 @@
-"""Strict reading of JSON: every value knows its place, and what is wrong is said with it.
+"""The one reader of JSON: a document is declared as types, and what is wrong in it names its place.
 
-    document = parse_json(data, InvalidNetworkError, "a network")
-    entries = document.entries(("curves", "tolerance"))
-    for curve in entries["curves"].items():
-        curve.polyline()            # InvalidNetworkError: curves[2][0][1]: "x" is not a number
+    class Drawing(Entries):
+        curves: Annotated[list[Polyline], Meta(extra={"missing": "a list of polylines"})]
+        tolerance: Number | UnsetType = UNSET
+
+    drawing = parse_json(data, InvalidNetworkError, "a network").read(Drawing)
+    # InvalidNetworkError: curves[2][0][1]: "x" is not a number
+
+msgspec reads what is right. What is not, it says in words of its own, with "..." for the names of
+an object's entries, and it takes entries that are there twice: :func:`_mend` walks wrong values
+again for their places, and the text itself is read by the json module.
 
 Refused: entries that are there twice, NaN and Infinity, and nesting beyond what Python reads.
+Entries that no type declares are refused, too. Whole numbers may be written 3.0.
 """
 
 from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn, cast
+from typing import Annotated, Any, NoReturn, TypeVar, cast, overload
+
+from msgspec import Meta, Struct, ValidationError, convert, inspect
 
 from patterndb.errors import PatternDBError
 
+T = TypeVar("T")
+
 #: The most characters of a value that a message repeats.
 SHOWN = 40
+
+
+class Entries(Struct, forbid_unknown_fields=True):
+    """An object with the entries that a subclass declares; those with a default may be left out.
+
+    Meta(description=...) of a type: what a value is not, for messages. Of an entry,
+    Meta(extra={"missing": ...}): what it should have been; of a list,
+    Meta(extra={"length": ...}): what it lacks where it is too short or too long.
+    """
+
+
+#: Types to declare entries by, beside bool, int, str, lists of them and subclasses of Entries.
+Number = Annotated[float, Meta(ge=-sys.float_info.max, le=sys.float_info.max)]
+Name = Annotated[int | str, Meta(description="a name: a whole number or a text")]
+Point = Annotated[
+    list[Number], Meta(min_length=2, max_length=3, description="a point [x, y, z]")
+]  #: z is 0 where it is left out: see :func:`complete_points`.
+Polyline = Annotated[
+    list[Point], Meta(min_length=2, extra={"length": "a polyline needs two points or more"})
+]
+
+
+def complete_points(points: Iterable[list[float]]) -> list[list[float]]:
+    """Points (n, 3) with a z of 0 where it was left out."""
+    return [point if len(point) == 3 else [*point, 0.0] for point in points]
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,86 +83,89 @@ class JsonValue:
         """Is it a list?"""
         return isinstance(self.value, list)
 
+    @overload
+    def read(self, kind: type[T], wanted: str = "") -> T: ...
+    @overload
+    def read(self, kind: Any, wanted: str = "") -> Any: ...
+    def read(self, kind: Any, wanted: str = "") -> Any:
+        """Return the value as a declared type; raises ``error`` that names the place in it.
+
+        wanted: what the value itself should be, for the message.
+        """
+        try:
+            return convert(self.value, kind)
+        except ValidationError:
+            mended = _mend(self, inspect.type_info(kind), wanted)
+        except RecursionError:
+            self.fail("this is nested too deep")
+        try:
+            return convert(mended, kind)
+        except ValidationError as reason:
+            self.fail(str(reason))
+
+    def at(self, *steps: str | int) -> JsonValue:
+        """Return what stands at a place within: names of entries and numbers of items."""
+        value, where = self.value, self.where
+        for step in steps:
+            value = cast("Any", value)[step]
+            where += f"[{step}]" if isinstance(step, int) else f".{step}" if where else step
+        return JsonValue(value, where, self.error)
+
     def entries(
         self, known: Iterable[str] | None = None, wanted: str = "an object"
     ) -> dict[str, JsonValue]:
-        """The entries of an object; raises ``error`` for any but the known ones, None: all."""
+        """Return the entries of an object; raises ``error`` for any but the known, None: all."""
         if not self.is_object:
             self.refuse(wanted)
         found = cast("dict[str, object]", self.value)
-        prefix = f"{self.where}." if self.where else ""
-        keys = None if known is None else tuple(known)
-        for key in found:
-            if keys is not None and key not in keys:
+        keys = tuple(found if known is None else known)
+        for key in found if known is not None else ():
+            if key not in keys:
+                prefix = f"{self.where}." if self.where else ""
                 raise self.error(
                     f"{prefix}{_shown(key)[1:-1]}: there is no such entry; entries are "
                     f"{', '.join(keys)}"
                 )
-        return {key: JsonValue(value, prefix + key, self.error) for key, value in found.items()}
+        return {key: self.at(key) for key in found}
 
     def items(self, wanted: str = "a list") -> list[JsonValue]:
-        """The items of a list."""
+        """Return the items of a list."""
         if not self.is_list:
             self.refuse(wanted)
         found = cast("list[object]", self.value)
-        return [JsonValue(item, f"{self.where}[{i}]", self.error) for i, item in enumerate(found)]
+        return [JsonValue(one, f"{self.where}[{i}]", self.error) for i, one in enumerate(found)]
 
     def number(self) -> float:
-        """A finite number."""
-        value = self.value
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            self.refuse("a number")
-        try:
-            number = float(value)
-        except OverflowError:
-            number = math.inf
-        if not math.isfinite(number):
-            self.refuse("a finite number")
-        return number
+        """Return a finite number."""
+        return self.read(Number)
 
-    def whole(self, wanted: str = "a whole number") -> int:
-        """A whole number, also one that is written 3.0."""
-        value = self.value
-        if isinstance(value, bool) or not isinstance(value, int | float) or value % 1:
-            self.refuse(wanted)
-        return int(value)
+    def whole(self, wanted: str = "") -> int:
+        """Return a whole number, also one that is written 3.0."""
+        return self.read(int, wanted)
 
     def truth(self) -> bool:
-        """True or false."""
-        if not isinstance(self.value, bool):
-            self.refuse("true or false")
-        return self.value
+        """Return true or false."""
+        return self.read(bool)
 
-    def text(self, wanted: str = "a text") -> str:
-        """A text."""
-        if not isinstance(self.value, str):
-            self.refuse(wanted)
-        return self.value
+    def text(self, wanted: str = "") -> str:
+        """Return a text."""
+        return self.read(str, wanted)
 
-    def name(self, wanted: str = "a name: a whole number or a text") -> int | str:
-        """A whole number or a text, as names are."""
-        if isinstance(self.value, bool) or not isinstance(self.value, int | str):
-            self.refuse(wanted)
-        return self.value
+    def name(self, wanted: str = "") -> int | str:
+        """Return a whole number or a text, as names are."""
+        return self.read(Name, wanted)
 
     def point(self) -> list[float]:
-        """A point [x, y, z]; z is 0 where it is left out."""
-        numbers = self.items("a point [x, y, z]")
-        if len(numbers) not in (2, 3):
-            self.refuse("a point [x, y, z]")
-        place = [x.number() for x in numbers]
-        return [*place, 0.0] if len(place) == 2 else place
+        """Return a point [x, y, z]; z is 0 where it is left out."""
+        return complete_points([self.read(Point)])[0]
 
     def points(self) -> list[list[float]]:
-        """A list of points, maybe empty, as :meth:`point` has them."""
-        return [point.point() for point in self.items()]
+        """Return a list of points, maybe empty, as :meth:`point` has them."""
+        return complete_points(self.read(list[Point]))
 
     def polyline(self) -> list[list[float]]:
-        """Two points or more, as :meth:`point` has them."""
-        points = self.points()
-        if len(points) < 2:
-            self.fail("a polyline needs two points or more")
-        return points
+        """Return two points or more, as :meth:`point` has them."""
+        return complete_points(self.read(Polyline))
 
     def refuse(self, wanted: str) -> NoReturn:
         """Raise ``error``: the value is not what is wanted."""
@@ -137,7 +177,7 @@ class JsonValue:
 
 
 def parse_json(data: bytes | str, error: type[PatternDBError], what: str) -> JsonValue:
-    """The document in JSON text or its bytes.
+    """Parse JSON text or its bytes; the document is returned.
 
     what: what it should hold, such as "a boundary", for messages. Raises ``error`` with line
     and column for text that is no JSON, and for what strict reading refuses.
@@ -146,9 +186,11 @@ def parse_json(data: bytes | str, error: type[PatternDBError], what: str) -> Jso
     def entries(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         found = dict(pairs)
         if len(found) < len(pairs):
-            keys = [key for key, _ in pairs]
-            twice = next(key for i, key in enumerate(keys) if key in keys[:i])
-            raise error(f"the entry {_shown(twice)} is there twice")
+            seen: set[str] = set()
+            for key, _ in pairs:
+                if key in seen:
+                    raise error(f"the entry {_shown(key)} is there twice")
+                seen.add(key)
         return found
 
     def constant(name: str) -> NoReturn:
@@ -173,7 +215,7 @@ def parse_json(data: bytes | str, error: type[PatternDBError], what: str) -> Jso
 
 
 def read_limited(path: Path, max_bytes: int, error: type[PatternDBError], mending: str) -> bytes:
-    """The content of a file; raises ``error`` if it has more bytes, OSError as reading does.
+    """Return the content of a file; raises ``error`` if it has more bytes, OSError as reading does.
 
     mending: what would make it smaller, for the message, such as "give fewer points".
     """
@@ -182,6 +224,88 @@ def read_limited(path: Path, max_bytes: int, error: type[PatternDBError], mendin
     if len(data) > max_bytes:
         raise error(f"the file is larger than {max_bytes:,} bytes; {mending}")
     return data
+
+
+#: What JSON has for the types of msgspec, and how messages call it.
+_KINDS: dict[type[inspect.Type], tuple[type | tuple[type, ...], str]] = {
+    inspect.StructType: (dict, "an object"),
+    inspect.DictType: (dict, "an object"),
+    inspect.ListType: (list, "a list"),
+    inspect.TupleType: (list, "a list"),
+    inspect.FloatType: ((int, float), "a number"),
+    inspect.IntType: (int, "a whole number"),
+    inspect.StrType: (str, "a text"),
+    inspect.BoolType: (bool, "true or false"),
+    inspect.NoneType: (type(None), "null"),
+    inspect.LiteralType: (str, "a text"),
+    inspect.AnyType: (object, "anything"),
+}
+
+
+def _mend(value: JsonValue, kind: inspect.Type, wanted: str = "") -> object:
+    """Raise what is wrong with a value; returned is its copy with whole numbers for 3.0."""
+    said, kind = _unwrap(kind)
+    wanted = wanted or said.get("description", "")
+    found = value.value
+    if isinstance(kind, inspect.UnionType):
+        fitting = [one for one in kind.types if _is_of(found, one)]
+        if not fitting:
+            value.refuse(
+                wanted or " or ".join(_KINDS[type(_unwrap(one)[1])][1] for one in kind.types)
+            )
+        return _mend(value, fitting[0], wanted)
+    if isinstance(kind, inspect.LiteralType):
+        if found not in kind.values:
+            value.refuse(wanted or " or ".join(map(_shown, kind.values)))
+        return found
+    if isinstance(kind, inspect.IntType) and isinstance(found, float) and not found % 1:
+        found = int(found)
+    if not _is_of(found, kind):
+        value.refuse(wanted or _KINDS[type(kind)][1])
+    if isinstance(kind, inspect.StructType):
+        fields = {field.encode_name: field for field in kind.fields}
+        entries = value.entries(fields)
+        for name, field in fields.items():
+            if field.required and name not in entries:
+                hint = _unwrap(field.type)[0].get("missing")
+                hint = f": {hint}" if hint else f"; entries are {', '.join(fields)}"
+                value.fail(f'"{name}" is missing{hint}')
+        return {name: _mend(one, fields[name].type) for name, one in entries.items()}
+    if isinstance(kind, inspect.DictType):
+        return {name: _mend(one, kind.value_type) for name, one in value.entries().items()}
+    if isinstance(kind, inspect.ListType | inspect.TupleType):
+        items = value.items()
+        if isinstance(kind, inspect.TupleType):
+            low, high, kinds = len(kind.item_types), len(kind.item_types), kind.item_types
+        else:
+            low, high, kinds = kind.min_length, kind.max_length, (kind.item_type,) * len(items)
+        if not (low or 0) <= len(items) <= (len(items) if high is None else high):
+            value.fail(said.get("length") or f"{_shown(found)} is not {wanted or f'of {low}'}")
+        return [_mend(one, of) for one, of in zip(items, kinds, strict=True)]
+    if isinstance(kind, inspect.FloatType | inspect.IntType):
+        low = -math.inf if kind.ge is None else kind.ge
+        high = math.inf if kind.le is None else kind.le
+        if not low <= cast("float", found) <= high:
+            whole = isinstance(kind, inspect.IntType)
+            value.refuse(f"a whole number from {low} to {high}" if whole else "a finite number")
+    return found
+
+
+def _is_of(value: object, kind: inspect.Type) -> bool:
+    kind = _unwrap(kind)[1]
+    if isinstance(value, bool) and not isinstance(kind, inspect.AnyType):
+        return isinstance(kind, inspect.BoolType)
+    return isinstance(value, _KINDS[type(kind)][0])
+
+
+def _unwrap(kind: inspect.Type) -> tuple[dict[str, str], inspect.Type]:
+    """Return what is said of a type for messages, and the type itself."""
+    said: dict[str, str] = {}
+    while isinstance(kind, inspect.Metadata):
+        of_kind = cast("Any", kind)
+        said = {**(of_kind.extra_json_schema or {}), **(of_kind.extra or {}), **said}
+        kind = kind.type
+    return said, kind
 
 
 def _shown(value: object) -> str:

@@ -4,37 +4,62 @@ A session is one zip file of three entries:
 
 - session.json: {"format": "patterndb retopology session", "version": 1, "name": "spot.obj",
   "sizes": {"snap": 0.04, ...}, "plane": null, "network": ...}, the plane of symmetry as
-  {"point": [0, 0, 0], "normal": [1, 0, 0]} while that is on, the network as
-  :mod:`patterndb_sketch.retopo.sessionnetwork` has it;
+  {"point": [0, 0, 0], "normal": [1, 0, 0]} while that is on. The network has what nodes, chains
+  and patches are, in the order in which the network has them;
 - surface.npz: vertices (v, 3) float64 and triangles (t, 3) int32 of the ground;
-- network.npz: the arrays of the network.
+- network.npz: the points of the network, one after another in the same order. nodes (n, 6),
+  chains (s, 6): points and normals of nodes, and of the samples of all chains. quads (q, 4): of
+  the fills of all patches; codes (c,): their patterns' codes. lines (l, 3): points of flow lines.
+  moved (m,), places (m, 3): vertices moved by hand.
 
-The history of undo is not part of it.
+The history of undo is not part of it. To read first: the declared entries, then
+:func:`parse_session`, then :func:`_network`.
 """
 
 from __future__ import annotations
 
 import io
 import json
+import math
 import zipfile
 import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from msgspec import Meta, structs
 from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
-from patterndb.errors import PatternDBError
-from patterndb.system.documents import JsonValue, parse_json, read_limited
+from patterndb.core.code import decode
+from patterndb.core.disk import Disk
+from patterndb.errors import InvalidCodeError, InvalidMeshError, PatternDBError
+from patterndb.system.documents import (
+    Entries,
+    JsonValue,
+    Number,
+    Point,
+    complete_points,
+    parse_json,
+    read_limited,
+)
 from patterndb.system.files import replace_file
 from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.filling import Choice, Filling, Flow
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.sessionfills import ARRAYS as NETWORK_ARRAYS
-from patterndb_sketch.retopo.sessionfills import entries_of
-from patterndb_sketch.retopo.sessionnetwork import network_document, network_of
+from patterndb_sketch.retopo.network import (
+    NONE,
+    BrokenNetworkError,
+    Chain,
+    Network,
+    Node,
+    Patch,
+    check_network,
+)
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Plane, cut_half
@@ -47,11 +72,114 @@ MAX_BYTES = 1_000_000_000
 
 FORMAT, VERSION = "patterndb retopology session", 1
 JSON_NAME, SURFACE_NAME, NETWORK_NAME = "session.json", "surface.npz", "network.npz"
-KEYS = ("format", "version", "name", "sizes", "plane", "network")
 SURFACE_ARRAYS = {"vertices": ("<f8", 3), "triangles": ("<i4", 3)}
 
 #: How hard arrays are packed: coordinates hardly get smaller by more, and it takes thrice as long.
 PACKING = 1
+
+#: The arrays of the network by name: their types, and the length of a row, 0 for plain numbers.
+NETWORK_ARRAYS: dict[str, tuple[str, int]] = {
+    "nodes": ("<f8", 6),
+    "chains": ("<f8", 6),
+    "quads": ("<i4", 4),
+    "codes": ("<u2", 0),
+    "lines": ("<f8", 3),
+    "moved": ("<i4", 0),
+    "places": ("<f8", 3),
+}
+
+#: Numbers are below this: they are kept as int32, and half-chains are twice a chain's id.
+MOST = 2**30
+
+# The entries of session.json.
+
+Id = Annotated[int, Meta(ge=0, le=MOST)]
+End = Annotated[int, Meta(ge=NONE, le=MOST)]
+Half = Annotated[int, Meta(ge=0, le=2 * MOST + 1)]
+Length = Annotated[int, Meta(ge=1, le=2 * MOST + 1)]
+SomeRows = Annotated[int, Meta(ge=1, le=MOST)]
+LineRows = Annotated[int, Meta(ge=2, le=MOST)]
+Marks = Annotated[
+    tuple[str, str], Meta(extra={"length": "a chain has two marks, of its left and its right"})
+]
+
+
+class NodeEntries(Entries):
+    id: Id
+    ends: list[Half]
+    flagged: list[bool]
+    cut: bool
+
+
+class ChainEntries(Entries):
+    id: Id
+    start: End
+    end: End
+    samples: LineRows
+    count: Id
+    pinned: bool
+    marks: Marks
+
+
+class FillEntries(Entries):
+    """quads, code: how many rows of the arrays are its own."""
+
+    lengths: list[Length]
+    quads: SomeRows
+    vertices: Id
+    code: SomeRows
+    widths: list[Half]
+    rotation: Id
+    mirrored: bool
+    origin: str
+    irregular: Id
+    by: Literal["program", "user"]
+
+
+class PatchEntries(Entries):
+    """flows, moved: how many rows of the arrays are its own, of every flow line.
+
+    filling: a patch that nothing was ever chosen for is not one whose choice was taken back.
+    """
+
+    id: Id
+    loop: list[Half]
+    corners: list[Half]
+    fill: FillEntries | None
+    flows: list[LineRows]
+    moved: Id
+    filling: bool
+
+
+class NetworkEntries(Entries):
+    next_id: Id
+    longest: Number | None
+    nodes: list[NodeEntries]
+    chains: list[ChainEntries]
+    patches: list[PatchEntries]
+
+
+class PlaneEntries(Entries):
+    point: Point
+    normal: Point
+
+
+class SizesEntries(Entries):
+    snap: Number
+    spine: Number
+    autocompletion: Number
+    brush: Number
+    edge: Number
+    sampling: Number
+
+
+class SessionEntries(Entries):
+    format: str
+    version: int
+    name: Annotated[str, Meta(description="the name of a mesh file")]
+    sizes: SizesEntries
+    plane: PlaneEntries | None
+    network: NetworkEntries
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -85,7 +213,7 @@ def session_bytes(session: RetopoSession, surface: bytes | None = None) -> bytes
     surface: what :func:`surface_bytes` gave for its ground, so that saving again and again need
     not pack it each time.
     """
-    document, arrays = network_document(session.state.network)
+    document, arrays = _network_document(session.state.network)
     whole = {
         "format": FORMAT,
         "version": VERSION,
@@ -127,12 +255,14 @@ def parse_session(data: bytes) -> RetopoSession:
         kind, version = (head[k].value if k in head else None for k in ("format", "version"))
         if (kind, version) != (FORMAT, VERSION):
             document.fail(f"the format is {kind!r} {version}; this reads {FORMAT!r} {VERSION}")
-    entries = entries_of(document, KEYS)
-    state = State(
-        network_of(entries["network"], _arrays(content[NETWORK_NAME], NETWORK_ARRAYS)),
-        _sizes(entries["sizes"]),
-        _plane(entries["plane"]),
-    )
+    entries = document.read(SessionEntries)
+    place = document.at("network")
+    network = _network(place, entries.network, _arrays(content[NETWORK_NAME], NETWORK_ARRAYS))
+    try:
+        sizes = Sizes(**structs.asdict(entries.sizes))
+    except InvalidRetopoError as error:
+        document.at("sizes").fail(str(error))
+    state = State(network, sizes, _plane(document.at("plane"), entries.plane))
     surface = _arrays(content[SURFACE_NAME], SURFACE_ARRAYS)
     try:
         ground = Ground.of(surface["vertices"], surface["triangles"])
@@ -146,28 +276,258 @@ def parse_session(data: bytes) -> RetopoSession:
         try:
             cut_half(ground, state.plane)
         except PatternDBError as error:
-            entries["plane"].fail(str(error))
-    return RetopoSession(ground, state, entries["name"].text("the name of a mesh file"))
+            document.at("plane").fail(str(error))
+    return RetopoSession(ground, state, entries.name)
 
 
-def _sizes(value: JsonValue) -> Sizes:
-    names = tuple(field.name for field in fields(Sizes))
-    entries = entries_of(value, names)
-    try:
-        return Sizes(*(entries[name].number() for name in names))
-    except InvalidRetopoError as error:
-        raise InvalidRetopoError(f"{value.where}: {error}") from None
-
-
-def _plane(value: JsonValue) -> Plane | None:
-    if value.value is None:
+def _plane(place: JsonValue, entries: PlaneEntries | None) -> Plane | None:
+    if entries is None:
         return None
-    entries = entries_of(value, ("point", "normal"))
-    (x, y, z), (u, v, w) = (entries[name].point() for name in ("point", "normal"))
+    (x, y, z), (u, v, w) = complete_points([entries.point, entries.normal])
     try:
         return Plane((x, y, z), (u, v, w))
     except InvalidRetopoError as error:
-        raise InvalidRetopoError(f"{value.where}: {error}") from None
+        place.fail(str(error))
+
+
+def _network(
+    place: JsonValue, entries: NetworkEntries, arrays: Mapping[str, NDArray[Any]]
+) -> Network:
+    """Return the network of the entries at a place and its arrays.
+
+    Raises InvalidRetopoError that names the place where rows are too few or too many, and where
+    the invariants of networks do not hold.
+    """
+    rows = _Rows(arrays)
+    nodes = [_node(place.at("nodes", i), one, rows) for i, one in enumerate(entries.nodes)]
+    chains = [_chain(place.at("chains", i), one, rows) for i, one in enumerate(entries.chains)]
+    ids = {node.id for node in nodes} | {NONE}
+    for i, chain in enumerate(chains):
+        if not {chain.start, chain.end} <= ids:
+            place.at("chains", i).fail(f"there is no node {chain.start} or {chain.end}")
+    there = {chain.id for chain in chains}
+    halves = {2 * chain + side for chain in there for side in (0, 1)}
+    for i, node in enumerate(nodes):
+        if not set(node.ends) <= halves:
+            place.at("nodes", i).fail(f"there is no half-chain {min(set(node.ends) - halves)}")
+    patches = [
+        _patch(place.at("patches", i), one, rows, there) for i, one in enumerate(entries.patches)
+    ]
+    rows.check_all()
+    network = Network(
+        {node.id: node for node in nodes},
+        {chain.id: chain for chain in chains},
+        {patch.id: patch for patch in patches},
+        entries.next_id,
+        math.inf if entries.longest is None else entries.longest,
+    )
+    if sum(map(len, (nodes, chains, patches))) > sum(
+        map(len, (network.nodes, network.chains, network.patches))
+    ):
+        place.fail("an id is used twice")
+    try:
+        # Patches stay as they are while chains move: not every loop need be one.
+        check_network(network, patches=False)
+    except BrokenNetworkError as error:
+        place.fail(f"{error}; the file was changed, or a fault wrote it")
+    return network
+
+
+def _node(place: JsonValue, entries: NodeEntries, rows: _Rows) -> Node:
+    row = rows.take("nodes", 1, place)[0]
+    ends, flagged = tuple(entries.ends), tuple(entries.flagged)
+    return Node(entries.id, row[:3].copy(), row[3:].copy(), ends, flagged, entries.cut)
+
+
+def _chain(place: JsonValue, entries: ChainEntries, rows: _Rows) -> Chain:
+    found = rows.take("chains", entries.samples, place.at("samples"))
+    return Chain(
+        entries.id,
+        entries.start,
+        entries.end,
+        np.ascontiguousarray(found[:, :3]),
+        np.ascontiguousarray(found[:, 3:]),
+        entries.count,
+        entries.pinned,
+        entries.marks,
+    )
+
+
+def _patch(place: JsonValue, entries: PatchEntries, rows: _Rows, chains: set[int]) -> Patch:
+    loop, corners = tuple(entries.loop), tuple(entries.corners)
+    if not loop or not {half >> 1 for half in loop} <= chains:
+        place.at("loop").fail("a patch has half-chains of chains that are there")
+    if corners[:1] != (0,) or list(corners) != sorted({*corners}) or corners[-1] >= len(loop):
+        place.at("corners").fail("corners are ascending places in the loop, the first is 0")
+    flows = tuple(
+        Flow.of(rows.take("lines", n, place.at("flows", i))) for i, n in enumerate(entries.flows)
+    )
+    which, places = (
+        rows.take(name, entries.moved, place.at("moved")) for name in ("moved", "places")
+    )
+    choice: Choice | None = None
+    if entries.fill is not None:
+        choice = _choice(place.at("fill"), entries.fill, rows, len(corners))
+    n_vertices = 0 if choice is None else choice.n_vertices
+    if len(which) and not 0 <= which.min() <= which.max() < n_vertices:
+        place.at("moved").fail(f"moved vertices are 0..{n_vertices - 1}, those of the fill")
+    filling = Filling(choice, flows).with_moved(which, places)
+    if entries.filling:
+        return Patch(entries.id, loop, corners, filling)
+    if filling != Filling():
+        place.at("filling").fail("it is false, and the patch has a fill, a line or a place")
+    return Patch(entries.id, loop, corners)
+
+
+def _choice(place: JsonValue, entries: FillEntries, rows: _Rows, n_sides: int) -> Choice:
+    if len(entries.lengths) != n_sides:
+        place.at("lengths").fail(f"the patch has {n_sides} sides")
+    quads = rows.take("quads", entries.quads, place.at("quads"))
+    if not disk_within(quads, entries.vertices, sum(entries.lengths)):
+        place.at("quads").fail("the quads do not fill the patch: they are no disk in its boundary")
+    code = rows.take("codes", entries.code, place.at("code"))
+    try:
+        Disk.from_twin(decode(code))
+    except (InvalidCodeError, InvalidMeshError) as error:
+        place.at("code").fail(str(error))
+    return Choice(
+        tuple(entries.lengths),
+        np.ascontiguousarray(quads, "<i4").tobytes(),
+        entries.vertices,
+        code.tobytes(),
+        tuple(entries.widths),
+        entries.rotation,
+        entries.mirrored,
+        entries.origin,
+        entries.irregular,
+        entries.by,
+    )
+
+
+class _Rows:
+    """Rows of the arrays, taken from front to back."""
+
+    def __init__(self, arrays: Mapping[str, NDArray[Any]]) -> None:
+        self.arrays = arrays
+        self.at = dict.fromkeys(NETWORK_ARRAYS, 0)
+
+    def take(self, name: str, n: int, place: JsonValue) -> NDArray[Any]:
+        """Return the next n rows; place: what asks for them, for messages."""
+        start = self.at[name]
+        if start + n > len(self.arrays[name]):
+            place.fail(f"the session has too few {name} for this: {len(self.arrays[name])}")
+        self.at[name] += n
+        rows = self.arrays[name][start : start + n]
+        if rows.dtype.kind == "f" and not np.isfinite(rows).all():
+            place.fail(f"there are {name} that are not finite")
+        return rows
+
+    def check_all(self) -> None:
+        """Raise InvalidRetopoError for rows that nothing took."""
+        for name, at in self.at.items():
+            if at < len(self.arrays[name]):
+                raise InvalidRetopoError(
+                    f"the session has {len(self.arrays[name])} {name}, and names {at} of them"
+                )
+
+
+def _network_document(network: Network) -> tuple[dict[str, object], dict[str, NDArray[Any]]]:
+    """Return a network's document and arrays; :func:`_network` gives it back bit for bit.
+
+    Raises InvalidRetopoError for a patch whose choice is no Filling.
+    """
+    parts: dict[str, list[NDArray[Any]]] = {name: [] for name in NETWORK_ARRAYS}
+    for node in network.nodes.values():
+        parts["nodes"].append(np.concatenate([node.point, node.normal])[None])
+    for chain in network.chains.values():
+        parts["chains"].append(np.concatenate([chain.points, chain.normals], axis=1))
+    document: dict[str, object] = {
+        "next_id": network.next_id,
+        "longest": network.longest if math.isfinite(network.longest) else None,
+        "nodes": [
+            structs.asdict(NodeEntries(node.id, list(node.ends), list(node.flagged), node.cut))
+            for node in network.nodes.values()
+        ],
+        "chains": [
+            {
+                "id": chain.id,
+                "start": chain.start,
+                "end": chain.end,
+                "samples": len(chain.points),
+                "count": chain.count,
+                "pinned": chain.pinned,
+                "marks": list(chain.marks),
+            }
+            for chain in network.chains.values()
+        ],
+        "patches": [_patch_document(patch, parts) for patch in network.patches.values()],
+    }
+    return document, {name: _joined(parts[name], *NETWORK_ARRAYS[name]) for name in NETWORK_ARRAYS}
+
+
+def _patch_document(patch: Patch, parts: dict[str, list[NDArray[Any]]]) -> dict[str, object]:
+    filling = Filling() if patch.choice is None else patch.choice
+    if not isinstance(filling, Filling):
+        raise InvalidRetopoError(f"patch {patch.id} has a choice that is no Filling")
+    flows = [flow.points for flow in filling.flows]
+    parts["lines"] += flows
+    which, places = filling.moved_vertices
+    parts["moved"].append(which)
+    parts["places"].append(places)
+    fill: dict[str, object] | None = None
+    if filling.choice is not None:
+        choice = filling.choice
+        code = np.frombuffer(choice.code, "<u2")
+        parts["quads"].append(choice.faces)
+        parts["codes"].append(code)
+        fill = {
+            "lengths": list(choice.lengths),
+            "quads": len(choice.faces),
+            "vertices": choice.n_vertices,
+            "code": len(code),
+            "widths": list(choice.widths),
+            "rotation": choice.rotation,
+            "mirrored": choice.mirrored,
+            "origin": choice.origin,
+            "irregular": choice.n_irregular,
+            "by": choice.by,
+        }
+    return {
+        "id": patch.id,
+        "loop": list(patch.loop),
+        "corners": list(patch.corners),
+        "fill": fill,
+        "flows": [len(points) for points in flows],
+        "moved": len(which),
+        "filling": patch.choice is not None,
+    }
+
+
+def _joined(parts: list[NDArray[Any]], kind: str, row: int) -> NDArray[Any]:
+    empty = np.empty((0, row) if row else 0, kind)
+    return np.ascontiguousarray(np.concatenate([empty, *parts]), kind)
+
+
+def disk_within(quads: NDArray[Any], n_vertices: int, perimeter: int) -> bool:
+    """Are these quads (q, 4) one disk, all of the vertices 0..n - 1 its own, whose boundary is
+    0..P - 1 counter-clockwise?"""
+    if not 4 <= perimeter <= n_vertices or quads.min() < 0 or quads.max() >= n_vertices:
+        return False
+    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel().astype(np.int64)
+    there = np.unique(tail * n_vertices + head)
+    if len(there) < len(tail) or len(np.unique(tail)) < n_vertices or (tail == head).any():
+        return False
+    back = head * n_vertices + tail
+    lone = ~np.isin(back, there)
+    if lone.sum() != perimeter or not (head[lone] == (tail[lone] + 1) % perimeter).all():
+        return False
+    edges = (len(tail) + perimeter) // 2
+    return n_vertices - edges + len(quads) == 1 and _connected(tail, head, n_vertices)
+
+
+def _connected(tail: NDArray[np.int64], head: NDArray[np.int64], n: int) -> bool:
+    graph = coo_array((np.ones(len(tail), np.int8), (tail, head)), shape=(n, n))
+    return connected_components(graph, directed=False)[0] == 1
 
 
 def _packed(arrays: Mapping[str, NDArray[Any]]) -> bytes:

@@ -24,13 +24,13 @@ from patterndb_sketch.retopo.network import Network, set_choice
 from patterndb_sketch.retopo.sessionfile import (
     MAX_BYTES,
     RetopoSession,
+    disk_within,
     parse_session,
     read_session,
     session_bytes,
     surface_bytes,
     write_session,
 )
-from patterndb_sketch.retopo.sessionfills import disk_within
 from patterndb_sketch.retopo.symmetry import Plane
 from query.engine import PatternSource
 
