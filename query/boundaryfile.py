@@ -14,7 +14,7 @@ shall be. strokes: polylines, or objects that say whether they are loops.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from msgspec import UNSET, Meta, UnsetType
 
@@ -50,7 +50,7 @@ class BoundaryEntries(Entries):
     corners: list[Corner] | UnsetType = UNSET
     lengths: list[Whole] | UnsetType = UNSET
     edge_length: Number | UnsetType = UNSET
-    strokes: object = UNSET
+    strokes: Any = None
 
 
 def read_boundary(path: Path | str) -> tuple[Boundary, list[Stroke]]:

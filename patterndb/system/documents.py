@@ -20,7 +20,8 @@ from __future__ import annotations
 import json
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Generator, Iterable
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, NoReturn, TypeVar, cast, overload
@@ -167,6 +168,17 @@ class JsonValue:
         """Return two points or more, as :meth:`point` has them."""
         return complete_points(self.read(Polyline))
 
+    @contextmanager
+    def named(self) -> Generator[None]:
+        """Name the place before what goes wrong inside, where that does not name it already."""
+        try:
+            yield
+        except self.error as reason:
+            message, where = str(reason), self.where
+            if message.startswith((f"{where}:", f"{where}.", f"{where}[")):
+                raise
+            self.fail(message)
+
     def refuse(self, wanted: str) -> NoReturn:
         """Raise ``error``: the value is not what is wanted."""
         self.fail(f"{_shown(self.value)} is not {wanted}")
@@ -244,24 +256,22 @@ _KINDS: dict[type[inspect.Type], tuple[type | tuple[type, ...], str]] = {
 
 def _mend(value: JsonValue, kind: inspect.Type, wanted: str = "") -> object:
     """Raise what is wrong with a value; returned is its copy with whole numbers for 3.0."""
+    wanted = wanted or _describe(kind)
     said, kind = _unwrap(kind)
-    wanted = wanted or said.get("description", "")
     found = value.value
     if isinstance(kind, inspect.UnionType):
         fitting = [one for one in kind.types if _is_of(found, one)]
         if not fitting:
-            value.refuse(
-                wanted or " or ".join(_KINDS[type(_unwrap(one)[1])][1] for one in kind.types)
-            )
-        return _mend(value, fitting[0], wanted)
+            value.refuse(wanted)
+        return _mend(value, fitting[0])
     if isinstance(kind, inspect.LiteralType):
         if found not in kind.values:
-            value.refuse(wanted or " or ".join(map(_shown, kind.values)))
+            value.refuse(wanted)
         return found
     if isinstance(kind, inspect.IntType) and isinstance(found, float) and not found % 1:
         found = int(found)
     if not _is_of(found, kind):
-        value.refuse(wanted or _KINDS[type(kind)][1])
+        value.refuse(wanted)
     if isinstance(kind, inspect.StructType):
         fields = {field.encode_name: field for field in kind.fields}
         entries = value.entries(fields)
@@ -280,7 +290,7 @@ def _mend(value: JsonValue, kind: inspect.Type, wanted: str = "") -> object:
         else:
             low, high, kinds = kind.min_length, kind.max_length, (kind.item_type,) * len(items)
         if not (low or 0) <= len(items) <= (len(items) if high is None else high):
-            value.fail(said.get("length") or f"{_shown(found)} is not {wanted or f'of {low}'}")
+            value.fail(said.get("length") or f"{_shown(found)} is not {wanted}")
         return [_mend(one, of) for one, of in zip(items, kinds, strict=True)]
     if isinstance(kind, inspect.FloatType | inspect.IntType):
         low = -math.inf if kind.ge is None else kind.ge
@@ -291,11 +301,25 @@ def _mend(value: JsonValue, kind: inspect.Type, wanted: str = "") -> object:
     return found
 
 
+def _describe(kind: inspect.Type) -> str:
+    """Return what a value of a type is called in messages."""
+    said, kind = _unwrap(kind)
+    if "description" in said:
+        return said["description"]
+    if isinstance(kind, inspect.UnionType):
+        return " or ".join(map(_describe, kind.types))
+    if isinstance(kind, inspect.LiteralType):
+        return " or ".join(map(_shown, kind.values))
+    return _KINDS[type(kind)][1] if type(kind) in _KINDS else "what it must be"
+
+
 def _is_of(value: object, kind: inspect.Type) -> bool:
     kind = _unwrap(kind)[1]
+    if isinstance(kind, inspect.UnionType):
+        return any(_is_of(value, one) for one in kind.types)
     if isinstance(value, bool) and not isinstance(kind, inspect.AnyType):
         return isinstance(kind, inspect.BoolType)
-    return isinstance(value, _KINDS[type(kind)][0])
+    return isinstance(value, _KINDS.get(type(kind), (object,))[0])
 
 
 def _unwrap(kind: inspect.Type) -> tuple[dict[str, str], inspect.Type]:

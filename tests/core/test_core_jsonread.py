@@ -4,13 +4,22 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from msgspec import UNSET, Meta, UnsetType, field
 
 from patterndb.errors import InvalidMeshError
-from patterndb.system.documents import JsonValue, parse_json, read_limited
+from patterndb.system.documents import (
+    Entries,
+    JsonValue,
+    Point,
+    Polyline,
+    parse_json,
+    read_limited,
+)
 
 VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False) | st.text(),
@@ -95,3 +104,57 @@ def test_a_file_of_the_limit_is_read_and_a_larger_one_is_not(tmp_path: Path) -> 
     assert read_limited(path, 1000, InvalidMeshError, "make it small") == b"x" * 1000
     with pytest.raises(InvalidMeshError, match="larger than 999 bytes; make it small"):
         read_limited(path, 999, InvalidMeshError, "make it small")
+
+
+class Part(Entries):
+    at: Annotated[Point, Meta(extra={"missing": "where it is"})]
+    kind: Annotated[Literal["a", "b"], Meta(description='"a" or "b"')] = "a"
+    pair: Annotated[tuple[int, int], Meta(description="a pair")] | UnsetType = UNSET
+
+
+class Whole(Entries):
+    parts: list[Polyline | Part]
+    names: dict[str, int | str] = field(default_factory=dict)
+    count: Annotated[int, Meta(ge=1, le=9)] = 1
+    rest: Any = None
+
+
+def test_declared_documents_are_read() -> None:
+    text = '{"parts": [{"at": [1, 2], "pair": [3.0, 4]}, [[0, 1], [2, 3, 4]]], "count": 2.0}'
+    whole = parsed(text).read(Whole)
+    assert whole == Whole([Part([1, 2], "a", (3, 4)), [[0, 1], [2, 3, 4]]], {}, 2)
+    assert isinstance(whole.count, int)
+    assert parsed(text).at("parts", 1, 0).where == "parts[1][0]"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("[]", "a list is not a thing"),
+        ("{}", '"parts" is missing; entries are parts, names, count, rest'),
+        ('{"parts": [{}]}', 'parts[0]: "at" is missing: where it is'),
+        ('{"parts": [{"by": 1}]}', "parts[0].by: there is no such entry; entries are at, kind"),
+        ('{"parts": [{"at": [1]}]}', "parts[0].at: a list is not a point [x, y, z]"),
+        ('{"parts": [[[0, 0]]]}', "parts[0]: a polyline needs two points or more"),
+        ('{"parts": [[[0, 0], [1, 1e999]]]}', "parts[0][1][1]: Infinity is not a finite number"),
+        ('{"parts": [null]}', "parts[0]: null is not a list or an object"),
+        ('{"parts": null}', "parts: null is not a list"),
+        ('{"parts": [{"at": [0, 0], "kind": "c"}]}', 'parts[0].kind: "c" is not "a" or "b"'),
+        ('{"parts": [{"at": [0, 0], "pair": [1]}]}', "parts[0].pair: a list is not a pair"),
+        ('{"parts": [{"at": [0, 0], "pair": null}]}', "parts[0].pair: null is not a pair"),
+        ('{"parts": [], "names": {"a b": true}}', "names.a b: true is not a whole number or a"),
+        ('{"parts": [], "count": 10}', "count: 10 is not a whole number from 1 to 9"),
+        ('{"parts": [], "rest": [{}], "count": 0.5}', "count: 0.5 is not a whole number"),
+    ],
+)
+def test_what_is_not_as_declared_is_named(text: str, message: str) -> None:
+    with pytest.raises(InvalidMeshError) as caught:
+        parsed(text).read(Whole, "a thing")
+    assert str(caught.value).startswith(message)
+
+
+def test_entries_that_are_there_twice_are_found_in_linear_time() -> None:
+    """Quadratic time would take hours for these."""
+    text = "{" + ",".join(f'"{i}": 0' for i in range(300_000)) + ', "299999": 0}'
+    with pytest.raises(InvalidMeshError, match='the entry "299999" is there twice'):
+        parsed(text)

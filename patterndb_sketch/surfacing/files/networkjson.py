@@ -23,11 +23,21 @@ from, and "bezier", what a curve's points were taken from, may be there and are 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import UNSET, Meta, UnsetType, field
 
 from patterndb.geometry.points import Points
-from patterndb.system.documents import JsonValue
+from patterndb.system.documents import (
+    Entries,
+    JsonValue,
+    Name,
+    Number,
+    Point,
+    Polyline,
+    complete_points,
+)
 from patterndb_sketch.surfacing.joining.junctions import join_polylines
 from patterndb_sketch.surfacing.joining.polylines import (
     as_curve,
@@ -52,55 +62,86 @@ from patterndb_sketch.surfacing.network import (
     InvalidNetworkError,
 )
 
-KEYS = ("curves", "cycles", "stages", "tolerance", "nodes", "source")
-CURVE_KEYS = ("id", "points", "stroke", "nodes", "bezier")
-STEP_KEYS = ("curve", "reversed", "part")
-
 #: Where the file says at which node a curve ends, it may be this far away, as a share of the
 #: network's diagonal: beyond it the number of the node is surely wrong.
 NEAR_NODE = 1e-3
 
 
+Nodes = Annotated[
+    tuple[int, int], Meta(extra={"length": "a list is not a pair of nodes [first, second]"})
+]
+CurveName = Annotated[int | str, Meta(description="the id of a curve")]
+
+
+class CurveEntries(Entries):
+    points: Annotated[Polyline, Meta(extra={"missing": "the curve as drawn"})]
+    id: Name | UnsetType = UNSET
+    stroke: Name | UnsetType = UNSET
+    nodes: Nodes | UnsetType = UNSET
+    bezier: Any = None
+
+
+class StepEntries(Entries):
+    curve: Annotated[CurveName, Meta(extra={"missing": "the id of the curve"})]
+    reversed: bool | UnsetType = UNSET
+    part: Annotated[int, Meta(description="the number of a part")] | UnsetType = UNSET
+
+
+class NetworkEntries(Entries):
+    curves: Annotated[
+        list[CurveEntries], Meta(extra={"missing": "a list with the points of every curve"})
+    ]
+    cycles: list[list[CurveName | StepEntries]] = field(default_factory=list)
+    stages: list[list[CurveName]] = field(default_factory=list)
+    tolerance: Number | UnsetType = UNSET
+    nodes: list[Point] | UnsetType = UNSET
+    source: str = ""
+
+
 def drawing_of(document: JsonValue, tolerance: float | None = None) -> Drawing:
-    """The drawing in a plain JSON document.
+    """Return the drawing in a plain JSON document.
 
     tolerance: how far apart curves may pass and still meet, instead of the document's.
     Raises InvalidNetworkError that names the place in the document.
     """
-    entries = document.entries(KEYS, 'an object such as {"curves": [...]}')
-    if "curves" not in entries:
-        document.fail('"curves" is missing: a list with the points of every curve')
-    if "source" in entries:
-        entries["source"].text()
-    drawn = entries["curves"].items()
-    known = [curve.entries(CURVE_KEYS) for curve in drawn]
-    ids = [one["id"].name() if "id" in one else i for i, one in enumerate(known)]
+    entries = document.read(NetworkEntries, 'an object such as {"curves": [...]}')
+    drawn = entries.curves
+    ids = [i if one.id is UNSET else one.id for i, one in enumerate(drawn)]
     strokes = [
-        one["stroke"].name() if "stroke" in one else name
-        for name, one in zip(ids, known, strict=True)
+        name if one.stroke is UNSET else one.stroke for name, one in zip(ids, drawn, strict=True)
     ]
-    polylines = [_points(*one) for one in zip(drawn, known, ids, strict=True)]
-    if "nodes" in entries:
-        if "tolerance" in entries or tolerance is not None:
+    polylines: list[Points] = []
+    for i, (one, name) in enumerate(zip(drawn, ids, strict=True)):
+        with document.at("curves", i).named():
+            polylines.append(as_curve(complete_points(one.points), f"curve {name!r}"))
+    if entries.nodes is not UNSET:
+        if entries.tolerance is not UNSET or tolerance is not None:
             raise InvalidNetworkError(
                 'a tolerance has nothing to do where the file has "nodes" and says where curves '
                 'meet; leave it out, or "nodes"'
             )
-        network = _at_given_nodes(entries["nodes"], drawn, known, polylines, ids, strokes)
+        network = _at_given_nodes(document, entries.nodes, drawn, polylines, ids, strokes)
         walks: Walks = walks_of(network)
         notes: tuple[str, ...] = ()
     else:
-        for one in known:
-            if "nodes" in one:
-                one["nodes"].fail('there are no "nodes" in the file; add them, or leave this out')
-        if tolerance is None and "tolerance" in entries:
-            tolerance = entries["tolerance"].number()
+        for i, one in enumerate(drawn):
+            if one.nodes is not UNSET:
+                document.at("curves", i, "nodes").fail(
+                    'there are no "nodes" in the file; add them, or leave this out'
+                )
+        if tolerance is None and entries.tolerance is not UNSET:
+            tolerance = entries.tolerance
         found = join_polylines(polylines, ids=ids, strokes=strokes, tolerance=tolerance)
         network = found.network
         walks = {name: [walk] if walk else [] for name, walk in zip(ids, found.walks, strict=True)}
         notes = found.notes
-    cycles = [_cycle(network, cycle, walks) for cycle in _items(entries, "cycles")]
-    stages = [_stage(stage, walks) for stage in _items(entries, "stages")]
+    cycles: list[Cycle] = []
+    for i, cycle in enumerate(entries.cycles):
+        with document.at("cycles", i).named():
+            cycles.append(named_cycle(network, [_named(step) for step in cycle], walks))
+    stages = [
+        _stage(document.at("stages", i), stage, walks) for i, stage in enumerate(entries.stages)
+    ]
     return Drawing(CurveNetwork(network.curves, network.nodes, tuple(cycles)), tuple(stages), notes)
 
 
@@ -135,89 +176,55 @@ def network_document(
     return document
 
 
-def _points(curve: JsonValue, entries: dict[str, JsonValue], name: CurveId) -> Points:
-    if "points" not in entries:
-        curve.fail('"points" is missing: the curve as drawn')
-    points = entries["points"].polyline()
-    try:
-        return as_curve(points, f"curve {name!r}")
-    except InvalidNetworkError as error:
-        raise InvalidNetworkError(f"{curve.where}: {error}") from None
-
-
 def _at_given_nodes(
-    nodes: JsonValue,
-    drawn: Sequence[JsonValue],
-    known: Sequence[dict[str, JsonValue]],
+    document: JsonValue,
+    nodes: list[list[float]],
+    drawn: Sequence[CurveEntries],
     polylines: list[Points],
     ids: Sequence[CurveId],
     strokes: Sequence[CurveId],
 ) -> CurveNetwork:
-    places = as_places(np.array(nodes.points(), np.float64).reshape(-1, 3), "the list of nodes")
+    places = np.array(complete_points(nodes), np.float64).reshape(-1, 3)
+    places = as_places(places, "the list of nodes")
     reach = NEAR_NODE * measure_diagonal(polylines)
     curves: list[Curve] = []
-    for curve, entries, points, name, stroke in zip(
-        drawn, known, polylines, ids, strokes, strict=True
+    for i, (one, points, name, stroke) in enumerate(
+        zip(drawn, polylines, ids, strokes, strict=True)
     ):
-        if "nodes" not in entries:
-            curve.fail('"nodes" is missing: the numbers of the nodes where the curve ends')
-        ends = entries["nodes"].items()
-        if len(ends) != 2:
-            entries["nodes"].refuse("a pair of nodes [first, second]")
-        first, last = (_node(end, len(places)) for end in ends)
-        for end, node, point in ((ends[0], first, points[0]), (ends[1], last, points[-1])):
+        place = document.at("curves", i)
+        if one.nodes is UNSET:
+            place.fail('"nodes" is missing: the numbers of the nodes where the curve ends')
+        for k, (node, point) in enumerate(zip(one.nodes, points[[0, -1]], strict=True)):
+            end = place.at("nodes", k)
+            if not 0 <= node < len(places):
+                end.fail(f"there is no node {node}; the file has {len(places)}, counted from 0")
             gap = float(np.linalg.norm(places[node] - point))
             if gap > reach:
                 end.fail(
                     f"the curve ends {gap:.3g} away from node {node}; name the node where it ends"
                 )
+        first, last = one.nodes
         points = move_ends(points, places[first], places[last])
         if len(points) < 2:
-            curve.fail("nothing is left of the curve between its nodes; leave it out")
+            place.fail("nothing is left of the curve between its nodes; leave it out")
         curves.append(Curve(points, (first, last), name, stroke))
     return CurveNetwork(tuple(curves), places)
 
 
-def _node(value: JsonValue, n_nodes: int) -> int:
-    node = value.whole("the number of a node")
-    if not 0 <= node < n_nodes:
-        value.fail(f"there is no node {node}; the file has {n_nodes}, counted from 0")
-    return node
+def _named(step: CurveId | StepEntries) -> NamedCurve:
+    if not isinstance(step, StepEntries):
+        return NamedCurve(step)
+    backward = None if step.reversed is UNSET else step.reversed
+    return NamedCurve(step.curve, backward, None if step.part is UNSET else step.part)
 
 
-def _cycle(network: CurveNetwork, cycle: JsonValue, walks: Walks) -> Cycle:
-    names = [_named(step) for step in cycle.items("a list of curve ids")]
-    try:
-        return named_cycle(network, names, walks)
-    except InvalidNetworkError as error:
-        raise InvalidNetworkError(f"{cycle.where}: {error}") from None
-
-
-def _named(step: JsonValue) -> NamedCurve:
-    if not step.is_object:
-        return NamedCurve(step.name("the id of a curve"))
-    entries = step.entries(STEP_KEYS)
-    if "curve" not in entries:
-        step.fail('"curve" is missing: the id of the curve')
-    return NamedCurve(
-        entries["curve"].name("the id of a curve"),
-        entries["reversed"].truth() if "reversed" in entries else None,
-        entries["part"].whole("the number of a part") if "part" in entries else None,
-    )
-
-
-def _stage(stage: JsonValue, walks: Walks) -> tuple[int, ...]:
+def _stage(place: JsonValue, names: list[CurveId], walks: Walks) -> tuple[int, ...]:
     drawn: list[int] = []
-    for name in stage.items("a list of curve ids"):
-        of_id = name.name("the id of a curve")
-        if of_id not in walks:
-            name.fail(f"there is no curve {of_id!r}; name curves by their ids")
-        drawn += [curve for walk in walks[of_id] for curve, _ in walk]
+    for i, name in enumerate(names):
+        if name not in walks:
+            place.at(i).fail(f"there is no curve {name!r}; name curves by their ids")
+        drawn += [curve for walk in walks[name] for curve, _ in walk]
     return tuple(dict.fromkeys(drawn))
-
-
-def _items(entries: dict[str, JsonValue], key: str) -> list[JsonValue]:
-    return entries[key].items() if key in entries else []
 
 
 def _step_document(network: CurveNetwork, step: Step, parts: list[int | None]) -> dict[str, object]:
