@@ -298,7 +298,7 @@ def _network(
     Raises InvalidRetopoError that names the place where rows are too few or too many, and where
     the invariants of networks do not hold.
     """
-    rows = _Rows(arrays)
+    rows = _SessionRows(arrays)
     nodes = [_node(place.at("nodes", i), one, rows) for i, one in enumerate(entries.nodes)]
     chains = [_chain(place.at("chains", i), one, rows) for i, one in enumerate(entries.chains)]
     ids = {node.id for node in nodes} | {NONE}
@@ -333,13 +333,13 @@ def _network(
     return network
 
 
-def _node(place: JsonValue, entries: NodeEntries, rows: _Rows) -> Node:
+def _node(place: JsonValue, entries: NodeEntries, rows: _SessionRows) -> Node:
     row = rows.take("nodes", 1, place)[0]
     ends, flagged = tuple(entries.ends), tuple(entries.flagged)
     return Node(entries.id, row[:3].copy(), row[3:].copy(), ends, flagged, entries.cut)
 
 
-def _chain(place: JsonValue, entries: ChainEntries, rows: _Rows) -> Chain:
+def _chain(place: JsonValue, entries: ChainEntries, rows: _SessionRows) -> Chain:
     found = rows.take("chains", entries.samples, place.at("samples"))
     return Chain(
         entries.id,
@@ -353,7 +353,7 @@ def _chain(place: JsonValue, entries: ChainEntries, rows: _Rows) -> Chain:
     )
 
 
-def _patch(place: JsonValue, entries: PatchEntries, rows: _Rows, chains: set[int]) -> Patch:
+def _patch(place: JsonValue, entries: PatchEntries, rows: _SessionRows, chains: set[int]) -> Patch:
     loop, corners = tuple(entries.loop), tuple(entries.corners)
     if not loop or not {half >> 1 for half in loop} <= chains:
         place.at("loop").fail("a patch has half-chains of chains that are there")
@@ -379,7 +379,7 @@ def _patch(place: JsonValue, entries: PatchEntries, rows: _Rows, chains: set[int
     return Patch(entries.id, loop, corners)
 
 
-def _choice(place: JsonValue, entries: FillEntries, rows: _Rows, n_sides: int) -> Choice:
+def _choice(place: JsonValue, entries: FillEntries, rows: _SessionRows, n_sides: int) -> Choice:
     if len(entries.lengths) != n_sides:
         place.at("lengths").fail(f"the patch has {n_sides} sides")
     quads = rows.take("quads", entries.quads, place.at("quads"))
@@ -404,7 +404,7 @@ def _choice(place: JsonValue, entries: FillEntries, rows: _Rows, n_sides: int) -
     )
 
 
-class _Rows:
+class _SessionRows:
     """Rows of the arrays, taken from front to back."""
 
     def __init__(self, arrays: Mapping[str, NDArray[Any]]) -> None:

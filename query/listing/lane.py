@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from query.boundary import Boundary
 from query.fill import Fill
 from query.listing.ranking import Listing, Rank, Ranking
-from query.listing.table import Entries, Table
+from query.listing.table import Table, TableEntries
 from query.solving import cpsat
 from query.solving.batch import Question, keep_carrying, solve_rows
 from query.solving.evenness import OFF
@@ -189,7 +189,7 @@ def search_table(table: Table, listing: Listing, search: Search, least: int) -> 
 
 
 def find_feasible(
-    table: Table, entries: Entries, search: Search, *, once: bool = False
+    table: Table, entries: TableEntries, search: Search, *, once: bool = False
 ) -> NDArray[np.bool_]:
     """(e, o) the orientations in which lengths are met and strands can lie on the strokes.
 

@@ -26,7 +26,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from query.listing.table import Entries, Table
+from query.listing.table import Table, TableEntries
 
 #: A place in an order: smaller comes first. Ties end at the pattern's id and the fit's place
 #: among its row's, so that the same query gives the same list on any number of threads.
@@ -51,7 +51,7 @@ class Ranking:
     used: bool
     worth: bool = False
 
-    def list_entries(self, table: Table, entries: Entries) -> Listing:
+    def list_entries(self, table: Table, entries: TableEntries) -> Listing:
         """The entries in the order in which their fits may come."""
         seen = table.frequency[entries.row]
         meshes = table.n_meshes[entries.row].astype(np.float64)
@@ -84,7 +84,7 @@ class Listing:
     """
 
     ranking: Ranking
-    entries: Entries
+    entries: TableEntries
     worth: NDArray[np.float64]
     seen: NDArray[np.int64]
     ids: NDArray[np.int64]

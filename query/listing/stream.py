@@ -23,10 +23,10 @@ from query.listing.lane import Candidate, Found, More, Search, Step, find_feasib
 from query.listing.orders import FillOrder, Measure
 from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import (
-    Entries,
     Frequencies,
     RelaxedTable,
     Table,
+    TableEntries,
     get_begun_table,
     get_relaxed_table,
     get_strict_table,
@@ -270,7 +270,7 @@ class Fills(Iterator[Fill]):
         if q.wants(CONSTRUCTED):
             yield list_constructed(search, q.filters, q.strict, q.strokes, least or 0)
 
-    def _entries(self, table: Table) -> Entries:
+    def _entries(self, table: Table) -> TableEntries:
         """The rows of a table that pass the filters."""
         return self._listing(table, Ranking(False, False)).entries
 

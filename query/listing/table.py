@@ -39,7 +39,7 @@ FLAT = 2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Entries:
+class TableEntries:
     """Rows of a table as candidates for one boundary, in no order.
 
     A row whose orientations cost unlike numbers of irregular vertices comes once for each.
@@ -59,9 +59,9 @@ class Entries:
     def __len__(self) -> int:
         return len(self.row)
 
-    def take(self, at: NDArray[np.int64] | NDArray[np.bool_] | slice) -> Entries:
+    def take(self, at: NDArray[np.int64] | NDArray[np.bool_] | slice) -> TableEntries:
         """Those of the entries, in that order."""
-        return Entries(self.row[at], self.irregular[at], self.boundary[at], self.allowed[at])
+        return TableEntries(self.row[at], self.irregular[at], self.boundary[at], self.allowed[at])
 
 
 class Table(Protocol):
@@ -89,13 +89,13 @@ class Table(Protocol):
     max_valence: Int32Array
     listings: dict[Any, Any]
 
-    def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> Entries:
+    def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> TableEntries:
         """The rows that pass (r,) and have corners that the boundary may take."""
         ...
 
     def feasible(
         self,
-        entries: Entries,
+        entries: TableEntries,
         boundary: Boundary,
         cancelled: NDArray[np.uint8],
         threads: int | None,
@@ -149,7 +149,7 @@ class StrictTable:
         # Queries expand few patterns, many times each.
         self.pattern = lru_cache(maxsize=4096)(patterns.pattern)
 
-    def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> Entries:
+    def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> TableEntries:
         patterns = self.patterns
         reflex = boundary.n_reflex
         rows = np.flatnonzero(passing & (patterns.n_reflex == reflex))
@@ -162,11 +162,11 @@ class StrictTable:
             some = allowed.any(axis=1)
             rows, allowed = rows[some], allowed[some]
         zeros = np.zeros(len(rows), np.int32)
-        return Entries(rows, patterns.n_irregular[rows], zeros, allowed)
+        return TableEntries(rows, patterns.n_irregular[rows], zeros, allowed)
 
     def feasible(
         self,
-        entries: Entries,
+        entries: TableEntries,
         boundary: Boundary,
         cancelled: NDArray[np.uint8],
         threads: int | None,
@@ -260,7 +260,7 @@ class RelaxedTable:
         seen = int(self.frequency[row])
         return replace(pattern, frequency=seen, origin="learned") if seen else pattern
 
-    def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> Entries:
+    def entries(self, boundary: Boundary, passing: NDArray[np.bool_]) -> TableEntries:
         marked = self.marked
         rows = np.flatnonzero(passing & self.fresh)
         counts = marked.counts[rows]
@@ -273,17 +273,19 @@ class RelaxedTable:
         else:
             wrong = np.stack([(counts != o.seen(boundary)[1]).sum(axis=1) for o in every], axis=1)
         at_boundary = (marked.n_unmarked[rows][:, None] + wrong).astype(np.int32)
-        parts: list[Entries] = []
+        parts: list[TableEntries] = []
         for level in np.unique(at_boundary).tolist():
             allowed = at_boundary == level
             some = np.flatnonzero(allowed.any(axis=1))
             interior = marked.cost[rows[some]] - marked.n_unmarked[rows[some]]
             on_boundary = np.full(len(some), level, np.int32)
-            parts.append(Entries(rows[some], interior + on_boundary, on_boundary, allowed[some]))
+            parts.append(
+                TableEntries(rows[some], interior + on_boundary, on_boundary, allowed[some])
+            )
         if not parts:
             none = np.zeros(0, np.int32)
-            return Entries(rows[:0], none, none, np.zeros((0, len(every)), np.bool_))
-        return Entries(
+            return TableEntries(rows[:0], none, none, np.zeros((0, len(every)), np.bool_))
+        return TableEntries(
             np.concatenate([p.row for p in parts]),
             np.concatenate([p.irregular for p in parts]),
             np.concatenate([p.boundary for p in parts]),
@@ -292,7 +294,7 @@ class RelaxedTable:
 
     def feasible(
         self,
-        entries: Entries,
+        entries: TableEntries,
         boundary: Boundary,
         cancelled: NDArray[np.uint8],
         threads: int | None,
