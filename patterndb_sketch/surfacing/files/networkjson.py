@@ -87,7 +87,7 @@ class StepEntries(Entries):
     part: Annotated[int, Meta(description="the number of a part")] | UnsetType = UNSET
 
 
-class NetworkEntries(Entries):
+class CurveNetworkEntries(Entries):
     curves: Annotated[
         list[CurveEntries], Meta(extra={"missing": "a list with the points of every curve"})
     ]
@@ -104,7 +104,7 @@ def drawing_of(document: JsonValue, tolerance: float | None = None) -> Drawing:
     tolerance: how far apart curves may pass and still meet, instead of the document's.
     Raises InvalidNetworkError that names the place in the document.
     """
-    entries = document.read(NetworkEntries, 'an object such as {"curves": [...]}')
+    entries = document.read(CurveNetworkEntries, 'an object such as {"curves": [...]}')
     drawn = entries.curves
     ids = [i if one.id is UNSET else one.id for i, one in enumerate(drawn)]
     strokes = [
