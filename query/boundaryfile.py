@@ -25,6 +25,7 @@ from patterndb.system.documents import (
     Number,
     Polyline,
     complete_points,
+    name_file,
     parse_json,
     read_limited,
 )
@@ -60,10 +61,8 @@ def read_boundary(path: Path | str) -> tuple[Boundary, list[Stroke]]:
     says what is wrong there and what would mend it; OSError as reading does.
     """
     path = Path(path)
-    try:
+    with name_file(path, InvalidBoundaryError):
         return parse_boundary(_content(path))
-    except PatternDBError as error:
-        raise InvalidBoundaryError(f"{path}: {error}") from None
 
 
 def read_strokes(path: Path | str, boundary: Boundary) -> list[Stroke]:
@@ -73,13 +72,11 @@ def read_strokes(path: Path | str, boundary: Boundary) -> list[Stroke]:
     :func:`read_boundary` does.
     """
     path = Path(path)
-    try:
+    with name_file(path, InvalidBoundaryError):
         document = _document(_content(path))
         if document.is_object:
             return _strokes(boundary, document.entries(("strokes",)).get("strokes"))
         return _strokes(boundary, JsonValue(document.value, "strokes", document.error))
-    except PatternDBError as error:
-        raise InvalidBoundaryError(f"{path}: {error}") from None
 
 
 def parse_boundary(data: bytes | str) -> tuple[Boundary, list[Stroke]]:

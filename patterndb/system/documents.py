@@ -238,6 +238,15 @@ def read_limited(path: Path, max_bytes: int, error: type[PatternDBError], mendin
     return data
 
 
+@contextmanager
+def name_file(path: Path, error: type[PatternDBError]) -> Generator[None]:
+    """Name a file before what goes wrong inside, which is raised as ``error``."""
+    try:
+        yield
+    except PatternDBError as reason:
+        raise error(f"{path}: {reason}") from None
+
+
 #: What JSON has for the types of msgspec, and how messages call it.
 _KINDS: dict[type[inspect.Type], tuple[type | tuple[type, ...], str]] = {
     inspect.StructType: (dict, "an object"),

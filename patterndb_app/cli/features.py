@@ -138,8 +138,13 @@ def features(
         if not looking:
             raise click.UsageError("without --strokes or --session there are no curves to write")
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from patterndb_sketch.features.sessioncurves import settings_of_numbers, with_curves
-    from patterndb_sketch.features.sessionfile import FeatureSession, read_session, write_session
+    from patterndb_sketch.features.sessionfile import (
+        FeatureSession,
+        read_session,
+        settings_of_numbers,
+        with_curves,
+        write_session,
+    )
     from patterndb_sketch.features.snap import SnapSettings
 
     there = session is not None and (session.exists() or (strokes is None and not view))
@@ -207,7 +212,7 @@ def _read_strokes(
 ) -> list[tuple[FeatureStroke, tuple[Constraint, ...]]]:
     """The strokes of the file, else those of the session with what was dragged there."""
     from patterndb_sketch.features.files.strokesjson import read_strokes
-    from patterndb_sketch.features.sessioncurves import session_strokes
+    from patterndb_sketch.features.sessionfile import session_strokes
 
     if strokes is not None:
         return [(stroke, ()) for stroke in read_strokes(strokes, usual)]

@@ -19,26 +19,38 @@ import io
 import json
 import zipfile
 import zlib
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import Meta
 
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
-from patterndb.system.documents import JsonValue, parse_json, read_limited
+from patterndb.system.documents import (
+    Entries,
+    JsonValue,
+    Number,
+    Point,
+    complete_points,
+    name_file,
+    parse_json,
+    read_limited,
+)
 from patterndb.system.files import replace_file
 from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.files.curvesjson import constraints_of
 from patterndb_sketch.features.files.networkjson import curve_of, drawn_network, network_document
 from patterndb_sketch.features.files.shapearrays import MAX_BYTES as MAX_SHAPE_BYTES
 from patterndb_sketch.features.files.shapearrays import shape_bytes, shape_of
 from patterndb_sketch.features.files.templatejson import mesh_name, template_document, template_of
 from patterndb_sketch.features.registration import DrawnNetwork, Template, template_of_name
 from patterndb_sketch.features.shapemodel import ShapeModel
+from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline
+from patterndb_sketch.features.strokes import FeatureStroke, RecoveredCurve
 
 #: Bytes that a file of JSON may have: a template of a million quads has some 40 million.
 MAX_BYTES = 64_000_000
@@ -48,12 +60,32 @@ MAX_ENTRIES = 1_000
 
 FORMAT, VERSION = "patterndb feature session", 1
 JSON_NAME = "session.json"
-KEYS = ("format", "version", "mesh", "curves", "settings", "networks", "templates", "shapes")
-CURVE_KEYS = ("name", "clicked", "samples", "constraints", "spline")
-CONSTRAINT_KEYS = ("sample", "point")
 
 #: A mesh file's reader, which knows the formats.
 MeshReader = Callable[[Path], PolygonMesh]
+
+
+class CurveEntries(Entries):
+    """constraints, spline: as :mod:`patterndb_sketch.features.files.curvesjson` has them."""
+
+    name: str
+    clicked: list[Point]
+    samples: list[Point]
+    constraints: Any
+    spline: Any
+
+
+class SessionEntries(Entries):
+    """networks, templates: as :mod:`patterndb_sketch.features.files` has them."""
+
+    format: str
+    version: int
+    mesh: Annotated[str, Meta(description="the name of a mesh file")]
+    curves: list[CurveEntries]
+    settings: dict[str, Number]
+    networks: dict[str, Any]
+    templates: dict[str, Any]
+    shapes: dict[str, Annotated[str, Meta(description="the name of an entry of the zip")]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -91,7 +123,7 @@ def read_network(path: Path | str) -> DrawnNetwork:
     what would mend it; OSError as reading does.
     """
     path = Path(path)
-    with _named(path):
+    with name_file(path, InvalidFeatureError):
         return drawn_network(_json(_content(path), "a network of curves"))
 
 
@@ -110,7 +142,7 @@ def read_template(name: Path | str, read_mesh: MeshReader) -> Template:
     if isinstance(name, str) and name.startswith("box:"):
         return template_of_name(name)
     path = Path(name)
-    with _named(path):
+    with name_file(path, InvalidFeatureError):
         document = _json(_content(path), "a template")
         mesh = mesh_name(document)
         return template_of(document, read_mesh(path.parent / mesh) if mesh else None, path.stem)
@@ -127,7 +159,7 @@ def read_shapes(path: Path | str) -> ShapeModel:
     Raises as :func:`read_network` does.
     """
     path = Path(path)
-    with _named(path):
+    with name_file(path, InvalidFeatureError):
         limit = MAX_SHAPE_BYTES
         return shape_of(read_limited(path, limit, InvalidFeatureError, "keep fewer modes"))
 
@@ -140,7 +172,7 @@ def write_shapes(path: Path | str, model: ShapeModel) -> None:
 def read_session(path: Path | str) -> FeatureSession:
     """The session in a file. Raises as :func:`read_network` does."""
     path = Path(path)
-    with _named(path):
+    with name_file(path, InvalidFeatureError):
         limit = MAX_SHAPE_BYTES
         return parse_session(read_limited(path, limit, InvalidFeatureError, "keep fewer modes"))
 
@@ -178,35 +210,32 @@ def parse_session(data: bytes) -> FeatureSession:
     if JSON_NAME not in content:
         raise InvalidFeatureError(f"{JSON_NAME} is missing in the session's zip")
     document = _json(content.pop(JSON_NAME), "a session")
-    entries = document.entries(KEYS)
-    for key in KEYS:
-        if key not in entries:
-            document.fail(f'"{key}" is missing in {JSON_NAME}')
-    if entries["format"].text() != FORMAT or entries["version"].whole() != VERSION:
+    entries = document.read(SessionEntries)
+    if (entries.format, entries.version) != (FORMAT, VERSION):
         document.fail(
-            f"the format is {entries['format'].value!r} {entries['version'].value}; this reads "
-            f"{FORMAT!r} {VERSION}"
+            f"the format is {entries.format!r} {entries.version}; this reads {FORMAT!r} {VERSION}"
         )
-    curves = tuple(_curve(one) for one in entries["curves"].items())
+    curves = tuple(_curve(document.at("curves", i), one) for i, one in enumerate(entries.curves))
     names = [one.name for one in curves]
     if len(set(names)) < len(names):
-        entries["curves"].fail("two curves have one name")
+        document.at("curves").fail("two curves have one name")
     shapes: dict[str, ShapeModel] = {}
-    for name, place in entries["shapes"].entries().items():
-        at = place.text("the name of an entry of the zip")
+    for name, at in entries.shapes.items():
+        place = document.at("shapes", name)
         if at not in content:
             place.fail(f"there is no entry {at!r} in the zip that is not taken yet")
-        shapes[name] = _shape(content.pop(at), place)
+        with place.named():
+            shapes[name] = shape_of(content.pop(at))
     if content:
         raise InvalidFeatureError(
             f"the session's zip has {sorted(content)[0]!r}, which {JSON_NAME} does not name"
         )
     return FeatureSession(
-        entries["mesh"].text("the name of a mesh file"),
+        entries.mesh,
         curves,
-        {name: one.number() for name, one in entries["settings"].entries().items()},
-        {name: drawn_network(one) for name, one in entries["networks"].entries().items()},
-        {name: _template(name, one) for name, one in entries["templates"].entries().items()},
+        entries.settings,
+        {name: drawn_network(document.at("networks", name)) for name in entries.networks},
+        {name: _template(name, document.at("templates", name)) for name in entries.templates},
         shapes,
     )
 
@@ -224,44 +253,21 @@ def _curve_document(curve: SessionCurve) -> dict[str, object]:
     }
 
 
-def _curve(value: JsonValue) -> SessionCurve:
-    entries = value.entries(CURVE_KEYS)
-    for key in CURVE_KEYS:
-        if key not in entries:
-            value.fail(f'"{key}" is missing; a curve has {", ".join(CURVE_KEYS)}')
-    samples = np.array(entries["samples"].points()).reshape(-1, 3)
-    constraints: list[Constraint] = []
-    for one in entries["constraints"].items():
-        parts = one.entries(CONSTRAINT_KEYS)
-        if len(parts) < len(CONSTRAINT_KEYS):
-            one.fail("a constraint has the number of a sample and a point")
-        number = parts["sample"].whole("the number of a sample")
-        if not 0 <= number < len(samples):
-            parts["sample"].fail(f"there is no sample {number}; there are {len(samples)}, from 0")
-        constraints.append((number, np.array(parts["point"].point())))
-    return SessionCurve(
-        entries["name"].text(),
-        np.array(entries["clicked"].points()).reshape(-1, 3),
-        samples,
-        tuple(constraints),
-        curve_of(entries["spline"]),
+def _curve(place: JsonValue, entries: CurveEntries) -> SessionCurve:
+    clicked, samples = (
+        np.array(complete_points(points)).reshape(-1, 3)
+        for points in (entries.clicked, entries.samples)
     )
+    constraints = constraints_of(place.at("constraints"), len(samples))
+    spline = curve_of(place.at("spline"))
+    return SessionCurve(entries.name, clicked, samples, constraints, spline)
 
 
 def _template(name: str, value: JsonValue) -> Template:
     if mesh_name(value) is not None:
         value.fail('a session has the "quads" of its templates itself, not a mesh file\'s name')
-    try:
+    with value.named():
         return template_of(value, None, name)
-    except InvalidFeatureError as error:
-        raise InvalidFeatureError(f"{value.where}: {error}") from None
-
-
-def _shape(data: bytes, place: JsonValue) -> ShapeModel:
-    try:
-        return shape_of(data)
-    except InvalidFeatureError as error:
-        place.fail(str(error))
 
 
 def _members(data: bytes) -> dict[str, bytes]:
@@ -305,10 +311,120 @@ def _write_json(path: Path, document: dict[str, object]) -> None:
     replace_file(path, _text(document))
 
 
-@contextmanager
-def _named(path: Path) -> Iterator[None]:
-    """What goes wrong inside is about a file."""
-    try:
-        yield
-    except PatternDBError as error:
-        raise InvalidFeatureError(f"{path}: {error}") from None
+# Settings, as a session keeps them: numbers by name. "alpha" is that of curves that have none of
+# their own, "roof_rail: alpha" that of one curve.
+
+
+#
+
+#: Settings that are one number each, whole numbers, and what the axis is written as. beta is in
+#: degrees, strict 0 or 1.
+NUMBERS = ("alpha", "stiffness", "theta", "window", "nearness", "radius")
+WHOLE = ("degree", "n_samples", "rounds")
+AXES = ("axis x", "axis y", "axis z")
+
+#: Stands for a nearness without end, as JSON has none.
+ENDLESS = 1e300
+
+
+def settings_numbers(settings: SnapSettings) -> dict[str, float]:
+    """All settings as numbers by name."""
+    numbers = {name: float(getattr(settings, name)) for name in (*NUMBERS, *WHOLE)}
+    numbers["nearness"] = min(numbers["nearness"], ENDLESS)
+    numbers["strict"] = float(settings.strict)
+    numbers["beta"] = float(np.rad2deg(settings.beta))
+    return numbers | dict(zip(AXES, map(float, settings.axis), strict=True))
+
+
+def own_numbers(name: str, settings: SnapSettings, usual: SnapSettings) -> dict[str, float]:
+    """What the curve of this name has other than usual, with its name before each."""
+    known = settings_numbers(usual)
+    return {
+        f"{name}: {key}": value
+        for key, value in settings_numbers(settings).items()
+        if value != known[key]
+    }
+
+
+def settings_of_numbers(
+    numbers: Mapping[str, float], usual: SnapSettings, name: str | None = None
+) -> SnapSettings:
+    """The settings in a session's numbers, the usual ones for those that it does not have.
+
+    name: of a curve, for what it has of its own. Raises InvalidFeatureError for numbers out of
+    range.
+    """
+    prefix = "" if name is None else f"{name}: "
+    known = settings_numbers(usual)
+    of = {key: numbers.get(prefix + key, value) for key, value in known.items()}
+    for key in WHOLE:
+        if of[key] % 1:
+            raise InvalidFeatureError(f"settings.{prefix}{key} is {of[key]}; give a whole number")
+    # An angle that is not changed keeps its last digit.
+    beta = usual.beta if of["beta"] == known["beta"] else float(np.deg2rad(of["beta"]))
+    return SnapSettings(
+        alpha=of["alpha"],
+        axis=(of["axis x"], of["axis y"], of["axis z"]),
+        beta=beta,
+        stiffness=of["stiffness"],
+        theta=of["theta"],
+        strict=bool(of["strict"]),
+        window=of["window"],
+        nearness=np.inf if of["nearness"] >= ENDLESS else of["nearness"],
+        degree=int(of["degree"]),
+        radius=of["radius"],
+        n_samples=int(of["n_samples"]),
+        rounds=int(of["rounds"]),
+    )
+
+
+def session_strokes(
+    session: FeatureSession, usual: SnapSettings
+) -> list[tuple[FeatureStroke, tuple[Constraint, ...]]]:
+    """What was clicked and what was dragged of every curve, with the curve's own settings, the
+    usual ones where it has none.
+
+    Raises InvalidFeatureError for settings out of range.
+    """
+    numbers = session.settings
+    return [
+        (
+            FeatureStroke(
+                one.name, one.clicked, settings=settings_of_numbers(numbers, usual, one.name)
+            ),
+            one.constraints,
+        )
+        for one in session.curves
+    ]
+
+
+def with_curves(
+    session: FeatureSession, found: Sequence[RecoveredCurve], usual: SnapSettings
+) -> FeatureSession:
+    """The session with curves in place of those of their names, or after them.
+
+    usual: the settings that the session has from now on for all curves.
+    """
+    before = settings_of_numbers(session.settings, SnapSettings())
+    numbers = dict(session.settings) | settings_numbers(usual)
+    curves: dict[str, SessionCurve] = {}
+    for one in session.curves:
+        # Curves that stay have the settings that they had, whatever the others have now.
+        own = settings_of_numbers(session.settings, before, one.name)
+        numbers = _with_own(numbers, one.name, own, usual)
+        curves[one.name] = one
+    for one in found:
+        curve = one.curve
+        numbers = _with_own(numbers, one.name, curve.settings, usual)
+        curves[one.name] = SessionCurve(
+            one.name, one.stroke, curve.samples, curve.constraints, curve.spline
+        )
+    return replace(session, curves=tuple(curves.values()), settings=numbers)
+
+
+def _with_own(
+    numbers: dict[str, float], name: str, own: SnapSettings, usual: SnapSettings
+) -> dict[str, float]:
+    old = {f"{name}: {key}" for key in settings_numbers(usual)}
+    kept = {key: value for key, value in numbers.items() if key not in old}
+    return kept | own_numbers(name, own, usual)

@@ -23,8 +23,7 @@ import json
 import math
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -44,6 +43,7 @@ from patterndb.system.documents import (
     Number,
     Point,
     complete_points,
+    name_file,
     parse_json,
     read_limited,
 )
@@ -198,7 +198,7 @@ def read_session(path: Path | str) -> RetopoSession:
     Raises InvalidRetopoError that names the file and says what is wrong; OSError as reading does.
     """
     path = Path(path)
-    with _named(path):
+    with name_file(path, InvalidRetopoError):
         return parse_session(read_limited(path, MAX_BYTES, InvalidRetopoError, "split the surface"))
 
 
@@ -586,12 +586,3 @@ def _add(
     entry = zipfile.ZipInfo(name)
     entry.compress_type = method
     archive.writestr(entry, content, compresslevel=PACKING)
-
-
-@contextmanager
-def _named(path: Path) -> Iterator[None]:
-    """What goes wrong inside is about a file."""
-    try:
-        yield
-    except PatternDBError as error:
-        raise InvalidRetopoError(f"{path}: {error}") from None

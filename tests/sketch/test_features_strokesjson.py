@@ -26,17 +26,15 @@ from patterndb_sketch.features.files.strokesjson import (
 )
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
-from patterndb_sketch.features.sessioncurves import (
+from patterndb_sketch.features.sessionfile import (
+    FeatureSession,
+    SessionCurve,
     own_numbers,
+    read_network,
     session_strokes,
     settings_numbers,
     settings_of_numbers,
     with_curves,
-)
-from patterndb_sketch.features.sessionfile import (
-    FeatureSession,
-    SessionCurve,
-    read_network,
     write_network,
 )
 from patterndb_sketch.features.snap import SnapSettings

@@ -9,12 +9,13 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.sessioncurves import (
+from patterndb_sketch.features.sessionfile import (
+    FeatureSession,
+    SessionCurve,
     own_numbers,
     settings_numbers,
     settings_of_numbers,
 )
-from patterndb_sketch.features.sessionfile import FeatureSession, SessionCurve
 from patterndb_sketch.features.snap import FeatureCurve, Snap, SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline
 

@@ -25,13 +25,12 @@ from pathlib import Path
 
 import numpy as np
 
-from patterndb.system.documents import JsonValue, parse_json, read_limited
+from patterndb.system.documents import JsonValue, Number, name_file, parse_json, read_limited
 from patterndb.system.files import replace_file
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.networkjson import FOUND_KEYS, KEYS, SPLINE_KEYS, curve_of
 from patterndb_sketch.features.files.strokesjson import (
     MAX_BYTES,
-    file_named,
     settings_document,
     settings_of,
 )
@@ -47,7 +46,7 @@ def read_curves(path: Path | str) -> tuple[RecoveredCurve, ...]:
 
     Raises InvalidFeatureError that names the file and the place in it; OSError as reading does.
     """
-    with file_named(Path(path)):
+    with name_file(Path(path), InvalidFeatureError):
         return curves_of(_read(Path(path)))
 
 
@@ -116,30 +115,36 @@ def _curve(name: str, value: JsonValue) -> RecoveredCurve:
             value.fail(f'"{key}" is missing; this curve was not recovered from a stroke')
     spline = curve_of(value)
     samples = np.array(entries["samples"].polyline())
-    parameters = np.array([one.number() for one in entries["parameters"].items()])
+    parameters = np.array(entries["parameters"].read(list[Number]))
     m = len(samples)
     if len(parameters) != m:
         entries["parameters"].fail(f"there are {len(parameters)}, and {m} samples")
     low, high = spline.domain
     if (np.diff(parameters) < 0.0).any() or parameters[0] < low or parameters[-1] > high:
         entries["parameters"].fail(f"they must ascend within the curve's {low:g} to {high:g}")
-    constraints: list[Constraint] = []
-    for one in entries["constraints"].items():
-        parts = one.entries(("sample", "point"))
-        if len(parts) < 2:
-            one.fail("a constraint has the number of a sample and a point")
-        constraints.append((_sample(parts["sample"], m), np.array(parts["point"].point())))
+    constraints = constraints_of(entries["constraints"], m)
     mended, failed, ended = (
         tuple(_sample(number, m) for number in entries[key].items())
         for key in ("mended", "failed", "ended")
     )
     settings = settings_of(entries["settings"], SnapSettings())
     curve = FeatureCurve(
-        spline, samples, parameters, tuple(constraints), settings, mended, failed, ended,
-        tuple(note.text() for note in entries["notes"].items()),
+        spline, samples, parameters, constraints, settings, mended, failed, ended,
+        tuple(entries["notes"].read(list[str])),
     )  # fmt: skip
     stroke = np.array(entries["stroke"].polyline())
     return RecoveredCurve(name, stroke, curve, _figures(entries["figures"]))
+
+
+def constraints_of(value: JsonValue, m: int) -> tuple[Constraint, ...]:
+    """Return the constraints in a list, of a curve with m samples."""
+    constraints: list[Constraint] = []
+    for one in value.items():
+        parts = one.entries(("sample", "point"))
+        if len(parts) < 2:
+            one.fail("a constraint has the number of a sample and a point")
+        constraints.append((_sample(parts["sample"], m), np.array(parts["point"].point())))
+    return tuple(constraints)
 
 
 def _sample(value: JsonValue, m: int) -> int:

@@ -22,7 +22,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import arc_length
-from patterndb.system.documents import JsonValue
+from patterndb.system.documents import Entries, JsonValue, Number, Point, complete_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import interpolate_points
 from patterndb_sketch.features.registration import DrawnNetwork
@@ -84,22 +84,22 @@ def network_document(network: DrawnNetwork) -> dict[str, object]:
     return document
 
 
+class SplineEntries(Entries):
+    degree: int
+    knots: list[Number]
+    control_points: list[Point]
+
+
 def curve_of(value: JsonValue) -> Spline:
-    """The spline of a polyline or of a spline's document."""
-    try:
+    """Return the spline of a polyline or of a spline's document."""
+    with value.named():
         if not value.is_object:
             return spline_through(np.array(value.polyline()))
         entries = value.entries((*SPLINE_KEYS, *FOUND_KEYS))
-        for key in SPLINE_KEYS:
-            if key not in entries:
-                value.fail(f'"{key}" is missing; a spline has {", ".join(SPLINE_KEYS)}')
-        knots = np.array([one.number() for one in entries["knots"].items()])
-        control = np.array(entries["control_points"].points()).reshape(-1, 3)
-        return Spline(entries["degree"].whole(), knots, control)
-    except InvalidFeatureError as error:
-        if str(error).startswith(value.where):
-            raise
-        raise InvalidFeatureError(f"{value.where}: {error}") from None
+        spline = {name: one.value for name, one in entries.items() if name in SPLINE_KEYS}
+        found = JsonValue(spline, value.where, value.error).read(SplineEntries)
+        control = np.array(complete_points(found.control_points)).reshape(-1, 3)
+        return Spline(found.degree, np.array(found.knots), control)
 
 
 def spline_through(points: Points) -> Spline:

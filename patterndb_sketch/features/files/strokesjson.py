@@ -14,17 +14,28 @@ in degrees.
 from __future__ import annotations
 
 import json
-from collections.abc import Generator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path
+from typing import Annotated, Any
 
 import numpy as np
+from msgspec import UNSET, Meta, UnsetType, structs
+from msgspec import field as entry
 
-from patterndb.system.documents import JsonValue, parse_json, read_limited
+from patterndb.system.documents import (
+    Entries,
+    JsonValue,
+    Number,
+    Point,
+    Polyline,
+    complete_points,
+    name_file,
+    parse_json,
+    read_limited,
+)
 from patterndb.system.files import replace_file
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.sessioncurves import WHOLE
 from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.features.splines.spline import MAX_DEGREE
 from patterndb_sketch.features.strokes import FeatureStroke
@@ -32,12 +43,42 @@ from patterndb_sketch.features.strokes import FeatureStroke
 #: Bytes that a file may have: a million points have some 40 million.
 MAX_BYTES = 64_000_000
 
-KEYS = ("strokes",)
-STROKE_KEYS = ("name", "points", "constraints", "settings")
 SETTINGS = tuple(one.name for one in fields(SnapSettings))
 
 #: Settings that mean something only together: a file has all of them, or none.
 ANGLE = {"alpha", "axis", "beta"}
+
+
+class HeldEntries(Entries):
+    at: Annotated[Point, Meta(extra={"missing": "the point where the curve passes"})]
+
+
+class SettingsEntries(Entries):
+    alpha: Number | UnsetType = UNSET
+    axis: Point | UnsetType = UNSET
+    beta: Number | UnsetType = UNSET
+    stiffness: Number | UnsetType = UNSET
+    theta: Number | UnsetType = UNSET
+    strict: bool | UnsetType = UNSET
+    window: Number | UnsetType = UNSET
+    nearness: Number | UnsetType | None = UNSET
+    degree: int | UnsetType = UNSET
+    radius: Number | UnsetType = UNSET
+    n_samples: int | UnsetType = UNSET
+    rounds: int | UnsetType = UNSET
+
+
+class StrokeEntries(Entries):
+    points: Annotated[Polyline, Meta(extra={"missing": "a list of two points or more"})]
+    name: Annotated[str, Meta(description="the name of a curve")] | UnsetType = UNSET
+    constraints: list[
+        Annotated[HeldEntries, Meta(description='an object such as {"at": [x, y, z]}')]
+    ] = entry(default_factory=list)
+    settings: SettingsEntries | UnsetType = UNSET
+
+
+class StrokesEntries(Entries):
+    strokes: Annotated[list[StrokeEntries], Meta(extra={"missing": "a list of strokes"})]
 
 
 def read_strokes(
@@ -48,7 +89,7 @@ def read_strokes(
     Raises InvalidFeatureError that names the file and the place in it, says what is wrong and
     what would mend it; OSError as reading does.
     """
-    with file_named(Path(path)):
+    with name_file(Path(path), InvalidFeatureError):
         data = read_limited(Path(path), MAX_BYTES, InvalidFeatureError, "give fewer points")
         return strokes_of(parse_json(data, InvalidFeatureError, "strokes"), settings)
 
@@ -63,18 +104,23 @@ def strokes_of(
     document: JsonValue, settings: SnapSettings | None = None
 ) -> tuple[FeatureStroke, ...]:
     """The strokes in a document. Raises InvalidFeatureError that names the place in it."""
-    entries = document.entries(KEYS, 'an object such as {"strokes": [{"points": [...]}]}')
-    if "strokes" not in entries:
-        document.fail('"strokes" is missing: a list of strokes')
+    entries = document.read(StrokesEntries, 'an object such as {"strokes": [{"points": [...]}]}')
     usual = SnapSettings() if settings is None else settings
     result: list[FeatureStroke] = []
-    for number, one in enumerate(entries["strokes"].items("a list of strokes"), 1):
-        stroke = _stroke(one, f"stroke {number}", usual)
-        if any(stroke.name == other.name for other in result):
-            one.fail(f"there is another stroke {stroke.name!r}; give each a name of its own")
-        result.append(stroke)
+    for i, one in enumerate(entries.strokes):
+        place = document.at("strokes", i)
+        name = f"stroke {i + 1}" if one.name is UNSET else one.name
+        if not name:
+            place.at("name").fail("the name is empty; leave it out")
+        if any(name == other.name for other in result):
+            place.fail(f"there is another stroke {name!r}; give each a name of its own")
+        chosen = usual
+        if one.settings is not UNSET:
+            chosen = _settings(place.at("settings"), one.settings, usual)
+        held = np.array(complete_points(held.at for held in one.constraints)).reshape(-1, 3)
+        result.append(FeatureStroke(name, np.array(complete_points(one.points)), held, chosen))
     if not result:
-        entries["strokes"].fail("there is no stroke; give one or more")
+        document.at("strokes").fail("there is no stroke; give one or more")
     return tuple(result)
 
 
@@ -85,28 +131,8 @@ def strokes_document(strokes: Sequence[FeatureStroke]) -> dict[str, object]:
 
 
 def settings_of(value: JsonValue, usual: SnapSettings) -> SnapSettings:
-    """Settings with those of an object in place of the usual ones."""
-    changes: dict[str, object] = {}
-    for name, entry in value.entries(SETTINGS).items():
-        if name == "axis":
-            changes[name] = tuple(entry.point())
-            if not any(entry.point()):
-                entry.fail("the axis has no length; give a direction such as [0, 0, 1]")
-        elif name == "strict":
-            changes[name] = entry.truth()
-        elif name in WHOLE:
-            changes[name] = entry.whole()
-        elif name == "beta":
-            changes[name] = float(np.deg2rad(entry.number()))
-        elif name == "nearness" and entry.value is None:
-            changes[name] = np.inf
-        else:
-            changes[name] = entry.number()
-    with in_place(value):
-        found = replace(usual, **changes)
-        if not 1 <= found.degree <= MAX_DEGREE:
-            raise InvalidFeatureError(f"degree is {found.degree}; give 1 to {MAX_DEGREE}")
-        return found
+    """Return settings with those of an object in place of the usual ones."""
+    return _settings(value, value.read(SettingsEntries), usual)
 
 
 def settings_document(settings: SnapSettings) -> dict[str, object]:
@@ -119,43 +145,23 @@ def settings_document(settings: SnapSettings) -> dict[str, object]:
     return document
 
 
-@contextmanager
-def in_place(value: JsonValue) -> Generator[None]:
-    """What goes wrong inside is about a value of a document."""
-    try:
-        yield
-    except InvalidFeatureError as error:
-        if value.where and str(error).startswith(value.where):
-            raise
-        value.fail(str(error))
-
-
-@contextmanager
-def file_named(path: Path) -> Generator[None]:
-    """What goes wrong inside is about a file."""
-    try:
-        yield
-    except InvalidFeatureError as error:
-        raise InvalidFeatureError(f"{path}: {error}") from None
-
-
-def _stroke(value: JsonValue, name: str, usual: SnapSettings) -> FeatureStroke:
-    entries = value.entries(STROKE_KEYS)
-    if "points" not in entries:
-        value.fail('"points" is missing: a list of two points or more')
-    points = np.array(entries["points"].polyline())
-    held: list[list[float]] = []
-    for one in entries["constraints"].items() if "constraints" in entries else ():
-        parts = one.entries(("at",), 'an object such as {"at": [x, y, z]}')
-        if "at" not in parts:
-            one.fail('"at" is missing: the point where the curve passes')
-        held.append(parts["at"].point())
-    if "name" in entries:
-        name = entries["name"].text("the name of a curve")
-        if not name:
-            entries["name"].fail("the name is empty; leave it out")
-    chosen = settings_of(entries["settings"], usual) if "settings" in entries else usual
-    return FeatureStroke(name, points, np.array(held).reshape(-1, 3), chosen)
+def _settings(place: JsonValue, entries: SettingsEntries, usual: SnapSettings) -> SnapSettings:
+    changes: dict[str, Any] = {
+        name: value for name, value in structs.asdict(entries).items() if value is not UNSET
+    }
+    if entries.axis is not UNSET:
+        changes["axis"] = tuple(complete_points([entries.axis])[0])
+        if not any(entries.axis):
+            place.at("axis").fail("the axis has no length; give a direction such as [0, 0, 1]")
+    if entries.beta is not UNSET:
+        changes["beta"] = float(np.deg2rad(entries.beta))
+    if entries.nearness is None:
+        changes["nearness"] = np.inf
+    with place.named():
+        found = replace(usual, **changes)
+        if not 1 <= found.degree <= MAX_DEGREE:
+            raise InvalidFeatureError(f"degree is {found.degree}; give 1 to {MAX_DEGREE}")
+        return found
 
 
 def _document(stroke: FeatureStroke) -> dict[str, object]:
