@@ -1,0 +1,143 @@
+"""Measure the structure of a checkout: modules, lines, class names, arrows, circles.
+
+    python scripts/measure_structure.py [FOLDER ...]     by default this checkout
+
+Counts the modules of the packages, not tests, benchmarks, scripts and examples. A module is small
+below SMALL lines; a circle is a set of modules that import each other, lazy imports included,
+those for types alone not.
+"""
+
+from __future__ import annotations
+
+import ast
+import statistics
+import sys
+from collections import Counter
+from pathlib import Path
+
+SMALL = 60
+
+#: Top-level folders that are no packages of the product.
+OTHER = {"tests", "benchmarks", "scripts", "examples", "build", "dist", "demo", "docs"}
+
+#: Entry points may import what stands above them.
+FACES = {"patterndb", "patterndb.__main__", "patterndb.notebook"}
+
+#: Packages from the bottom; a module imports none above its own, nor one beside it. Names that
+#: packages had before are there, so that earlier checkouts can be measured.
+LEVELS = {
+    "patterndb": 0,
+    "ingest": 1,
+    "query": 1,
+    "sketch": 2,
+    "patterndb_sketch": 2,
+    "viewer": 3,
+    "patterndb_app": 4,
+    "patterndb.cli": 4,
+}
+
+
+def main() -> None:
+    for folder in sys.argv[1:] or [str(Path(__file__).parents[1])]:
+        print(f"{folder}:")
+        for name, value in measure_structure(Path(folder)).items():
+            print(f"  {name}: {value:,}" if isinstance(value, int) else f"  {name}: {value}")
+
+
+def measure_structure(root: Path) -> dict[str, int | float]:
+    """The figures of one checkout."""
+    modules = find_modules(root)
+    trees = {name: ast.parse(path.read_text(encoding="utf-8")) for name, path in modules.items()}
+    lines = [len(path.read_text(encoding="utf-8").splitlines()) for path in modules.values()]
+    classes = Counter(
+        node.name
+        for tree in trees.values()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+    )
+    graph = {name: find_imports(name, tree, modules) for name, tree in trees.items()}
+    arrows = sum(
+        is_against(name, other) for name in graph if name not in FACES for other in graph[name]
+    )
+    for name in FACES & graph.keys():
+        graph[name] = set()
+    return {
+        "modules": len(modules),
+        "lines": sum(lines),
+        "median lines": statistics.median(lines),
+        "longest module": max(lines),
+        f"modules below {SMALL} lines": sum(count < SMALL for count in lines),
+        "of these not __init__": sum(
+            count < SMALL and path.name != "__init__.py"
+            for count, path in zip(lines, modules.values(), strict=True)
+        ),
+        "class names used twice": sum(count > 1 for count in classes.values()),
+        "arrows against the layers": arrows,
+        "circles of imports": len(find_circles(graph)),
+    }
+
+
+def find_modules(root: Path) -> dict[str, Path]:
+    """The modules of the packages by their dotted names."""
+    found: dict[str, Path] = {}
+    for folder in sorted(root.iterdir()):
+        if folder.name in OTHER or not (folder / "__init__.py").is_file():
+            continue
+        for path in sorted(folder.rglob("*.py")):
+            parts = path.relative_to(root).with_suffix("").parts
+            found[".".join(parts).removesuffix(".__init__")] = path
+    return found
+
+
+def find_imports(name: str, tree: ast.Module, modules: dict[str, Path]) -> set[str]:
+    """The modules that a module imports, wherever, but for types alone."""
+    found: set[str] = set()
+    stack: list[ast.AST] = [tree]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+            stack.extend(node.orelse)
+            continue
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            for alias in node.names:
+                whole = f"{node.module}.{alias.name}"
+                found.add(whole if whole in modules else node.module)
+        stack.extend(ast.iter_child_nodes(node))
+    return (found & modules.keys()) - {name}
+
+
+def find_level(name: str) -> tuple[int, str]:
+    """How high a module stands, and its package."""
+    package = "patterndb.cli" if (name + ".").startswith("patterndb.cli.") else name.split(".")[0]
+    return LEVELS[package], package
+
+
+def is_against(name: str, other: str) -> bool:
+    """Does an import run upwards, or sideways to another package?"""
+    (own, package), (level, beside) = find_level(name), find_level(other)
+    return level > own or (level == own and package != beside)
+
+
+def find_circles(graph: dict[str, set[str]]) -> list[set[str]]:
+    """Sets of modules that reach each other."""
+    reached: dict[str, set[str]] = {}
+    for name in graph:
+        seen: set[str] = set()
+        stack = list(graph[name])
+        while stack:
+            other = stack.pop()
+            if other not in seen:
+                seen.add(other)
+                stack.extend(graph[other])
+        reached[name] = seen
+    circles: list[set[str]] = []
+    for name, seen in reached.items():
+        if name in seen and not any(name in circle for circle in circles):
+            circles.append({name} | {other for other in seen if name in reached[other]})
+    return circles
+
+
+if __name__ == "__main__":
+    main()
