@@ -22,8 +22,8 @@ from ingest.formats import read_mesh
 from patterndb.store import Database
 from query.placing import Surface
 from viewer.camera import View
-from viewer.contour import flat
-from viewer.explorer_picture import compose
+from viewer.contour import make_flat_boundary
+from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import KEYS, ExplorerState
 from viewer.picture import save_drawn
 
@@ -92,7 +92,7 @@ def save(state: ExplorerState, path: Path, rank: int = 1) -> None:
     state.settle(rank - 1)
     state.settle()
     state.pointer = None
-    save_drawn(path, compose(state, SIZE[0] / SIZE[1]), SIZE[1])
+    save_drawn(path, compose_explorer(state, SIZE[0] / SIZE[1]), SIZE[1])
     size = path.stat().st_size
     print(f"{path}: {size:,} bytes")
     if size > LARGEST_PICTURE:
@@ -116,7 +116,7 @@ def main() -> None:
             click(state, [(-120, -160), (90, -160), (100, 120), (-30, 120), (-30, 0), (-130, 0)])
             KEYS.press(state, "]")
             save(state, out / "explorer-reflex.png", 2)
-        state = ExplorerState(db, flat((5, 4, 6, 5, 6)))
+        state = ExplorerState(db, make_flat_boundary((5, 4, 6, 5, 6)))
         try:
             turn = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
             ring = [(130.0 * np.cos(t), 130.0 * np.sin(t) - 20.0) for t in turn.tolist()]

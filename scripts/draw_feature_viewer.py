@@ -19,7 +19,7 @@ from PIL import Image
 from patterndb_sketch.features.model import Model
 from viewer.features import FeatureState
 from viewer.features.keys import KEYS
-from viewer.features.picture import Painter
+from viewer.features.picture import FeaturePainter
 from viewer.picture import save_drawn
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
@@ -84,7 +84,7 @@ def main() -> None:
     mess = degrade(clean, 4, uneven=True, gaps=GAPS, crossings=CROSSINGS, exterior=True)
     state = FeatureState(Model.from_arrays(mess.points, mess.triangles), title=f"{CAR}.obj")
     try:
-        painter = Painter()
+        painter = FeaturePainter()
         painter.compose(state, SIZE[0] / SIZE[1])
         for feature, error, seed in STROKES:
             draw_curve(state, clean, feature, error, seed)

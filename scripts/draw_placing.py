@@ -79,9 +79,9 @@ class Sheet:
         part of ``size``. wrong, strands: quads painted in these colours."""
         at = vertices
         mesh = pv.PolyData.from_regular_faces(at, fill.quads)
-        colours = np.tile(style.rgb(PATCH), (fill.n_quads, 1))
-        colours[list(strands)] = style.rgb(STRAND)
-        colours[list(wrong)] = style.rgb(WRONG)
+        colours = np.tile(style.parse_colour(PATCH), (fill.n_quads, 1))
+        colours[list(strands)] = style.parse_colour(STRAND)
+        colours[list(wrong)] = style.parse_colour(WRONG)
         mesh.cell_data["colour"] = (255 * colours).astype(np.uint8)
         self.plotter.add_mesh(mesh, scalars="colour", rgb=True, ambient=0.45, diffuse=0.7)
         edges = np.unique(

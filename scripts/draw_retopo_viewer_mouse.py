@@ -17,8 +17,8 @@ from viewer.picture import save_drawn
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import KEYS
 from viewer.retopo.marks import FLOW, INK, MARKED, PREVIEW, SIDES, VALENCES
-from viewer.retopo.modes import Mode
-from viewer.retopo.picture import Painter
+from viewer.retopo.modes import ToolMode
+from viewer.retopo.picture import RetopoPainter
 from viewer.scene import HEIGHT
 
 #: Bytes that a picture may have, and the pixels of the window and of a tool.
@@ -55,7 +55,7 @@ class Hand:
     def __init__(self, state: RetopoState, tools: dict[str, tuple[str, Image.Image]]) -> None:
         self.state = state
         self.tools = tools
-        self._painter = Painter()
+        self._painter = RetopoPainter()
         self._before: Image.Image | None = None
 
     def seen(self, place: Place) -> tuple[float, float]:
@@ -145,7 +145,7 @@ class Hand:
                 return image.convert("RGB").resize(size)
 
 
-def sheet(tools: dict[str, tuple[str, Image.Image]], modes: Sequence[Mode]) -> Image.Image:
+def sheet(tools: dict[str, tuple[str, Image.Image]], modes: Sequence[ToolMode]) -> Image.Image:
     """All pictures of tools with their keys and captions, in the order of the modes."""
     import matplotlib
 

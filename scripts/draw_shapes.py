@@ -20,11 +20,11 @@ from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import Template, box_template, register
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import style
-from viewer.camera import View, framed
+from viewer.camera import View, fit_view
 from viewer.picture import Drawn, save_drawn
 from viewer.scene import Scene
 from viewer.shapes import ShapesState
-from viewer.shapes.picture import compose
+from viewer.shapes.picture import compose_shape
 from viewer.shapes.state import KEYS
 from viewer.solid import Solid
 
@@ -92,7 +92,7 @@ def sheet(shapes: ShapeModel, template: Template) -> Drawn:
             state.aim(view)
             if sigmas:
                 KEYS.press(state, "g")
-            cell = compose(state, CELL[0] / CELL[1], bare=True, height=CELL[1])
+            cell = compose_shape(state, CELL[0] / CELL[1], bare=True, height=CELL[1])
             shift = np.array([LEFT + column * CELL[0], y - CELL[1] / 2.0, 0.0])
             solids.append(replace(cell.solid, corners=cell.solid.corners + shift))
     for column, sigmas in enumerate(SIGMAS):
@@ -110,14 +110,14 @@ def common_view(shapes: ShapeModel) -> View:
     every = [shapes.mean]
     for mode in range(MODES):
         every += [shapes.mean + s * shapes.deviations[mode] * shapes.modes[mode] for s in SIGMAS]
-    view = framed(np.concatenate(every), TOWARD, UP, *CELL)
+    view = fit_view(np.concatenate(every), TOWARD, UP, *CELL)
     return view.zoomed(1.07)
 
 
 def pulled(shapes: ShapeModel, template: Template) -> ShapesState:
     """The hatchback with its sill held, while the roof is pulled up; the ghost is as it was."""
     state = ShapesState(shapes, template, shapes.coefficients[shapes.names.index("hatchback")])
-    compose(state, VIEWER[0] / VIEWER[1])
+    compose_shape(state, VIEWER[0] / VIEWER[1])
     for key in ("g", "g", "z"):
         KEYS.press(state, key)
     click(state, *middle(state, "sill"))
@@ -165,7 +165,7 @@ def main() -> None:
     drawn = sheet(shapes, template)
     save(drawn, out / "features-shapes.png", round(PIXELS * drawn.scene.height))
     state = pulled(shapes, template)
-    save(compose(state, VIEWER[0] / VIEWER[1]), out / "shapes-viewer.png", VIEWER[1])
+    save(compose_shape(state, VIEWER[0] / VIEWER[1]), out / "shapes-viewer.png", VIEWER[1])
 
 
 if __name__ == "__main__":

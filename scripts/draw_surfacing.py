@@ -31,7 +31,7 @@ from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.picture import save_drawn
 from viewer.surfacing import SurfacingState, draw
-from viewer.surfacing.picture import compose
+from viewer.surfacing.picture import compose_surface
 from viewer.surfacing.state import KEYS
 
 ROOT = Path(__file__).parents[1]
@@ -178,7 +178,7 @@ def viewer(place: Place) -> None:
     """The viewer: a patch that is off, a stroke, and the facts of the patch at the pointer."""
     state = SurfacingState(place.curves("salvi/trebol_network.json"), db=place.db)
     try:
-        compose(state, VIEWER[0] / VIEWER[1])
+        compose_surface(state, VIEWER[0] / VIEWER[1])
         state.settle()
         click(state, (0.0, 110.0))
         KEYS.press(state, "d")
@@ -187,7 +187,7 @@ def viewer(place: Place) -> None:
         state.move(230.0, 150.0)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"
-            save_drawn(path, compose(state, VIEWER[0] / VIEWER[1]), VIEWER[1])
+            save_drawn(path, compose_surface(state, VIEWER[0] / VIEWER[1]), VIEWER[1])
             with Image.open(path) as image:
                 place.save("viewer", [image.convert("RGB")])
     finally:

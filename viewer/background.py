@@ -27,7 +27,7 @@ class OneAtATime:
             return self._source.pattern_class(n_sides)
 
 
-class Search:
+class FillSearch:
     """A query that runs in a thread of its own.
 
     ask: makes the query; it is called in the thread, too, as patterns may have to be read.

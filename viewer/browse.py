@@ -6,16 +6,16 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from viewer.browser_state import KEYS, BrowserState, Expand, PatternSource
+from viewer.browser_state import KEYS, BrowserSource, BrowserState, Expand
 from viewer.keymap import Effect, KeyMap
 from viewer.opengl import prepare_opengl
 from viewer.paper import PictureFormatError
-from viewer.scene import Meshes, cell_at, compose
-from viewer.window import CAMERA, WINDOW, Shell, layered, text_of
+from viewer.scene import Meshes, compose_browser, find_cell
+from viewer.window import CAMERA, WINDOW, Shell, layer_polygons, make_text
 
 
 def browse(
-    source: PatternSource,
+    source: BrowserSource,
     *,
     n_sides: int | None = None,
     expand: Expand | None = None,
@@ -42,7 +42,7 @@ def browse(
         raise PictureFormatError(f"{off_screen}: an off-screen picture's name ends in .png")
     state = BrowserState(source, n_sides=n_sides, expand=expand)
     prepare_opengl(off_screen=off_screen is not None)
-    window = Window(state, meshes, Path(screenshots), window_size, off_screen is not None)
+    window = BrowserWindow(state, meshes, Path(screenshots), window_size, off_screen is not None)
     try:
         if window.play(strokes) is not Effect.QUIT and off_screen is None:
             window.run()
@@ -53,7 +53,7 @@ def browse(
     return state
 
 
-class Window(Shell):
+class BrowserWindow(Shell):
     """A window that shows a browser's state."""
 
     def __init__(
@@ -88,14 +88,14 @@ class Window(Shell):
         """Show the state as it is now."""
         width, height = self._plotter.window_size
         self._size = (width, height)
-        scene = self._scene = compose(self.state, width / height, self._meshes)
+        scene = self._scene = compose_browser(self.state, width / height, self._meshes)
         plotter = self._plotter
         plotter.clear_actors()
         plotter.add_mesh(
-            layered(scene), scalars="colour", rgb=True, lighting=False, reset_camera=False
+            layer_polygons(scene), scalars="colour", rgb=True, lighting=False, reset_camera=False
         )
         for number, line in enumerate(scene.texts):
-            text = text_of(line, scene, height / scene.height)
+            text = make_text(line, scene, height / scene.height)
             # An actor takes the place of the one of its name.
             plotter.add_actor(text, reset_camera=False, name=f"text-{number}", render=False)
         x, y = scene.width / 2.0, scene.height / 2.0
@@ -125,7 +125,7 @@ class Window(Shell):
     def _on_click(self, interactor: Any, _event: str) -> None:
         x, y = interactor.GetEventPosition()
         unit = self._scene.height / self._size[1]
-        place = cell_at(self._scene, self.state, x * unit, y * unit)
+        place = find_cell(self._scene, self.state, x * unit, y * unit)
         if place is not None:
             self.state.message = ""
             self.state.select(place)

@@ -29,7 +29,7 @@ MAX_WIDTH = 24
 VALENCE_RANGES: tuple[tuple[int, int] | None, ...] = (None, (3, 5), (3, 6), (3, 4), (4, 5))
 
 
-class PatternSource(Protocol):
+class BrowserSource(Protocol):
     """Where patterns come from: a database, or anything with these two methods."""
 
     def sides_histogram(self) -> Mapping[int, int]:
@@ -49,7 +49,7 @@ class BrowserState:
     """
 
     def __init__(
-        self, source: PatternSource, *, n_sides: int | None = None, expand: Expand | None = None
+        self, source: BrowserSource, *, n_sides: int | None = None, expand: Expand | None = None
     ) -> None:
         self._source = source
         self._expand = expand

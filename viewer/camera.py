@@ -151,7 +151,7 @@ ModelLook = Literal["solid", "through", "hidden"]
 MODEL_LOOKS: tuple[ModelLook, ...] = ("solid", "through", "hidden")
 
 
-class Looking(Camera):
+class ModelCamera(Camera):
     """The view of a model.
 
     upright: the axis that is. model_look: how the model is shown.
@@ -195,7 +195,7 @@ class Looking(Camera):
         up = self._turned((0.0, 0.0, 1.0))
         if abs(up @ self._toward) > 0.999 * np.linalg.norm(self._toward):
             up = self._turned((0.0, 1.0, 0.0))
-        return framed(self._points, self._toward, up, *self.room)
+        return fit_view(self._points, self._toward, up, *self.room)
 
 
 # == Where a thing is looked at from at first.
@@ -204,7 +204,7 @@ class Looking(Camera):
 FILLED = 0.86
 
 
-def framed(points: Points, toward: ArrayLike, up: ArrayLike, width: float, height: float) -> View:
+def fit_view(points: Points, toward: ArrayLike, up: ArrayLike, width: float, height: float) -> View:
     """Looking against ``toward`` (3,), ``up`` (3,) upright, with points (n, 3) in the middle of
     a picture of this size, in points."""
     z = np.asarray(toward, np.float64)

@@ -39,7 +39,7 @@ class Card:
             disk=pattern.disk(),
             title=pattern.name,
             rank=rank,
-            facts="   ".join(t for t in (valence_text(pattern.valences), seen) if t),
+            facts="   ".join(t for t in (format_valences(pattern.valences), seen) if t),
             details=(_counts(pattern), _polychords(pattern)),
         )
 
@@ -49,18 +49,18 @@ class Card:
     ) -> Card:
         """The card of any disk, such as a fill; facts default to its valences and quads."""
         valences = disk.valence()[disk.irregular()].tolist()
-        text = f"{valence_text(valences)}   {plural(disk.n_quads, 'quad')}"
+        text = f"{format_valences(valences)}   {format_count(disk.n_quads, 'quad')}"
         lengths = " ".join(str(n) for n in disk.side_lengths().tolist())
         return cls(
             disk,
             title,
             rank,
             text if facts is None else facts,
-            (f"{plural(disk.n_sides, 'side')}: {lengths}",),
+            (f"{format_count(disk.n_sides, 'side')}: {lengths}",),
         )
 
 
-def valence_text(valences: Iterable[int]) -> str:
+def format_valences(valences: Iterable[int]) -> str:
     """The irregular valences as people write them: "3·3·5·5", "3×6 · 5×8", "regular"."""
     counts = sorted(Counter(valences).items())
     if not counts:
@@ -70,12 +70,12 @@ def valence_text(valences: Iterable[int]) -> str:
     return " · ".join(f"{v}×{n}" for v, n in counts)
 
 
-def plural(count: int, noun: str) -> str:
+def format_count(count: int, noun: str) -> str:
     """ "1 quad", "2 quads", "1,200 quads"."""
     return f"{count:,} {noun}" + ("" if count == 1 else "s")
 
 
-def facts_of(
+def collect_facts(
     pattern: Pattern, disk: Disk, widths: Sequence[int], meshes: Sequence[str] = ()
 ) -> list[tuple[str, str]]:
     """All there is to say about a pattern, as (name, value) lines.
@@ -89,7 +89,7 @@ def facts_of(
     quads = f"{pattern.n_quads:,}"
     if disk.n_quads != pattern.n_quads:
         quads += f", widened {disk.n_quads:,}"
-    chords = f"{pattern.n_chords} open, {plural(pattern.n_loops, 'loop')}"
+    chords = f"{pattern.n_chords} open, {format_count(pattern.n_loops, 'loop')}"
     turns = "none" if pattern.rotations == 1 else f"{pattern.rotations} rotations"
     mirror = "mirror image differs" if pattern.chiral else "mirror image is the same"
     code = [str(s) for s in pattern.code[:SHOWN_SYMBOLS].tolist()]
@@ -98,12 +98,12 @@ def facts_of(
         ("sides", f"{pattern.n_sides}: {lengths}" if pattern.n_sides else f"0: {lengths} round"),
         ("corners", corners),
         ("quads", quads),
-        ("irregular", valence_text(pattern.valences)),
+        ("irregular", format_valences(pattern.valences)),
         ("polychords", chords + (", crosses itself" if pattern.self_crossing else "")),
         ("widths", " ".join(str(w) for w in widths)),
         ("symmetry", f"{turns}, {mirror}"),
         ("code", " ".join(code) + (" …" if len(pattern.code) > SHOWN_SYMBOLS else "")),
-        ("seen", plural(pattern.frequency, "time")),
+        ("seen", format_count(pattern.frequency, "time")),
     ]
     if meshes:
         shown = ", ".join(meshes[:SHOWN_MESHES])
@@ -114,14 +114,14 @@ def facts_of(
 
 def _counts(pattern: Pattern) -> str:
     reflex = sum(k > 2 for k in pattern.corners)
-    sides = plural(pattern.n_sides, "side") + (f" ({reflex} reflex)" if reflex else "")
-    return f"{sides} · {plural(pattern.n_quads, 'quad')}"
+    sides = format_count(pattern.n_sides, "side") + (f" ({reflex} reflex)" if reflex else "")
+    return f"{sides} · {format_count(pattern.n_quads, 'quad')}"
 
 
 def _polychords(pattern: Pattern) -> str:
-    text = plural(pattern.n_chords, "chord")
+    text = format_count(pattern.n_chords, "chord")
     if pattern.n_loops:
-        text += f" + {plural(pattern.n_loops, 'loop')}"
+        text += f" + {format_count(pattern.n_loops, 'loop')}"
     if pattern.rotations > 1:
         text += f" · {pattern.rotations} rotations"
     return text + (" · chiral" if pattern.chiral else "")

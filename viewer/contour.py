@@ -15,7 +15,7 @@ from patterndb.geometry.polyline import arc_length, sampled
 from query import Boundary, Stroke
 from query.boundary import CornerKind
 from viewer.camera import View
-from viewer.ground import Ground
+from viewer.ground import DrawingGround
 
 #: Edges around a boundary that was just drawn, about: few enough for fills to come at once.
 EDGES = 24
@@ -133,7 +133,9 @@ class Contour:
         return Contour(sides, kinds, self.lengths[::-1], self.placed)
 
 
-def flat(lengths: Sequence[int], corners: Sequence[CornerKind] | None = None) -> Boundary:
+def make_flat_boundary(
+    lengths: Sequence[int], corners: Sequence[CornerKind] | None = None
+) -> Boundary:
     """A boundary of these edge counts in the plane: a regular polygon; with reflex corners
     these drawn in, with two sides a lens, with one or none (``corners=()``) a circle.
 
@@ -174,7 +176,7 @@ STROKE_STEP = 4.0
 EASE = 2.0
 
 
-class Mode(Enum):
+class PointerMode(Enum):
     """What the pointer does."""
 
     LOOK = "look"
@@ -183,14 +185,14 @@ class Mode(Enum):
     LOOP = "draw a loop"
 
 
-class Pen:
+class PointerStroke:
     """Draws on a ground.
 
     clicked: (3,) corners so far; paths: (k, 3) between them; preview: from the last to where
     the pointer is. line: (3,) points of the stroke so far.
     """
 
-    def __init__(self, ground: Ground) -> None:
+    def __init__(self, ground: DrawingGround) -> None:
         self.ground = ground
         self.lift()
 

@@ -12,15 +12,15 @@ from patterndb.core.halfedge import Int32Array, next_edge
 from patterndb.core.polychord import polychords
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.geometry.points import Points
-from viewer.embedding import embed
-from viewer.style import TINTS, rgb
+from viewer.embedding import embed_disk
+from viewer.style import TINTS, parse_colour
 
 #: Part of an edge that a polychord's band covers.
 BAND = 0.44
 
 
 @dataclass(frozen=True, slots=True)
-class Drawing:
+class DiskDrawing:
     """A disk laid out, coordinates within -1 to 1.
 
     points:    (v, 2) float64; the boundary's come first, in order.
@@ -48,15 +48,15 @@ class Drawing:
     edge: float
 
 
-def draw(
+def draw_disk(
     disk: Disk, *, mirrored: bool = False, tinted: bool = True, choose: int | None = None
-) -> Drawing:
+) -> DiskDrawing:
     """Lay a disk out for painting.
 
     mirrored: draw the mirror image. tinted: with the polychords' bands. choose: the bundle
-    to pick out, numbered as :func:`viewer.drawing.bundles` does; one there is not is ignored.
+    to pick out, numbered as :func:`viewer.drawing.find_bundles` does; one there is not is ignored.
     """
-    points = embed(disk)
+    points = embed_disk(disk)
     if mirrored:
         points = points * np.array([-1.0, 1.0])
     counts = disk.corner_counts()
@@ -66,18 +66,18 @@ def draw(
     bands, tints = np.zeros((0, 4, 2)), np.zeros((0, 3))
     chosen = np.zeros((0, 4, 2))
     if tinted or choose is not None:
-        bundle = bundles(disk)
+        bundle = find_bundles(disk)
         pieces = _pieces(corner)
         if choose is not None:
             chosen = pieces[:, :2][bundle == choose]
         if tinted:
-            palette = np.array([rgb(t) for t in TINTS])
-            own = palette[tint_numbers(disk, bundle)[bundle]]
+            palette = np.array([parse_colour(t) for t in TINTS])
+            own = palette[choose_tints(disk, bundle)[bundle]]
             over = _even(disk)[disk.quads[:, 0]]
             crossing = np.where(over[:, None], own[:, 0], own[:, 1])[:, None]
             bands = pieces.reshape(-1, 4, 2)
             tints = np.concatenate([own, crossing], axis=1).reshape(-1, 3)
-    return Drawing(
+    return DiskDrawing(
         points=points,
         quads=disk.quads,
         perimeter=disk.perimeter,
@@ -132,7 +132,7 @@ def _pieces(corner: Points) -> Points:
 # == bundles, not polychords, lets a fill of 300 quads be read as the pattern it came from.
 
 
-def bundles(disk: Disk) -> Int32Array:
+def find_bundles(disk: Disk) -> Int32Array:
     """Bundles of parallel polychords, as (q, 2) int32 through edges 0-2 and edges 1-3.
 
     Two polychords are parallel if between them runs a regular chain: closed or from one
@@ -158,7 +158,7 @@ def bundles(disk: Disk) -> Int32Array:
     return name[of_edge].reshape(-1, 4)[:, :2]
 
 
-def tint_numbers(disk: Disk, bundle: Int32Array) -> Int32Array:
+def choose_tints(disk: Disk, bundle: Int32Array) -> Int32Array:
     """(bundles,) int32 tint of every bundle, an index of style.TINTS.
 
     All different as long as there are tints enough; then bundles that cross or run side by
@@ -182,7 +182,7 @@ def tint_numbers(disk: Disk, bundle: Int32Array) -> Int32Array:
     return tint
 
 
-def boundary_bundles(disk: Disk, bundle: Int32Array) -> Int32Array:
+def find_boundary_bundles(disk: Disk, bundle: Int32Array) -> Int32Array:
     """(P,) int32 bundle that meets every boundary edge, edge j leaving vertex j."""
     tail = disk.quads
     head = np.roll(tail, -1, axis=1)

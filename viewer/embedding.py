@@ -20,7 +20,7 @@ from scipy.sparse.linalg import spsolve
 
 from patterndb.core.disk import Disk
 from patterndb.geometry.points import Points
-from viewer.relax import relax
+from viewer.relax import relax_points
 
 # == Where a flat picture puts a disk's boundary: a polygon with one bulging edge per side.
 #
@@ -66,7 +66,7 @@ class Outline:
         return (self.weights * self.handles[self.ends]).sum(axis=1)
 
 
-def convex_outline(disk: Disk) -> Outline:
+def make_outline(disk: Disk) -> Outline:
     """The strictly convex outline, counter-clockwise, side 0 at the bottom."""
     n = disk.n_sides
     if n < 2:
@@ -185,7 +185,7 @@ SHORT = (40, 24, 14, 8, 4)
 ANGLES = (math.radians(25.0), math.radians(150.0))
 
 
-def embed(disk: Disk, *, bend: bool = True) -> Points:
+def embed_disk(disk: Disk, *, bend: bool = True) -> Points:
     """Flat coordinates of a disk's vertices, for drawing.
 
     disk: any disk. bend: let the outline bend inward at reflex corners; otherwise it is
@@ -197,7 +197,7 @@ def embed(disk: Disk, *, bend: bool = True) -> Points:
     is minimised, not proven. Two vertices joined by two edges have no drawing with straight
     edges; what is returned then is the nearest found.
     """
-    outline = convex_outline(disk)
+    outline = make_outline(disk)
     boundary = outline.points()
     start = _tutte(disk, boundary)
     angle = _wanted_angles(disk, boundary)
@@ -209,7 +209,7 @@ def embed(disk: Disk, *, bend: bool = True) -> Points:
     return _framed(points)
 
 
-def flipped(quads: NDArray[np.int32], points: Points) -> NDArray[np.bool_]:
+def find_flipped_quads(quads: NDArray[np.int32], points: Points) -> NDArray[np.bool_]:
     """Which quads are drawn clockwise, crossing themselves, or without area.
 
     quads: (q, 4) int32; points: (v, 2). Returns (q,) bool. A quad is sound if one of its
@@ -275,8 +275,8 @@ def _relaxed(
         points = np.empty(disk.n_vertices, np.complex128)
         n_handles = len(outline.handles)
         fixed = (outline.ends, outline.weights, disk.quads)
-        smallest = relax(y, n_handles, False, *fixed, angle, size, ROUNDS, STEPS, points)
-        wrong = int(flipped(disk.quads, _pairs(points)).sum())
+        smallest = relax_points(y, n_handles, False, *fixed, angle, size, ROUNDS, STEPS, points)
+        wrong = int(find_flipped_quads(disk.quads, _pairs(points)).sum())
         if wrong < fewest:
             best, fewest = points, wrong
         if smallest > 0.0 or fewest == 0:
@@ -312,8 +312,8 @@ def _bent(disk: Disk, outline: Outline, points: Complex, size: float) -> Complex
         angle = share[disk.quads]
         taken = (lost[disk.quads].sum(axis=1, keepdims=True) - lost[disk.quads]) / 3.0
         angle = np.where(angle > 0.0, np.clip(angle + taken, *ANGLES), 0.0)
-        relax(y, len(outline.handles), True, *fixed, angle, size, 1, steps, moved)
-        sound = not flipped(disk.quads, _pairs(moved)).any()
+        relax_points(y, len(outline.handles), True, *fixed, angle, size, 1, steps, moved)
+        sound = not find_flipped_quads(disk.quads, _pairs(moved)).any()
         if sound and _clearance(moved[:p]) > CLEARANCE * size:
             return moved * _upright(y[: disk.n_sides])
     return None

@@ -12,7 +12,7 @@ from query import Boundary, Fill, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
 from viewer import saver
-from viewer.explorer_picture import compose
+from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import KEYS, ExplorerState
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
@@ -61,7 +61,7 @@ def explore(
         prepare_opengl(off_screen=False)
     state = ExplorerState(source, boundary, surface=surface, strokes=strokes, tolerance=tolerance)
     try:
-        shell = Saver(state, Path(folder), write_obj, window_size)
+        shell = ExplorerSaver(state, Path(folder), write_obj, window_size)
         if off_screen is not None:
             state.settle(rank - 1)
             shell.play(pressed)
@@ -79,7 +79,7 @@ def explore(
     return state
 
 
-class Saver(saver.Saver):
+class ExplorerSaver(saver.Saver):
     """Obeys keys, and writes what some of them save."""
 
     state: ExplorerState
@@ -96,7 +96,7 @@ class Saver(saver.Saver):
         self._write_obj = write_obj
 
     def drawn(self) -> Drawn:
-        return compose(self.state, self.size[0] / self.size[1])
+        return compose_explorer(self.state, self.size[0] / self.size[1])
 
     def ready(self) -> None:
         if self.state.boundary is not None:

@@ -8,13 +8,13 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.card import plural, valence_text
-from viewer.contour import Mode
+from viewer.card import format_count, format_valences
+from viewer.contour import PointerMode
 from viewer.explorer_state import KEY_HELP, MOUSE_HELP, ExplorerState
 from viewer.net import Net
-from viewer.panel import PANEL, Writer, begin_panel, help_box, hint
+from viewer.panel import PANEL, PanelWriter, begin_panel, draw_help, draw_hint
 from viewer.picture import Drawn
-from viewer.scene import HEIGHT, Patch, Scene
+from viewer.scene import HEIGHT, Scene, ScenePolygons
 from viewer.solid import Hiding, Solid
 
 #: Width of a fill's lines as a part of its edges, least and most, in points; likewise the
@@ -35,7 +35,7 @@ LABEL = 18.0
 LABEL_RIM = "#b9c1cb"
 
 
-def compose(state: ExplorerState, aspect: float) -> Drawn:
+def compose_explorer(state: ExplorerState, aspect: float) -> Drawn:
     """The picture for a window of this width to height."""
     scene = Scene(HEIGHT * aspect, HEIGHT)
     room = scene.width - PANEL
@@ -53,9 +53,9 @@ def compose(state: ExplorerState, aspect: float) -> Drawn:
     if net is not None:
         painter.markers(net)
     painter.in_progress()
-    panel(scene, state)
+    draw_panel(scene, state)
     if state.helping:
-        help_box(scene, KEY_HELP, MOUSE_HELP)
+        draw_help(scene, KEY_HELP, MOUSE_HELP)
     return Drawn(scene, solid, middle)
 
 
@@ -79,16 +79,16 @@ class _Painter:
         radius = self._radius
         odd = self._shown(net.odd)
         if len(odd):
-            ring = odd[:, None] + style.circle() * (0.95 * radius)
+            ring = odd[:, None] + style.make_circle() * (0.95 * radius)
             self.scene.polygons(ring, face=style.PAPER, line=style.SELECTED, width=0.45 * radius)
         kinds = np.clip(net.valences, 2, 7)
         for kind in np.unique(kinds).tolist():
             at = self._shown(net.irregular[kinds == kind])
             if len(at):
-                shape = at[:, None] + style.valence_shape(kind) * radius
+                shape = at[:, None] + style.choose_valence_shape(kind) * radius
                 # Paint a larger one in white first: an outline of thin pieces has gaps at
                 # the points of a triangle.
-                rim = at[:, None] + style.valence_shape(kind) * (radius + 1.4)
+                rim = at[:, None] + style.choose_valence_shape(kind) * (radius + 1.4)
                 self.scene.polygons(rim, face=style.PAPER)
                 self.scene.polygons(shape, face=style.VALENCE_COLOURS[kind])
 
@@ -108,7 +108,7 @@ class _Painter:
                 self._lines(self._seen(edges[a:b]), colour, BOUNDARY_WIDTH)
             ticks = self._shown(boundary.points)
             if len(ticks):
-                dots = ticks[:, None] + style.circle() * (0.95 * BOUNDARY_WIDTH)
+                dots = ticks[:, None] + style.make_circle() * (0.95 * BOUNDARY_WIDTH)
                 self.scene.polygons(dots, face=style.BOUNDARY)
         self._corners()
         if not self.state.helping:
@@ -130,10 +130,10 @@ class _Painter:
         if state.pen.clicked:
             at = self._shown(np.stack(state.pen.clicked))
             if len(at):
-                dots = at[:, None] + style.circle() * 5.0
+                dots = at[:, None] + style.make_circle() * 5.0
                 self.scene.polygons(dots, face=style.BOUNDARY)
         if len(state.pen.line) > 1:
-            closed = state.mode is Mode.LOOP
+            closed = state.mode is PointerMode.LOOP
             self.line(np.stack(state.pen.line), STROKE, STROKE_WIDTH, closed=closed)
 
     def _corners(self) -> None:
@@ -149,12 +149,12 @@ class _Painter:
             if not len(at):
                 continue
             if i == chosen:
-                self.scene.polygons(at[:, None] + style.circle() * 10.0, face=style.SELECTED)
+                self.scene.polygons(at[:, None] + style.make_circle() * 10.0, face=style.SELECTED)
             if kind == "convex":
-                self.scene.polygons(at[:, None] + style.circle() * 5.8, face=style.BOUNDARY)
+                self.scene.polygons(at[:, None] + style.make_circle() * 5.8, face=style.BOUNDARY)
             else:
-                self.scene.polygons(at[:, None] + style.diamond() * 9.4, face=style.BOUNDARY)
-                self.scene.polygons(at[:, None] + style.diamond() * 5.6, face=style.PAPER)
+                self.scene.polygons(at[:, None] + style.make_diamond() * 9.4, face=style.BOUNDARY)
+                self.scene.polygons(at[:, None] + style.make_diamond() * 5.6, face=style.PAPER)
 
     def _labels(self) -> None:
         """The edge count of every side, beside its middle, outside."""
@@ -221,7 +221,9 @@ class _Painter:
         across = np.stack([along[:, 1], -along[:, 0]], axis=1)
         a, b = a - 0.6 * along, b + 0.6 * along
         corners = np.stack([a + across, b + across, b - across, a - across], axis=1)
-        self.scene.patches.append(Patch(corners, np.tile(style.rgb(colour), (len(corners), 1))))
+        self.scene.patches.append(
+            ScenePolygons(corners, np.tile(style.parse_colour(colour), (len(corners), 1)))
+        )
 
 
 # == What the fill explorer says beside its picture: the fill, the question, the legend.
@@ -233,14 +235,15 @@ NAMES = 88.0
 MOST_OF_SURFACE = 0.5
 
 HINTS = {
-    Mode.LOOK: "",
-    Mode.CORNERS: "click corners on the surface    Enter: close    ⌫: take back    Esc: leave",
-    Mode.STROKE: "drag from boundary edge to boundary edge    Esc: leave",
-    Mode.LOOP: "drag a loop; its ends are joined    Esc: leave",
+    PointerMode.LOOK: "",
+    PointerMode.CORNERS: "click corners on the surface    Enter: close    ⌫: take back    "
+    "Esc: leave",
+    PointerMode.STROKE: "drag from boundary edge to boundary edge    Esc: leave",
+    PointerMode.LOOP: "drag a loop; its ends are joined    Esc: leave",
 }
 
 
-def panel(scene: Scene, state: ExplorerState) -> None:
+def draw_panel(scene: Scene, state: ExplorerState) -> None:
     """Write the panel, and a hint above the picture while something is drawn."""
     writer = begin_panel(scene, names=NAMES)
     _headline(writer, state)
@@ -252,10 +255,10 @@ def panel(scene: Scene, state: ExplorerState) -> None:
         writer.skip(0.5)
         writer.paragraph(trouble, style.MESSAGE)
     if HINTS[state.mode] and not state.helping:
-        hint(scene, HINTS[state.mode])
+        draw_hint(scene, HINTS[state.mode])
 
 
-def _headline(writer: Writer, state: ExplorerState) -> None:
+def _headline(writer: PanelWriter, state: ExplorerState) -> None:
     count = len(state.fills)
     if state.contour is None:
         writer.heading("No boundary yet", 18.0)
@@ -274,7 +277,7 @@ def _headline(writer: Writer, state: ExplorerState) -> None:
     writer.skip(0.6)
 
 
-def _fill(writer: Writer, state: ExplorerState) -> None:
+def _fill(writer: PanelWriter, state: ExplorerState) -> None:
     fill = state.fill
     if fill is None:
         return
@@ -284,12 +287,12 @@ def _fill(writer: Writer, state: ExplorerState) -> None:
         irregular += f", {fill.n_irregular_boundary} on the boundary"
     writer.fact("pattern", fill.pattern.name, mono=True)
     writer.fact("origin", fill.origin)
-    seen = plural(fill.pattern.frequency, "time") if fill.pattern.frequency else "never"
+    seen = format_count(fill.pattern.frequency, "time") if fill.pattern.frequency else "never"
     writer.fact("seen", seen)
     writer.fact("quads", f"{fill.n_quads:,}")
     writer.fact("irregular", irregular)
     disk = fill.disk()
-    writer.fact("valences", valence_text(disk.valence()[disk.irregular()].tolist()))
+    writer.fact("valences", format_valences(disk.valence()[disk.irregular()].tolist()))
     if fill.flow_distance is not None:
         writer.fact("off strokes", f"{fill.flow_distance:.3g}")
     placed = state.placed
@@ -297,14 +300,14 @@ def _fill(writer: Writer, state: ExplorerState) -> None:
         writer.fact("flipped", "placing …")
     else:
         flipped = len(placed.placement.flipped)
-        writer.fact("flipped", plural(flipped, "quad") if flipped else "none")
+        writer.fact("flipped", format_count(flipped, "quad") if flipped else "none")
         share = placed.placement.region_share
         if share is not None and share > MOST_OF_SURFACE:
             writer.fact("encloses", f"{share:.0%} of the surface; other side: k")
     writer.skip(0.6)
 
 
-def _question(writer: Writer, state: ExplorerState) -> None:
+def _question(writer: PanelWriter, state: ExplorerState) -> None:
     contour = state.contour
     if contour is None:
         return
@@ -315,14 +318,14 @@ def _question(writer: Writer, state: ExplorerState) -> None:
     if state.strokes:
         loops = sum(s.is_loop for s in state.strokes)
         counts = ((len(state.strokes) - loops, "stroke"), (loops, "loop"))
-        text = ", ".join(plural(count, noun) for count, noun in counts if count)
+        text = ", ".join(format_count(count, noun) for count, noun in counts if count)
         writer.fact("strokes", text + ("" if state.following else "; not followed"))
-        off = plural(state.tolerance, "edge") if state.tolerance else "exact"
+        off = format_count(state.tolerance, "edge") if state.tolerance else "exact"
         writer.fact("tolerance", off)
     writer.skip(0.6)
 
 
-def _legend(writer: Writer, state: ExplorerState) -> None:
+def _legend(writer: PanelWriter, state: ExplorerState) -> None:
     contour = state.contour
     if contour is None:
         return
@@ -333,14 +336,14 @@ def _legend(writer: Writer, state: ExplorerState) -> None:
         for kind, count in zip(kinds.tolist(), counts.tolist(), strict=True):
             colour = style.VALENCE_COLOURS[kind]
             text = f"valence {style.valence_label(kind)}  ×{count}"
-            entries.append((style.valence_shape(kind), colour, "none", text))
+            entries.append((style.choose_valence_shape(kind), colour, "none", text))
         if len(placed.net.odd):
             text = f"on boundary  ×{len(placed.net.odd)}"
-            entries.append((style.circle() * 0.8, style.PAPER, style.SELECTED, text))
+            entries.append((style.make_circle() * 0.8, style.PAPER, style.SELECTED, text))
     if "convex" in contour.corners:
-        entries.append((style.circle() * 0.9, style.BOUNDARY, "none", "convex"))
+        entries.append((style.make_circle() * 0.9, style.BOUNDARY, "none", "convex"))
     if "reflex" in contour.corners:
-        entries.append((style.diamond() * 1.2, style.PAPER, style.BOUNDARY, "reflex"))
+        entries.append((style.make_diamond() * 1.2, style.PAPER, style.BOUNDARY, "reflex"))
     for i in range(0, len(entries), 2):
         for column, (shape, face, line, text) in enumerate(entries[i : i + 2]):
             writer.marker(column * 0.52 * writer.room, shape, face, line, text)

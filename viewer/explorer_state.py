@@ -13,9 +13,9 @@ from query.engine import PatternSource
 from query.placing import Surface
 from query.stroke import TOLERANCE
 from viewer.camera import View
-from viewer.contour import Contour, Mode, Pen
-from viewer.finder import LIMIT, Finder
-from viewer.ground import Ground
+from viewer.contour import Contour, PointerMode, PointerStroke
+from viewer.finder import LIMIT, FillFinder
+from viewer.ground import DrawingGround
 from viewer.keymap import ALIASES, Effect, KeyMap
 
 #: Radius of the picture's middle that a boundary is fitted into, in points.
@@ -25,7 +25,7 @@ RADIUS = 260.0
 REACH = 90.0
 
 
-class ExplorerState(Finder):
+class ExplorerState(FillFinder):
     """A boundary on a surface, strokes, the fills that stream in, and how they are looked at.
 
     surface: what is drawn and placed on; None is the plane of the boundary. boundary: its
@@ -46,16 +46,16 @@ class ExplorerState(Finder):
         super().__init__(source, surface, strokes, tolerance, limit)
         self.helping = False
         self.hiding = False
-        self.mode = Mode.LOOK
+        self.mode = PointerMode.LOOK
         self.contour: Contour | None = None
-        self.ground = Ground(surface)
+        self.ground = DrawingGround(surface)
         self.pointer: tuple[float, float] | None = None
         self._turning = False
         if boundary is not None:
             self.contour = Contour.of(boundary)
             if surface is None:
                 self.ground = _plane_of(boundary)
-        self.pen = Pen(self.ground)
+        self.pen = PointerStroke(self.ground)
         self.view = self._fitted()
         if self.contour is not None:
             self._change(self.contour)
@@ -112,9 +112,9 @@ class ExplorerState(Finder):
 
     # Drawing
 
-    def begin(self, mode: Mode) -> None:
+    def begin(self, mode: PointerMode) -> None:
         """Enter a mode; what was begun in another is forgotten."""
-        if mode in (Mode.STROKE, Mode.LOOP) and self.boundary is None:
+        if mode in (PointerMode.STROKE, PointerMode.LOOP) and self.boundary is None:
             self.message = "there is no boundary yet to draw strokes on"
             return
         self.leave()
@@ -122,7 +122,7 @@ class ExplorerState(Finder):
 
     def leave(self) -> None:
         """Back to looking; what was not finished is forgotten."""
-        self.mode = Mode.LOOK
+        self.mode = PointerMode.LOOK
         self.pen.lift()
 
     def undo_corner(self) -> None:
@@ -131,7 +131,7 @@ class ExplorerState(Finder):
 
     def close_boundary(self) -> None:
         """Join the last clicked corner to the first, and ask for fills."""
-        if self.mode is not Mode.CORNERS:
+        if self.mode is not PointerMode.CORNERS:
             return
         if len(self.pen.clicked) < 3:
             self.message = "a boundary needs three corners; click them one after another"
@@ -155,7 +155,7 @@ class ExplorerState(Finder):
             self.view = self.view.turned(x - last[0], y - last[1])
         elif self.pen.line:
             self.pen.extend(self.view, x, y)
-        elif self.mode is Mode.CORNERS and self.pen.clicked:
+        elif self.mode is PointerMode.CORNERS and self.pen.clicked:
             self.pen.look_ahead(self.view, x, y)
         else:
             return before != (self.side_under(), self.corner_under())
@@ -164,11 +164,11 @@ class ExplorerState(Finder):
     def press(self, x: float, y: float, *, turn: bool = False) -> bool:
         """A button goes down. turn: it is the one that always turns the view."""
         self.pointer = (x, y)
-        if turn or self.mode is Mode.LOOK:
+        if turn or self.mode is PointerMode.LOOK:
             self._turning = True
             return False
         self.message = ""
-        if self.mode is Mode.CORNERS:
+        if self.mode is PointerMode.CORNERS:
             self._click(x, y)
         else:
             self.pen.extend(self.view, x, y)
@@ -199,7 +199,7 @@ class ExplorerState(Finder):
 
     def side_under(self) -> int | None:
         """The side of the boundary that the pointer is nearest to, if it is near."""
-        if self.contour is None or self.pointer is None or self.mode is not Mode.LOOK:
+        if self.contour is None or self.pointer is None or self.mode is not PointerMode.LOOK:
             return None
         near = [_distance(self.view.seen(side), self.pointer) for side in self.contour.sides]
         best = int(np.argmin(near))
@@ -208,7 +208,7 @@ class ExplorerState(Finder):
     def corner_under(self) -> int | None:
         """Likewise the corner."""
         contour = self.contour
-        if contour is None or self.pointer is None or self.mode is not Mode.LOOK:
+        if contour is None or self.pointer is None or self.mode is not PointerMode.LOOK:
             return None
         if not contour.corners:
             return None
@@ -230,7 +230,7 @@ class ExplorerState(Finder):
             self.pen.lift()
             return
         try:
-            stroke = self.pen.stroke(self.boundary, loop=self.mode is Mode.LOOP)
+            stroke = self.pen.stroke(self.boundary, loop=self.mode is PointerMode.LOOP)
         except PatternDBError as error:
             self.message = str(error)
             self.pen.lift()
@@ -275,14 +275,14 @@ class ExplorerState(Finder):
         return View.facing(np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), np.zeros(3), RADIUS)
 
 
-def _plane_of(boundary: Boundary) -> Ground:
+def _plane_of(boundary: Boundary) -> DrawingGround:
     """The plane through a boundary's middle, across its mean normal."""
     assert boundary.points is not None
     middle = boundary.points.mean(axis=0)
     spokes = boundary.points - middle
     area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
     size = float(np.linalg.norm(area))
-    return Ground(None, middle, area / size if size > 0.0 else None)
+    return DrawingGround(None, middle, area / size if size > 0.0 else None)
 
 
 def _distance(line: Points, pointer: tuple[float, float]) -> float:
@@ -351,7 +351,7 @@ ACTIONS: dict[str, Callable[[ExplorerState], None]] = {
     "m": lambda e: e.more(),
     "o": lambda e: e.change_order(),
     "r": lambda e: e.toggle_strict(),
-    "b": lambda e: _enter(e, Mode.CORNERS),
+    "b": lambda e: _enter(e, PointerMode.CORNERS),
     "Enter": lambda e: e.close_boundary(),
     "BackSpace": lambda e: e.undo_corner(),
     "-": lambda e: e.change_length(-1),
@@ -360,8 +360,8 @@ ACTIONS: dict[str, Callable[[ExplorerState], None]] = {
     "]": lambda e: e.scale_lengths(FINER),
     "c": lambda e: e.toggle_corner(),
     "k": lambda e: e.reverse(),
-    "s": lambda e: _enter(e, Mode.STROKE),
-    "l": lambda e: _enter(e, Mode.LOOP),
+    "s": lambda e: _enter(e, PointerMode.STROKE),
+    "l": lambda e: _enter(e, PointerMode.LOOP),
     "x": lambda e: e.drop_stroke(),
     ",": lambda e: e.change_tolerance(-1),
     ".": lambda e: e.change_tolerance(1),
@@ -376,7 +376,7 @@ ACTIONS: dict[str, Callable[[ExplorerState], None]] = {
 EFFECTS = {"w": Effect.OBJ, "p": Effect.PICTURE, "q": Effect.QUIT}
 
 
-def _enter(state: ExplorerState, mode: Mode) -> None:
+def _enter(state: ExplorerState, mode: PointerMode) -> None:
     """The key that entered a mode leaves it, too."""
     if state.mode is mode:
         state.leave()
@@ -386,7 +386,7 @@ def _enter(state: ExplorerState, mode: Mode) -> None:
 
 def _leave(state: ExplorerState) -> bool:
     """Leave a mode or the help; False if there is none to leave."""
-    left = state.mode is not Mode.LOOK or state.helping
+    left = state.mode is not PointerMode.LOOK or state.helping
     if left:
         state.helping = False
         state.leave()

@@ -16,7 +16,7 @@ from query.engine import PatternSource
 from query.listing.orders import ORDERS, default_order
 from query.placing import Surface
 from query.stroke import TOLERANCE
-from viewer.background import OneAtATime, Placed, Placer, Search
+from viewer.background import FillSearch, OneAtATime, Placed, Placer
 
 #: Fills asked for at first; the key m asks for twice as many each time.
 LIMIT = 100
@@ -25,7 +25,7 @@ LIMIT = 100
 MAX_TOLERANCE = 3
 
 
-class Finder:
+class FillFinder:
     """What is asked, and what was found of it so far.
 
     Nothing is asked for until there is a boundary. tolerance, order, strict, limit: as for
@@ -51,8 +51,8 @@ class Finder:
         self.following = True
         self.message = ""
         self.rank = 0
-        self._search: Search | None = None
-        self._ended: list[Search] = []
+        self._search: FillSearch | None = None
+        self._ended: list[FillSearch] = []
         self._seen: tuple[object, ...] = ()
         self._placer = Placer(surface)
 
@@ -206,7 +206,7 @@ class Finder:
         self._placer.forget()
         if not keep_rank:
             self.rank = 0
-        self._search = None if self.boundary is None else Search(self._question(self.boundary))
+        self._search = None if self.boundary is None else FillSearch(self._question(self.boundary))
 
     def _question(self, boundary: Boundary) -> Callable[[], Fills]:
         strokes, tolerance, limit = tuple(self.strokes), self.tolerance, self.limit

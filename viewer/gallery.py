@@ -9,7 +9,7 @@ from pathlib import Path
 
 from viewer import style
 from viewer.card import Card
-from viewer.drawing import Drawing, draw
+from viewer.drawing import DiskDrawing, draw_disk
 from viewer.painting import paint_disk, paint_legend
 from viewer.paper import Page, check_suffix
 
@@ -109,9 +109,9 @@ def _page(grid: Grid, cards: Sequence[Card], title: str, counter: str, tinted: b
     if counter:
         right = grid.width - MARGIN
         page.text(right, head, counter, 8.0, colour=style.FAINT_TEXT, align="right")
-    drawings: list[Drawing] = []
+    drawings: list[DiskDrawing] = []
     for i, card in enumerate(cards):
-        drawing = draw(card.disk, tinted=tinted)
+        drawing = draw_disk(card.disk, tinted=tinted)
         drawings.append(drawing)
         x, y = grid.centre(i)
         paint_disk(page, drawing, x, y, grid.cell, f"quads-{i + 1}")

@@ -17,7 +17,7 @@ PATH_POINTS = 33
 ROUNDS = 140
 
 
-class Ground:
+class DrawingGround:
     """A surface, or the plane through a point.
 
     surface: None for a plane. point, normal: (3,) of the plane.

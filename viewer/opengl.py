@@ -80,10 +80,10 @@ def _choose(off_screen: bool, display: bool, wanted: str) -> str | None:
         # Without a display VTK would still try X first: it warns, and where the X library
         # is missing too it crashes.
         kinds = ("", *HEADLESS) if display else HEADLESS
-    return next((made for kind in kinds if (made := trial_window(kind)) is not None), None)
+    return next((made for kind in kinds if (made := try_window(kind)) is not None), None)
 
 
-def trial_window(kind: str) -> str | None:
+def try_window(kind: str) -> str | None:
     """Draw in a window of this kind in a child process; "" leaves the choice to VTK.
 
     Returns the kind that VTK made, which may be another, or None if it could not draw.

@@ -9,7 +9,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.drawing import Drawing
+from viewer.drawing import DiskDrawing
 
 #: Radius of an irregular vertex's marker: part of an edge, and least and most in points.
 #: In a dense mesh it covers the quads around it; it is what one looks for.
@@ -23,7 +23,7 @@ BOUNDARY_LINES = 2.4
 BLEED = 3.0
 
 
-class Canvas(Protocol):
+class PaintTarget(Protocol):
     """A surface measured in points, y upward."""
 
     def polygons(
@@ -60,13 +60,18 @@ class Canvas(Protocol):
 
 
 def paint_disk(
-    canvas: Canvas, drawing: Drawing, x: float, y: float, size: float, gid: str | None = None
+    canvas: PaintTarget,
+    drawing: DiskDrawing,
+    x: float,
+    y: float,
+    size: float,
+    gid: str | None = None,
 ) -> None:
     """Paint a drawing, centred at (x, y), in a square of this size.
 
     gid names its group of quads: in an SVG, one path per quad.
     """
-    scale = scale_of(size)
+    scale = measure_scale(size)
     points = drawing.points * scale + (x, y)
     edge = drawing.edge * scale
     canvas.polygons(points[drawing.quads], face=style.QUAD)
@@ -81,29 +86,29 @@ def paint_disk(
     radius = float(np.clip(edge * MARKER[0], *MARKER[1:]))
     corner = min(0.75 * radius, 2.6)
     if len(drawing.convex):
-        dots = points[drawing.convex][:, None] + style.circle() * corner
+        dots = points[drawing.convex][:, None] + style.make_circle() * corner
         canvas.polygons(dots, face=style.BOUNDARY)
     if len(drawing.reflex):
-        diamonds = points[drawing.reflex][:, None] + style.diamond() * 1.5 * corner
+        diamonds = points[drawing.reflex][:, None] + style.make_diamond() * 1.5 * corner
         canvas.polygons(diamonds, face=style.PAPER, line=style.BOUNDARY, width=1.3 * thin)
     kinds = np.clip(drawing.valences, 2, 7)
     for kind in np.unique(kinds).tolist():
         at = points[drawing.irregular[kinds == kind]]
         canvas.polygons(
-            at[:, None] + style.valence_shape(kind) * radius,
+            at[:, None] + style.choose_valence_shape(kind) * radius,
             face=style.VALENCE_COLOURS[kind],
             line=style.PAPER,
             width=max(0.4, 0.16 * radius),
         )
 
 
-def scale_of(size: float) -> float:
+def measure_scale(size: float) -> float:
     """Points per unit of a drawing that is painted in a square of this size."""
     return size / 2.0 - BLEED
 
 
 def paint_legend(
-    canvas: Canvas, drawings: Iterable[Drawing], x: float, y: float, size: float
+    canvas: PaintTarget, drawings: Iterable[DiskDrawing], x: float, y: float, size: float
 ) -> None:
     """Explain the markers that occur in the drawings, in one line centred at x.
 
@@ -116,11 +121,11 @@ def paint_legend(
         if kind in kinds:
             colour = style.VALENCE_COLOURS[kind]
             text = f"valence {style.valence_label(kind)}"
-            entries.append((text, style.valence_shape(kind), colour, colour))
+            entries.append((text, style.choose_valence_shape(kind), colour, colour))
     if any(len(d.convex) for d in drawings):
-        entries.append(("convex corner", style.circle() * 0.9, style.BOUNDARY, style.BOUNDARY))
+        entries.append(("convex corner", style.make_circle() * 0.9, style.BOUNDARY, style.BOUNDARY))
     if any(len(d.reflex) for d in drawings):
-        entries.append(("reflex corner", style.diamond() * 1.3, style.PAPER, style.BOUNDARY))
+        entries.append(("reflex corner", style.make_diamond() * 1.3, style.PAPER, style.BOUNDARY))
     # The exact width of a text needs a renderer; DejaVu Sans is about 0.6 as wide as high.
     widths = [size * (2.4 + 0.6 * len(text)) for text, *_ in entries]
     at = x - (sum(widths) - size) / 2.0

@@ -30,7 +30,7 @@ LEAST = 8.5
 MOST_LINES = 7
 
 
-class Writer:
+class PanelWriter:
     """Writes line under line in the panel, from (left, y) down."""
 
     def __init__(self, scene: Scene, left: float, y: float, *, names: float = NAMES) -> None:
@@ -77,7 +77,7 @@ class Writer:
             self.y -= 0.82 * LINE
 
 
-def begin_panel(scene: Scene, *, names: float = NAMES) -> Writer:
+def begin_panel(scene: Scene, *, names: float = NAMES) -> PanelWriter:
     """Paint an empty panel with its last line; what writes in it, at its top."""
     left = scene.width - PANEL
     corners = np.array([[left, 0.0], [scene.width, 0.0], [scene.width, HEIGHT], [left, HEIGHT]])
@@ -85,16 +85,16 @@ def begin_panel(scene: Scene, *, names: float = NAMES) -> Writer:
     scene.box(left, 30.0, 0.0, HEIGHT - 60.0, RULE, RULE)
     right = scene.width - MARGIN
     scene.text(right, 30.0, "h  keys      q  quit", 11.5, colour=style.FAINT_TEXT, align="right")
-    return Writer(scene, left + MARGIN, HEIGHT - 46.0, names=names)
+    return PanelWriter(scene, left + MARGIN, HEIGHT - 46.0, names=names)
 
 
-def hint(scene: Scene, text: str) -> None:
+def draw_hint(scene: Scene, text: str) -> None:
     """A line above the picture beside the panel, of what is to be done now."""
     left = scene.width - PANEL
     scene.text(left / 2.0, HEIGHT - 40.0, text, 13.0, colour=style.MESSAGE)
 
 
-def help_box(scene: Scene, keys: Sequence[tuple[str, str]], mouse: str) -> None:
+def draw_help(scene: Scene, keys: Sequence[tuple[str, str]], mouse: str) -> None:
     """The list of keys, over the picture: (keys, what they do), and what the mouse does."""
     step = 25.0
     width, height = 450.0, step * len(keys) + 96.0
@@ -132,12 +132,12 @@ def draw_axes(scene: Scene, axes: Points, chosen: str) -> None:
         size = float(np.linalg.norm(along))
         end = begin + LENGTH * along
         if size > 0.02:
-            stroke(scene, begin, end, 1.5 if strong else 0.9, colour)
+            draw_line(scene, begin, end, 1.5 if strong else 0.9, colour)
         label = end + (BESIDE * along / size if size > 0.25 else np.array(END_ON))
         scene.text(label[0], label[1] - 4.5, name, 11.5, colour=colour, bold=strong)
 
 
-def stroke(scene: Scene, begin: Points, end: Points, half: float, colour: str) -> None:
+def draw_line(scene: Scene, begin: Points, end: Points, half: float, colour: str) -> None:
     """A straight line in the picture between two places (2,), half so many points wide."""
     along = end - begin
     size = float(np.linalg.norm(along))

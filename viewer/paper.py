@@ -13,7 +13,7 @@ from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from viewer import style
 from viewer.card import Card
-from viewer.drawing import draw
+from viewer.drawing import draw_disk
 from viewer.painting import paint_disk, paint_legend
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def save_picture(
     """
     path = Path(path)
     check_suffix(path)
-    drawing = draw(card.disk, mirrored=mirrored, tinted=tinted)
+    drawing = draw_disk(card.disk, mirrored=mirrored, tinted=tinted)
     lines = [card.facts, *card.details]
     lines = [line for line in lines if line]
     head = (16.0 if card.title else 0.0) + 12.0 * len(lines)

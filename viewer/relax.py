@@ -28,7 +28,7 @@ MEMORY = 10
 
 
 @kernel
-def energy(
+def measure_energy(
     y: Complex,
     handles: int,
     moving: bool,
@@ -103,7 +103,7 @@ def energy(
 
 
 @kernel
-def dot(a: Complex, b: Complex) -> float:
+def multiply_dot(a: Complex, b: Complex) -> float:
     """Real inner product of two vectors of points."""
     total = 0.0
     for i in range(len(a)):
@@ -112,7 +112,7 @@ def dot(a: Complex, b: Complex) -> float:
 
 
 @kernel
-def relax(
+def relax_points(
     y: Complex,
     handles: int,
     moving: bool,
@@ -125,7 +125,7 @@ def relax(
     steps: int,
     points: Complex,
 ) -> float:
-    """Minimise :func:`energy` over y, in place; return the smallest triangle area.
+    """Minimise :func:`measure_energy` over y, in place; return the smallest triangle area.
 
     Each of at most ``rounds`` rounds takes at most ``steps`` L-BFGS steps with one
     smoothing; once a round begins with no triangle flipped it is the last. points: (v,)
@@ -141,27 +141,29 @@ def relax(
     curvature = np.empty(MEMORY)
     alpha = np.empty(MEMORY)
     args = (handles, moving, ends, weights, quads, angle, size)
-    _, smallest = energy(y, *args, 1.0, points, force, gradient)
+    _, smallest = measure_energy(y, *args, 1.0, points, force, gradient)
     for _ in range(rounds):
         sound = smallest > 0.0
         epsilon = 1e-4 if sound else np.sqrt(1e-8 + 0.04 * smallest * smallest)
-        value, smallest = energy(y, *args, epsilon, points, force, gradient)
+        value, smallest = measure_energy(y, *args, epsilon, points, force, gradient)
         kept = 0
         for _ in range(steps):
             direction = -gradient
             for m in range(kept - 1, max(kept - MEMORY, 0) - 1, -1):
                 s = m % MEMORY
-                alpha[s] = dot(move[s], direction) / curvature[s]
+                alpha[s] = multiply_dot(move[s], direction) / curvature[s]
                 direction -= alpha[s] * change[s]
             if kept:
                 s = (kept - 1) % MEMORY
-                direction *= curvature[s] / dot(change[s], change[s])
+                direction *= curvature[s] / multiply_dot(change[s], change[s])
             else:
                 direction *= 0.1 * size / (1e-30 + np.abs(gradient).max())
             for m in range(max(kept - MEMORY, 0), kept):
                 s = m % MEMORY
-                direction += (alpha[s] - dot(change[s], direction) / curvature[s]) * move[s]
-            descent = dot(gradient, direction)
+                direction += (alpha[s] - multiply_dot(change[s], direction) / curvature[s]) * move[
+                    s
+                ]
+            descent = multiply_dot(gradient, direction)
             if descent >= 0.0:
                 if kept == 0:
                     break
@@ -172,7 +174,7 @@ def relax(
             accepted = False
             for _ in range(30):
                 trial[:] = y + step * direction
-                found, area = energy(trial, *args, epsilon, points, force, trial_gradient)
+                found, area = measure_energy(trial, *args, epsilon, points, force, trial_gradient)
                 # Once sound, always sound: a step that flips a triangle is cut back.
                 if found <= value + 1e-4 * step * descent and (area > 0.0 or not sound):
                     accepted = True
@@ -183,8 +185,8 @@ def relax(
             s = kept % MEMORY
             move[s] = trial - y
             change[s] = trial_gradient - gradient
-            curvature[s] = dot(move[s], change[s])
-            if curvature[s] > 1e-14 * dot(change[s], change[s]) * size * size:
+            curvature[s] = multiply_dot(move[s], change[s])
+            if curvature[s] > 1e-14 * multiply_dot(change[s], change[s]) * size * size:
                 kept += 1
             y[:] = trial
             gradient[:] = trial_gradient
@@ -194,5 +196,5 @@ def relax(
                 break
         if sound:
             break
-    _, smallest = energy(y, *args, 1e-4, points, force, gradient)
+    _, smallest = measure_energy(y, *args, 1e-4, points, force, gradient)
     return smallest

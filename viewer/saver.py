@@ -94,7 +94,7 @@ class Saver(ABC):
         return Effect.REDRAW
 
 
-def free_name(folder: Path, name: str, suffix: str) -> Path:
+def find_free_name(folder: Path, name: str, suffix: str) -> Path:
     """A path in a folder that no file has: the name with a number and the suffix."""
     count = 1
     while (path := folder / f"{name}-{count}{suffix}").exists():

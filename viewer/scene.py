@@ -15,9 +15,9 @@ from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points
 from viewer import style
 from viewer.browser_state import COLUMNS, KEY_HELP, ROWS, BrowserState
-from viewer.card import facts_of, valence_text
-from viewer.drawing import Drawing, boundary_bundles, bundles, draw
-from viewer.painting import paint_disk, paint_legend, scale_of
+from viewer.card import collect_facts, format_valences
+from viewer.drawing import DiskDrawing, draw_disk, find_boundary_bundles, find_bundles
+from viewer.painting import measure_scale, paint_disk, paint_legend
 
 Meshes = Callable[[Pattern], Sequence[str]]
 
@@ -50,7 +50,7 @@ class Text(NamedTuple):
 
 
 @dataclass(slots=True)
-class Patch:
+class ScenePolygons:
     """Polygons of one layer: (n, c, 2) corners and (n, 3) colours, 0 to 1."""
 
     corners: Points
@@ -62,7 +62,7 @@ class Scene:
 
     def __init__(self, width: float, height: float) -> None:
         self.width, self.height = width, height
-        self.patches: list[Patch] = []
+        self.patches: list[ScenePolygons] = []
         self.texts: list[Text] = []
 
     def polygons(
@@ -77,12 +77,14 @@ class Scene:
     ) -> None:
         """See viewer.painting.Canvas; outlines become polygons, too."""
         if faces is None and face != "none":
-            faces = np.tile(style.rgb(face), (len(corners), 1))
+            faces = np.tile(style.parse_colour(face), (len(corners), 1))
         if faces is not None:
-            self.patches.append(Patch(corners, faces))
+            self.patches.append(ScenePolygons(corners, faces))
         if line != "none" and width > 0.0:
             edges = _strokes(corners, width)
-            self.patches.append(Patch(edges, np.tile(style.rgb(line), (len(edges), 1))))
+            self.patches.append(
+                ScenePolygons(edges, np.tile(style.parse_colour(line), (len(edges), 1)))
+            )
 
     def text(
         self,
@@ -106,7 +108,7 @@ class Scene:
         self.polygons(corners[None], face=face, line=line, width=1.2)
 
 
-def compose(state: BrowserState, aspect: float, meshes: Meshes | None = None) -> Scene:
+def compose_browser(state: BrowserState, aspect: float, meshes: Meshes | None = None) -> Scene:
     """The whole picture for a window of this width to height.
 
     meshes: names of the meshes that a pattern occurs in.
@@ -120,7 +122,7 @@ def compose(state: BrowserState, aspect: float, meshes: Meshes | None = None) ->
     return scene
 
 
-def cell_at(scene: Scene, state: BrowserState, x: float, y: float) -> int | None:
+def find_cell(scene: Scene, state: BrowserState, x: float, y: float) -> int | None:
     """Place among the filtered patterns of the thumbnail at (x, y), None if there is none."""
     width, height = _cell(scene)
     column, row = int((x - MARGIN) // width), int((scene.height - HEADER - y) // height)
@@ -156,7 +158,7 @@ def _thumbnails(scene: Scene, state: BrowserState) -> None:
     width, height = _cell(scene)
     size = min(width, height - CAPTION) - 18.0
     first = state.page * COLUMNS * ROWS
-    drawings: list[Drawing] = []
+    drawings: list[DiskDrawing] = []
     for i, r in enumerate(state.page_rows().tolist()):
         row, column = divmod(i, COLUMNS)
         left = MARGIN + column * width
@@ -181,10 +183,10 @@ def _thumbnails(scene: Scene, state: BrowserState) -> None:
 
 
 @lru_cache(maxsize=2000)
-def _thumbnail(code: bytes, mirrored: bool, tinted: bool) -> tuple[Drawing, str]:
+def _thumbnail(code: bytes, mirrored: bool, tinted: bool) -> tuple[DiskDrawing, str]:
     pattern = Pattern.from_trusted_code(np.frombuffer(code, np.uint16))
-    drawing = draw(pattern.disk(), mirrored=mirrored, tinted=tinted)
-    return drawing, valence_text(pattern.valences)
+    drawing = draw_disk(pattern.disk(), mirrored=mirrored, tinted=tinted)
+    return drawing, format_valences(pattern.valences)
 
 
 def _panel(scene: Scene, state: BrowserState, meshes: Meshes | None) -> None:
@@ -194,7 +196,7 @@ def _panel(scene: Scene, state: BrowserState, meshes: Meshes | None) -> None:
     pattern, disk = state.selected, state.selected_disk()
     if pattern is None or disk is None:
         return
-    facts = facts_of(pattern, disk, state.widths, meshes(pattern) if meshes else ())
+    facts = collect_facts(pattern, disk, state.widths, meshes(pattern) if meshes else ())
     facts_height = 21.0 * len(facts) + 24.0 if state.inspecting else 0.0
     room = scene.height - HEADER - facts_height - 56.0
     around = 50.0 if state.labelled else 8.0
@@ -203,7 +205,7 @@ def _panel(scene: Scene, state: BrowserState, meshes: Meshes | None) -> None:
     chosen = None
     if state.chord is not None:
         chosen = _bundle_of(pattern, state.widths, disk, state.chord)
-    drawing = draw(disk, mirrored=state.mirrored, tinted=state.tinted, choose=chosen)
+    drawing = draw_disk(disk, mirrored=state.mirrored, tinted=state.tinted, choose=chosen)
     paint_disk(scene, drawing, x, y, size)
     if state.labelled:
         _labels(scene, disk, drawing, x, y, size)
@@ -227,16 +229,18 @@ def _bundle_of(pattern: Pattern, widths: Sequence[int], disk: Disk, chord: int) 
 
     Nearly always its own number; two self-crossing ones may share a bundle.
     """
-    number = boundary_bundles(disk, bundles(disk))
+    number = find_boundary_bundles(disk, find_bundles(disk))
     label = [c for side in pattern.label for c in side for _ in range(widths[c])]
     if chord in label and len(label) == disk.perimeter:
         return int(number[label.index(chord)])
     return int(number.max()) + 1 + chord - pattern.n_chords
 
 
-def _labels(scene: Scene, disk: Disk, drawing: Drawing, x: float, y: float, size: float) -> None:
+def _labels(
+    scene: Scene, disk: Disk, drawing: DiskDrawing, x: float, y: float, size: float
+) -> None:
     """Number the sides, and every run of boundary edges that one bundle meets."""
-    points = drawing.points[: disk.perimeter] * scale_of(size) + (x, y)
+    points = drawing.points[: disk.perimeter] * measure_scale(size) + (x, y)
     after = np.roll(points, -1, axis=0)
     along = after - points
     outward = np.stack([along[:, 1], -along[:, 0]], axis=1)
@@ -249,7 +253,7 @@ def _labels(scene: Scene, disk: Disk, drawing: Drawing, x: float, y: float, size
         place = points[k] if len(edges) % 2 == 0 else (points[k] + after[k]) / 2.0
         return place, outward[k]
 
-    number = boundary_bundles(disk, bundles(disk))
+    number = find_boundary_bundles(disk, find_bundles(disk))
     for s, side in enumerate(disk.sides()):
         edges = side[:-1]
         cuts = np.flatnonzero(np.diff(number[edges])) + 1

@@ -121,11 +121,11 @@ class Shading:
             return NOTHING
         if skin is not self._skin or view is not self._view or self._rest != (look, middle):
             self._skin, self._view, self._rest = skin, view, (look, middle)
-            self._made = shaded(skin, view, middle, through=look == "through")
+            self._made = shade_model(skin, view, middle, through=look == "through")
         return self._made
 
 
-def shaded(skin: Skin, view: View, middle: tuple[float, float], *, through: bool) -> Triangles:
+def shade_model(skin: Skin, view: View, middle: tuple[float, float], *, through: bool) -> Triangles:
     """Corners (t, 3, 3) as they are seen, float64, and their colours (t, 3, 3) float32.
 
     through: the model is pale and behind everything else.
@@ -134,7 +134,7 @@ def shaded(skin: Skin, view: View, middle: tuple[float, float], *, through: bool
         skin.corners, skin.normals, view.axes, view.focus, view.scale, KEY, FILL,
         (AMBIENT, OF_KEY, OF_FILL, EDGE),
     )  # fmt: skip
-    colours = bright[..., None] * style.rgb(MATTE).astype(np.float32)
+    colours = bright[..., None] * style.parse_colour(MATTE).astype(np.float32)
     np.minimum(colours, np.float32(1.0), out=colours)
     shift = np.array([*middle, 0.0])
     if through:

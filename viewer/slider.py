@@ -174,18 +174,18 @@ class Rail:
         scene.polygons(_disc(at, self.y, 0.42 * KNOB), face=style.PAPER)
 
 
-def rail_at(rails: Mapping[Name, Rail], x: float, y: float) -> Name | None:
+def find_rail(rails: Mapping[Name, Rail], x: float, y: float) -> Name | None:
     """The name of the slider at a place of the picture, the nearest of several; None without."""
     near = [(abs(y - rail.y), i) for i, rail in enumerate(rails.values()) if rail.holds(x, y)]
     return list(rails)[min(near)[1]] if near else None
 
 
 def _disc(x: float, y: float, radius: float) -> Points:
-    return (style.circle() * radius + (x, y))[None]
+    return (style.make_circle() * radius + (x, y))[None]
 
 
 def _bar(left: float, right: float, y: float, half: float) -> Points:
     """(1, c, 2) a line with round ends, which may be a dot."""
-    rim = style.circle() * half
+    rim = style.make_circle() * half
     ends = np.where(rim[:, :1] > 0.0, right, left)
     return (rim + np.concatenate([ends, np.full((len(rim), 1), y)], axis=1))[None]

@@ -15,7 +15,7 @@ from query.placing import Surface
 from viewer import style
 from viewer.camera import View
 from viewer.net import Net
-from viewer.style import circle, rgb
+from viewer.style import make_circle, parse_colour
 
 # == Curves as bands of triangles that face the viewer, shaded as if they were round.
 
@@ -33,7 +33,7 @@ RIM, GLOSS, ROUND = 0.72, 0.2, 2.5
 NOTHING: Triangles = (np.zeros((0, 3, 3)), np.zeros((0, 3, 3), np.float32))
 
 
-def ribbons(lines: Sequence[Points], colour: str, width: float, lift: float) -> Triangles:
+def make_ribbons(lines: Sequence[Points], colour: str, width: float, lift: float) -> Triangles:
     """Bands along polylines (k, 3) as they are seen, ``width`` points wide.
 
     lift: how much nearer to the viewer they are than what they lie on, in points.
@@ -53,7 +53,7 @@ def ribbons(lines: Sequence[Points], colour: str, width: float, lift: float) -> 
         [raised - side, raised + np.array([0.0, 0.0, width / 4.0]), raised + side], axis=1
     )
     a, b = rows[:-1][joined], rows[1:][joined]
-    base = rgb(colour)
+    base = parse_colour(colour)
     rim = middle = base
     if width >= ROUND:
         rim, middle = base * RIM, base * (1.0 - GLOSS) + GLOSS
@@ -74,11 +74,13 @@ def ribbons(lines: Sequence[Points], colour: str, width: float, lift: float) -> 
     return np.concatenate(corners), painted.astype(np.float32)
 
 
-def discs(places: Points, colour: str, radius: float, lift: float, inner: float = 0.0) -> Triangles:
+def make_discs(
+    places: Points, colour: str, radius: float, lift: float, inner: float = 0.0
+) -> Triangles:
     """Discs at places (n, 3) as they are seen, or rings with an inner radius."""
     if not len(places):
         return NOTHING
-    rim = circle()
+    rim = make_circle()
     after = np.roll(rim, -1, axis=0)
     zero = np.zeros((len(rim), 1))
     outer = [np.hstack([ends * radius, zero]) for ends in (rim, after)]
@@ -87,11 +89,11 @@ def discs(places: Points, colour: str, radius: float, lift: float, inner: float 
     if inner > 0.0:
         fan = np.concatenate([fan, np.stack([within[0], outer[1], within[1]], axis=1)])
     corners = (places + np.array([0.0, 0.0, lift]))[:, None, None] + fan
-    flat = np.broadcast_to(rgb(colour), (len(places) * len(fan), 3, 3))
+    flat = np.broadcast_to(parse_colour(colour), (len(places) * len(fan), 3, 3))
     return corners.reshape(-1, 3, 3), flat.astype(np.float32)
 
 
-def dashed(line: Points, dash: float) -> list[Points]:
+def dash_line(line: Points, dash: float) -> list[Points]:
     """A polyline (k, 3) as it is seen, in dashes of so many points with gaps as long."""
     along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1))]
     if along[-1] <= dash:
@@ -128,7 +130,7 @@ def _across(flat: Points, joined: NDArray[np.bool_]) -> Points:
 
 
 @kernel
-def paint(corners: Points, colours: Grid, depth: Grid, image: Grid) -> None:
+def fill_triangles(corners: Points, colours: Grid, depth: Grid, image: Grid) -> None:
     """Paint triangles over what is there, in place; the nearer wins.
 
     corners: (t, 3, 3) float64 x to the right, y down, both in pixels, and depth, greater is
@@ -168,7 +170,7 @@ def paint(corners: Points, colours: Grid, depth: Grid, image: Grid) -> None:
                     )
 
 
-def farthest_nearby(depth: Grid) -> Grid:
+def spread_farthest(depth: Grid) -> Grid:
     """(h, w) the least depth in the 3 x 3 pixels around: what a line beside a ridge is held to."""
     padded = np.pad(depth, 1, mode="edge")
     rows = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
@@ -226,17 +228,19 @@ class Solid:
             seen = (view.seen(surface.vertices) + shift)[surface.triangles]
             normals = (surface.normals @ view.axes.T)[surface.triangles]
             corners.append(seen)
-            base, back = style.rgb(SURFACE), style.rgb(SURFACE_BACK)
+            base, back = style.parse_colour(SURFACE), style.parse_colour(SURFACE_BACK)
             colours.append(_shaded(seen, normals, base, back, SHADE))
         if net is not None:
             lift = max(LIFT[0] * net.edge * view.scale, LIFT[1])
             seen = _triangles(view.seen(net.patches) + shift + (0.0, 0.0, lift))
             normals = _triangles(net.normals @ view.axes.T)
-            base = np.tile(style.rgb(FILL), (len(net.patches), 1))
-            base[net.carried] = style.rgb(CARRIED)
+            base = np.tile(style.parse_colour(FILL), (len(net.patches), 1))
+            base[net.carried] = style.parse_colour(CARRIED)
             each = np.repeat(base, len(seen) // max(len(net.patches), 1), axis=0)
             corners.append(seen)
-            colours.append(_shaded(seen, normals, each[:, None], style.rgb(FILL_BACK), FILL_SHADE))
+            colours.append(
+                _shaded(seen, normals, each[:, None], style.parse_colour(FILL_BACK), FILL_SHADE)
+            )
         return cls(np.concatenate(corners), np.concatenate(colours), lift)
 
     def image(self, width: float, height: float, scale: float) -> tuple[Grid, Grid]:
@@ -244,9 +248,9 @@ class Solid:
         is. width, height: in points; scale: pixels to a point."""
         rows, columns = round(height * scale), round(width * scale)
         depth = np.full((rows, columns), -np.inf, np.float32)
-        image = np.tile(style.rgb(style.PAPER).astype(np.float32), (rows, columns, 1))
+        image = np.tile(style.parse_colour(style.PAPER).astype(np.float32), (rows, columns, 1))
         pixels = self.corners * (scale, -scale, 1.0) + (0.0, rows, 0.0)
-        paint(pixels, self.colours, depth, image)
+        fill_triangles(pixels, self.colours, depth, image)
         return image, depth
 
 
@@ -255,7 +259,7 @@ class Hiding:
 
     def __init__(self, solid: Solid, width: float, height: float) -> None:
         depth = solid.image(width, height, 1.0 / COARSE)[1]
-        self._nearest = farthest_nearby(depth)
+        self._nearest = spread_farthest(depth)
         self._slack = HIDDEN * solid.lift
 
     def visible(self, points: Points) -> NDArray[np.bool_]:

@@ -46,32 +46,32 @@ VALENCE_COLOURS = {
 }
 
 
-def valence_label(valence: int) -> str:
+def format_valence(valence: int) -> str:
     """What the legend says: "5", or "7+" for the last class."""
     return "7+" if valence == 7 else str(valence)
 
 
-def valence_shape(valence: int) -> Points:
+def choose_valence_shape(valence: int) -> Points:
     """(n, 2) float64 outline of a valence's marker, about the unit circle's size."""
     if valence == 2:
-        return circle()
+        return make_circle()
     if valence >= 7:
         return _star(7)
     # A triangle of the same radius looks smaller than the rounder shapes.
     return _regular(valence) * (1.22 if valence == 3 else 1.06)
 
 
-def circle() -> Points:
+def make_circle() -> Points:
     """(24, 2) float64 the marker of a convex corner, and of valence 2."""
     return _regular(24)
 
 
-def diamond() -> Points:
+def make_diamond() -> Points:
     """(4, 2) float64 the marker of a reflex corner."""
     return _regular(4)
 
 
-def rgb(colour: str) -> NDArray[np.float64]:
+def parse_colour(colour: str) -> NDArray[np.float64]:
     """(3,) float64 red, green and blue of "#rrggbb", each 0 to 1."""
     return np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
 

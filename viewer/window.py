@@ -25,7 +25,7 @@ CAMERA = 10.0
 FONT_FROM_FILE = 4
 
 
-class Stage:
+class WindowStage:
     """What stands in a window; texts that stay are not made anew."""
 
     def __init__(self, plotter: Any) -> None:
@@ -48,7 +48,7 @@ class Stage:
             mesh = _triangles(solid, -float(near.max()) - 1.0)
             depth = float(np.ptp(near)) + 1.0
             self._add(mesh)
-        self._add(layered(scene))
+        self._add(layer_polygons(scene))
         self._write(scene, (width, height))
         x, y = scene.width / 2.0, scene.height / 2.0
         plotter.camera.position = (x, y, CAMERA)
@@ -77,7 +77,7 @@ class Stage:
         self._texts = kept
 
     def _text(self, t: Text, scene: Scene, unit: float) -> Any:
-        text = text_of(t, scene, unit)
+        text = make_text(t, scene, unit)
         # An actor takes the place of the one of its name, so no two may have one.
         self._written += 1
         name = f"text-{self._written}"
@@ -85,7 +85,7 @@ class Stage:
         return text
 
 
-def layered(scene: Scene) -> Any:
+def layer_polygons(scene: Scene) -> Any:
     """All polygons of a scene as one surface, later ones nearer to the camera."""
     import pyvista as pv
 
@@ -105,7 +105,7 @@ def layered(scene: Scene) -> Any:
     return mesh.triangulate()
 
 
-def text_of(t: Text, scene: Scene, unit: float) -> Any:
+def make_text(t: Text, scene: Scene, unit: float) -> Any:
     """A line of text; unit: pixels per point."""
     import pyvista as pv
     from matplotlib import get_data_path
@@ -157,7 +157,7 @@ class Watched(Protocol):
     def poll(self) -> bool: ...
 
 
-class Drawing(Protocol):
+class KeyDrawer(Protocol):
     """What draws a state at a size in pixels, and obeys keys."""
 
     size: tuple[int, int]
@@ -261,7 +261,7 @@ class Window(Shell):
     def __init__(
         self,
         state: Watched,
-        saver: Drawing,
+        saver: KeyDrawer,
         keys: KeyMap[Any],
         size: tuple[int, int],
         title: str,
@@ -272,7 +272,7 @@ class Window(Shell):
         self.state = state
         self._saver = saver
         self._keys = keys
-        self._stage = Stage(self._plotter)
+        self._stage = WindowStage(self._plotter)
         self._shifting: tuple[int, int] | None = None
         self._drawn = saver.drawn()
         self.redraw()
@@ -339,7 +339,7 @@ class Window(Shell):
 
 def open_window(
     state: Watched,
-    saver: Drawing,
+    saver: KeyDrawer,
     keys: KeyMap[Any],
     size: tuple[int, int],
     title: str,

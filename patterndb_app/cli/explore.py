@@ -140,10 +140,10 @@ def _asked(
         return read_boundary(path)
     if sides is None:
         return None, []
-    from viewer.contour import flat
+    from viewer.contour import make_flat_boundary
 
     named = boundary_of(sides, closed, corners)
-    return flat(named.lengths, named.corners), []
+    return make_flat_boundary(named.lengths, named.corners), []
 
 
 COMMANDS = (explore,)

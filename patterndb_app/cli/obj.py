@@ -23,9 +23,9 @@ def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
     """Write the fill in the plane z = 0, as pictures show it: boundary vertices first, from
     corner 0 on, then the interior ones; quads counter-clockwise."""
     # Imported here because only pictures and files need places for vertices.
-    from viewer import embed
+    from viewer import embed_disk
 
-    points = embed(fill.disk())
+    points = embed_disk(fill.disk())
     lengths = " ".join(str(n) for n in boundary.lengths)
     lines = [
         f"# fill of a boundary with sides {lengths}",

@@ -211,14 +211,14 @@ def fill_sheet(
 ) -> list[Path]:
     """A contact sheet of a boundary's fills; the paths written."""
     from viewer import Card, save_gallery
-    from viewer.card import valence_text
+    from viewer.card import format_valences
 
     cards = [
         Card.of_disk(
             fill.disk(),
             fill.pattern.name,
             rank,
-            f"{valence_text(fill.pattern.valences)}   {plural(len(fill.quads), 'quad')}   "
+            f"{format_valences(fill.pattern.valences)}   {plural(len(fill.quads), 'quad')}   "
             f"{fill.pattern.frequency:,}×",
         )
         for rank, fill in enumerate(fills, 1)

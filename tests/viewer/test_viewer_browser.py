@@ -18,10 +18,10 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import InvalidBoundaryError, NotFoundError
 from viewer import BrowserState, DisplayError, PictureFormatError, browse, opengl
-from viewer.browse import Window
+from viewer.browse import BrowserWindow
 from viewer.browser_state import ACTIONS, COLUMNS, KEYS, MAX_WIDTH, PER_PAGE
 from viewer.keymap import Effect
-from viewer.scene import cell_at, compose
+from viewer.scene import compose_browser, find_cell
 
 
 class Source:
@@ -125,7 +125,7 @@ def test_filters_that_leave_nothing(state: BrowserState) -> None:
     assert len(state.rows) == 0 and state.n_pages == 1
     assert state.selected is None and state.selected_disk() is None and state.widths == ()
     keys(state, "Right n End ] Up Down r l")
-    assert "no pattern passes" in " ".join(t.text for t in compose(state, 1.6).texts)
+    assert "no pattern passes" in " ".join(t.text for t in compose_browser(state, 1.6).texts)
     keys(state, "-")
     assert state.selected is not None
 
@@ -185,36 +185,36 @@ def test_any_keys_leave_a_state_that_can_be_shown(pressed: list[str]) -> None:
         n = 0 if selected is None else selected.n_chords + selected.n_loops
         assert len(state.widths) == n
         assert state.chord is None or 0 <= state.chord < n
-    scene = compose(state, 1.5)
+    scene = compose_browser(state, 1.5)
     for patch in scene.patches:
         assert np.isfinite(patch.corners).all() and len(patch.corners) == len(patch.colours)
 
 
 def test_a_click_finds_its_thumbnail(state: BrowserState) -> None:
     keys(state, "n")
-    scene = compose(state, 1.6)
+    scene = compose_browser(state, 1.6)
     ranks = [str(i) for i in range(21, 41)]
     captions = [t for t in scene.texts if t.align == "center" and t.text.split(" ")[0] in ranks]
     assert len(captions) == PER_PAGE
     for i, t in enumerate(captions):
-        assert cell_at(scene, state, t.x, t.y + 20.0) == PER_PAGE + i
-    assert cell_at(scene, state, scene.width - 5.0, 300.0) is None
-    assert cell_at(scene, state, 2.0, 300.0) is None
+        assert find_cell(scene, state, t.x, t.y + 20.0) == PER_PAGE + i
+    assert find_cell(scene, state, scene.width - 5.0, 300.0) is None
+    assert find_cell(scene, state, 2.0, 300.0) is None
     keys(state, "End")
     left = len(state.page_rows())
     assert left % COLUMNS
-    assert cell_at(compose(state, 1.6), state, 40.0, 60.0) is None
+    assert find_cell(compose_browser(state, 1.6), state, 40.0, 60.0) is None
 
 
 def test_the_panel_says_what_is_known(state: BrowserState) -> None:
     keys(state, "l ]")
-    scene = compose(state, 1.6, lambda p: ["cow.obj"])
+    scene = compose_browser(state, 1.6, lambda p: ["cow.obj"])
     texts = [t.text for t in scene.texts]
     assert state.selected is not None
     assert {state.selected.name, "cow.obj", "side 3", "4 sides"} <= set(texts)
     assert any(t.startswith("polychord 0, width 1") for t in texts)
     keys(state, "i h")
-    texts = [t.text for t in compose(state, 1.6).texts]
+    texts = [t.text for t in compose_browser(state, 1.6).texts]
     assert state.selected.name not in texts and "save a screenshot" in texts
 
 
@@ -267,10 +267,10 @@ def test_every_line_of_text_stays_in_the_window(
     state: BrowserState, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("pyvista.Plotter", FakePlotter)
-    window = Window(state, None, tmp_path, (900, 600), True)
+    window = BrowserWindow(state, None, tmp_path, (900, 600), True)
     for key in ("h", "Right", "i"):
         window.obey(key)
-        lines = compose(state, 1.5).texts
+        lines = compose_browser(state, 1.5).texts
         assert lines and len(window._plotter.actors) == len(lines)
 
 

@@ -10,8 +10,8 @@ from viewer_disks import ALL, SHARED, disk, expand, pattern, refined
 
 from patterndb.core.disk import Disk
 from patterndb.core.quadmesh import QuadMesh
-from viewer import embed, flipped
-from viewer.embedding import LONGEST_SIDE, convex_outline
+from viewer import embed_disk, find_flipped_quads
+from viewer.embedding import LONGEST_SIDE, make_outline
 
 CATALOGUE = SHARED / "golden" / "disk_quadrangulations.dqs"
 
@@ -31,18 +31,18 @@ def winding(loop: np.ndarray) -> float:
 
 
 def check(d: Disk) -> None:
-    convex = embed(d, bend=False)
-    bent = embed(d)
+    convex = embed_disk(d, bend=False)
+    bent = embed_disk(d)
     for points in (convex, bent):
         assert points.shape == (d.n_vertices, 2) and points.dtype == np.float64
         assert np.isfinite(points).all()
         assert np.abs(points).max() == pytest.approx(1.0)
-        assert not flipped(d.quads, points).any()
+        assert not find_flipped_quads(d.quads, points).any()
         # All quads upright and the boundary winding once: the drawing overlaps nowhere.
         assert winding(points[: d.perimeter]) == pytest.approx(1.0)
     if d.perimeter > 4:
         assert (turns(convex[: d.perimeter]) > 1e-4).all()
-    assert np.array_equal(bent, embed(d))
+    assert np.array_equal(bent, embed_disk(d))
     if (d.corner_counts() == 1).all():
         assert np.array_equal(convex, bent)
 
@@ -85,8 +85,8 @@ def test_expansions(name: str, data: st.DataObject) -> None:
     n = p.n_chords + p.n_loops
     widths = data.draw(st.lists(st.integers(1, 9), min_size=n, max_size=n))
     d = expand(p, widths)
-    for points in (embed(d), embed(d, bend=False)):
-        assert not flipped(d.quads, points).any()
+    for points in (embed_disk(d), embed_disk(d, bend=False)):
+        assert not find_flipped_quads(d.quads, points).any()
 
 
 @pytest.mark.skipif(not CATALOGUE.exists(), reason="the catalogue is not beside the checkout")
@@ -101,7 +101,7 @@ def test_flipped_tells_flipped_quads() -> None:
     quads = np.array([[0, 1, 2, 3]], np.int32)
 
     def one(*points: tuple[float, float]) -> bool:
-        return bool(flipped(quads, np.array(points, np.float64))[0])
+        return bool(find_flipped_quads(quads, np.array(points, np.float64))[0])
 
     assert not one((0, 0), (1, 0), (1, 1), (0, 1))
     assert not one((0, 0), (2, 0), (0.5, 0.5), (0, 2))  # concave
@@ -119,7 +119,7 @@ def test_the_outline_closes_whatever_the_lengths(lengths: list[int]) -> None:
     corners = np.r_[0, np.cumsum(lengths)[:-1]].astype(np.int32)
     quads = np.stack([corners] * 4, axis=1)
     d = Disk(quads, perimeter, perimeter, corners)
-    points = convex_outline(d).points()
+    points = make_outline(d).points()
     loop = np.stack([points.real, points.imag], axis=1)
     assert LONGEST_SIDE < 1.0
     assert (turns(loop) > 0.0).all()

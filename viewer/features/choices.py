@@ -9,8 +9,8 @@ import numpy as np
 
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.snap import SnapSettings
-from viewer.features.layout import AXIS_OF, DEGREES, RAILS, value_of
-from viewer.features.work import Files, Work
+from viewer.features.layout import AXIS_OF, DEGREES, RAILS, get_slider_value
+from viewer.features.work import FeatureFiles, Work
 
 
 class Choices(Work):
@@ -88,8 +88,8 @@ class Choices(Work):
     def slide(self, name: str, by: float) -> None:
         """Move a slider by a part of its length."""
         slider = RAILS[name].slider
-        self.change(with_value(self.shown_settings, name, slider.moved(
-            value_of(self.shown_settings, name), by
+        self.change(replace_value(self.shown_settings, name, slider.moved(
+            get_slider_value(self.shown_settings, name), by
         )))  # fmt: skip
 
     def change(self, settings: SnapSettings) -> None:
@@ -126,7 +126,7 @@ class Choices(Work):
             lambda files: files.save_lines({name: one.line for name, one in self.made().items()})
         )
 
-    def _saved_by(self, save: Callable[[Files], str]) -> bool:
+    def _saved_by(self, save: Callable[[FeatureFiles], str]) -> bool:
         self.settle()
         if self._files is None:
             self.message = "nothing can be saved here: no way to write files was given"
@@ -143,7 +143,7 @@ class Choices(Work):
         return True
 
 
-def with_value(settings: SnapSettings, name: str, value: float) -> SnapSettings:
+def replace_value(settings: SnapSettings, name: str, value: float) -> SnapSettings:
     """Settings after a slider was moved to a value."""
     if name == "angle":
         return replace(settings, beta=float(np.deg2rad(value)))

@@ -20,27 +20,27 @@ from patterndb_sketch.features.snap import FeatureCurve, Snap, SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline
 
 
-def opened(
+def open_session_curves(
     session: FeatureSession, settings: SnapSettings
-) -> tuple[list[tuple[Curve, Look]], SnapSettings]:
+) -> tuple[list[tuple[DrawnCurve, CurveLook]], SnapSettings]:
     """The curves of a session with their looks, and the settings of the next curve: the given
     ones where they are not as by default, else the session's.
 
     Raises InvalidFeatureError for settings out of range.
     """
     common = settings_of_numbers(session.settings, SnapSettings())
-    curves: list[tuple[Curve, Look]] = []
+    curves: list[tuple[DrawnCurve, CurveLook]] = []
     for key, one in enumerate(session.curves):
         own = settings_of_numbers(session.settings, common, one.name)
-        curve = Curve(key, one.name, one.clicked, own, one.constraints)
-        curves.append((curve, Look.of(one.spline, one.samples)))
+        curve = DrawnCurve(key, one.name, one.clicked, own, one.constraints)
+        curves.append((curve, CurveLook.of(one.spline, one.samples)))
     asked, usual = settings_numbers(settings), settings_numbers(SnapSettings())
     given = {name: value for name, value in asked.items() if value != usual[name]}
     return curves, settings_of_numbers(given, common)
 
 
-def saved(
-    session: FeatureSession, curves: Sequence[tuple[Curve, Look]], settings: SnapSettings
+def collect_session(
+    session: FeatureSession, curves: Sequence[tuple[DrawnCurve, CurveLook]], settings: SnapSettings
 ) -> FeatureSession:
     """The session with these curves, and the settings of the next one; all else stays."""
     common = settings_numbers(settings)
@@ -70,7 +70,7 @@ CURVES = (
 )
 
 
-def colour_of(key: int) -> str:
+def choose_curve_colour(key: int) -> str:
     """The colour of a curve by its key: it keeps it while others come and go."""
     return CURVES[key % len(CURVES)]
 
@@ -80,7 +80,7 @@ DENSITY = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
-class Curve:
+class DrawnCurve:
     """A curve as it is asked for; an edited one is another object.
 
     key:      stays when a curve is edited. name: which the user gives.
@@ -95,25 +95,25 @@ class Curve:
     constraints: tuple[Constraint, ...] = ()
     again: int = 0
 
-    def pinned(self, sample: int, point: Points) -> Curve:
+    def pinned(self, sample: int, point: Points) -> DrawnCurve:
         """With a sample pinned to a point (3,), wherever it was before."""
         others = [one for one in self.constraints if one[0] != sample]
         pins = sorted([*others, (sample, point)], key=lambda one: one[0])
         return replace(self, constraints=tuple(pins))
 
-    def unpinned(self, sample: int) -> Curve:
+    def unpinned(self, sample: int) -> DrawnCurve:
         """With a sample free again."""
         kept = tuple(one for one in self.constraints if one[0] != sample)
         return replace(self, constraints=kept)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Look:
+class CurveLook:
     """What was made of a curve, as far as it is shown.
 
     line: (k, 3) float64, points along the spline. samples: (m, 3), where it was found.
-    repaired, failed, ended, notes: as of :class:`patterndb_sketch.features.snap.FeatureCurve`; None for a
-    curve that was read from a file, which does not know them.
+    repaired, failed, ended, notes: as of :class:`patterndb_sketch.features.snap.FeatureCurve`;
+    None for a curve that was read from a file, which does not know them.
     """
 
     spline: Spline
@@ -122,31 +122,31 @@ class Look:
     found: FeatureCurve | None
 
     @classmethod
-    def of(cls, spline: Spline, samples: Points, found: FeatureCurve | None = None) -> Look:
+    def of(cls, spline: Spline, samples: Points, found: FeatureCurve | None = None) -> CurveLook:
         """Of a spline and the samples that it was fitted to."""
         at = np.linspace(*spline.domain, DENSITY * len(samples))
         return cls(spline, samples, spline.evaluate(at), found)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Edits:
+class FeatureEdits:
     """All curves, in the order in which they were drawn."""
 
-    curves: tuple[Curve, ...] = ()
+    curves: tuple[DrawnCurve, ...] = ()
 
-    def find(self, key: int | None) -> Curve | None:
+    def find(self, key: int | None) -> DrawnCurve | None:
         """The curve with a key."""
         return next((one for one in self.curves if one.key == key), None)
 
-    def with_curve(self, curve: Curve) -> Edits:
+    def with_curve(self, curve: DrawnCurve) -> FeatureEdits:
         """With a curve in place of that of its key, or as the last."""
         if self.find(curve.key) is None:
-            return Edits((*self.curves, curve))
-        return Edits(tuple(curve if one.key == curve.key else one for one in self.curves))
+            return FeatureEdits((*self.curves, curve))
+        return FeatureEdits(tuple(curve if one.key == curve.key else one for one in self.curves))
 
-    def without(self, key: int) -> Edits:
+    def without(self, key: int) -> FeatureEdits:
         """Without the curve of a key."""
-        return Edits(tuple(one for one in self.curves if one.key != key))
+        return FeatureEdits(tuple(one for one in self.curves if one.key != key))
 
     def free_name(self) -> str:
         """A name that no curve has."""
@@ -157,7 +157,9 @@ class Edits:
         return f"curve {count}"
 
 
-def remade(model: Model, wanted: Curve, before: Curve | None, known: Snap | None) -> Snap:
+def snap_curve(
+    model: Model, wanted: DrawnCurve, before: DrawnCurve | None, known: Snap | None
+) -> Snap:
     """What a curve snaps to.
 
     before: the curve that it was edited from, None if it is new. known: what that one snapped
@@ -179,7 +181,7 @@ def remade(model: Model, wanted: Curve, before: Curve | None, known: Snap | None
     return known.again(wanted.again - before.again)
 
 
-def _freed(before: Curve, after: Curve) -> bool:
+def _freed(before: DrawnCurve, after: DrawnCurve) -> bool:
     """Are the clicks others, or is a sample no more pinned?"""
     pinned = {number for number, _ in after.constraints}
     free = any(number not in pinned for number, _ in before.constraints)

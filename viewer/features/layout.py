@@ -8,7 +8,7 @@ from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.features.splines.spline import MAX_DEGREE
 from viewer.panel import MARGIN, PANEL
 from viewer.scene import HEIGHT
-from viewer.slider import Rail, Slider, rail_at
+from viewer.slider import Rail, Slider, find_rail
 
 #: The list of curves: its first row's middle, the height of a row, and how many rows there are.
 FIRST_ROW = HEIGHT - 92.0
@@ -48,24 +48,24 @@ RAILS = {
 }
 
 
-def rails(left: float) -> dict[str, Rail]:
+def place_rails(left: float) -> dict[str, Rail]:
     """The sliders in a panel that begins at x = left, in points of the picture."""
     return {name: rail.shifted(left, TOP_SLIDER) for name, rail in RAILS.items()}
 
 
-def slider_under(left: float, x: float, y: float) -> str | None:
+def find_slider(left: float, x: float, y: float) -> str | None:
     """The slider at a place of the picture."""
-    return rail_at(rails(left), x, y)
+    return find_rail(place_rails(left), x, y)
 
 
-def row_under(left: float, x: float, y: float) -> int | None:
+def find_row(left: float, x: float, y: float) -> int | None:
     """The row of the list at a place of the picture, from 0."""
     row = int((FIRST_ROW + ROW / 2.0 - y) // ROW)
     inside = left + MARGIN / 2.0 <= x <= left + PANEL - MARGIN / 2.0
     return row if inside and 0 <= row < ROWS else None
 
 
-def choice_under(left: float, x: float, y: float) -> str | int | None:
+def find_choice(left: float, x: float, y: float) -> str | int | None:
     """The axis, or by how much the degree is changed, at a place of the picture."""
     if abs(y - CHOICES) > HALF_CHOICE[1]:
         return None
@@ -75,7 +75,7 @@ def choice_under(left: float, x: float, y: float) -> str | int | None:
     return None
 
 
-def rows_shown(count: int, selected: int | None) -> range:
+def choose_rows(count: int, selected: int | None) -> range:
     """Which of so many curves the list has, with the selected one among them."""
     first = 0
     if count > ROWS:
@@ -84,13 +84,13 @@ def rows_shown(count: int, selected: int | None) -> range:
     return range(first, min(first + ROWS, count))
 
 
-def value_of(settings: SnapSettings, name: str) -> float:
+def get_slider_value(settings: SnapSettings, name: str) -> float:
     """What a slider shows of the settings."""
     if name == "angle":
         return float(np.rad2deg(settings.beta))
     return float(getattr(settings, name))
 
 
-def axis_name(settings: SnapSettings) -> str | None:
+def name_axis(settings: SnapSettings) -> str | None:
     """The name of the axis, None if it is another direction."""
     return next((name for name, axis in AXIS_OF.items() if axis == settings.axis), None)

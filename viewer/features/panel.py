@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from viewer import style
-from viewer.card import plural
-from viewer.features.edits import Curve, colour_of
+from viewer.card import format_count
+from viewer.features.edits import DrawnCurve, choose_curve_colour
 from viewer.features.layout import (
     AXES,
     CHOICES,
@@ -16,13 +16,13 @@ from viewer.features.layout import (
     HALF_CHOICE,
     ROW,
     ROWS,
-    axis_name,
-    rails,
-    rows_shown,
-    value_of,
+    choose_rows,
+    get_slider_value,
+    name_axis,
+    place_rails,
 )
 from viewer.features.state import FeatureState
-from viewer.panel import LETTER, MARGIN, PANEL, Writer, begin_panel, hint
+from viewer.panel import LETTER, MARGIN, PANEL, PanelWriter, begin_panel, draw_hint
 from viewer.scene import HIGHLIGHT, HIGHLIGHT_LINE, Scene
 from viewer.slider import ENDS_DOWN
 
@@ -40,15 +40,15 @@ CURSOR = "\N{LEFT ONE EIGHTH BLOCK}"
 LONGEST = 24
 
 
-def panel(scene: Scene, state: FeatureState) -> None:
+def draw_panel(scene: Scene, state: FeatureState) -> None:
     """Write the panel, and above the picture what is to be done now."""
     left = scene.width - PANEL
     writer = begin_panel(scene, names=84.0)
     writer.heading(_fitted(state.title or "Feature curves", writer.room, 17.0), 17.0)
     _list(scene, state, left)
     settings = state.shown_settings
-    for name, rail in rails(left).items():
-        rail.paint(scene, value_of(settings, name), hot=state.sliding == name)
+    for name, rail in place_rails(left).items():
+        rail.paint(scene, get_slider_value(settings, name), hot=state.sliding == name)
         if name == "angle" and settings.alpha == 1.0:
             y, grey = rail.y - ENDS_DOWN, style.FAINT_TEXT
             scene.text(
@@ -63,11 +63,11 @@ def panel(scene: Scene, state: FeatureState) -> None:
     if state.helping:
         return
     if state.typed is not None:
-        hint(scene, NAMING)
+        draw_hint(scene, NAMING)
     elif state.clicks is not None:
-        hint(scene, HINTS[min(len(state.clicks), 2)])
+        draw_hint(scene, HINTS[min(len(state.clicks), 2)])
     elif not state.edits.curves:
-        hint(scene, "press c to draw a curve along a feature")
+        draw_hint(scene, "press c to draw a curve along a feature")
 
 
 def _list(scene: Scene, state: FeatureState, left: float) -> None:
@@ -76,7 +76,7 @@ def _list(scene: Scene, state: FeatureState, left: float) -> None:
     if drawn is not None:
         curves = (*curves, drawn)
     picked = state.curve if state.clicks is None else drawn
-    shown = rows_shown(len(curves), None if picked is None else curves.index(picked))
+    shown = choose_rows(len(curves), None if picked is None else curves.index(picked))
     under = state.under()
     for row, i in enumerate(shown):
         curve, y = curves[i], FIRST_ROW - ROW * row
@@ -90,13 +90,15 @@ def _list(scene: Scene, state: FeatureState, left: float) -> None:
         elif under is not None and under.key == curve.key:
             colour, bold = style.SELECTED, True
         dash = np.array([[0.0, -2.2], [20.0, -2.2], [20.0, 2.2], [0.0, 2.2]])
-        scene.polygons((dash + np.array([left + MARGIN, y]))[None], face=colour_of(curve.key))
+        scene.polygons(
+            (dash + np.array([left + MARGIN, y]))[None], face=choose_curve_colour(curve.key)
+        )
         naming = curve.key == state.selected and state.typed is not None
         name = f"{state.typed}{CURSOR}" if naming else _short(curve.name)
         at = left + MARGIN + 30.0
         scene.text(at, y - 4.5, name, 12.5, colour=colour, bold=bold, align="left")
         right = scene.width - MARGIN
-        text = plural(len(curve.constraints), "pin") if curve.constraints else ""
+        text = format_count(len(curve.constraints), "pin") if curve.constraints else ""
         text = "drawing" if curve is drawn else text
         text = "failed" if state.trouble(curve) else text
         scene.text(right, y - 4.5, text, 11.5, colour=style.FAINT_TEXT, align="right")
@@ -118,7 +120,7 @@ def _choices(scene: Scene, state: FeatureState, left: float) -> None:
     y = CHOICES - 4.5
     grey = style.FAINT_TEXT
     scene.text(left + MARGIN, y, "axis", 13.0, bold=True, align="left")
-    chosen = axis_name(settings)
+    chosen = name_axis(settings)
     for axis, at in AXES.items():
         on = axis == chosen
         _button(scene, left + at, axis, on)
@@ -140,7 +142,7 @@ def _button(scene: Scene, x: float, text: str, on: bool) -> None:
     scene.text(x, CHOICES - 4.5, text, 13.0, bold=on)
 
 
-def _facts(writer: Writer, state: FeatureState) -> None:
+def _facts(writer: PanelWriter, state: FeatureState) -> None:
     curve = state.preview if state.clicks is not None else state.curve
     if curve is None:
         writer.paragraph(
@@ -153,12 +155,12 @@ def _facts(writer: Writer, state: FeatureState) -> None:
     _curve(writer, state, curve)
 
 
-def _curve(writer: Writer, state: FeatureState, curve: Curve) -> None:
+def _curve(writer: PanelWriter, state: FeatureState, curve: DrawnCurve) -> None:
     look, snap = state.look(curve), state.snap_of(curve)
     writer.heading(_fitted(curve.name, writer.room, 13.5))
     if look is not None:
         writer.fact("length", f"{look.spline.length:.4g}")
-        writer.fact("spline", plural(len(look.spline.control), "control point"))
+        writer.fact("spline", format_count(len(look.spline.control), "control point"))
     if snap is not None:
         found = snap.curve
         text = f"{len(snap.ribs):,}"

@@ -12,8 +12,8 @@ from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.features.choices import Choices
-from viewer.features.edits import Curve
-from viewer.features.work import Files
+from viewer.features.edits import DrawnCurve
+from viewer.features.work import FeatureFiles
 
 
 class Picking(Choices):
@@ -23,7 +23,11 @@ class Picking(Choices):
     """
 
     def __init__(
-        self, model: Model, session: FeatureSession, settings: SnapSettings, files: Files | None
+        self,
+        model: Model,
+        session: FeatureSession,
+        settings: SnapSettings,
+        files: FeatureFiles | None,
     ) -> None:
         super().__init__(model, session, settings, files)
         self.helping = False
@@ -31,10 +35,10 @@ class Picking(Choices):
         self.clicks: tuple[Points, ...] | None = None
         #: The name as far as it is typed, None if none is.
         self.typed: str | None = None
-        self._preview: Curve | None = None
+        self._preview: DrawnCurve | None = None
 
     @property
-    def preview(self) -> Curve | None:
+    def preview(self) -> DrawnCurve | None:
         """The curve that would be made of the clicks so far."""
         return self._preview
 
@@ -162,12 +166,12 @@ class Picking(Choices):
             return
         if self._preview is None:
             key, self._next = self._next, self._next + 1
-            curve = Curve(key, self.edits.free_name(), np.stack(clicks), self.settings)
+            curve = DrawnCurve(key, self.edits.free_name(), np.stack(clicks), self.settings)
         else:
             curve = replace(self._preview, clicked=np.stack(clicks))
         self._show_preview(curve)
 
-    def _show_preview(self, curve: Curve) -> None:
+    def _show_preview(self, curve: DrawnCurve) -> None:
         before, self._preview = self._preview, curve
         self._make(curve, before)
 

@@ -6,16 +6,16 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.features.edits import Curve, colour_of
+from viewer.features.edits import DrawnCurve, choose_curve_colour
 from viewer.features.keys import KEY_HELP, MOUSE_HELP
-from viewer.features.layout import axis_name
-from viewer.features.panel import panel
+from viewer.features.layout import name_axis
+from viewer.features.panel import draw_panel
 from viewer.features.pointing import PIN
 from viewer.features.state import FeatureState
-from viewer.panel import draw_axes, help_box
+from viewer.panel import draw_axes, draw_help
 from viewer.picture import Drawn, Frame
 from viewer.skin import Shading
-from viewer.solid import Triangles, dashed, discs, ribbons
+from viewer.solid import Triangles, dash_line, make_discs, make_ribbons
 
 # == Colours of curves: strong enough to stand out from a grey model.
 
@@ -43,7 +43,7 @@ INK = "#1f2733"
 DASH = 6.0
 
 
-class Painter:
+class FeaturePainter:
     """Composes pictures; what stays the same while only curves change is kept."""
 
     def __init__(self) -> None:
@@ -55,12 +55,12 @@ class Painter:
         model = self._shading.model(state.skin, state.view, state.model_look, frame.middle)
         solid = frame.solid(_curves(state), model)
         settings = state.shown_settings
-        chosen = (axis_name(settings) or "") if settings.alpha < 1.0 else ""
+        chosen = (name_axis(settings) or "") if settings.alpha < 1.0 else ""
         draw_axes(frame.scene, state.view.axes, chosen)
         if not bare:
-            panel(frame.scene, state)
+            draw_panel(frame.scene, state)
             if state.helping:
-                help_box(frame.scene, KEY_HELP, MOUSE_HELP)
+                draw_help(frame.scene, KEY_HELP, MOUSE_HELP)
         return frame.drawn(solid)
 
 
@@ -74,7 +74,7 @@ def _curves(state: FeatureState) -> list[Triangles]:
     drawn = [(curve, state.look(curve)) for curve in state.edits.curves]
     if state.preview is not None and state.clicks is not None:
         drawn.append((state.preview, state.look(state.preview)))
-    lift = lift_of(state)
+    lift = measure_lift(state)
     for curve, look in drawn:
         if look is None:
             continue
@@ -83,38 +83,38 @@ def _curves(state: FeatureState) -> list[Triangles]:
         line = state.view.seen(look.line)
         if lit or near:
             rim = style.PAPER if lit else style.SELECTED
-            parts.append(ribbons([line], rim, RIM, lift - RIM / 4.0 - 0.5))
+            parts.append(make_ribbons([line], rim, RIM, lift - RIM / 4.0 - 0.5))
         width = SELECTED if lit else CURVE
-        parts.append(ribbons([line], colour_of(curve.key), width, lift))
+        parts.append(make_ribbons([line], choose_curve_colour(curve.key), width, lift))
         parts += _ends(line, curve, width, lift)
         parts += _pins(state, curve, lift)
     sketched = state.sketched()
     if sketched is not None:
-        dashes = dashed(state.view.seen(sketched), DASH)
-        parts.append(ribbons(dashes, INK, SKETCHED, lift))
+        dashes = dash_line(state.view.seen(sketched), DASH)
+        parts.append(make_ribbons(dashes, INK, SKETCHED, lift))
     clicks = np.zeros((0, 3))
     colour = INK
     if state.clicks is not None and state.clicks:
         clicks = np.stack(state.clicks)
     elif state.clicks is None and picked is not None:
-        clicks, colour = picked.clicked, colour_of(picked.key)
+        clicks, colour = picked.clicked, choose_curve_colour(picked.key)
     seen = state.view.seen(clicks)
-    parts.append(discs(seen, colour, CLICKED + 1.4, lift + 2.0))
-    parts.append(discs(seen, style.PAPER, CLICKED, lift + 2.4))
+    parts.append(make_discs(seen, colour, CLICKED + 1.4, lift + 2.0))
+    parts.append(make_discs(seen, style.PAPER, CLICKED, lift + 2.4))
     return parts
 
 
-def lift_of(state: FeatureState) -> float:
+def measure_lift(state: FeatureState) -> float:
     """How much nearer than they are curves are drawn, in points."""
     return LIFT + LIFT_SHARE * state.model.diagonal * state.view.scale
 
 
-def _ends(line: Points, curve: Curve, width: float, lift: float) -> list[Triangles]:
+def _ends(line: Points, curve: DrawnCurve, width: float, lift: float) -> list[Triangles]:
     """Round ends."""
-    return [discs(line[[0, -1]], colour_of(curve.key), width / 2.0, lift)]
+    return [make_discs(line[[0, -1]], choose_curve_colour(curve.key), width / 2.0, lift)]
 
 
-def _pins(state: FeatureState, curve: Curve, lift: float) -> list[Triangles]:
+def _pins(state: FeatureState, curve: DrawnCurve, lift: float) -> list[Triangles]:
     """A pin for every sample that is held: a foot, a stem, and a head with a rim."""
     if not curve.constraints:
         return []
@@ -124,25 +124,25 @@ def _pins(state: FeatureState, curve: Curve, lift: float) -> list[Triangles]:
     stems = [np.stack([foot, head]) for foot, head in zip(feet, heads, strict=True)]
     lift += 3.0
     parts = [
-        discs(feet, INK, FOOT, lift),
-        ribbons(stems, INK, 1.8, lift),
-        discs(heads, INK, HEAD + 1.2, lift + 1.0),
-        discs(heads, colour_of(curve.key), HEAD, lift + 1.5),
-        discs(heads + np.array(GLINT), style.PAPER, 0.3 * HEAD, lift + 2.0),
+        make_discs(feet, INK, FOOT, lift),
+        make_ribbons(stems, INK, 1.8, lift),
+        make_discs(heads, INK, HEAD + 1.2, lift + 1.0),
+        make_discs(heads, choose_curve_colour(curve.key), HEAD, lift + 1.5),
+        make_discs(heads + np.array(GLINT), style.PAPER, 0.3 * HEAD, lift + 2.0),
     ]
     numbers = [number for number, _ in curve.constraints]
     if under is not None and under.key == curve.key and under.pin in numbers:
         at = heads[numbers.index(under.pin)][None]
-        parts.append(discs(at, style.SELECTED, HEAD + 4.4, lift + 0.5))
+        parts.append(make_discs(at, style.SELECTED, HEAD + 4.4, lift + 0.5))
     return parts
 
 
-def _ribs(state: FeatureState, curve: Curve) -> list[Triangles]:
+def _ribs(state: FeatureState, curve: DrawnCurve) -> list[Triangles]:
     """The ribs that a curve was found across, thin; and a cross where there is none."""
     snap = state.snap_of(curve)
     if snap is None:
         return []
-    view, lift = state.view, 0.45 * lift_of(state)
+    view, lift = state.view, 0.45 * measure_lift(state)
     plain: list[Points] = []
     mended: list[Points] = []
     for rib in snap.ribs:
@@ -157,8 +157,8 @@ def _ribs(state: FeatureState, curve: Curve) -> list[Triangles]:
     crosses = (failed[:, None, None] + arms).reshape(-1, 2, 3)
     found = view.seen(snap.curve.samples)
     return [
-        ribbons(plain, RIB_COLOUR, RIB, lift),
-        ribbons(mended, MENDED, RIB, lift + 0.4),
-        ribbons(list(crosses), FAILED, 2.2, lift_of(state) + 3.0),
-        discs(found, style.PAPER, 0.9, lift_of(state) + 1.4),
+        make_ribbons(plain, RIB_COLOUR, RIB, lift),
+        make_ribbons(mended, MENDED, RIB, lift + 0.4),
+        make_ribbons(list(crosses), FAILED, 2.2, measure_lift(state) + 3.0),
+        make_discs(found, style.PAPER, 0.9, measure_lift(state) + 1.4),
     ]

@@ -12,7 +12,7 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.features.drag import MatrixCamera
 from patterndb_sketch.features.model import Model
 from viewer.camera import View
-from viewer.features.edits import Curve
+from viewer.features.edits import DrawnCurve
 
 Place = tuple[float, float]
 
@@ -37,14 +37,14 @@ DROP = 0.02
 ROOM = 1.05
 
 
-class Under(NamedTuple):
+class CurveUnderPointer(NamedTuple):
     """What is under the pointer: a curve by its key, and of its pins the sample's number."""
 
     key: int
     pin: int | None = None
 
 
-def camera(view: View, model: Model, room: tuple[float, float]) -> MatrixCamera:
+def make_matrix_camera(view: View, model: Model, room: tuple[float, float]) -> MatrixCamera:
     """The camera that sees the model as the picture of this size, in points, shows it."""
     middle = (model.points.min(axis=0) + model.points.max(axis=0)) / 2.0
     far = ROOM * (model.diagonal + float(np.linalg.norm(view.focus - middle)))
@@ -53,12 +53,12 @@ def camera(view: View, model: Model, room: tuple[float, float]) -> MatrixCamera:
     return MatrixCamera.parallel(eye, view.focus, view.axes[1], height, room, (0.0, 2.0 * far))
 
 
-def place_in(room: tuple[float, float], x: float, y: float) -> NDArray[np.float64]:
+def to_picture_place(room: tuple[float, float], x: float, y: float) -> NDArray[np.float64]:
     """(2,) a place of a camera's window, of one in points from the picture's middle."""
     return np.array([x + room[0] / 2.0, y + room[1] / 2.0])
 
 
-def surface_at(
+def find_surface_point(
     view: View, model: Model, room: tuple[float, float], x: float, y: float
 ) -> Points | None:
     """(3,) the front-most point of the model at a place of the picture.
@@ -66,8 +66,10 @@ def surface_at(
     Features run along the borders of patches, and patches leave gaps: what is seen through a
     narrow gap does not count, but the surface beside it.
     """
-    places = place_in(room, x, y) + np.concatenate([np.zeros((1, 2)), *(r * RING for r in AROUND)])
-    hits = model.first_hits(*camera(view, model, room).rays(places))
+    places = to_picture_place(room, x, y) + np.concatenate(
+        [np.zeros((1, 2)), *(r * RING for r in AROUND)]
+    )
+    hits = model.first_hits(*make_matrix_camera(view, model, room).rays(places))
     depth = hits.lengths
     half = len(RING) // 2
     for first in range(1, len(depth), len(RING)):
@@ -79,20 +81,20 @@ def surface_at(
     return hits.points[0] if hits.found[0] else None
 
 
-def under_pointer(
+def find_under_pointer(
     view: View,
     model: Model,
     room: tuple[float, float],
-    drawn: Sequence[tuple[Curve, Points]],
+    drawn: Sequence[tuple[DrawnCurve, Points]],
     place: Place,
     *,
     through: bool,
-) -> Under | None:
+) -> CurveUnderPointer | None:
     """The pin, else the curve, at a place of the picture.
 
     drawn: curves with their lines (k, 3). through: what the model hides counts, too.
     """
-    found: list[tuple[float, Under, Points]] = []
+    found: list[tuple[float, CurveUnderPointer, Points]] = []
     for curve, line in drawn:
         if curve.constraints:
             feet = np.stack([np.asarray(point, np.float64) for _, point in curve.constraints])
@@ -104,21 +106,25 @@ def under_pointer(
             for i in np.flatnonzero(away <= PIN_REACH).tolist():
                 # Pins stand on curves: they come first.
                 found.append(
-                    (away[i] - PIN_REACH, Under(curve.key, curve.constraints[i][0]), feet[i])
+                    (
+                        away[i] - PIN_REACH,
+                        CurveUnderPointer(curve.key, curve.constraints[i][0]),
+                        feet[i],
+                    )
                 )
         away, foot = _nearest(view.seen(line)[:, :2], line, place)
         if away <= REACH:
-            found.append((away, Under(curve.key), foot))
+            found.append((away, CurveUnderPointer(curve.key), foot))
     found.sort(key=lambda one: one[0])
     if through:
         return found[0][1] if found else None
-    return next((under for _, under, at in found if visible(view, model, room, at)), None)
+    return next((under for _, under, at in found if is_visible(view, model, room, at)), None)
 
 
-def visible(view: View, model: Model, room: tuple[float, float], point: Points) -> bool:
+def is_visible(view: View, model: Model, room: tuple[float, float], point: Points) -> bool:
     """Is a point (3,) on the model or before it, as it is seen?"""
-    origins, directions = camera(view, model, room).rays(
-        place_in(room, *view.seen(point)[:2].tolist())[None]
+    origins, directions = make_matrix_camera(view, model, room).rays(
+        to_picture_place(room, *view.seen(point)[:2].tolist())[None]
     )
     depth = float((point - origins[0]) @ directions[0])
     front = float(model.first_hits(origins, directions).lengths[0])

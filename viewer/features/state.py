@@ -11,20 +11,26 @@ from patterndb_sketch.features.drag import Drag, begin_drag, move_drag
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
-from viewer.camera import Looking
-from viewer.features.choices import with_value
-from viewer.features.edits import Curve, Edits
+from viewer.camera import ModelCamera
+from viewer.features.choices import replace_value
+from viewer.features.edits import DrawnCurve, FeatureEdits
 from viewer.features.layout import (
-    choice_under,
-    rails,
-    row_under,
-    rows_shown,
-    slider_under,
-    value_of,
+    choose_rows,
+    find_choice,
+    find_row,
+    find_slider,
+    get_slider_value,
+    place_rails,
 )
 from viewer.features.picking import Picking
-from viewer.features.pointing import Under, camera, place_in, surface_at, under_pointer
-from viewer.features.work import Files
+from viewer.features.pointing import (
+    CurveUnderPointer,
+    find_surface_point,
+    find_under_pointer,
+    make_matrix_camera,
+    to_picture_place,
+)
+from viewer.features.work import FeatureFiles
 from viewer.skin import Skin
 
 #: A press and a release this near to each other, in points, are a click.
@@ -37,7 +43,7 @@ LIVE = 0.02
 Held = Literal["view", "slider", "curve", "click"]
 
 
-class FeatureState(Picking, Looking):
+class FeatureState(Picking, ModelCamera):
     """A model, the curves on it, and how it is looked at.
 
     session: what has been worked on before. settings: of the next curve. files: for keys that
@@ -52,7 +58,7 @@ class FeatureState(Picking, Looking):
         *,
         session: FeatureSession | None = None,
         settings: SnapSettings | None = None,
-        files: Files | None = None,
+        files: FeatureFiles | None = None,
         title: str = "",
     ) -> None:
         Picking.__init__(
@@ -62,15 +68,15 @@ class FeatureState(Picking, Looking):
             SnapSettings() if settings is None else settings,
             files,
         )
-        Looking.__init__(self, model.points)
+        ModelCamera.__init__(self, model.points)
         self.title = title
         self.skin = Skin.of(model.corners, model.triangles)
         self._held: Held | None = None
         self._slider = ""
         self._pressed: tuple[float, float] | None = None
         self._drag: Drag | None = None
-        self._before: Edits | None = None
-        self._base: Curve | None = None
+        self._before: FeatureEdits | None = None
+        self._base: DrawnCurve | None = None
 
     @property
     def pulling(self) -> Drag | None:
@@ -87,7 +93,7 @@ class FeatureState(Picking, Looking):
         """The slider that the pointer holds, or is on."""
         if self._held == "slider":
             return self._slider
-        return None if self._held or self.pointer is None else slider_under(*self._panel())
+        return None if self._held or self.pointer is None else find_slider(*self._panel())
 
     # What keys do, see viewer.features.keys
 
@@ -155,21 +161,25 @@ class FeatureState(Picking, Looking):
             if drag is not None and drag.missed:
                 self.message = "the pointer left the model: the pin stays where it was last"
         elif held == "click" and pressed is not None:
-            self.click(surface_at(self.view, self.model, self.room, x, y))
+            self.click(find_surface_point(self.view, self.model, self.room, x, y))
         else:
             return held == "view" and pressed is None
         return True
 
-    def under(self) -> Under | None:
+    def under(self) -> CurveUnderPointer | None:
         """The pin or the curve under the pointer; while a curve is pulled, that one."""
         if self._held == "curve" and self._base is not None:
-            return Under(self._base.key, None if self._drag is None else self._drag.sample)
+            return CurveUnderPointer(
+                self._base.key, None if self._drag is None else self._drag.sample
+            )
         if self.pointer is None or self.pointer[0] > self.room[0] / 2.0 or self.clicks is not None:
             return None
         drawn = [(curve, self.look(curve)) for curve in self.edits.curves]
         lines = [(curve, look.line) for curve, look in drawn if look is not None]
         through = self.model_look != "solid"
-        return under_pointer(self.view, self.model, self.room, lines, self.pointer, through=through)
+        return find_under_pointer(
+            self.view, self.model, self.room, lines, self.pointer, through=through
+        )
 
     # How it is done
 
@@ -180,7 +190,7 @@ class FeatureState(Picking, Looking):
 
     def _press_panel(self) -> bool:
         place = self._panel()
-        slider, choice, row = slider_under(*place), choice_under(*place), row_under(*place)
+        slider, choice, row = find_slider(*place), find_choice(*place), find_row(*place)
         if slider is not None:
             self._held, self._slider = "slider", slider
             self._begin_change(self.curve if self.clicks is None else self._preview)
@@ -192,7 +202,7 @@ class FeatureState(Picking, Looking):
         elif choice is not None:
             self.change_degree(choice)
         elif row is not None:
-            shown = rows_shown(len(self.edits.curves), self.row_of_selected())
+            shown = choose_rows(len(self.edits.curves), self.row_of_selected())
             if row < len(shown):
                 self.select(self.edits.curves[shown[row]].key)
         return True
@@ -203,7 +213,7 @@ class FeatureState(Picking, Looking):
             (i for i, one in enumerate(self.edits.curves) if one.key == self.selected), None
         )
 
-    def _begin_change(self, base: Curve | None) -> None:
+    def _begin_change(self, base: DrawnCurve | None) -> None:
         """What comes is one step, however often it changes: all is made of what is there now."""
         self._before, self._base = self.edits, base
 
@@ -214,12 +224,12 @@ class FeatureState(Picking, Looking):
             self._future.clear()
 
     def _slide_to(self, x: float) -> None:
-        rail = rails(self.room[0])[self._slider]
+        rail = place_rails(self.room[0])[self._slider]
         value = rail.value_at(x + self.room[0] / 2.0)
         settings = self.shown_settings
-        if value == value_of(settings, self._slider):
+        if value == get_slider_value(settings, self._slider):
             return
-        settings = with_value(settings, self._slider, value)
+        settings = replace_value(settings, self._slider, value)
         base = self._base
         if self.clicks is not None or base is None:
             self.change(settings)
@@ -227,12 +237,12 @@ class FeatureState(Picking, Looking):
         self.settings = settings
         self._live(replace(base, settings=settings), base)
 
-    def _grab(self, curve: Curve, under: Under) -> None:
+    def _grab(self, curve: DrawnCurve, under: CurveUnderPointer) -> None:
         """The pointer pulls the sample that is seen nearest to it, or that of a pin."""
         look = self.look(curve)
         assert look is not None and self.pointer is not None
-        seen = camera(self.view, self.model, self.room)
-        place = place_in(self.room, *self.pointer)
+        seen = make_matrix_camera(self.view, self.model, self.room)
+        place = to_picture_place(self.room, *self.pointer)
         samples = look.samples
         if under.pin is not None:
             samples = samples[under.pin : under.pin + 1]
@@ -249,16 +259,21 @@ class FeatureState(Picking, Looking):
         drag, base = self._drag, self._base
         assert drag is not None and base is not None
         self.selected = base.key
-        drag = move_drag(drag, self.model, place_in(self.room, x, y))
-        place = drag.begun + place_in(self.room, x, y) - drag.pressed - np.array(self.room) / 2.0
-        point = surface_at(self.view, self.model, self.room, *place.tolist())
+        drag = move_drag(drag, self.model, to_picture_place(self.room, x, y))
+        place = (
+            drag.begun
+            + to_picture_place(self.room, x, y)
+            - drag.pressed
+            - np.array(self.room) / 2.0
+        )
+        point = find_surface_point(self.view, self.model, self.room, *place.tolist())
         if point is not None:
             # The same point, but for gaps between patches.
             drag = replace(drag, point=point, missed=False)
         self._drag = drag
         self._live(base.pinned(*drag.constraint), base)
 
-    def _live(self, curve: Curve, base: Curve) -> None:
+    def _live(self, curve: DrawnCurve, base: DrawnCurve) -> None:
         """Show a curve changed while the button is down."""
         self.edits = self.edits.with_curve(curve)
         self._make(curve, base, LIVE)

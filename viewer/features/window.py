@@ -13,12 +13,12 @@ from patterndb_sketch.features.sessionfile import FeatureSession, write_network,
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
 from viewer.features.keys import KEYS
-from viewer.features.picture import Painter
+from viewer.features.picture import FeaturePainter
 from viewer.features.state import FeatureState
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
-from viewer.saver import free_name
+from viewer.saver import find_free_name
 from viewer.window import WINDOW, open_window
 
 # == What is worked on, from a session and into one.
@@ -56,10 +56,10 @@ def show(
     """
     pressed = KEYS.check(keys)
     prepare_opengl(off_screen=False)
-    files = Writer(Path(folder), session_path)
+    files = FeatureWriter(Path(folder), session_path)
     state = FeatureState(model, session=session, settings=settings, files=files, title=title)
     try:
-        shell = Saver(state, files, window_size)
+        shell = FeatureSaver(state, files, window_size)
         if shell.play(pressed) is not Effect.QUIT:
             open_window(state, shell, KEYS, window_size, title or "Feature curves")
     finally:
@@ -88,10 +88,10 @@ def draw(
     """
     pressed = KEYS.check(keys)
     path = check_png(path)
-    files = Writer(path.parent, None)
+    files = FeatureWriter(path.parent, None)
     state = FeatureState(model, session=session, files=files, title=title)
     try:
-        shell = Saver(state, files, size, bare=bare)
+        shell = FeatureSaver(state, files, size, bare=bare)
         shell.drawn()
         shell.play(pressed)
         state.settle()
@@ -101,7 +101,7 @@ def draw(
     return state
 
 
-class Writer:
+class FeatureWriter:
     """Writes files into a folder under names that are free; the session always into one."""
 
     def __init__(self, folder: Path, session_path: Path | None) -> None:
@@ -128,15 +128,15 @@ class Writer:
         if not lines:
             return "there is no curve to save"
         path = self.free("curves", ".obj")
-        replace_file(path, obj_of(lines))
+        replace_file(path, format_obj_lines(lines))
         return f"saved {path}"
 
     def free(self, name: str, suffix: str) -> Path:
         """A name that no file in the folder has."""
-        return free_name(self._folder, name, suffix)
+        return find_free_name(self._folder, name, suffix)
 
 
-def obj_of(lines: Mapping[str, Points]) -> str:
+def format_obj_lines(lines: Mapping[str, Points]) -> str:
     """Polylines by name as an OBJ file has them; blanks in names become underscores."""
     text: list[str] = []
     count = 0
@@ -149,7 +149,7 @@ def obj_of(lines: Mapping[str, Points]) -> str:
     return "\n".join(text) + "\n"
 
 
-class Saver(saver.Saver):
+class FeatureSaver(saver.Saver):
     """Draws the state, obeys keys, and writes pictures.
 
     bare: without the panel.
@@ -158,11 +158,16 @@ class Saver(saver.Saver):
     state: FeatureState
 
     def __init__(
-        self, state: FeatureState, files: Writer, size: tuple[int, int], *, bare: bool = False
+        self,
+        state: FeatureState,
+        files: FeatureWriter,
+        size: tuple[int, int],
+        *,
+        bare: bool = False,
     ) -> None:
         super().__init__(state, KEYS, size)
         self._files = files
-        self._painter = Painter()
+        self._painter = FeaturePainter()
         self._bare = bare
 
     def drawn(self) -> Drawn:

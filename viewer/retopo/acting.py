@@ -10,14 +10,14 @@ from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
-from viewer.card import plural
-from viewer.retopo.work import Shown, Work
+from viewer.card import format_count
+from viewer.retopo.work import EditorWorker, Shown
 
 #: Seconds that a call is waited for: what is done at once is shown at once.
 AT_ONCE = 0.05
 
 
-class Files(Protocol):
+class RetopoFiles(Protocol):
     """Writes what is worked on, and says where it is; ``tick`` is called often, and may write
     what is to be found after a crash. OSError as writing does.
 
@@ -39,13 +39,13 @@ class Acting:
     what there is. files: for keys that save.
     """
 
-    def __init__(self, editor: Editor, files: Files | None) -> None:
+    def __init__(self, editor: Editor, files: RetopoFiles | None) -> None:
         self.ground = editor.ground
         self.message = ""
         self.files = files
         bare = all(chain.marked for chain in editor.network.chains.values())
         self.calls: tuple[Call, ...] | None = () if bare and not editor.undoable else None
-        self._work = Work(editor)
+        self._work = EditorWorker(editor)
         self._seen = self._work.shown
         self._saved = self._seen.state
 
@@ -163,12 +163,12 @@ class Acting:
             return False
         dropped = self._work.drop()
         if dropped:
-            self.message = f"dropped: {plural(dropped, 'step')} that had not begun"
+            self.message = f"dropped: {format_count(dropped, 'step')} that had not begun"
         else:
             self.message = "what is being made cannot be stopped; u takes it back"
         return True
 
-    def _save(self, what: str, save: Callable[[Files], str]) -> bool:
+    def _save(self, what: str, save: Callable[[RetopoFiles], str]) -> bool:
         """Save something, and say where or why not; True if it is saved."""
         if self.files is None:
             self.message = f"{what} cannot be saved here"

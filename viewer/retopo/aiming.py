@@ -12,14 +12,21 @@ from patterndb_sketch.retopo.filling import find_strip
 from patterndb_sketch.retopo.ground import GroundPoints
 from patterndb_sketch.retopo.tool import SNAP
 from patterndb_sketch.retopo.tools.loop import plane_of_line
-from viewer.retopo.acting import Acting, Files
-from viewer.retopo.modes import Mode, Option, modes
-from viewer.retopo.pointing import REACH, Finder, Sight, foot_at, line_at, stands_along
+from viewer.retopo.acting import Acting, RetopoFiles
+from viewer.retopo.modes import ToolMode, ToolOption, list_modes
+from viewer.retopo.pointing import (
+    REACH,
+    NetworkPicker,
+    RetopoCamera,
+    find_upright,
+    pick_foot,
+    pick_line,
+)
 from viewer.retopo.previews import (
     Latest,
     Preview,
 )
-from viewer.retopo.work import Place
+from viewer.retopo.work import ListPlace
 from viewer.skin import Skin
 
 #: A button that never goes farther than this while it is down, in points, clicks.
@@ -32,7 +39,7 @@ ZOOMS = (0.05, 1.0)
 Held = Literal["view", "line", "plane", "drag", "click"]
 
 
-class Aiming(Acting, Sight):
+class Aiming(Acting, RetopoCamera):
     """A network on a ground as it is looked at, and a pointer over it.
 
     mode: what the left button does. choice: which completion is shown, 0 for the largest.
@@ -40,11 +47,13 @@ class Aiming(Acting, Sight):
     what is being drawn, on the ground. preview: what would come of it.
     """
 
-    def __init__(self, editor: Editor, *, title: str = "", files: Files | None = None) -> None:
+    def __init__(
+        self, editor: Editor, *, title: str = "", files: RetopoFiles | None = None
+    ) -> None:
         Acting.__init__(self, editor, files)
-        Sight.__init__(self, editor.ground.vertices, stands_along(editor.ground))
+        RetopoCamera.__init__(self, editor.ground.vertices, find_upright(editor.ground))
         self.title = title
-        self.modes = modes()
+        self.modes = list_modes()
         self.mode = self.modes[0]
         self.choice = 0
         self.options: dict[tuple[str, str], object] = {}
@@ -54,7 +63,7 @@ class Aiming(Acting, Sight):
         self.preview: Preview | None = None
         corners = editor.ground.vertices[editor.ground.triangles]
         self.skin = Skin.of(corners, editor.ground.triangles)
-        self.finder = Finder()
+        self.finder = NetworkPicker()
         self._factors: dict[str, float] = {}
         self._latest = Latest()
         self._held: Held | None = None
@@ -108,7 +117,7 @@ class Aiming(Acting, Sight):
             return ()
         return tuple(sorted(shown.state.network.patches.keys() - shown.filled.placed.keys()))
 
-    def place_in_list(self, patch: int) -> Place | None:
+    def place_in_list(self, patch: int) -> ListPlace | None:
         """Which of its fills a patch has; None while that is not known."""
         return self._work.lists.place(self.network, self.network.patches[patch])
 
@@ -172,7 +181,7 @@ class Aiming(Acting, Sight):
         """How much less brushes reach in this view than in that of the whole surface."""
         return float(np.clip(self._framed().scale / self.view.scale, *ZOOMS))
 
-    def option(self, mode: Mode, option: Option) -> object:
+    def option(self, mode: ToolMode, option: ToolOption) -> object:
         """The value of an option."""
         return self.options.get((mode.tool, option.name), option.values[0])
 
@@ -187,9 +196,9 @@ class Aiming(Acting, Sight):
     def _point(self, x: float, y: float) -> None:
         self.pointer = (x, y)
         inside = x <= self.room[0] / 2.0
-        self._foot = foot_at(self.view, self.ground, x, y) if inside else None
+        self._foot = pick_foot(self.view, self.ground, x, y) if inside else None
 
-    def _told_options(self, mode: Mode | None = None) -> dict[str, object]:
+    def _told_options(self, mode: ToolMode | None = None) -> dict[str, object]:
         """The arguments that options stand for; those at their defaults say nothing."""
         mode = self.mode if mode is None else mode
         values = {option: self.option(mode, option) for option in mode.options}
@@ -217,7 +226,7 @@ class Aiming(Acting, Sight):
         and the limit of its cut; None if the line passes no ground."""
         if np.hypot(end[0] - begin[0], end[1] - begin[1]) < CLICK:
             return None
-        met = line_at(self.view, self.ground, begin, end)
+        met = pick_line(self.view, self.ground, begin, end)
         if not len(met):
             return None
         normal, limit = plane_of_line(

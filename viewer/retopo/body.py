@@ -31,7 +31,7 @@ RIM = 0.2
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Body:
+class NetworkBody:
     """All quads as triangles, with what lies on them.
 
     mesh:    what they are of, as it is saved.
@@ -62,7 +62,7 @@ class Body:
     _sound: NDArray[np.int64]
 
     @classmethod
-    def made_of(cls, found: FilledNetwork, ground: Ground, mesh: RetopoMesh) -> Body:
+    def made_of(cls, found: FilledNetwork, ground: Ground, mesh: RetopoMesh) -> NetworkBody:
         """Of a filled network on a ground; mesh: all its quads, with their images if there are
         any."""
         quads, at = mesh.quads, mesh.vertices
@@ -135,7 +135,7 @@ def _flipped(found: FilledNetwork, count: int) -> NDArray[np.bool_]:
 
 
 def _under(ground: Ground, surface: Surface | None, owner: Int32Array, edge: float) -> Int32Array:
-    """See :class:`Body`; owner: of the surface's triangles."""
+    """See :class:`NetworkBody`; owner: of the surface's triangles."""
     under = np.full(len(ground.vertices), -1, np.int32)
     if surface is None:
         return under

@@ -13,12 +13,12 @@ from patterndb_sketch.retopo.tool import ToolWork
 from viewer.retopo.aiming import Aiming
 from viewer.retopo.previews import (
     Preview,
-    completion,
-    cut,
-    looped,
-    pulled,
-    remade,
-    spine,
+    preview_call,
+    preview_completion,
+    preview_cut,
+    preview_inserted_loop,
+    preview_pull,
+    preview_spine_outline,
 )
 
 #: Seconds that a move of the pointer waits for its preview.
@@ -53,15 +53,15 @@ class Foreseeing(Aiming):
         if tool == "autocomplete" and held in (None, "click") and foot is not None:
             radius, number = self.brush, self.choice
             key = (tool, shown, self.reach, foot.points.tobytes(), radius, number)
-            return key, lambda: completion(work, foot, radius, number)
-        if tool == "spine" and held == "line" and len(self.line) > 2:
+            return key, lambda: preview_completion(work, foot, radius, number)
+        if tool == "preview_spine_outline" and held == "line" and len(self.line) > 2:
             line, width = np.stack(self.line), 2.0 * self.brush
             key = (tool, shown, self.reach, len(line), line[-1].tobytes(), width)
-            return key, lambda: spine(work, line, width)
+            return key, lambda: preview_spine_outline(work, line, width)
         if tool == "pull" and held == "drag" and self._strayed and foot is not None:
             begun, point = self.line[0], foot.points[0]
             key = (tool, shown, self.reach, begun.tobytes(), point.tobytes())
-            return key, lambda: pulled(work, begun, point)
+            return key, lambda: preview_pull(work, begun, point)
         if held == "plane" and self._pressed is not None and self.pointer is not None:
             try:
                 found = self._plane(self._pressed, self.pointer)
@@ -70,7 +70,7 @@ class Foreseeing(Aiming):
             if found is not None:
                 at, normal, limit = found
                 key = (tool, shown, self.reach, at.tobytes(), normal.tobytes())
-                return key, lambda: cut(work, at, normal, limit)
+                return key, lambda: preview_cut(work, at, normal, limit)
         return self._wanted_quads(work)
 
     def _wanted_quads(self, work: ToolWork) -> tuple[object, Callable[[], Preview]] | None:
@@ -81,10 +81,14 @@ class Foreseeing(Aiming):
             return None
         mesh, tool, point = shown.body.mesh, self.mode.tool, foot.points[0]
         if tool == "insertloop" and self._held in (None, "click"):
-            return (tool, shown, self.reach, point.tobytes()), lambda: looped(work, mesh, foot)
+            return (tool, shown, self.reach, point.tobytes()), lambda: preview_inserted_loop(
+                work, mesh, foot
+            )
         if self.mode.gesture == "drag" and self._held == "drag" and self._strayed:
             given = self._given() | self._ends(self.line[0], foot)
-            return (tool, shown, str(given)), lambda: remade(work, mesh, Call(tool, given), point)
+            return (tool, shown, str(given)), lambda: preview_call(
+                work, mesh, Call(tool, given), point
+            )
         return None
 
     def _take_preview(self) -> None:

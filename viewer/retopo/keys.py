@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from patterndb_sketch.retopo.table import TOOLS
 from viewer.keymap import ALIASES, Effect, KeyMap
-from viewer.retopo.modes import modes
+from viewer.retopo.modes import list_modes
 from viewer.retopo.state import RetopoState
 
 #: (keys, what they do), as the help lists them. Those of the tools are in the panel.
@@ -36,7 +36,7 @@ KEY_HELP = (
 MOUSE_HELP = "left: draw    right drag: turn    middle drag: shift    wheel: zoom"
 
 #: Keys of tools that the table has.
-MODE_KEYS = {mode.key: mode.tool for mode in modes() if mode.key}
+MODE_KEYS = {mode.key: mode.tool for mode in list_modes() if mode.key}
 
 #: Other names of keys: X's, and capitals that mean nothing else.
 ALIASES = (

@@ -15,14 +15,14 @@ BETWEEN = 52.0
 OPTION = 22.0
 
 
-def mode_rows(count: int) -> int:
+def count_mode_rows(count: int) -> int:
     """Rows of the list of so many tools."""
     return -(-count // COLUMNS)
 
 
-def mode_box(left: float, number: int, count: int) -> tuple[float, float, float, float]:
+def place_mode(left: float, number: int, count: int) -> tuple[float, float, float, float]:
     """Of a tool: its box, (x, y) its lower left, width and height, in points."""
-    rows = mode_rows(count)
+    rows = count_mode_rows(count)
     width = (PANEL - MARGIN) / COLUMNS
     column, row = divmod(number, rows)
     return (
@@ -33,22 +33,22 @@ def mode_box(left: float, number: int, count: int) -> tuple[float, float, float,
     )
 
 
-def options_top(count: int) -> float:
+def place_options(count: int) -> float:
     """Middle of the first row of options."""
-    return FIRST_ROW - mode_rows(count) * ROW - BETWEEN
+    return FIRST_ROW - count_mode_rows(count) * ROW - BETWEEN
 
 
-def mode_under(left: float, x: float, y: float, count: int) -> int | None:
+def find_mode_number(left: float, x: float, y: float, count: int) -> int | None:
     """The tool at a place of the picture."""
     for number in range(count):
-        at_x, at_y, width, height = mode_box(left, number, count)
+        at_x, at_y, width, height = place_mode(left, number, count)
         if at_x <= x < at_x + width and at_y <= y < at_y + height:
             return number
     return None
 
 
-def option_under(left: float, x: float, y: float, count: int, options: int) -> int | None:
+def find_option_number(left: float, x: float, y: float, count: int, options: int) -> int | None:
     """The option at a place of the picture."""
-    row = int((options_top(count) + OPTION / 2.0 - y) // OPTION)
+    row = int((place_options(count) + OPTION / 2.0 - y) // OPTION)
     inside = left + MARGIN / 2.0 <= x <= left + PANEL - MARGIN / 2.0
     return row if inside and 0 <= row < options else None

@@ -11,8 +11,8 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.network import Chain, Network, Node, trace_outline
 from viewer import style
 from viewer.camera import View
-from viewer.solid import NOTHING, Triangles, dashed, discs, ribbons
-from viewer.style import rgb
+from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
+from viewer.style import parse_colour
 
 #: Quads by the number of their patch's sides; the last are all others.
 SIDES = {2: "#f3bfd0", 3: "#a9cdee", 4: "#f7efdc", 5: "#f0c9a0", 6: "#b9dcb4"}
@@ -69,12 +69,12 @@ VALENCES = {3: "#0072b2", 5: "#d55e00"}
 OTHER_VALENCE = "#7a1fa2"
 
 
-def side_colour(sides: int) -> str:
+def choose_side_colour(sides: int) -> str:
     """The colour of a patch with so many sides."""
     return SIDES.get(sides, MORE_SIDES)
 
 
-def valence_colour(valence: int) -> str:
+def choose_valence_colour(valence: int) -> str:
     """The colour of an irregular vertex."""
     return VALENCES.get(valence, OTHER_VALENCE)
 
@@ -96,7 +96,7 @@ DRAWN_IN, EMPTY_WIDTH, DASH = 0.9, 2.4, 7.0
 HALF = 13
 
 
-def seen_lines(chains: Iterable[Chain], view: View, *, through: bool) -> list[Points]:
+def project_chains(chains: Iterable[Chain], view: View, *, through: bool) -> list[Points]:
     """Polylines (k, 3) of curves as they are seen, where they face the viewer; all of them where
     one sees through."""
     found: list[Points] = []
@@ -105,11 +105,11 @@ def seen_lines(chains: Iterable[Chain], view: View, *, through: bool) -> list[Po
         facing = chain.normals @ view.axes[2] > AWAY
         if chain.loose:
             facing = np.concatenate([facing, facing[:1]])
-        found += runs(view.seen(line), np.ones(len(line), np.bool_) if through else facing)
+        found += cut_runs(view.seen(line), np.ones(len(line), np.bool_) if through else facing)
     return found
 
 
-def runs(seen: Points, shown: NDArray[np.bool_]) -> list[Points]:
+def cut_runs(seen: Points, shown: NDArray[np.bool_]) -> list[Points]:
     """Parts (k, 3) of a polyline as it is seen that are shown, no finer than is of use."""
     if not shown.any():
         return []
@@ -117,11 +117,11 @@ def runs(seen: Points, shown: NDArray[np.bool_]) -> list[Points]:
     parts: list[Points] = []
     for part in np.split(np.arange(len(seen)), cuts):
         if shown[part[0]] and len(part) > 1:
-            parts.append(thinned(seen[part]))
+            parts.append(thin_line(seen[part]))
     return parts
 
 
-def thinned(line: Points) -> Points:
+def thin_line(line: Points) -> Points:
     """A polyline (k, 3) as it is seen without the samples that nobody tells apart."""
     length = float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())
     most = max(2, int(length / FINE) + 2)
@@ -130,7 +130,7 @@ def thinned(line: Points) -> Points:
     return line[np.linspace(0, len(line) - 1, most).round().astype(np.int64)]
 
 
-def node_marks(network: Network, view: View, lift: float, *, through: bool) -> list[Triangles]:
+def make_node_marks(network: Network, view: View, lift: float, *, through: bool) -> list[Triangles]:
     """Corners full, T-junctions half, open ends hollow."""
     corners: list[Points] = []
     ends: list[Points] = []
@@ -144,22 +144,22 @@ def node_marks(network: Network, view: View, lift: float, *, through: bool) -> l
         elif all(node.flagged):
             corners.append(at)
         else:
-            halves.append((at, stem(network, node, view)))
+            halves.append((at, find_stem(network, node, view)))
     full, hollow = (np.array(places).reshape(-1, 3) for places in (corners, ends))
     half = np.array([at for at, _ in halves]).reshape(-1, 3)
     ways = np.array([way for _, way in halves]).reshape(-1, 2)
     return [
-        discs(full, style.PAPER, CORNER_RADIUS + 1.0, lift),
-        discs(full, CORNER, CORNER_RADIUS, lift + 0.5),
-        discs(hollow, CORNER, END_RADIUS, lift),
-        discs(hollow, style.PAPER, 0.58 * END_RADIUS, lift + 0.5),
-        discs(half, CORNER, T_RADIUS, lift),
-        discs(half, style.PAPER, T_RADIUS - 1.1, lift + 0.5),
-        half_discs(half, ways, CORNER, T_RADIUS - 0.9, lift + 1.0),
+        make_discs(full, style.PAPER, CORNER_RADIUS + 1.0, lift),
+        make_discs(full, CORNER, CORNER_RADIUS, lift + 0.5),
+        make_discs(hollow, CORNER, END_RADIUS, lift),
+        make_discs(hollow, style.PAPER, 0.58 * END_RADIUS, lift + 0.5),
+        make_discs(half, CORNER, T_RADIUS, lift),
+        make_discs(half, style.PAPER, T_RADIUS - 1.1, lift + 0.5),
+        make_half_discs(half, ways, CORNER, T_RADIUS - 0.9, lift + 1.0),
     ]
 
 
-def empty_marks(
+def make_empty_marks(
     network: Network, empty: Iterable[int], view: View, lift: float, *, through: bool
 ) -> Triangles:
     """A dashed line within the loops of patches that have no quads."""
@@ -169,12 +169,12 @@ def empty_marks(
         within = points.mean(axis=0) + DRAWN_IN * (points - points.mean(axis=0))
         facing = normals @ view.axes[2] > AWAY
         line = view.seen(np.concatenate([within, within[:1]]))
-        for part in runs(line, np.concatenate([facing, facing[:1]]) | through):
-            dashes += dashed(part, DASH)
-    return ribbons(dashes, WRONG, EMPTY_WIDTH, lift)
+        for part in cut_runs(line, np.concatenate([facing, facing[:1]]) | through):
+            dashes += dash_line(part, DASH)
+    return make_ribbons(dashes, WRONG, EMPTY_WIDTH, lift)
 
 
-def stem(network: Network, node: Node, view: View) -> Points:
+def find_stem(network: Network, node: Node, view: View) -> Points:
     """(2,) the direction, as it is seen, in which a T-junction's curves end on it."""
     passed = {k for k, flag in enumerate(node.flagged) if not flag}
     straight = {k for wedge in passed for k in (wedge, (wedge + 1) % len(node.ends))}
@@ -190,7 +190,9 @@ def stem(network: Network, node: Node, view: View) -> Points:
     return way / size if size > 1e-9 else np.array([0.0, 1.0])
 
 
-def half_discs(places: Points, ways: Points, colour: str, radius: float, lift: float) -> Triangles:
+def make_half_discs(
+    places: Points, ways: Points, colour: str, radius: float, lift: float
+) -> Triangles:
     """The halves of discs at places (n, 3) that lie in directions (n, 2), as they are seen."""
     if not len(places):
         return NOTHING
@@ -204,10 +206,10 @@ def half_discs(places: Points, ways: Points, colour: str, radius: float, lift: f
     fan = np.stack(
         [np.broadcast_to(at, rim[:, 1:].shape), at + rim[:, :-1], at + rim[:, 1:]], axis=2
     ).reshape(-1, 3, 3)
-    return fan, np.broadcast_to(rgb(colour), fan.shape).astype(np.float32)
+    return fan, np.broadcast_to(parse_colour(colour), fan.shape).astype(np.float32)
 
 
-def shapes(places: Points, outline: Points, colour: str, lift: float) -> Triangles:
+def make_shapes(places: Points, outline: Points, colour: str, lift: float) -> Triangles:
     """A convex outline (k, 2) about places (n, 3), as they are seen."""
     if not len(places):
         return NOTHING
@@ -215,4 +217,4 @@ def shapes(places: Points, outline: Points, colour: str, lift: float) -> Triangl
     at = (places + np.array([0.0, 0.0, lift]))[:, None]
     one, other = at + rim, at + np.roll(rim, -1, axis=0)
     fan = np.stack([np.broadcast_to(at, one.shape), one, other], axis=2).reshape(-1, 3, 3)
-    return fan, np.broadcast_to(rgb(colour), fan.shape).astype(np.float32)
+    return fan, np.broadcast_to(parse_colour(colour), fan.shape).astype(np.float32)

@@ -20,7 +20,7 @@ Values = tuple[object, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Option:
+class ToolOption:
     """name: of the tool's argument. values: that it goes through; the first is the default.
     number: are they numbers, which are less or more?"""
 
@@ -30,7 +30,7 @@ class Option:
 
 
 @dataclass(frozen=True, slots=True)
-class Mode:
+class ToolMode:
     """A tool as the mouse has it.
 
     tool:    its name in calls. title: in lists. key: that chooses it, "" for none.
@@ -53,23 +53,23 @@ class Mode:
     given_as: str
     snaps: bool
     fixed: tuple[tuple[str, object], ...]
-    options: tuple[Option, ...]
+    options: tuple[ToolOption, ...]
 
 
 #: Arguments that a brush is given as, the width being all of it.
 BRUSHES = ("width", "radius")
 
 
-def modes(tools: Mapping[str, Tool] = TOOLS) -> tuple[Mode, ...]:
+def list_modes(tools: Mapping[str, Tool] = TOOLS) -> tuple[ToolMode, ...]:
     """The modes of a table of tools, in its order."""
-    made = [mode_of(tool) for tool in tools.values() if tool.control.mode]
+    made = [make_mode(tool) for tool in tools.values() if tool.control.mode]
     return tuple(mode for mode in made if mode is not None)
 
 
-def mode_of(tool: Tool) -> Mode | None:
+def make_mode(tool: Tool) -> ToolMode | None:
     """The mode of a tool; None if no gesture gives what it must have."""
     control = tool.control
-    found = gesture_of(tool)
+    found = find_gesture(tool)
     if found is None:
         return None
     gesture, places = found
@@ -83,7 +83,7 @@ def mode_of(tool: Tool) -> Mode | None:
     given_as = next((name for name in BRUSHES if name in tool.arguments), "")
     brush = control.brush or ("brush" if given_as else "")
     usual: Target = "ends" if gesture == "stroke" else "chain" if gesture == "click" else "none"
-    return Mode(
+    return ToolMode(
         tool.name,
         control.title or tool.name.replace("_", " "),
         control.key,
@@ -95,11 +95,11 @@ def mode_of(tool: Tool) -> Mode | None:
         given_as,
         SNAP in tool.arguments,
         control.fixed,
-        tuple(options(tool)),
+        tuple(list_options(tool)),
     )
 
 
-def gesture_of(tool: Tool) -> tuple[Gesture, tuple[str, ...]] | None:
+def find_gesture(tool: Tool) -> tuple[Gesture, tuple[str, ...]] | None:
     """What the mouse can give a tool, from what it must have, and the names of what takes it."""
     control = tool.control
     needed = {n: a.kind for n, a in tool.arguments.items() if a.default is REQUIRED}
@@ -117,19 +117,21 @@ def gesture_of(tool: Tool) -> tuple[Gesture, tuple[str, ...]] | None:
     return None
 
 
-def options(tool: Tool) -> list[Option]:
+def list_options(tool: Tool) -> list[ToolOption]:
     """What a tool may be told beside what gestures give: words, flags, and whole numbers."""
-    found: list[Option] = []
+    found: list[ToolOption] = []
     for name, argument in tool.arguments.items():
         default = argument.default
         if not argument.option or default is REQUIRED:
             continue
         kind = argument.kind
         if isinstance(kind, Flag):
-            found.append(Option(name, (default, *(v for v in (True, False) if v is not default))))
+            found.append(
+                ToolOption(name, (default, *(v for v in (True, False) if v is not default)))
+            )
         elif isinstance(kind, Word):
-            found.append(Option(name, (default, *(v for v in kind.words if v != default))))
+            found.append(ToolOption(name, (default, *(v for v in kind.words if v != default))))
         elif isinstance(kind, Number) and kind.whole and isinstance(default, int):
             numbers = range(int(kind.low), int(min(kind.high, kind.low + 62)) + 1)
-            found.append(Option(name, (default, *(n for n in numbers if n != default)), True))
+            found.append(ToolOption(name, (default, *(n for n in numbers if n != default)), True))
     return found

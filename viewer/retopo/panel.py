@@ -9,10 +9,10 @@ from patterndb_sketch.retopo.filling.edgecounts import side_lengths
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.placing import fill_of
 from viewer import style
-from viewer.card import plural
-from viewer.panel import LINE, MARGIN, PANEL, Writer, begin_panel, hint
-from viewer.retopo.layout import OPTION, mode_box, options_top
-from viewer.retopo.marks import side_colour, valence_colour
+from viewer.card import format_count
+from viewer.panel import LINE, MARGIN, PANEL, PanelWriter, begin_panel, draw_hint
+from viewer.retopo.layout import OPTION, place_mode, place_options
+from viewer.retopo.marks import choose_side_colour, choose_valence_colour
 from viewer.retopo.state import RetopoState
 from viewer.scene import HIGHLIGHT, HIGHLIGHT_LINE, Scene
 
@@ -23,7 +23,7 @@ WAITING = 3
 LONGEST = 26
 
 
-def panel(scene: Scene, state: RetopoState) -> None:
+def draw_panel(scene: Scene, state: RetopoState) -> None:
     """Write the panel, and above the picture what is to be done now."""
     left = scene.width - PANEL
     writer = begin_panel(scene, names=92.0)
@@ -31,7 +31,7 @@ def panel(scene: Scene, state: RetopoState) -> None:
     writer.heading(title if len(title) <= LONGEST else title[: LONGEST - 1] + "…", 17.0)
     _modes(scene, state, left)
     _options(scene, state, left)
-    writer.y = options_top(len(state.modes)) - OPTION * len(state.mode.options) - 22.0
+    writer.y = place_options(len(state.modes)) - OPTION * len(state.mode.options) - 22.0
     _facts(writer, scene, state)
     _patch(writer, state)
     if state.message:
@@ -40,13 +40,13 @@ def panel(scene: Scene, state: RetopoState) -> None:
     if not state.helping:
         preview = state.preview
         refused = "" if preview is None else preview.refused
-        hint(scene, refused or state.mode.hint)
+        draw_hint(scene, refused or state.mode.hint)
 
 
 def _modes(scene: Scene, state: RetopoState, left: float) -> None:
     """The tools with their keys; the one in use stands out."""
     for number, mode in enumerate(state.modes):
-        x, y, width, height = mode_box(left, number, len(state.modes))
+        x, y, width, height = place_mode(left, number, len(state.modes))
         on = mode is state.mode
         if on:
             scene.box(x, y, width - 6.0, height, HIGHLIGHT, HIGHLIGHT_LINE)
@@ -58,7 +58,7 @@ def _modes(scene: Scene, state: RetopoState, left: float) -> None:
 
 def _options(scene: Scene, state: RetopoState, left: float) -> None:
     """The brush of the tool, and its options, with their values."""
-    top = options_top(len(state.modes))
+    top = place_options(len(state.modes))
     right = scene.width - MARGIN
     y = top + OPTION + 2.0
     mode, grey = state.mode, style.FAINT_TEXT
@@ -83,7 +83,7 @@ def _options(scene: Scene, state: RetopoState, left: float) -> None:
         scene.text(right, y - 4.5, f"{said}   {key:>3}", 12.5, bold=changed, align="right")
 
 
-def _facts(writer: Writer, scene: Scene, state: RetopoState) -> None:
+def _facts(writer: PanelWriter, scene: Scene, state: RetopoState) -> None:
     """Patches by their sides, quads, and irregular vertices."""
     shown = state.shown
     patches = shown.state.network.patches
@@ -92,7 +92,7 @@ def _facts(writer: Writer, scene: Scene, state: RetopoState) -> None:
     for patch in patches.values():
         sides[len(patch.corners)] = sides.get(len(patch.corners), 0) + 1
     writer.fact("patches", f"{len(patches):,}")
-    _row(writer, scene, [(side_colour(n), f"{sides[n]}", f"{n}") for n in sorted(sides)])
+    _row(writer, scene, [(choose_side_colour(n), f"{sides[n]}", f"{n}") for n in sorted(sides)])
     body, stale = shown.body, shown.stale()
     empty = len(patches) - (len(shown.filled.placed) - len(stale))
     if state.waiting or not shown.fresh:
@@ -106,10 +106,15 @@ def _facts(writer: Writer, scene: Scene, state: RetopoState) -> None:
         counts = np.unique(body.valences, return_counts=True)
         pairs = list(zip(counts[0].tolist(), counts[1].tolist(), strict=True))
         writer.fact("irregular", f"{len(body.irregular):,}")
-        _row(writer, scene, [(valence_colour(v), f"{n}", f"{v}") for v, n in pairs], shape=True)
+        _row(
+            writer,
+            scene,
+            [(choose_valence_colour(v), f"{n}", f"{v}") for v, n in pairs],
+            shape=True,
+        )
         flipped = sum(len(placed.flipped) for placed in shown.filled.placed.values())
         if flipped:
-            writer.fact("flipped", f"{plural(flipped, 'quad')}, in red")
+            writer.fact("flipped", f"{format_count(flipped, 'quad')}, in red")
     writer.fact("steps", f"{shown.undoable} back, {shown.redoable} on")
     if shown.state.plane is not None:
         writer.fact("mirror", "on; quads are of both halves")
@@ -120,7 +125,7 @@ def _facts(writer: Writer, scene: Scene, state: RetopoState) -> None:
         writer.paragraph(note, style.FAINT_TEXT)
 
 
-def _waiting(writer: Writer, state: RetopoState) -> None:
+def _waiting(writer: PanelWriter, state: RetopoState) -> None:
     """What is at work, and what waits for it."""
     titles = {mode.tool: mode.title for mode in state.modes}
     names = [titles.get(tool, tool) for tool in state.working]
@@ -133,7 +138,7 @@ def _waiting(writer: Writer, state: RetopoState) -> None:
 
 
 def _row(
-    writer: Writer, scene: Scene, entries: list[tuple[str, str, str]], *, shape: bool = False
+    writer: PanelWriter, scene: Scene, entries: list[tuple[str, str, str]], *, shape: bool = False
 ) -> None:
     """Small marks in colours, each with how many of them there are."""
     if not entries:
@@ -142,7 +147,7 @@ def _row(
     y = writer.y + 4.0
     for colour, count, name in entries[:5]:
         if shape:
-            outline = style.valence_shape(int(np.clip(int(name), 2, 7)))
+            outline = style.choose_valence_shape(int(np.clip(int(name), 2, 7)))
             scene.polygons((outline * 5.0 + (x + 6.0, y))[None], face=colour)
         else:
             scene.box(x, y - 6.5, 13.0, 13.0, colour, "#aab3bf")
@@ -152,11 +157,11 @@ def _row(
     writer.y -= LINE
 
 
-def _rule(writer: Writer, scene: Scene) -> None:
+def _rule(writer: PanelWriter, scene: Scene) -> None:
     scene.box(writer.left, writer.y + LINE, writer.room, 0.0, "#e3e6ea", "#e3e6ea")
 
 
-def _patch(writer: Writer, state: RetopoState) -> None:
+def _patch(writer: PanelWriter, state: RetopoState) -> None:
     """The patch under the pointer, if one is looked for."""
     number = state.patch_under() if state.mode.target == "patch" else None
     patch = None if number is None else state.network.patches.get(number)
@@ -164,7 +169,7 @@ def _patch(writer: Writer, state: RetopoState) -> None:
         return
     choice: Choice | None = filling_of(patch).choice
     writer.skip(0.3)
-    writer.heading(f"patch of {plural(len(patch.corners), 'side')}")
+    writer.heading(f"patch of {format_count(len(patch.corners), 'side')}")
     writer.fact("edges", " ".join(map(str, side_lengths(state.network, patch))))
     if choice is not None:
         place = state.place_in_list(patch.id)
@@ -179,4 +184,4 @@ def _patch(writer: Writer, state: RetopoState) -> None:
         writer.fact("quads", f"{len(choice.faces)}, {choice.n_irregular} irregular")
         writer.fact("taken", "by you" if choice.by == "user" else "by itself")
     if filling_of(patch).flows:
-        writer.fact("follows", plural(len(filling_of(patch).flows), "flow line"))
+        writer.fact("follows", format_count(len(filling_of(patch).flows), "flow line"))

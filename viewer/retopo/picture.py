@@ -8,9 +8,9 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling.fills import filling_of
 from viewer import style
 from viewer.camera import View
-from viewer.panel import draw_axes, help_box, stroke
+from viewer.panel import draw_axes, draw_help, draw_line
 from viewer.picture import Drawn, Frame
-from viewer.retopo.body import Body
+from viewer.retopo.body import NetworkBody
 from viewer.retopo.keys import KEY_HELP, MOUSE_HELP
 from viewer.retopo.marks import (
     AWAY,
@@ -25,20 +25,20 @@ from viewer.retopo.marks import (
     REMADE,
     SNAP,
     WRONG,
-    empty_marks,
-    node_marks,
-    runs,
-    seen_lines,
-    shapes,
-    side_colour,
-    valence_colour,
+    choose_side_colour,
+    choose_valence_colour,
+    cut_runs,
+    make_empty_marks,
+    make_node_marks,
+    make_shapes,
+    project_chains,
 )
-from viewer.retopo.panel import panel
-from viewer.retopo.pointing import visible
+from viewer.retopo.panel import draw_panel
+from viewer.retopo.pointing import find_visible
 from viewer.retopo.state import RetopoState
 from viewer.scene import HEIGHT, Scene
-from viewer.skin import MATTE, Shading, Skin, shaded
-from viewer.solid import NOTHING, Triangles, dashed, discs, ribbons
+from viewer.skin import MATTE, Shading, Skin, shade_model
+from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
 
 # == Colours of the window of retopology.
 
@@ -65,7 +65,7 @@ MARKER = (0.17, 2.6, 6.0)
 LIGHTER = 0.25
 
 
-def lift_of(state: RetopoState) -> float:
+def measure_lift(state: RetopoState) -> float:
     """How much nearer than they are curves are drawn, in points."""
     own = LIFT_POINTS + LIFT * state.ground.diagonal * state.view.scale
     if state.quads_shown:
@@ -73,8 +73,8 @@ def lift_of(state: RetopoState) -> float:
     return own
 
 
-def drawn_quads(
-    state: RetopoState, body: Body, stale: frozenset[int], lit: int | None
+def draw_quads(
+    state: RetopoState, body: NetworkBody, stale: frozenset[int], lit: int | None
 ) -> list[Triangles]:
     """Quads in the colours of their patches, their edges, and irregular vertices."""
     view = state.view
@@ -85,34 +85,36 @@ def drawn_quads(
     # What faces away is behind the surface, not before it: sheets may be thin.
     away = normals.mean(axis=1) @ view.axes[2] < 0.0
     raised = corners + np.where(away, -lift, lift)[:, None, None] * view.axes[2]
-    seen, bright = shaded(Skin(raised, normals), view, (0.0, 0.0), through=False)
-    tints = np.stack([style.rgb(side_colour(n)) for n in range(int(body.sides.max()) + 1)])
+    seen, bright = shade_model(Skin(raised, normals), view, (0.0, 0.0), through=False)
+    tints = np.stack(
+        [style.parse_colour(choose_side_colour(n)) for n in range(int(body.sides.max()) + 1)]
+    )
     tint = tints[body.sides[kept]]
-    tint[body.flipped[kept]] = style.rgb(WRONG)
+    tint[body.flipped[kept]] = style.parse_colour(WRONG)
     if lit is not None:
         tint = np.where((body.owner[kept] == lit)[:, None], tint + LIGHTER * (1.0 - tint), tint)
-    colours = bright / style.rgb(MATTE) * tint[:, None]
+    colours = bright / style.parse_colour(MATTE) * tint[:, None]
     parts: list[Triangles] = [(seen, np.minimum(colours, 1.0).astype(np.float32))]
     above = lift * view.scale + 0.8
     own = ~np.isin(body.of, gone) & (body.up.mean(axis=1) @ view.axes[2] > AWAY)
     lines = view.seen(body.edges[own])
-    parts.append(ribbons(list(lines), EDGE, EDGE_WIDTH, above))
+    parts.append(make_ribbons(list(lines), EDGE, EDGE_WIDTH, above))
     radius = float(np.clip(MARKER[0] * body.edge * view.scale, *MARKER[1:]))
     facing = body.mesh.normals[body.irregular] @ view.axes[2] > AWAY
     facing &= ~np.isin(body.rim, gone)
     for valence in np.unique(body.valences[facing]).tolist():
         here = body.irregular[facing & (body.valences == valence)]
         places = view.seen(body.mesh.vertices[here])
-        shape = style.valence_shape(int(np.clip(valence, 2, 7)))
+        shape = style.choose_valence_shape(int(np.clip(valence, 2, 7)))
         if valence >= 7 or valence < 3:
-            shape = style.circle()
-        colour = valence_colour(valence)
-        parts.append(shapes(places, shape * (radius + 1.1), style.PAPER, above + 2.6))
-        parts.append(shapes(places, shape * radius, colour, above + 3.0))
+            shape = style.make_circle()
+        colour = choose_valence_colour(valence)
+        parts.append(make_shapes(places, shape * (radius + 1.1), style.PAPER, above + 2.6))
+        parts.append(make_shapes(places, shape * radius, colour, above + 3.0))
     return parts
 
 
-def remade_quads(quads: Points, view: View, lift: float) -> list[Triangles]:
+def draw_remade_quads(quads: Points, view: View, lift: float) -> list[Triangles]:
     """Quads (q, 4, 3) that would be made, over those that are there."""
     seen = view.seen(quads)
     around = np.roll(seen, -1, axis=1)
@@ -121,9 +123,9 @@ def remade_quads(quads: Points, view: View, lift: float) -> list[Triangles]:
     seen = seen[turned > 0.0]
     above = np.array([0.0, 0.0, lift + 1.0])
     faces = (seen + above)[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3, 3)
-    colours = np.broadcast_to(style.rgb(REMADE), faces.shape).astype(np.float32)
+    colours = np.broadcast_to(style.parse_colour(REMADE), faces.shape).astype(np.float32)
     edges = np.stack([seen, np.roll(seen, -1, axis=1)], axis=2).reshape(-1, 2, 3)
-    return [(faces, colours), ribbons(list(edges), PREVIEW, REMADE_WIDTH, lift + 2.4)]
+    return [(faces, colours), make_ribbons(list(edges), PREVIEW, REMADE_WIDTH, lift + 2.4)]
 
 
 #: The surface below quads is drawn deeper by this part of an edge.
@@ -145,7 +147,7 @@ UP_AT = (104.0, 20.0)
 CIRCLE, DASH = 72, 6.0
 
 
-class Painter:
+class RetopoPainter:
     """Composes pictures; what stays the same while only the pointer moves is kept."""
 
     def __init__(self) -> None:
@@ -174,9 +176,9 @@ class Painter:
             draw_axes(scene, state.view.axes, state.upright)
             text = f"{state.upright} is up    Z: another"
             scene.text(*UP_AT, text, 10.5, colour=style.FAINT_TEXT, align="left")
-            panel(scene, state)
+            draw_panel(scene, state)
             if state.helping:
-                help_box(scene, KEY_HELP, MOUSE_HELP)
+                draw_help(scene, KEY_HELP, MOUSE_HELP)
         return frame.drawn(solid)
 
     def _ground(self, state: RetopoState, middle: tuple[float, float]) -> Triangles:
@@ -210,12 +212,14 @@ class Painter:
             self._key = key
             parts: list[Triangles] = []
             if state.quads_shown and len(shown.body.owner):
-                parts += drawn_quads(state, shown.body, shown.stale(), lit)
+                parts += draw_quads(state, shown.body, shown.stale(), lit)
             if state.curves_shown:
                 parts += _curves(state)
-                lift, through = lift_of(state), _through(state)
+                lift, through = measure_lift(state), _through(state)
                 parts.append(
-                    empty_marks(state.network, state.empty(), state.view, lift, through=through)
+                    make_empty_marks(
+                        state.network, state.empty(), state.view, lift, through=through
+                    )
                 )
             self._kept = parts
         return self._kept
@@ -228,12 +232,12 @@ def _through(state: RetopoState) -> bool:
 def _curves(state: RetopoState) -> list[Triangles]:
     """The network: its curves, corners and ends, and the lines that quads follow."""
     network, view = state.network, state.view
-    through, lift = _through(state), lift_of(state)
+    through, lift = _through(state), measure_lift(state)
     plain = [chain for chain in network.chains.values() if not chain.marked]
     marked = [chain for chain in network.chains.values() if chain.marked]
     parts = [
-        ribbons(seen_lines(plain, view, through=through), CURVE, CURVE_WIDTH, lift),
-        ribbons(seen_lines(marked, view, through=through), MARKED, CURVE_WIDTH, lift),
+        make_ribbons(project_chains(plain, view, through=through), CURVE, CURVE_WIDTH, lift),
+        make_ribbons(project_chains(marked, view, through=through), MARKED, CURVE_WIDTH, lift),
     ]
     plane = state.shown.state.plane
     if plane is not None:
@@ -242,48 +246,50 @@ def _curves(state: RetopoState) -> list[Triangles]:
             facing = plane.mirror_directions(chain.normals) @ view.axes[2] > AWAY
             line = plane.mirror(chain.round)
             facing = np.concatenate([facing, facing[:1]]) if chain.loose else facing
-            images += runs(view.seen(line), facing | through)
-        parts.append(ribbons(images, IMAGE, 0.8 * CURVE_WIDTH, lift))
+            images += cut_runs(view.seen(line), facing | through)
+        parts.append(make_ribbons(images, IMAGE, 0.8 * CURVE_WIDTH, lift))
     flows = [flow.points for patch in network.patches.values() for flow in filling_of(patch).flows]
     for line in flows:
         up = state.ground.nearest(line).normals @ view.axes[2] > AWAY
-        for part in runs(view.seen(line), up | through):
-            parts.append(ribbons(dashed(part, DASH), FLOW, 2.4, lift + 0.5))
-    return parts + node_marks(network, view, lift + 1.5, through=through)
+        for part in cut_runs(view.seen(line), up | through):
+            parts.append(make_ribbons(dash_line(part, DASH), FLOW, 2.4, lift + 0.5))
+    return parts + make_node_marks(network, view, lift + 1.5, through=through)
 
 
 def _pointed(state: RetopoState) -> list[Triangles]:
     """What is under the pointer, what is drawn, and what would be made."""
-    view, lift = state.view, lift_of(state)
+    view, lift = state.view, measure_lift(state)
     parts: list[Triangles] = []
     lit = state.patch_under() if state.mode.target == "patch" else None
     patch = None if lit is None else state.network.patches.get(lit)
     if patch is not None and state.quads_shown:
         around = [state.network.chains[half >> 1] for half in patch.loop]
-        lines = seen_lines(around, view, through=_through(state))
-        parts.append(ribbons(lines, style.SELECTED, CURVE_WIDTH + 1.6, lift + 0.8))
+        lines = project_chains(around, view, through=_through(state))
+        parts.append(make_ribbons(lines, style.SELECTED, CURVE_WIDTH + 1.6, lift + 0.8))
     meant = [state.network.chains[chain] for chain in state.chains_meant()]
     if meant:
-        lines = seen_lines(meant, view, through=True)
+        lines = project_chains(meant, view, through=True)
         colour = style.SELECTED
-        parts.append(ribbons(lines, colour, CURVE_WIDTH + 2.2, lift + 0.8))
+        parts.append(make_ribbons(lines, colour, CURVE_WIDTH + 2.2, lift + 0.8))
     preview = state.preview
     if preview is not None:
         for curve in preview.curves:
-            parts.append(ribbons([view.seen(curve)], style.PAPER, PREVIEW_WIDTH + 2.2, lift + 1.0))
-            parts.append(ribbons([view.seen(curve)], PREVIEW, PREVIEW_WIDTH, lift + 2.4))
+            parts.append(
+                make_ribbons([view.seen(curve)], style.PAPER, PREVIEW_WIDTH + 2.2, lift + 1.0)
+            )
+            parts.append(make_ribbons([view.seen(curve)], PREVIEW, PREVIEW_WIDTH, lift + 2.4))
         if preview.quads is not None:
-            parts += remade_quads(preview.quads, view, lift)
+            parts += draw_remade_quads(preview.quads, view, lift)
         if preview.corners is not None:
             places = view.seen(preview.corners)
-            parts.append(discs(places, style.PAPER, 5.4, lift + 4.0))
-            parts.append(discs(places, PREVIEW, 4.2, lift + 4.5))
+            parts.append(make_discs(places, style.PAPER, 5.4, lift + 4.0))
+            parts.append(make_discs(places, PREVIEW, 4.2, lift + 4.5))
     if len(state.line) > 1 and state.holding and state.mode.gesture != "corner":
         colour = FLOW if state.mode.gesture == "within" else INK
-        parts.append(ribbons([view.seen(np.stack(state.line))], colour, INK_WIDTH, lift + 2.0))
+        parts.append(make_ribbons([view.seen(np.stack(state.line))], colour, INK_WIDTH, lift + 2.0))
     snaps = state.snaps()
     if snaps:
-        parts.append(discs(view.seen(np.stack(snaps)), SNAP, RING[1], lift + 5.0, RING[0]))
+        parts.append(make_discs(view.seen(np.stack(snaps)), SNAP, RING[1], lift + 5.0, RING[0]))
     middle, brush = state.brush_at, state.brush
     if brush > 0.0 and middle is not None:
         x, y = np.cos(t := np.linspace(0.0, 2.0 * np.pi, CIRCLE)), np.sin(t)
@@ -291,7 +297,7 @@ def _pointed(state: RetopoState) -> list[Triangles]:
         at = view.seen(middle)
         ring = at + brush * view.scale * np.stack([x, y, 0.0 * x], axis=1)
         ring[:, 2] = at[2] + brush * view.scale
-        parts.append(ribbons(dashed(ring, 4.0), BRUSH, 1.4, lift))
+        parts.append(make_ribbons(dash_line(ring, 4.0), BRUSH, 1.4, lift))
     return parts
 
 
@@ -302,9 +308,9 @@ def _line(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> None
         return
     a, b = (np.array(end) + np.array(middle) for end in ends)
     for width, colour in ((2.6, style.PAPER), (1.2, INK)):
-        stroke(scene, a, b, width, colour)
+        draw_line(scene, a, b, width, colour)
     for end in (a, b):
-        scene.polygons((end + style.circle() * 5.0)[None], face=INK)
+        scene.polygons((end + style.make_circle() * 5.0)[None], face=INK)
 
 
 def _counts(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> None:
@@ -318,7 +324,7 @@ def _counts(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> No
     up = np.stack([chain.normals[len(chain.normals) // 2] for chain in chains])
     shown = np.ones(len(chains), np.bool_)
     if not _through(state):
-        shown = (up @ view.axes[2] > AWAY) & visible(view, state.ground, places)
+        shown = (up @ view.axes[2] > AWAY) & find_visible(view, state.ground, places)
     meant = set(state.chains_meant())
     seen = view.seen(places)[:, :2] + np.array(middle)
     inside = (seen > 0.0).all(axis=1) & (seen[:, 0] < 2.0 * middle[0] - 12.0)

@@ -19,7 +19,7 @@ from patterndb_sketch.retopo.network import (
     take_samples,
 )
 from patterndb_sketch.retopo.tools.stroke import MOST_ENDS, find_end
-from viewer.camera import UPRIGHT, Looking, View
+from viewer.camera import UPRIGHT, ModelCamera, View
 
 #: How near the pointer must be to a curve or a corner, in points of the picture.
 REACH = 14.0
@@ -31,7 +31,9 @@ STEP = 3.0
 BENEATH = 0.004
 
 
-def picked(view: View, ground: Ground, places: ArrayLike) -> tuple[GroundPoints, NDArray[np.bool_]]:
+def pick_ground(
+    view: View, ground: Ground, places: ArrayLike
+) -> tuple[GroundPoints, NDArray[np.bool_]]:
     """The front-most points of the ground at places (n, 2) of the picture, in points from its
     middle, and (n,) whether there are any; the others are some points of the ground."""
     toward = view.axes[2]
@@ -48,34 +50,36 @@ def picked(view: View, ground: Ground, places: ArrayLike) -> tuple[GroundPoints,
     return ground.at(np.where(found, triangle, 0).astype(np.int32), weights), found
 
 
-def foot_at(view: View, ground: Ground, x: float, y: float) -> GroundPoints | None:
+def pick_foot(view: View, ground: Ground, x: float, y: float) -> GroundPoints | None:
     """The front-most point of the ground at a place of the picture, as one foot."""
-    feet, found = picked(view, ground, [[x, y]])
+    feet, found = pick_ground(view, ground, [[x, y]])
     return feet if found[0] else None
 
 
-def line_at(
+def pick_line(
     view: View, ground: Ground, last: tuple[float, float], now: tuple[float, float]
 ) -> Points:
     """(k, 3) points of the ground along the pointer's way from one place to another, the last
     place included and the first not."""
     steps = max(1, round(float(np.hypot(now[0] - last[0], now[1] - last[1])) / STEP))
     share = (np.arange(1, steps + 1) / steps)[:, None]
-    feet, found = picked(view, ground, np.array(last) + share * (np.array(now) - np.array(last)))
+    feet, found = pick_ground(
+        view, ground, np.array(last) + share * (np.array(now) - np.array(last))
+    )
     return feet.points[found]
 
 
-def visible(view: View, ground: Ground, points: Points) -> NDArray[np.bool_]:
+def find_visible(view: View, ground: Ground, points: Points) -> NDArray[np.bool_]:
     """(n,) which of points (n, 3) near the ground it does not hide."""
     if not len(points):
         return np.zeros(0, np.bool_)
-    feet, found = picked(view, ground, view.seen(points)[:, :2])
+    feet, found = pick_ground(view, ground, view.seen(points)[:, :2])
     before = (feet.points - points) @ view.axes[2]
     return ~found | (before <= BENEATH * ground.diagonal)
 
 
 @dataclass(slots=True)
-class Finder:
+class NetworkPicker:
     """Finds what of a network is near a point; samples are kept while it is the same."""
 
     _network: Network | None = None
@@ -92,7 +96,11 @@ class Finder:
     ) -> tuple[int, Points] | None:
         """The curve within a reach of a foot, and its point (3,) that is nearest."""
         found = find_nearest_place(self.of(network), foot.points[0], foot.normals[0], reach)
-        return None if found is None else (found.chain, point_on(network, found.chain, found.place))
+        return (
+            None
+            if found is None
+            else (found.chain, find_chain_point(network, found.chain, found.place))
+        )
 
     def node(self, network: Network, foot: GroundPoints, reach: float) -> Points | None:
         """(3,) the node within a reach of a foot that is nearest."""
@@ -107,11 +115,11 @@ class Finder:
         if isinstance(found, AtNode):
             return network.nodes[found.node].point
         if isinstance(found, AtChain):
-            return point_on(network, found.chain, found.place)
+            return find_chain_point(network, found.chain, found.place)
         return None
 
 
-def point_on(network: Network, chain: int, place: float) -> Points:
+def find_chain_point(network: Network, chain: int, place: float) -> Points:
     """(3,) the point at a place of a chain."""
     line = network.chains[chain].round
     first = min(int(place), len(line) - 2)
@@ -133,7 +141,7 @@ FOOT, DOWN = 0.02, 0.95
 BASE, MORE = 0.05, 3.0
 
 
-def stands_along(ground: Ground) -> str:
+def find_upright(ground: Ground) -> str:
     """The axis, y or z, that a surface seems to stand along: z if it is flat at its lower end there
     and not along y. Most that were modelled stand along y, and some that were measured along z."""
     corners = ground.vertices[ground.triangles]
@@ -151,14 +159,14 @@ def stands_along(ground: Ground) -> str:
     return "z" if base(2) >= BASE and base(2) > MORE * base(1) else "y"
 
 
-class Sight(Looking):
-    """The view of a surface; see :class:`viewer.camera.Looking`.
+class RetopoCamera(ModelCamera):
+    """The view of a surface; see :class:`viewer.camera.ModelCamera`.
 
     upright: the axis that is at first.
     """
 
     def __init__(self, points: Points, upright: str = "y") -> None:
-        Looking.__init__(self, points)
+        ModelCamera.__init__(self, points)
         self.upright = upright
         self._toward = np.array(HOME[upright])
         self.view = self._framed()

@@ -32,7 +32,7 @@ from patterndb_sketch.retopo.tools.spine import preview_spine
 # == Strips: the quads one after another that an edge loop runs along, in a mesh.
 
 
-def twins(quads: Int32Array) -> Int32Array:
+def pair_edges(quads: Int32Array) -> Int32Array:
     """(4 q,) the half-edge on the other side of the same edge, for quads (q, 4); -1 for none.
 
     Half-edge 4 i + k leads from corner k of quad i to the next. Of an edge with more than two
@@ -50,7 +50,7 @@ def twins(quads: Int32Array) -> Int32Array:
     return found
 
 
-def nearest_edge(mesh: RetopoMesh, which: Int32Array, point: ArrayLike) -> int:
+def find_nearest_edge(mesh: RetopoMesh, which: Int32Array, point: ArrayLike) -> int:
     """The half-edge of some quads, (k,) their numbers, whose edge is nearest to a point (3,)."""
     at = np.asarray(point, np.float64)
     corners = mesh.vertices[mesh.quads[which]]
@@ -62,10 +62,10 @@ def nearest_edge(mesh: RetopoMesh, which: Int32Array, point: ArrayLike) -> int:
     return 4 * int(which[quad]) + k
 
 
-def strip_line(mesh: RetopoMesh, half: int) -> Points:
+def trace_strip(mesh: RetopoMesh, half: int) -> Points:
     """(n, 3) the middles of the edges that the strip of quads through an edge crosses, in order;
     the first again at the end where it comes back to it."""
-    twin = twins(mesh.quads)
+    twin = pair_edges(mesh.quads)
     onward = _across(twin, half)
     if len(onward) > 1 and onward[-1] == half:
         way = onward
@@ -112,7 +112,7 @@ class Preview:
     quads: Points | None = None
 
 
-def completion(work: ToolWork, foot: GroundPoints, radius: float, number: int) -> Preview:
+def preview_completion(work: ToolWork, foot: GroundPoints, radius: float, number: int) -> Preview:
     """A patch that could be completed around a foot; number: which of them, from 0 on, the last
     if there are not so many."""
     network, point = work.network, foot.points[0]
@@ -129,7 +129,7 @@ def completion(work: ToolWork, foot: GroundPoints, radius: float, number: int) -
         return Preview(network, point, refused=str(error))
 
 
-def spine(work: ToolWork, line: Points, width: float) -> Preview:
+def preview_spine_outline(work: ToolWork, line: Points, width: float) -> Preview:
     """The outline of the patch about a line (k, 3)."""
     network, sizes = work.network, replace(work.state.sizes, spine=width / 2.0)
     try:
@@ -140,7 +140,7 @@ def spine(work: ToolWork, line: Points, width: float) -> Preview:
         return Preview(network, line[-1], refused=str(error))
 
 
-def cut(work: ToolWork, point: Points, normal: Points, limit: float) -> Preview:
+def preview_cut(work: ToolWork, point: Points, normal: Points, limit: float) -> Preview:
     """The curve in which a plane through a point (3,) cuts the ground."""
     network = work.network
     try:
@@ -154,7 +154,7 @@ def cut(work: ToolWork, point: Points, normal: Points, limit: float) -> Preview:
     return Preview(network, point, (line,))
 
 
-def pulled(work: ToolWork, begun: Points, point: Points) -> Preview:
+def preview_pull(work: ToolWork, begun: Points, point: Points) -> Preview:
     """The curves that follow when what is at one point (3,) is pulled to another."""
     network, sizes = work.network, work.state.sizes
     try:
@@ -167,7 +167,7 @@ def pulled(work: ToolWork, begun: Points, point: Points) -> Preview:
     return Preview(network, point, tuple(moved))
 
 
-def looped(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) -> Preview:
+def preview_inserted_loop(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) -> Preview:
     """Where a loop would run that is inserted at a foot, along a strip of the quads of a mesh."""
     network, point = work.network, foot.points[0]
     near = find_nearest_place(take_samples(network), point, foot.normals[0], work.state.sizes.snap)
@@ -186,10 +186,10 @@ def looped(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) -> Preview:
         return Preview(network, point)
     if not len(which):
         return Preview(network, point)
-    return Preview(network, point, (strip_line(mesh, nearest_edge(mesh, which, point)),))
+    return Preview(network, point, (trace_strip(mesh, find_nearest_edge(mesh, which, point)),))
 
 
-def remade(work: ToolWork, mesh: RetopoMesh, call: Call, at: Points) -> Preview:
+def preview_call(work: ToolWork, mesh: RetopoMesh, call: Call, at: Points) -> Preview:
     """The quads that would not be as those of a mesh after a call of a tool; at: (3,) where the
     pointer is."""
     network, tool = work.network, TOOLS[call.tool]

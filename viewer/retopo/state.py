@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from viewer.retopo.aiming import CLICK
-from viewer.retopo.layout import mode_under, option_under
-from viewer.retopo.pointing import Sight, line_at
+from viewer.retopo.layout import find_mode_number, find_option_number
+from viewer.retopo.pointing import RetopoCamera, pick_line
 from viewer.retopo.using import Using
 
 
@@ -82,7 +82,7 @@ class RetopoState(Using):
             return True
         self._point(x, y)
         if self._held == "line" and last is not None:
-            self.line.extend(line_at(self.view, self.ground, last, (x, y)))
+            self.line.extend(pick_line(self.view, self.ground, last, (x, y)))
         self._seek()
         return True
 
@@ -119,13 +119,13 @@ class RetopoState(Using):
             return True
         if self.holding:
             return False
-        Sight.wheel(self, steps)
+        RetopoCamera.wheel(self, steps)
         self._seek()
         return True
 
     def drag_view(self, dx: float, dy: float) -> bool:
         """Shift the picture."""
-        return not self.holding and Sight.drag_view(self, dx, dy)
+        return not self.holding and RetopoCamera.drag_view(self, dx, dy)
 
     # The clock
 
@@ -154,10 +154,10 @@ class RetopoState(Using):
     def _press_panel(self, x: float, y: float) -> bool:
         self._held = None
         left, at = self.room[0], (x + self.room[0] / 2.0, y + self.room[1] / 2.0)
-        row = mode_under(left, *at, len(self.modes))
+        row = find_mode_number(left, *at, len(self.modes))
         if row is not None:
             self._choose(self.modes[row])
-        chosen = option_under(left, *at, len(self.modes), len(self.mode.options))
+        chosen = find_option_number(left, *at, len(self.modes), len(self.mode.options))
         if chosen is not None:
             self._turn(self.mode.options[chosen])
         return True

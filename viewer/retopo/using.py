@@ -7,7 +7,7 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import GroundPoints
 from viewer.retopo.foreseeing import Foreseeing
-from viewer.retopo.modes import Mode, Option
+from viewer.retopo.modes import ToolMode, ToolOption
 
 #: By how much a key changes a brush, and how far brushes go, as parts of the usual size.
 WIDER, BRUSHES = 1.15, (0.1, 6.0)
@@ -102,7 +102,7 @@ class Using(Foreseeing):
 
     # What gestures come to
 
-    def _choose(self, mode: Mode) -> None:
+    def _choose(self, mode: ToolMode) -> None:
         if mode.tool == "symmetry":
             self.mirror()
             return
@@ -113,7 +113,7 @@ class Using(Foreseeing):
         self._let_go()
         self._seek()
 
-    def _turn(self, option: Option) -> None:
+    def _turn(self, option: ToolOption) -> None:
         """The next value of an option."""
         at = option.values.index(self.option(self.mode, option))
         self.options[self.mode.tool, option.name] = option.values[(at + 1) % len(option.values)]

@@ -24,9 +24,9 @@ from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
 from viewer.retopo.keys import KEYS
-from viewer.retopo.picture import Painter
+from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.state import RetopoState
-from viewer.saver import free_name
+from viewer.saver import find_free_name
 from viewer.scene import HEIGHT
 from viewer.window import WINDOW, Window, open_window
 
@@ -68,12 +68,12 @@ def show(
     said = Script(title, ()) if begun is None else begun
     name = Path(said.surface).name
     autosave = Autosave(editor.ground, editor.state, session=session, folder=folder, name=name)
-    files = Writer(folder, session, script, said, write_mesh, autosave)
+    files = RetopoWriter(folder, session, script, said, write_mesh, autosave)
     state = RetopoState(editor, title=title, files=files)
     state.message = files.find_lost(editor.ground, folder)
     discarded = True
     try:
-        shell = Saver(state, files, window_size)
+        shell = RetopoSaver(state, files, window_size)
         if shell.play(pressed) is not Effect.QUIT:
             # The key that quits asks once where work is not saved; a close button cannot.
             discarded = open_window(
@@ -110,10 +110,10 @@ def draw(
     """
     pressed = KEYS.check(keys)
     path = check_png(path)
-    files = Writer(path.parent, None, None, Script(title, ()), None)
+    files = RetopoWriter(path.parent, None, None, Script(title, ()), None)
     state = RetopoState(editor, title=title, files=files)
     try:
-        shell = Saver(state, files, size, bare=bare)
+        shell = RetopoSaver(state, files, size, bare=bare)
         shell.drawn()
         if toward is not None:
             state.look_along(toward)
@@ -124,7 +124,7 @@ def draw(
         state.close()
 
 
-class Writer:
+class RetopoWriter:
     """Writes files into a folder under names that are free; session and script always into the
     same."""
 
@@ -205,10 +205,10 @@ class Writer:
 
     def free(self, name: str, suffix: str) -> Path:
         """A name that no file in the folder has."""
-        return free_name(self._folder, name, suffix)
+        return find_free_name(self._folder, name, suffix)
 
 
-class Saver(saver.Saver):
+class RetopoSaver(saver.Saver):
     """Draws the state, obeys keys, and writes pictures.
 
     bare: without the panel.
@@ -217,11 +217,11 @@ class Saver(saver.Saver):
     state: RetopoState
 
     def __init__(
-        self, state: RetopoState, files: Writer, size: tuple[int, int], *, bare: bool = False
+        self, state: RetopoState, files: RetopoWriter, size: tuple[int, int], *, bare: bool = False
     ) -> None:
         super().__init__(state, KEYS, size)
         self._files = files
-        self._painter = Painter()
+        self._painter = RetopoPainter()
         self._bare = bare
 
     def drawn(self) -> Drawn:

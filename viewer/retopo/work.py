@@ -22,7 +22,7 @@ from patterndb_sketch.retopo.network import Network, Patch
 from patterndb_sketch.retopo.symmetry import Plane
 from patterndb_sketch.retopo.tool import ToolWork
 from query.engine import PatternSource
-from viewer.retopo.body import Body
+from viewer.retopo.body import NetworkBody
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +37,7 @@ class Shown:
 
     work: ToolWork
     filled: FilledNetwork
-    body: Body
+    body: NetworkBody
     plane: Plane | None
     fresh: bool
     undoable: int = 0
@@ -72,7 +72,7 @@ class Shown:
         return frozenset(gone)
 
 
-class Work:
+class EditorWorker:
     """Obeys calls in a thread.
 
     shown: what there is to see now; another object as soon as something has changed. lists: of the
@@ -83,9 +83,9 @@ class Work:
         self._editor = editor
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="retopology")
         self._asked: deque[tuple[Call, Future[Outcome]]] = deque()
-        self.lists = Lists(self._worker)
+        self.lists = FillLists(self._worker)
         empty = FilledNetwork(editor.network, {})
-        body = Body.made_of(empty, editor.ground, editor.mesh(empty))
+        body = NetworkBody.made_of(empty, editor.ground, editor.mesh(empty))
         self.shown = self._now(empty, body, editor.state.plane, not editor.network.patches)
         self._first: Future[None] | None = None
         if editor.network.patches:
@@ -163,10 +163,12 @@ class Work:
     def _fill(self) -> None:
         editor = self._editor
         found = editor.fill()
-        body = Body.made_of(found, editor.ground, editor.mesh(found))
+        body = NetworkBody.made_of(found, editor.ground, editor.mesh(found))
         self.shown = self._now(found, body, editor.state.plane, True)
 
-    def _now(self, filled: FilledNetwork, body: Body, plane: Plane | None, fresh: bool) -> Shown:
+    def _now(
+        self, filled: FilledNetwork, body: NetworkBody, plane: Plane | None, fresh: bool
+    ) -> Shown:
         """The editor as it is."""
         editor = self._editor
         work = ToolWork(editor.state, editor.ground_now, editor.source, editor.half)
@@ -183,7 +185,7 @@ KEPT = 16
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ListPlace:
     """number: of the patch's fill in its list, from 0 on; None if it is not in it, as those that
     were split or imported are not. count: of the list. more: does it go on after that?"""
 
@@ -192,7 +194,7 @@ class Place:
     more: bool
 
 
-class Lists:
+class FillLists:
     """Lists of patches, each found in a thread that also does all else with the database."""
 
     def __init__(self, worker: Executor) -> None:
@@ -224,14 +226,14 @@ class Lists:
         if self._wanted is not None:
             wait_for([self._wanted[1]])
 
-    def place(self, network: Network, patch: Patch) -> Place | None:
+    def place(self, network: Network, patch: Patch) -> ListPlace | None:
         """Where a patch's fill is in its list; None while that is not known."""
         found, choice = self._found.get(_key(network, patch)), filling_of(patch).choice
         if found is None or choice is None:
             return None
         plain = replace(choice, by="program")
         number = found.index(plain) if plain in found else None
-        return Place(number, len(found), len(found) == LISTED)
+        return ListPlace(number, len(found), len(found) == LISTED)
 
 
 def _key(network: Network, patch: Patch) -> Key:

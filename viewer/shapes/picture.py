@@ -9,16 +9,16 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.card import plural
-from viewer.panel import LETTER, MARGIN, PANEL, Writer, begin_panel, help_box
+from viewer.card import format_count
+from viewer.panel import LETTER, MARGIN, PANEL, PanelWriter, begin_panel, draw_help
 from viewer.picture import Drawn, Frame
 from viewer.scene import HEIGHT, HIGHLIGHT_LINE, Scene
 from viewer.shapes.shaping import KEEP
-from viewer.shapes.sight import Sight
-from viewer.shapes.skin import Line
-from viewer.shapes.state import HOLD_Y, KEY_HELP, MODES, MOUSE_HELP, ShapesState, pages
+from viewer.shapes.sight import ShapeInView
+from viewer.shapes.skin import SkinLine
+from viewer.shapes.state import HOLD_Y, KEY_HELP, MODES, MOUSE_HELP, ShapesState, count_pages
 from viewer.slider import KNOB, LABEL_UP, Rail
-from viewer.solid import NOTHING, Triangles, dashed, discs, ribbons
+from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
 
 #: Faces seen from outside and from inside.
 CLAY, INSIDE = "#dedad3", "#b4afa8"
@@ -51,7 +51,7 @@ CAPTION = 40.0
 MESSAGE_Y, MESSAGE_SIZE = 34.0, 13.5
 
 
-def compose(
+def compose_shape(
     state: ShapesState,
     aspect: float,
     *,
@@ -70,15 +70,15 @@ def compose(
         scene.text(frame.room / 2.0, CAPTION / 3.0, caption, CAPTION * 0.42)
     if not bare:
         if state.helping:
-            help_box(scene, KEY_HELP, MOUSE_HELP)
+            draw_help(scene, KEY_HELP, MOUSE_HELP)
         else:
             _label(scene, state, frame.middle)
             _message(scene, state.message, frame.room)
-        panel(scene, state)
+        draw_panel(scene, state)
     return frame.drawn(solid)
 
 
-def colour_of(state: ShapesState, line: Line) -> str:
+def choose_line_colour(state: ShapesState, line: SkinLine) -> str:
     """A curve's own colour, which says what part of the shape it belongs to."""
     return HELD if line.name in state.choice.held else PARTS[line.part % len(PARTS)]
 
@@ -94,14 +94,14 @@ def _parts(state: ShapesState) -> list[Triangles]:
         parts += _curves(state, sight)
     ghost = state.ghost_sight
     if ghost is not None:
-        parts.append(ribbons(ghost.drawing, GHOST, GHOST_WIDTH, above))
+        parts.append(make_ribbons(ghost.drawing, GHOST, GHOST_WIDTH, above))
     if state.pulled is not None:
         seen = state.view.seen(state.pulled.wanted)
-        parts.append(ribbons(dashed(seen, DASH), GRABBED, TARGET_WIDTH, 2.0 * above))
+        parts.append(make_ribbons(dash_line(seen, DASH), GRABBED, TARGET_WIDTH, 2.0 * above))
     return parts
 
 
-def _faces(sight: Sight) -> Triangles:
+def _faces(sight: ShapeInView) -> Triangles:
     """The faces as of matte clay, on both sides."""
     skin, axes = sight.skin, sight.view.axes
     seen = sight.seen[skin.vertices]
@@ -110,7 +110,7 @@ def _faces(sight: Sight) -> Triangles:
     one, other = b - a, c - a
     away = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] < 0.0
     normals = np.where(away[:, None, None], -normals, normals)
-    base = np.where(away[:, None], style.rgb(INSIDE), style.rgb(CLAY))
+    base = np.where(away[:, None], style.parse_colour(INSIDE), style.parse_colour(CLAY))
     sun = np.clip(normals @ LIGHT, 0.0, 1.0)
     bright = EVERYWHERE + SKY * (0.5 + 0.5 * normals[..., 1]) + SUN * sun
     facing = np.clip(normals[..., 2], 0.0, 1.0)
@@ -120,10 +120,10 @@ def _faces(sight: Sight) -> Triangles:
 
 def _bands(ends: Points, colour: str, width: float, lift: float) -> Triangles:
     """Straight bands (e, 2, 3)."""
-    return ribbons(list(ends), colour, width, lift)
+    return make_ribbons(list(ends), colour, width, lift)
 
 
-def _curves(state: ShapesState, sight: Sight) -> list[Triangles]:
+def _curves(state: ShapesState, sight: ShapeInView) -> list[Triangles]:
     """Curves in their parts' colours, those that are held with pins."""
     hot, grabbed = state.line_under(), state.grabbed
     by_colour: dict[str, list[Points]] = {}
@@ -131,21 +131,21 @@ def _curves(state: ShapesState, sight: Sight) -> list[Triangles]:
     parts: list[Triangles] = []
     for number, line in enumerate(state.skin.lines):
         seen = sight.lines[number]
-        colour = colour_of(state, line)
+        colour = choose_line_colour(state, line)
         if number == hot:
             if grabbed == number:
                 colour = GRABBED
-            parts.append(ribbons([seen], style.PAPER, HOT_WIDTH + 2.6, HOT_LIFT - 0.7))
-            parts.append(ribbons([seen], colour, HOT_WIDTH, HOT_LIFT))
+            parts.append(make_ribbons([seen], style.PAPER, HOT_WIDTH + 2.6, HOT_LIFT - 0.7))
+            parts.append(make_ribbons([seen], colour, HOT_WIDTH, HOT_LIFT))
         else:
             by_colour.setdefault(colour, []).append(seen)
         if line.name in state.choice.held:
             pins.append(seen[[0, len(seen) // 2, -1]])
-    parts += [ribbons(lines, colour, WIDTH, LIFT) for colour, lines in by_colour.items()]
+    parts += [make_ribbons(lines, colour, WIDTH, LIFT) for colour, lines in by_colour.items()]
     if pins:
         at = np.concatenate(pins)
-        parts.append(discs(at, HELD, PIN[0], PIN_LIFT))
-        parts.append(discs(at, style.PAPER, PIN[1], PIN_LIFT + 1.0))
+        parts.append(make_discs(at, HELD, PIN[0], PIN_LIFT))
+        parts.append(make_discs(at, style.PAPER, PIN[1], PIN_LIFT + 1.0))
     return parts
 
 
@@ -161,8 +161,8 @@ def _label(scene: Scene, state: ShapesState, middle: tuple[float, float]) -> Non
     x = max(min(x, right - width), 6.0)
     y = min(y, HEIGHT - height - 6.0)
     scene.box(x, y, width, height, style.PAPER, HIGHLIGHT_LINE)
-    dot = style.circle() * 5.0 + (x + 16.0, y + height / 2.0)
-    scene.polygons(dot[None], face=colour_of(state, line))
+    dot = style.make_circle() * 5.0 + (x + 16.0, y + height / 2.0)
+    scene.polygons(dot[None], face=choose_line_colour(state, line))
     scene.text(x + 28.0, y + 8.6, text, 13.0, align="left")
 
 
@@ -187,7 +187,7 @@ TICKS = "#8792a0"
 CHOSEN = 4.5
 
 
-def panel(scene: Scene, state: ShapesState) -> None:
+def draw_panel(scene: Scene, state: ShapesState) -> None:
     """Write the panel."""
     writer = begin_panel(scene, names=84.0)
     _facts(writer, state)
@@ -205,7 +205,7 @@ def panel(scene: Scene, state: ShapesState) -> None:
             enabled = knob != "hold" or bool(state.choice.held)
             rail.paint(scene, value[knob], hot=knob == hot, mark=default, enabled=enabled)
     count = state.shapes.n_modes
-    if pages(count) > 1:
+    if count_pages(count) > 1:
         first = state.page * MODES
         text = f"modes {first + 1}–{min(first + MODES, count)} of {count}    ,  ."
         y = HOLD_Y + LABEL_UP + 24.0
@@ -213,10 +213,13 @@ def panel(scene: Scene, state: ShapesState) -> None:
         scene.text(left + PANEL - MARGIN, y, text, 11.0, colour=grey, align="right")
 
 
-def _facts(writer: Writer, state: ShapesState) -> None:
+def _facts(writer: PanelWriter, state: ShapesState) -> None:
     shapes = state.shapes
     writer.heading(state.choice.origin, 18.0)
-    writer.fact("model", f"{plural(len(shapes.names), 'shape')}, {plural(shapes.n_modes, 'mode')}")
+    writer.fact(
+        "model",
+        f"{format_count(len(shapes.names), 'shape')}, {format_count(shapes.n_modes, 'mode')}",
+    )
     writer.fact("mesh", f"{len(shapes.mean):,} vertices, {len(shapes.quads):,} quads")
     name, apart = state.nearest
     writer.fact("nearest", name + (f", {apart:.3g} units off" if apart > 1e-9 else ""))
@@ -224,7 +227,7 @@ def _facts(writer: Writer, state: ShapesState) -> None:
     way = "on the screen" if state.axis is None else f"along {'xyz'[state.axis]}"
     writer.fact("pulls", f"{what}, {way}")
     held = sorted(name.replace("_", " ") for name in state.choice.held)
-    writer.fact("held", ", ".join(held) if 0 < len(held) < 3 else plural(len(held), "curve"))
+    writer.fact("held", ", ".join(held) if 0 < len(held) < 3 else format_count(len(held), "curve"))
     writer.fact("ghost", state.ghost_name or "none")
 
 
@@ -253,8 +256,8 @@ def _mark(scene: Scene, rail: Rail, value: float, limit: int) -> None:
     if limit:
         x = rail.knob(value)
         face = BEYOND if abs(limit) > 1 else LIMIT
-        scene.polygons(_at(style.circle() * KNOB, x, rail.y), face=face)
-        scene.polygons(_at(style.circle() * 0.42 * KNOB, x, rail.y), face=style.PAPER)
+        scene.polygons(_at(style.make_circle() * KNOB, x, rail.y), face=face)
+        scene.polygons(_at(style.make_circle() * 0.42 * KNOB, x, rail.y), face=style.PAPER)
 
 
 def _at(corners: NDArray[np.float64], x: float, y: float) -> NDArray[np.float64]:

@@ -14,7 +14,7 @@ from patterndb.geometry.points import Floats, Points
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeEdit, ShapeModel, edit, pull_feature
 from patterndb_sketch.features.shapemodel.edit import STIFFNESS
-from viewer.shapes.skin import Line, Skin
+from viewer.shapes.skin import ShapeSkin, SkinLine
 
 # == What of a shape can be chosen, and taken back step by step.
 
@@ -28,13 +28,13 @@ HOLD = (1e-3, 100.0)
 #: else does to what hardly moves.
 STIFF = (1e-4, 1.0)
 
-#: And at first: more than :func:`patterndb_sketch.features.shapemodel.edit` takes by default. Pulls are
-#: followed as nearly, and what nobody pulls swings less.
+#: And at first: more than :func:`patterndb_sketch.features.shapemodel.edit` takes by default.
+#: Pulls are followed as nearly, and what nobody pulls swings less.
 KEEP = 10.0 * STIFFNESS
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Choice:
+class ShapeChoice:
     """All that can be taken back step by step.
 
     coefficients: (l,) of the shape. origin: how it came about. held: names of the features that
@@ -48,7 +48,7 @@ class Choice:
     hold: float = 1.0
     stiffness: float = KEEP
 
-    def is_like(self, other: Choice) -> bool:
+    def is_like(self, other: ShapeChoice) -> bool:
         """Is nothing different?"""
         return np.array_equal(self.coefficients, other.coefficients) and (
             self.held,
@@ -65,7 +65,7 @@ class Pulled:
     distance from there.
     """
 
-    line: Line
+    line: SkinLine
     wanted: Points = field(repr=False)
     miss: float
 
@@ -95,20 +95,20 @@ class Shaping:
     ) -> None:
         self.shapes = shapes
         self.parts = tuple(part.name for part in template.parts)
-        self.skin = Skin.of(shapes, template)
+        self.skin = ShapeSkin.of(shapes, template)
         first = np.zeros(shapes.n_modes) if coefficients is None else coefficients
         given = np.array(first, np.float64)
         self.points = shapes.shape(given)
-        self.choice = Choice(given, self._origin(given))
+        self.choice = ShapeChoice(given, self._origin(given))
         self.pulled: Pulled | None = None
         self.ghost: Ghost = "none"
         self.message = ""
         #: The training shape that was looked at last.
         self._known = self._number(given)
         self._seed = 0
-        self._before: list[Choice] = []
-        self._after: list[Choice] = []
-        self._begun: Choice | None = None
+        self._before: list[ShapeChoice] = []
+        self._after: list[ShapeChoice] = []
+        self._begun: ShapeChoice | None = None
 
     # What is shown
 
@@ -256,7 +256,7 @@ class Shaping:
         """What it costs the next pulls to leave the shape."""
         self._change(replace(self.choice, stiffness=float(np.clip(stiffness, *STIFF))))
 
-    def pull(self, line: Line, offset: Points, vertex: int | None) -> bool:
+    def pull(self, line: SkinLine, offset: Points, vertex: int | None) -> bool:
         """Move a line from where it was when the drag began; False if no shape was found.
 
         offset: (3,). vertex: the place in the line of the one vertex that is pulled; by default
@@ -282,7 +282,9 @@ class Shaping:
         self.message = self._told(line, found, begun, held)
         return True
 
-    def _told(self, line: Line, found: ShapeEdit, begun: Choice, held: Mapping[str, float]) -> str:
+    def _told(
+        self, line: SkinLine, found: ShapeEdit, begun: ShapeChoice, held: Mapping[str, float]
+    ) -> str:
         """What the edit could not reach, "" if it could."""
         notes: list[str] = []
         miss = found.misses[line.name]
@@ -327,18 +329,18 @@ class Shaping:
         self._commit(replace(self.choice, coefficients=coefficients, origin=origin))
         self.pulled = None
 
-    def _commit(self, after: Choice) -> None:
+    def _commit(self, after: ShapeChoice) -> None:
         """A change that is one step."""
         self._before.append(self.choice)
         self._after.clear()
         self._change(after)
 
-    def _change(self, after: Choice) -> None:
+    def _change(self, after: ShapeChoice) -> None:
         if after.coefficients is not self.choice.coefficients:
             self.points = self.shapes.shape(after.coefficients)
         self.choice = after
 
-    def _swap(self, source: list[Choice], target: list[Choice], nothing: str) -> None:
+    def _swap(self, source: list[ShapeChoice], target: list[ShapeChoice], nothing: str) -> None:
         if not source:
             self.message = nothing
             return

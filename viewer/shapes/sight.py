@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from viewer.camera import View
-from viewer.shapes.skin import Skin, nearest_on
-from viewer.solid import Solid, farthest_nearby
+from viewer.shapes.skin import ShapeSkin, find_nearest_place
+from viewer.solid import Solid, spread_farthest
 
 #: What is so much deeper than the surface in front of it, in points, is still in sight: a curve
 #: lies on the surface, which is looked up at pixels.
@@ -35,13 +35,13 @@ class Near:
 
 
 @dataclass(frozen=True, eq=False)
-class Sight:
+class ShapeInView:
     """A shape in a view.
 
     points: (n, 3) of the shape. room: width and height of the view, in points.
     """
 
-    skin: Skin
+    skin: ShapeSkin
     points: Points
     view: View
     room: tuple[float, float]
@@ -78,7 +78,7 @@ class Sight:
         far off as what is behind."""
         corners = (self.seen + self._shift)[self.skin.vertices]
         solid = Solid(corners, np.zeros(corners.shape, np.float32), 0.0)
-        return farthest_nearby(solid.image(*self.room, 1.0)[1])
+        return spread_farthest(solid.image(*self.room, 1.0)[1])
 
     @property
     def _shift(self) -> Points:
@@ -96,7 +96,7 @@ class Sight:
     def nearest(self, x: float, y: float, within: float) -> Near | None:
         """The curve in sight that is nearest to a place of the view, None if none is so near."""
         place = np.array([x, y])
-        away, piece, share = nearest_on(self.lines, place)
+        away, piece, share = find_nearest_place(self.lines, place)
         for number in np.argsort(away, kind="stable").tolist():
             if away[number] > within:
                 return None
@@ -115,7 +115,7 @@ class Sight:
 
     def _runs(self, line: Points) -> list[Points]:
         """What is in sight of a polyline as it is seen."""
-        fine, own = finer(line, STEP)
+        fine, own = refine_line(line, STEP)
         shown = self.visible(fine)
         cuts = np.flatnonzero(np.diff(shown.astype(np.int8))) + 1
         runs: list[Points] = []
@@ -127,7 +127,7 @@ class Sight:
         return runs
 
 
-def finer(line: Points, step: float) -> tuple[Points, NDArray[np.bool_]]:
+def refine_line(line: Points, step: float) -> tuple[Points, NDArray[np.bool_]]:
     """A polyline (k, 3) as it is seen with a point (m, 3) every so many points of the picture;
     and which (m,) of these are its own."""
     along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1))]
@@ -159,7 +159,7 @@ class Grab:
     pressed: tuple[float, float]
 
 
-def displaced(view: View, dx: float, dy: float, axis: int | None) -> Points | None:
+def find_displacement(view: View, dx: float, dy: float, axis: int | None) -> Points | None:
     """(3,) what a pull by so many points of the picture means in space.
 
     In the plane of the screen, or along an axis: as far as the pull goes along the axis as it is

@@ -21,7 +21,7 @@ SMOOTH, CREASED = np.cos(np.radians(30.0)), np.cos(np.radians(45.0))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Line:
+class SkinLine:
     """A feature curve as it is seen and grabbed.
 
     name: of the feature. vertices: (n,) of the whole shape. part: number of the template's part.
@@ -44,7 +44,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Skin:
+class ShapeSkin:
     """The topology of all shapes of a model.
 
     n_vertices: of a shape. quads: (q, 4). corners: (2 q, 3) for every triangle the numbers of its
@@ -59,11 +59,11 @@ class Skin:
     corners: Int64Array
     edges: Int64Array
     beside: Int64Array
-    lines: tuple[Line, ...]
+    lines: tuple[SkinLine, ...]
     _alike: tuple[Int64Array, Int64Array]
 
     @classmethod
-    def of(cls, shapes: ShapeModel, template: Template) -> Skin:
+    def of(cls, shapes: ShapeModel, template: Template) -> ShapeSkin:
         """Of a shape model and the template that its shapes were laid with.
 
         Raises InvalidFeatureError if it is another template.
@@ -167,25 +167,25 @@ def _alike(quads: Int64Array, n_vertices: int) -> tuple[Int64Array, Int64Array]:
     return one.astype(np.int64), other.astype(np.int64)
 
 
-def _lines(shapes: ShapeModel, template: Template, mirroring: Mirroring) -> tuple[Line, ...]:
+def _lines(shapes: ShapeModel, template: Template, mirroring: Mirroring) -> tuple[SkinLine, ...]:
     twin = np.arange(len(mirroring.source))
     images = np.flatnonzero(mirroring.image)
     twin[images] = mirroring.source[images]
     twin[mirroring.source[images]] = images
-    own: list[Line] = []
-    mirrored: list[Line] = []
+    own: list[SkinLine] = []
+    mirrored: list[SkinLine] = []
     for feature in shapes.features:
         vertices = np.asarray(feature.vertices, np.int64)
         part = int(template.of_part[mirroring.source[vertices[0]]])
-        own.append(Line(feature.name, vertices, part, False))
+        own.append(SkinLine(feature.name, vertices, part, False))
         # One in the middle plane is its own image.
         image = twin[vertices]
         if not np.array_equal(image, vertices):
-            mirrored.append(Line(feature.name, image, part, True))
+            mirrored.append(SkinLine(feature.name, image, part, True))
     return (*own, *mirrored)
 
 
-def nearest_on(lines: Sequence[Points], place: Points) -> tuple[Points, Int64Array, Points]:
+def find_nearest_place(lines: Sequence[Points], place: Points) -> tuple[Points, Int64Array, Points]:
     """Of every polyline (k, 2 or more) as it is seen the point nearest to a place (2,).
 
     Returns the distances (n,), the number (n,) of the piece, and how far along it (n,), 0 to 1.

@@ -10,14 +10,14 @@ from numpy.typing import ArrayLike
 
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
-from viewer.camera import Camera, View, framed
+from viewer.camera import Camera, View, fit_view
 from viewer.keymap import ALIASES, Effect, KeyMap
 from viewer.panel import MARGIN, PANEL
 from viewer.scene import HEIGHT
 from viewer.shapes.shaping import HOLD, SIGMAS, STIFF, Shaping
-from viewer.shapes.sight import Grab, Sight, displaced
-from viewer.shapes.skin import Line
-from viewer.slider import Rail, Slider, rail_at
+from viewer.shapes.sight import Grab, ShapeInView, find_displacement
+from viewer.shapes.skin import SkinLine
+from viewer.slider import Rail, Slider, find_rail
 
 #: A press and a release this near to each other, in points, are a click.
 CLICK = 4.0
@@ -58,20 +58,20 @@ class ShapesState(Shaping, Camera):
         self._drag: Grab | Knob | None = None
         self._turning = False
         self._pressed: tuple[float, float] | None = None
-        self._sight: Sight | None = None
-        self._ghost_sight: Sight | None = None
+        self._sight: ShapeInView | None = None
+        self._ghost_sight: ShapeInView | None = None
         self.view = self._framed()
 
     @property
-    def sight(self) -> Sight:
+    def sight(self) -> ShapeInView:
         """The shape as it is seen now."""
         known = self._sight
         if known is None or not known.is_of(self.points, self.view, self.room):
-            known = self._sight = Sight(self.skin, self.points, self.view, self.room)
+            known = self._sight = ShapeInView(self.skin, self.points, self.view, self.room)
         return known
 
     @property
-    def ghost_sight(self) -> Sight | None:
+    def ghost_sight(self) -> ShapeInView | None:
         """Likewise the ghost, None if none is shown."""
         coefficients = self.ghost_coefficients()
         if coefficients is None:
@@ -79,13 +79,13 @@ class ShapesState(Shaping, Camera):
         points = self.shapes.shape(coefficients)
         known = self._ghost_sight
         if known is None or not known.is_of(points, self.view, self.room):
-            known = self._ghost_sight = Sight(self.skin, points, self.view, self.room)
+            known = self._ghost_sight = ShapeInView(self.skin, points, self.view, self.room)
         return known
 
     @property
     def rails(self) -> dict[Knob, Rail]:
         """The sliders that are shown, in points from the picture's lower left."""
-        return rails(self.shapes.n_modes, self.page, self.room[0])
+        return place_rails(self.shapes.n_modes, self.page, self.room[0])
 
     @property
     def value(self) -> dict[Knob, float]:
@@ -103,7 +103,7 @@ class ShapesState(Shaping, Camera):
         """The number of the curve that is being pulled."""
         return self._drag.line if isinstance(self._drag, Grab) and self._pressed is None else None
 
-    def under(self) -> Line | None:
+    def under(self) -> SkinLine | None:
         """The curve in hand, or else the one at the pointer."""
         number = self.line_under()
         return None if number is None else self.skin.lines[number]
@@ -125,7 +125,7 @@ class ShapesState(Shaping, Camera):
             return self._drag
         if self.pointer is None or self._drag is not None or self._turning:
             return None
-        return rail_at(self.rails, *self._on_page(*self.pointer))
+        return find_rail(self.rails, *self._on_page(*self.pointer))
 
     # What keys do, see viewer.shapes.state
 
@@ -172,7 +172,7 @@ class ShapesState(Shaping, Camera):
         if turn:
             self._turning, self._pressed = True, None
             return False
-        knob = rail_at(self.rails, *self._on_page(x, y))
+        knob = find_rail(self.rails, *self._on_page(x, y))
         if knob is not None:
             self.begin()
             self._drag = knob
@@ -255,7 +255,7 @@ class ShapesState(Shaping, Camera):
     def _pull(self, grab: Grab) -> None:
         assert self.pointer is not None
         dx, dy = (self.pointer[i] - grab.pressed[i] for i in (0, 1))
-        offset = displaced(self.view, dx, dy, self.axis)
+        offset = find_displacement(self.view, dx, dy, self.axis)
         if offset is None:
             assert self.axis is not None
             self.message = f"{'xyz'[self.axis]} points at you: turn the view to pull along it"
@@ -268,7 +268,7 @@ class ShapesState(Shaping, Camera):
 
     def _framed(self) -> View:
         first, view = (
-            framed(self.shapes.mean, *VIEWS[way], *self.room) for way in (0, self._facing)
+            fit_view(self.shapes.mean, *VIEWS[way], *self.room) for way in (0, self._facing)
         )
         # From the front no larger than at first: it is going to be turned.
         return replace(view, scale=min(view.scale, first.scale))
@@ -279,7 +279,7 @@ class ShapesState(Shaping, Camera):
 
     def turn_page(self, by: int) -> None:
         """Other modes in the panel."""
-        count = pages(self.shapes.n_modes)
+        count = count_pages(self.shapes.n_modes)
         if count == 1:
             self.message = "all modes are shown"
         self.page = (self.page + by) % count
@@ -396,12 +396,12 @@ HOLDING = Slider("weight of held curves", *HOLD, digits=2)
 STIFFENING = Slider("keep the present shape", *STIFF, digits=2)
 
 
-def pages(n_modes: int) -> int:
+def count_pages(n_modes: int) -> int:
     """How many pages of modes there are."""
     return -(-n_modes // MODES)
 
 
-def rails(n_modes: int, page: int, left: float) -> dict[Knob, Rail]:
+def place_rails(n_modes: int, page: int, left: float) -> dict[Knob, Rail]:
     """The sliders of a page of the panel; left: of the panel, from the picture's left."""
     start, end = left + MARGIN + 6.0, left + PANEL - MARGIN - 6.0
     found: dict[Knob, Rail] = {}

@@ -14,9 +14,9 @@ from viewer import saver
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
-from viewer.saver import free_name
+from viewer.saver import find_free_name
 from viewer.scene import HEIGHT
-from viewer.shapes.picture import compose
+from viewer.shapes.picture import compose_shape
 from viewer.shapes.shaping import Shaping
 from viewer.shapes.state import KEYS, ShapesState
 from viewer.window import WINDOW, open_window
@@ -24,7 +24,7 @@ from viewer.window import WINDOW, open_window
 # == Shapes as OBJ files.
 
 
-def write_obj(path: Path, shaping: Shaping) -> None:
+def write_shape(path: Path, shaping: Shaping) -> None:
     """Write the shape that is shown; every number reads back as it was.
 
     The vertices are in the model's order, so that files of one model can be compared, and laid
@@ -61,7 +61,7 @@ def show(
     pressed = KEYS.check(keys)
     state = ShapesState(shapes, template, coefficients)
     prepare_opengl(off_screen=False)
-    shell = Saver(state, output, window_size)
+    shell = ShapesSaver(state, output, window_size)
     if shell.play(pressed) is not Effect.QUIT:
         open_window(state, shell, KEYS, window_size, title)
 
@@ -88,14 +88,14 @@ def draw(
     pressed = KEYS.check(keys)
     path = check_png(path)
     state = ShapesState(shapes, template, coefficients)
-    Saver(state, path.with_suffix(".obj"), size).play(pressed)
+    ShapesSaver(state, path.with_suffix(".obj"), size).play(pressed)
     # As many points to a pixel as in a window: lines are as wide in small pictures.
     height = size[1] * HEIGHT / WINDOW[1]
-    drawn = compose(state, size[0] / size[1], bare=bare, caption=caption, height=height)
+    drawn = compose_shape(state, size[0] / size[1], bare=bare, caption=caption, height=height)
     save_drawn(path, drawn, size[1])
 
 
-class Saver(saver.Saver):
+class ShapesSaver(saver.Saver):
     """Obeys keys, and writes what some of them save.
 
     output: as for :func:`show`.
@@ -108,7 +108,7 @@ class Saver(saver.Saver):
         self._output = output
 
     def drawn(self) -> Drawn:
-        return compose(self.state, self.size[0] / self.size[1])
+        return compose_shape(self.state, self.size[0] / self.size[1])
 
     def ready(self) -> None:
         """Nothing is made in the background."""
@@ -118,10 +118,10 @@ class Saver(saver.Saver):
 
     def saved_object(self) -> str:
         path = self._free(".obj") if self._output is None else self._output
-        write_obj(path, self.state)
+        write_shape(path, self.state)
         return f"saved {path}"
 
     def _free(self, suffix: str) -> Path:
         """A name that no file has, beside the output."""
         given = Path("shape") if self._output is None else self._output
-        return free_name(given.parent, given.stem, suffix)
+        return find_free_name(given.parent, given.stem, suffix)

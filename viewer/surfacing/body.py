@@ -20,7 +20,7 @@ from viewer.style import TINTS
 BESIDE, NEARBY = 1_000_000, 50
 
 
-def piece_tints(
+def choose_piece_tints(
     pieces: Sequence[Int64Array], owners: Sequence[int], kept: Mapping[int, int] | None = None
 ) -> Int64Array:
     """(p,) the tint of every piece, an index of style.TINTS.
@@ -30,7 +30,7 @@ def piece_tints(
     already: they are kept as far as neighbours allow, so that a picture keeps its colours when
     it changes.
     """
-    beside = neighbours(pieces)
+    beside = find_neighbours(pieces)
     before = {} if kept is None else kept
     seen: set[int] = set()
     firsts = [piece for piece, own in enumerate(owners) if own not in seen and not seen.add(own)]
@@ -52,7 +52,7 @@ def piece_tints(
     return tint
 
 
-def neighbours(pieces: Sequence[Int64Array]) -> list[set[int]]:
+def find_neighbours(pieces: Sequence[Int64Array]) -> list[set[int]]:
     """For every piece those that share an edge with it, chords and curves alike."""
     keys: list[Int64Array] = [np.zeros((0, 2), np.int64)]
     names: list[Int64Array] = [np.zeros(0, np.int64)]
@@ -81,7 +81,7 @@ Key = tuple[tuple[int, bool], ...]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Body:
+class SurfaceBody:
     """All patches of a surface.
 
     corners: (t, 3, 3) float64 triangles; normals: (t, 3, 3) at their corners, smooth within a
@@ -101,7 +101,7 @@ class Body:
     tint_of: tuple[tuple[int, ...], ...]
 
     @classmethod
-    def of(cls, made: Surfacing, kept: Mapping[int, tuple[int, ...]]) -> Body:
+    def of(cls, made: Surfacing, kept: Mapping[int, tuple[int, ...]]) -> SurfaceBody:
         """Of a surface; kept: tints that the pieces of some of its patches had before."""
         pieces = [piece for patch in made.patches for piece in patch.faces]
         owners = [i for i, patch in enumerate(made.patches) for _ in patch.faces]
@@ -111,7 +111,7 @@ class Body:
             for patch, tints in kept.items()
             for i, tint in enumerate(tints[: len(made.patches[patch].faces)])
         }
-        tints = piece_tints(pieces, owners, before)
+        tints = choose_piece_tints(pieces, owners, before)
         cut = [as_triangles([piece]) for piece in pieces]
         counts = [len(part) for part in cut]
         triangles = np.concatenate([np.zeros((0, 3), np.int64), *cut])
@@ -136,7 +136,7 @@ class Body:
         return centres[np.linalg.norm(centres - centres.mean(axis=0), axis=1).argmin()]
 
 
-def renumbered(cycle: Cycle, number: Mapping[int, int]) -> Cycle | None:
+def renumber_cycle(cycle: Cycle, number: Mapping[int, int]) -> Cycle | None:
     """The cycle with other numbers for its curves; None if one of them has none."""
     if not all(curve in number for curve in cycle.curves):
         return None

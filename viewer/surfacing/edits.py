@@ -9,11 +9,11 @@ from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.naming import Step
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing, InvalidNetworkError
 from viewer.surfacing.body import Key
-from viewer.surfacing.ink import Ink, with_curves
+from viewer.surfacing.ink import InkedStroke, add_ink_curves
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Edits:
+class SurfacingEdits:
     """A drawing, and all that can be taken back step by step.
 
     drawing: with new curves in it. stage: after how many of its stages it is looked at.
@@ -31,9 +31,9 @@ class Edits:
     banned: tuple[Cycle, ...] = ()
     method: str = DEFAULT_METHOD
     methods: Mapping[Key, str] = field(default_factory=dict)
-    inks: tuple[Ink, ...] = ()
+    inks: tuple[InkedStroke, ...] = ()
 
-    def asks_like(self, other: Edits) -> bool:
+    def asks_like(self, other: SurfacingEdits) -> bool:
         """Is the same surface made of both? Strokes on it are no matter."""
         return (
             self.drawing is other.drawing
@@ -42,12 +42,12 @@ class Edits:
             and (self.method, self.methods) == (other.method, other.methods)
         )
 
-    def switched_off(self, cycle: Cycle) -> Edits:
+    def switched_off(self, cycle: Cycle) -> SurfacingEdits:
         """With a cycle that is no patch."""
         added = _without(self.added, cycle)
         return replace(self, added=added, banned=(*_without(self.banned, cycle), cycle))
 
-    def switched_on(self, cycle: Cycle) -> Edits:
+    def switched_on(self, cycle: Cycle) -> SurfacingEdits:
         """With a cycle that is a patch, whatever else there is."""
         banned = _without(self.banned, cycle)
         # What came with the network is there by itself.
@@ -55,33 +55,33 @@ class Edits:
         added = self.added if there else (*_without(self.added, cycle), cycle)
         return replace(self, added=added, banned=banned)
 
-    def with_method(self, method: str) -> Edits:
+    def with_method(self, method: str) -> SurfacingEdits:
         """With one method for all patches."""
         return replace(self, method=method, methods={})
 
-    def with_method_of(self, cycle: Cycle, method: str) -> Edits:
+    def with_method_of(self, cycle: Cycle, method: str) -> SurfacingEdits:
         """With a method for the patch of one cycle."""
         return replace(self, methods={**self.methods, cycle.key: method})
 
-    def with_stroke(self, ink: Ink, reach: float) -> Edits:
+    def with_stroke(self, ink: InkedStroke, reach: float) -> SurfacingEdits:
         """With a stroke as curves of the network, which come at this stage.
 
-        reach: as for :func:`viewer.surfacing.ink.with_curves`, which also says what is raised.
+        reach: as for :func:`viewer.surfacing.ink.add_ink_curves`, which also says what is raised.
         Cycles that came with the network are cut where the stroke cuts them.
         """
-        grown = with_curves(self.drawing, ink, reach, self.stage)
+        grown = add_ink_curves(self.drawing, ink, reach, self.stage)
         after = grown.drawing.network
         given = None
         if self.given is not None:
             given = tuple(
                 part
                 for cycle in _carried(after, self.given, grown.walks)
-                for part in parts_of(after, cycle, grown.curves)
+                for part in cut_cycle(after, cycle, grown.curves)
             )
         methods: dict[Key, str] = {}
         for key, method in self.methods.items():
             for cycle in _carried(after, [Cycle(key)], grown.walks):
-                methods |= {p.key: method for p in parts_of(after, cycle, grown.curves)}
+                methods |= {p.key: method for p in cut_cycle(after, cycle, grown.curves)}
         return replace(
             self,
             drawing=grown.drawing,
@@ -94,13 +94,13 @@ class Edits:
         )
 
 
-def next_method(method: str, *, database: bool) -> str:
+def choose_next_method(method: str, *, database: bool) -> str:
     """Name the method after this one; database: is there one for those that need it?"""
     choices = [one.name for one in METHODS.values() if database or not one.needs_database]
     return choices[(choices.index(method) + 1) % len(choices)] if method in choices else choices[0]
 
 
-def parts_of(network: CurveNetwork, cycle: Cycle, curves: Sequence[int]) -> list[Cycle]:
+def cut_cycle(network: CurveNetwork, cycle: Cycle, curves: Sequence[int]) -> list[Cycle]:
     """The cycles that curves from side to side cut a cycle into; the cycle alone if none does.
 
     Each curve cuts the part that has both its ends.

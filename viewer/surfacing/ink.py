@@ -22,7 +22,7 @@ from patterndb_sketch.surfacing.network import (
 )
 from patterndb_sketch.surfacing.patch import Surfacing
 from viewer.camera import View
-from viewer.surfacing.body import Body
+from viewer.surfacing.body import SurfaceBody
 
 #: A stroke is looked up on the surface every so many points of the picture, however fast the
 #: pointer moves.
@@ -30,7 +30,7 @@ STEP = 3.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Ink:
+class InkedStroke:
     """One stroke as it lies on a surface.
 
     surfacing: the surface.
@@ -46,7 +46,7 @@ class Ink:
     rays: int
 
 
-class Quill:
+class StrokePointer:
     """Draws on a body: rays so far, through places of the picture."""
 
     def __init__(self) -> None:
@@ -73,21 +73,21 @@ class Quill:
             share = np.linspace(0.0, 1.0, 1 + int(np.ceil(way / STEP)))[1:, None]
             places = np.array(self._last) * (1.0 - share) + places * share
         for place in places.tolist():
-            origin, direction = ray(view, place[0], place[1], reach)
+            origin, direction = cast_ray(view, place[0], place[1], reach)
             self._origins.append(origin)
             self._directions.append(direction)
         self._last = (x, y)
 
-    def ink(self, surfacing: Surfacing, body: Body) -> Ink:
+    def ink(self, surfacing: Surfacing, body: SurfaceBody) -> InkedStroke:
         """What has been drawn so far, on a surface; body: that of the surface."""
         origins, directions = np.stack(self._origins), np.stack(self._directions)
         drawn = body.canvas.draw(origins, directions)
         faces, _, _ = body.canvas.picks(origins, directions)
         owners = tuple(body.owners[faces[rays]] for rays in drawn.rays)
-        return Ink(surfacing, drawn.strokes, owners, len(drawn.missed), len(origins))
+        return InkedStroke(surfacing, drawn.strokes, owners, len(drawn.missed), len(origins))
 
 
-def ray(view: View, x: float, y: float, reach: float) -> tuple[Points, Points]:
+def cast_ray(view: View, x: float, y: float, reach: float) -> tuple[Points, Points]:
     """Origin (3,) and direction (3,) of what is seen at a place of the picture."""
     toward = view.axes[2]
     return view.under(x, y) + reach * toward, -toward
@@ -106,7 +106,7 @@ class Grown:
     curves: tuple[int, ...]
 
 
-def with_curves(drawing: Drawing, ink: Ink, reach: float, stage: int) -> Grown:
+def add_ink_curves(drawing: Drawing, ink: InkedStroke, reach: float, stage: int) -> Grown:
     """The drawing with a stroke as new curves, which end on curves that are there.
 
     The stroke is cut where it goes from one patch to the next, and its ends are moved onto the
@@ -141,7 +141,7 @@ def with_curves(drawing: Drawing, ink: Ink, reach: float, stage: int) -> Grown:
     return Grown(Drawing(after, stages, (*drawing.notes, *made.notes)), walks, added)
 
 
-def _from_curve_to_curve(ink: Ink, reach: float) -> list[Points]:
+def _from_curve_to_curve(ink: InkedStroke, reach: float) -> list[Points]:
     """The stroke's runs, each within one patch, with their ends on curves."""
     network, cycles = ink.surfacing.network, ink.surfacing.cycles
     runs: list[tuple[int, Points]] = []

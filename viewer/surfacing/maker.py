@@ -12,7 +12,7 @@ from patterndb.store import Database
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import LoopMemory, Settings, surface
-from viewer.surfacing.body import Body, Key, renumbered
+from viewer.surfacing.body import Key, SurfaceBody, renumber_cycle
 
 # == How cycles are found where a network brings none.
 
@@ -22,7 +22,7 @@ Find = Callable[
 ]
 
 
-def found(
+def find_network_cycles(
     network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle]
 ) -> tuple[Sequence[Cycle], Sequence[str]]:
     """As :func:`patterndb_sketch.surfacing.cycles.find_cycles`."""
@@ -58,8 +58,8 @@ class Wish:
     def here(self, cycles: Sequence[Cycle]) -> list[Cycle]:
         """Those cycles of the whole drawing that the network has, by its own numbers."""
         number = {name: i for i, name in enumerate(self.numbers)}
-        found = [renumbered(cycle, number) for cycle in cycles]
-        return [cycle for cycle in found if cycle is not None]
+        find_network_cycles = [renumber_cycle(cycle, number) for cycle in cycles]
+        return [cycle for cycle in find_network_cycles if cycle is not None]
 
     def whole(self, cycle: Cycle) -> Cycle:
         """A cycle of the network by the numbers of the whole drawing."""
@@ -79,9 +79,9 @@ class Made:
 
     wish: Wish
     surfacing: Surfacing | None
-    body: Body | None
+    body: SurfaceBody | None
     off: Surfacing | None
-    off_body: Body | None
+    off_body: SurfaceBody | None
     notes: tuple[str, ...]
     finding: float
     seconds: float
@@ -98,7 +98,7 @@ class _Known:
     tints: dict[Key, tuple[int, ...]] = field(default_factory=dict)
 
 
-class Maker:
+class SurfaceMaker:
     """Makes one surface after another; what was not begun when another is wanted is dropped.
 
     find: how cycles are found. db: where quads come from.
@@ -165,9 +165,9 @@ class Maker:
         asked = (sorted(c.key for c in added), sorted(c.key for c in banned))
         known = self._known
         if known.network is not wish.network or asked != known.asked:
-            found, notes = self._find(wish.network, added, banned)
+            find_network_cycles, notes = self._find(wish.network, added, banned)
             known.network, known.asked = wish.network, asked
-            known.cycles, known.notes = tuple(found), tuple(notes)
+            known.cycles, known.notes = tuple(find_network_cycles), tuple(notes)
         return known.cycles, known.notes
 
     def _surfaced(
@@ -176,7 +176,7 @@ class Maker:
         cycles: Sequence[Cycle],
         settings: Settings,
         methods: Mapping[Key, str],
-    ) -> tuple[Surfacing | None, Body | None]:
+    ) -> tuple[Surfacing | None, SurfaceBody | None]:
         if not cycles:
             return None, None
         keys = [wish.whole(cycle).key for cycle in cycles]
@@ -194,6 +194,6 @@ class Maker:
         )
         # Tints go by the numbers of the whole drawing: they stay from stage to stage.
         tints = self._known.tints
-        body = Body.of(made, {i: tints[key] for i, key in enumerate(keys) if key in tints})
+        body = SurfaceBody.of(made, {i: tints[key] for i, key in enumerate(keys) if key in tints})
         tints.update(zip(keys, body.tint_of, strict=True))
         return made, body

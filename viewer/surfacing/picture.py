@@ -7,13 +7,20 @@ import numpy as np
 from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.patch import SurfacePatch
 from viewer import style
-from viewer.card import plural
-from viewer.panel import MARGIN, NAMES, PANEL, SIZE, Writer, begin_panel, help_box, hint
+from viewer.card import format_count
+from viewer.panel import MARGIN, NAMES, PANEL, SIZE, PanelWriter, begin_panel, draw_help, draw_hint
 from viewer.picture import Drawn, Frame
 from viewer.scene import HEIGHT, Scene
-from viewer.solid import NOTHING, Triangles, dashed, discs, ribbons
-from viewer.surfacing.body import Body
-from viewer.surfacing.state import KEY_HELP, MOUSE_HELP, SLIDER, SLIDER_Y, SurfacingState, share_of
+from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
+from viewer.surfacing.body import SurfaceBody
+from viewer.surfacing.state import (
+    KEY_HELP,
+    MOUSE_HELP,
+    SLIDER,
+    SLIDER_Y,
+    SurfacingState,
+    to_slider_share,
+)
 
 # == Which tint each piece of a surface gets: neighbours differ.
 
@@ -52,7 +59,7 @@ SHADE, BACK = 0.66, 0.93
 HIGHLIGHT = 0.35
 
 
-def compose(
+def compose_surface(
     state: SurfacingState,
     aspect: float,
     *,
@@ -70,9 +77,9 @@ def compose(
     if caption:
         scene.text(frame.room / 2.0, CAPTION / 3.0, caption, CAPTION / 2.0)
     if not bare:
-        panel(scene, state)
+        draw_panel(scene, state)
         if state.helping:
-            help_box(scene, KEY_HELP, MOUSE_HELP)
+            draw_help(scene, KEY_HELP, MOUSE_HELP)
     return frame.drawn(solid)
 
 
@@ -86,26 +93,28 @@ def _parts(state: SurfacingState) -> list[Triangles]:
         parts.append(_faces(state, body, lit))
         if state.edges_shown:
             edges = view.seen(body.edges)
-            parts.append(ribbons(list(edges), FACE_EDGE, EDGE_WIDTH, EDGE_LIFT))
+            parts.append(make_ribbons(list(edges), FACE_EDGE, EDGE_WIDTH, EDGE_LIFT))
     if body is not None and state.chords_shown:
-        parts.append(ribbons(list(view.seen(body.chords)), CHORD, CHORD_PART * width, CHORD_LIFT))
+        parts.append(
+            make_ribbons(list(view.seen(body.chords)), CHORD, CHORD_PART * width, CHORD_LIFT)
+        )
     if state.off_shown:
         lit = under.number if under is not None and not under.on else -1
         parts += _off(state, lit)
     if state.curves_shown:
         network = state.network
         lines = [view.seen(curve.points) for curve in network.curves]
-        parts.append(ribbons(lines, CURVE, width, CURVE_LIFT))
+        parts.append(make_ribbons(lines, CURVE, width, CURVE_LIFT))
         # Where a lone closed curve begins and ends is no matter.
         nodes = sorted({n for curve in network.curves if not curve.closed for n in curve.nodes})
         places = view.seen(network.nodes[nodes])
-        parts.append(discs(places, CURVE, NODE_RADIUS * width, NODE_LIFT))
+        parts.append(make_discs(places, CURVE, NODE_RADIUS * width, NODE_LIFT))
     going_on = state.ink
     for ink in (*state.edits.inks, *([] if going_on is None else [going_on])):
         lines = [view.seen(part) for part in ink.parts]
-        parts.append(ribbons(lines, STROKE, STROKE_WIDTH, STROKE_LIFT))
+        parts.append(make_ribbons(lines, STROKE, STROKE_WIDTH, STROKE_LIFT))
         ends = np.concatenate([part[[0, -1]] for part in ink.parts] or [np.zeros((0, 3))])
-        parts.append(discs(view.seen(ends), STROKE, STROKE_WIDTH / 2.0, STROKE_LIFT + 1.0))
+        parts.append(make_discs(view.seen(ends), STROKE, STROKE_WIDTH / 2.0, STROKE_LIFT + 1.0))
     return parts
 
 
@@ -116,7 +125,7 @@ def _curve_width(state: SurfacingState) -> float:
     return float(np.clip(part * np.median(lengths) * state.view.scale, least, most))
 
 
-def _faces(state: SurfacingState, body: Body, lit: int) -> Triangles:
+def _faces(state: SurfacingState, body: SurfaceBody, lit: int) -> Triangles:
     """Pieces in their tints, shaded on both sides; those of patch ``lit`` lighter."""
     view = state.view
     seen = view.seen(body.corners)
@@ -125,7 +134,7 @@ def _faces(state: SurfacingState, body: Body, lit: int) -> Triangles:
     one, other = b - a, c - a
     away = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] < 0.0
     normals = np.where(away[:, None, None], -normals, normals)
-    tints = np.stack([style.rgb(tint) for tint in style.TINTS])[body.tints]
+    tints = np.stack([style.parse_colour(tint) for tint in style.TINTS])[body.tints]
     tints = np.where((body.owners == lit)[:, None], tints + HIGHLIGHT * (1.0 - tints), tints)
     tints = np.where(away[:, None], tints * BACK, tints)
     bright = SHADE + (1.0 - SHADE) * np.clip(1.12 * (normals @ LIGHT), 0.0, 1.0)
@@ -140,10 +149,10 @@ def _off(state: SurfacingState, lit: int) -> list[Triangles]:
         colour = style.SELECTED if number == lit else OFF
         around = state.off_polyline(number)
         inner = middle + DRAWN_IN * (np.concatenate([around, around[:1]]) - middle)
-        dashes = dashed(state.view.seen(inner), DASH)
-        parts.append(ribbons(dashes, colour, OFF_WIDTH, CHORD_LIFT))
+        dashes = dash_line(state.view.seen(inner), DASH)
+        parts.append(make_ribbons(dashes, colour, OFF_WIDTH, CHORD_LIFT))
         at = state.view.seen(middle[None])
-        parts.append(discs(at, colour, RING[1], NODE_LIFT, RING[0]))
+        parts.append(make_discs(at, colour, RING[1], NODE_LIFT, RING[0]))
     return parts
 
 
@@ -153,7 +162,7 @@ KNOB = 8.0
 TRACK = "#c9d0d9"
 
 
-def panel(scene: Scene, state: SurfacingState) -> None:
+def draw_panel(scene: Scene, state: SurfacingState) -> None:
     """Write the panel, and a hint above the picture while strokes are drawn."""
     left = scene.width - PANEL
     writer = begin_panel(scene)
@@ -167,30 +176,30 @@ def panel(scene: Scene, state: SurfacingState) -> None:
             writer.skip(0.5)
             writer.paragraph(text, style.MESSAGE)
     if state.drawing_mode and not state.helping:
-        hint(
+        draw_hint(
             scene,
             "drag a stroke on the surface    Enter: make it a curve    u: undo    Esc: leave",
         )
 
 
-def _counts(writer: Writer, state: SurfacingState) -> None:
+def _counts(writer: PanelWriter, state: SurfacingState) -> None:
     made, patches = state.made, state.patches
     writer.heading(_patches(len(patches)), 18.0)
     pieces = sum(len(patch.faces) for patch in patches)
     faces = sum(len(piece) for patch in patches for piece in patch.faces)
     network = state.network
     nodes = len({node for curve in network.curves for node in curve.nodes})
-    writer.fact("curves", f"{len(network.curves):,}, {plural(nodes, 'node')}")
+    writer.fact("curves", f"{len(network.curves):,}, {format_count(nodes, 'node')}")
     if state.n_stages:
         writer.fact("stage", f"{state.edits.stage} of {state.n_stages}    ← →")
     if state.off:
         writer.fact("switched off", f"{len(state.off)}")
-    writer.fact("pieces", f"{pieces:,}, {plural(faces, 'face')}")
+    writer.fact("pieces", f"{pieces:,}, {format_count(faces, 'face')}")
     known = [patch.surface for patch in patches if patch.surface is not None]
     chords = sum(len(one.chords) for one in known)
     candidates = sum(one.candidates for one in known)
     if candidates:
-        writer.fact("chords", f"{chords:,} of {plural(candidates, 'candidate')}")
+        writer.fact("chords", f"{chords:,} of {format_count(candidates, 'candidate')}")
         writer.fact("sub-problems", f"{sum(one.n_subproblems for one in known):,}")
     if made is not None and made.surfacing is not None:
         within = sum(one.self_intersections for one in known)
@@ -213,16 +222,16 @@ def _slider(scene: Scene, state: SurfacingState, left: float) -> None:
     low, high = SLIDER_Y - 2.0, SLIDER_Y + 2.0
     line = np.array([[start, low], [end, low], [end, high], [start, high]])
     scene.polygons(line[None], face=TRACK)
-    at = start + (end - start) * share_of(alpha)
-    knob = style.circle() * KNOB + (at, SLIDER_Y)
+    at = start + (end - start) * to_slider_share(alpha)
+    knob = style.make_circle() * KNOB + (at, SLIDER_Y)
     scene.polygons(knob[None], face=style.BOUNDARY)
-    scene.polygons((style.circle() * 0.45 * KNOB + (at, SLIDER_Y))[None], face=style.PAPER)
+    scene.polygons((style.make_circle() * 0.45 * KNOB + (at, SLIDER_Y))[None], face=style.PAPER)
     grey = style.FAINT_TEXT
     scene.text(start - 6.0, SLIDER_Y - 24.0, "0  more chords", 11.0, colour=grey, align="left")
     scene.text(end + 6.0, SLIDER_Y - 24.0, "fewer  1", 11.0, colour=grey, align="right")
 
 
-def _methods(writer: Writer, state: SurfacingState) -> None:
+def _methods(writer: PanelWriter, state: SurfacingState) -> None:
     """The methods in a row, the one asked for in bold."""
     grey = style.FAINT_TEXT
     writer.scene.text(writer.left, writer.y, "method", 13.5, bold=True, align="left")
@@ -237,7 +246,7 @@ def _methods(writer: Writer, state: SurfacingState) -> None:
     writer.skip(1.6)
 
 
-def _patch(writer: Writer, state: SurfacingState) -> None:
+def _patch(writer: PanelWriter, state: SurfacingState) -> None:
     """The patch under the pointer, or what there is to say of the whole."""
     under = state.under()
     made = state.made
@@ -260,7 +269,7 @@ def _patch(writer: Writer, state: SurfacingState) -> None:
     _facts(writer, state, state.patches[under.number])
 
 
-def _facts(writer: Writer, state: SurfacingState, patch: SurfacePatch) -> None:
+def _facts(writer: PanelWriter, state: SurfacingState, patch: SurfacePatch) -> None:
     writer.heading("Patch at the pointer")
     names = ", ".join(str(name) for name in state.network_made.names(patch.cycle))
     writer.fact("curves", names if len(names) < 46 else names[:44] + " …")
@@ -269,11 +278,11 @@ def _facts(writer: Writer, state: SurfacingState, patch: SurfacePatch) -> None:
         writer.fact("method", result.method + ("  (as before)" if patch.reused else ""))
         if result.method == "chords" or result.candidates:
             writer.fact(
-                "chords", f"{len(result.chords)} of {plural(result.candidates, 'candidate')}"
+                "chords", f"{len(result.chords)} of {format_count(result.candidates, 'candidate')}"
             )
             writer.fact("sub-problems", f"{result.n_subproblems:,}")
         faces = sum(len(piece) for piece in patch.faces)
-        writer.fact("pieces", f"{len(patch.faces)}, {plural(faces, 'face')}")
+        writer.fact("pieces", f"{len(patch.faces)}, {format_count(faces, 'face')}")
         writer.fact("area", f"{result.area:.4g}")
         writer.fact("intersections", f"{result.self_intersections:,}")
         writer.fact("made in", f"{1e3 * result.seconds:.1f} ms")

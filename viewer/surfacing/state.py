@@ -14,14 +14,14 @@ from patterndb.store import Database
 from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
-from viewer.camera import Camera, View, framed
+from viewer.camera import Camera, View, fit_view
 from viewer.keymap import ALIASES, Effect, KeyMap
 from viewer.panel import MARGIN, PANEL
 from viewer.scene import HEIGHT
-from viewer.surfacing.body import Body
-from viewer.surfacing.edits import Edits, next_method
-from viewer.surfacing.ink import Ink, Quill, ray
-from viewer.surfacing.maker import Find, found
+from viewer.surfacing.body import SurfaceBody
+from viewer.surfacing.edits import SurfacingEdits, choose_next_method
+from viewer.surfacing.ink import InkedStroke, StrokePointer, cast_ray
+from viewer.surfacing.maker import Find, find_network_cycles
 from viewer.surfacing.surfaces import Surfaces
 
 # == Where the slider stands in the panel.
@@ -39,23 +39,23 @@ POWER = 2.0
 Room = tuple[float, float]
 
 
-def share_of(alpha: float) -> float:
+def to_slider_share(alpha: float) -> float:
     """Where an alpha from 0 to 1 is on the slider, 0 to 1."""
     return min(max(alpha, 0.0), 1.0) ** (1.0 / POWER)
 
 
-def alpha_of(share: float) -> float:
+def to_alpha(share: float) -> float:
     """The alpha at a place of the slider."""
     return min(max(share, 0.0), 1.0) ** POWER
 
 
-def alpha_at(room: Room, x: float) -> float:
+def find_alpha(room: Room, x: float) -> float:
     """The alpha at x points from the middle of the view; room: size of the view."""
     left = room[0] / 2.0 + SLIDER[0]
-    return alpha_of((x - left) / (SLIDER[1] - SLIDER[0]))
+    return to_alpha((x - left) / (SLIDER[1] - SLIDER[0]))
 
 
-def on_slider(room: Room, x: float, y: float) -> bool:
+def is_on_slider(room: Room, x: float, y: float) -> bool:
     """Is a place, in points from the middle of the view, on the slider?"""
     left, right = (room[0] / 2.0 + end for end in SLIDER)
     return left - GRIP <= x <= right + GRIP and abs(y - (SLIDER_Y - room[1] / 2.0)) <= GRIP
@@ -77,7 +77,7 @@ TOWARD, UP = (0.55, 0.42, 1.0), (0.0, 1.0, 0.0)
 Drag = Literal["view", "alpha", "stroke"]
 
 
-class Under(NamedTuple):
+class PatchUnderPointer(NamedTuple):
     """What the pointer is on: a patch that is on or off, and which of these."""
 
     on: bool
@@ -107,32 +107,32 @@ class SurfacingState(Surfaces, Camera):
         afresh: bool = False,
         added: Sequence[Cycle] = (),
         banned: Sequence[Cycle] = (),
-        find: Find = found,
+        find: Find = find_network_cycles,
         toward: ArrayLike = TOWARD,
         up: ArrayLike = UP,
     ) -> None:
         drawing = source if isinstance(source, Drawing) else Drawing(source)
         wanted = Settings() if settings is None else settings
         given = None if afresh or not drawing.network.cycles else drawing.network.cycles
-        first = Edits(
+        first = SurfacingEdits(
             drawing, len(drawing.stages), given, tuple(added), tuple(banned), wanted.method
         )
         self.drawing_mode = False
         Camera.__init__(self)
         self._facing = (toward, up)
-        self._quill = Quill()
+        self._quill = StrokePointer()
         self._drag: Drag | None = None
         self._pressed: tuple[float, float] | None = None
         self.surface_shown = self.chords_shown = self.curves_shown = self.off_shown = True
         self.edges_shown = METHODS[first.method].makes_quads
         self.helping = False
         self.message = ""
-        self._history: list[Edits] = []
+        self._history: list[SurfacingEdits] = []
         Surfaces.__init__(self, first, wanted, spacing, db, find)
         self.view = self._framed()
 
     @property
-    def ink(self) -> Ink | None:
+    def ink(self) -> InkedStroke | None:
         """The stroke that is being drawn, as it lies so far."""
         made = self.made
         if not self._quill.down or made is None or made.surfacing is None or made.body is None:
@@ -150,7 +150,7 @@ class SurfacingState(Surfaces, Camera):
         cycle = self.cycle_of(under.on, under.number)
         method = self.edits.methods.get(cycle.key, self.edits.method)
         self._edit(
-            self.edits.with_method_of(cycle, next_method(method, database=self.has_database))
+            self.edits.with_method_of(cycle, choose_next_method(method, database=self.has_database))
         )
 
     def toggle_patch(self) -> None:
@@ -200,7 +200,7 @@ class SurfacingState(Surfaces, Camera):
         before = self.under()
         last, self.pointer = self.pointer, (x, y)
         if self._drag == "alpha":
-            self.change_alpha(alpha_at(self.room, x))
+            self.change_alpha(find_alpha(self.room, x))
         elif self._drag == "stroke":
             self._quill.extend(self.view, x, y, self._far())
         elif self._drag == "view" and last is not None and self._pressed is None:
@@ -223,9 +223,9 @@ class SurfacingState(Surfaces, Camera):
         if turn:
             self._drag, self._pressed = "view", None
             return False
-        if on_slider(self.room, x, y):
+        if is_on_slider(self.room, x, y):
             self._drag = "alpha"
-            self.change_alpha(alpha_at(self.room, x))
+            self.change_alpha(find_alpha(self.room, x))
             return True
         if self.drawing_mode:
             self._drag = "stroke"
@@ -249,7 +249,7 @@ class SurfacingState(Surfaces, Camera):
             return True
         return False
 
-    def under(self) -> Under | None:
+    def under(self) -> PatchUnderPointer | None:
         """What the pointer is on, the patch that is seen there; rings and outlines before."""
         if self.pointer is None or abs(self.pointer[0]) > self.room[0] / 2.0:
             return None
@@ -258,24 +258,24 @@ class SurfacingState(Surfaces, Camera):
             return None
         hit = self._hit(self.body) if self.surface_shown else None
         if not self.off_shown or self.off_body is None:
-            return None if hit is None else Under(True, hit[0])
+            return None if hit is None else PatchUnderPointer(True, hit[0])
         nearness = -np.inf if hit is None else hit[1]
         for number, middle in enumerate(self.rings()):
             seen = self.view.seen(middle)
             if np.hypot(*(seen[:2] - self.pointer)) <= RING and seen[2] >= nearness - RING:
-                return Under(False, number)
+                return PatchUnderPointer(False, number)
         if hit is not None:
-            return Under(True, hit[0])
+            return PatchUnderPointer(True, hit[0])
         off = self._hit(self.off_body)
-        return None if off is None else Under(False, off[0])
+        return None if off is None else PatchUnderPointer(False, off[0])
 
     # How it is done
 
-    def _hit(self, body: Body | None) -> tuple[int, float] | None:
+    def _hit(self, body: SurfaceBody | None) -> tuple[int, float] | None:
         """The patch of a body under the pointer, and how near to the viewer it is there."""
         if body is None or self.pointer is None:
             return None
-        pick = body.canvas.pick(*ray(self.view, *self.pointer, self._far()))
+        pick = body.canvas.pick(*cast_ray(self.view, *self.pointer, self._far()))
         if pick is None:
             return None
         return int(body.owners[pick.face]), float(self.view.seen(pick.point)[2])
@@ -302,7 +302,7 @@ class SurfacingState(Surfaces, Camera):
 
     def _framed(self) -> View:
         toward, up = self._facing
-        return framed(self.all_points, toward, up, *self.room)
+        return fit_view(self.all_points, toward, up, *self.room)
 
     def toggle(self, name: str) -> None:
         """Turn one of the switches, such as helping or chords_shown."""
@@ -317,7 +317,7 @@ class SurfacingState(Surfaces, Camera):
 
     def next_method(self) -> None:
         """The next method for all patches."""
-        method = next_method(self.edits.method, database=self.has_database)
+        method = choose_next_method(self.edits.method, database=self.has_database)
         self._edit(self.edits.with_method(method))
         self.edges_shown = METHODS[method].makes_quads
 
@@ -355,7 +355,7 @@ class SurfacingState(Surfaces, Camera):
             self.edges_shown = METHODS[self.edits.method].makes_quads
             self._ask()
 
-    def _edit(self, after: Edits) -> None:
+    def _edit(self, after: SurfacingEdits) -> None:
         """Another step that can be taken back."""
         self._history.append(self.edits)
         self.edits = after
@@ -399,8 +399,8 @@ ALIASES = (
 )
 
 ACTIONS: dict[str, Callable[[SurfacingState], None]] = {
-    "-": lambda s: slide(s, -SLIDE),
-    "+": lambda s: slide(s, SLIDE),
+    "-": lambda s: slide_alpha(s, -SLIDE),
+    "+": lambda s: slide_alpha(s, SLIDE),
     "x": lambda s: s.toggle_patch(),
     "a": lambda s: s.all_on(),
     "m": lambda s: s.next_method(),
@@ -426,9 +426,9 @@ ACTIONS: dict[str, Callable[[SurfacingState], None]] = {
 EFFECTS = {"s": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
 
 
-def slide(state: SurfacingState, by: float) -> None:
+def slide_alpha(state: SurfacingState, by: float) -> None:
     """Move the slider of alpha by a part of its length."""
-    state.change_alpha(alpha_of(share_of(state.settings.alpha) + by))
+    state.change_alpha(to_alpha(to_slider_share(state.settings.alpha) + by))
 
 
 def _leave(state: SurfacingState) -> bool:

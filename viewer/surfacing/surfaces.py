@@ -23,9 +23,9 @@ from patterndb_sketch.surfacing.sampling import (
     default_spacing,
 )
 from patterndb_sketch.surfacing.surfaces import Settings
-from viewer.surfacing.body import Body
-from viewer.surfacing.edits import Edits
-from viewer.surfacing.maker import Find, Made, Maker, Wish
+from viewer.surfacing.body import SurfaceBody
+from viewer.surfacing.edits import SurfacingEdits
+from viewer.surfacing.maker import Find, Made, SurfaceMaker, Wish
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.
 AT_ONCE = 0.05
@@ -40,7 +40,7 @@ class Surfaces:
 
     def __init__(
         self,
-        edits: Edits,
+        edits: SurfacingEdits,
         settings: Settings,
         spacing: float | None,
         db: Database | None,
@@ -57,7 +57,7 @@ class Surfaces:
         self._stages = edits.drawing, {}
         points = [curve.points for curve in edits.drawing.network.curves]
         self.all_points = np.concatenate(points) if points else np.zeros((0, 3))
-        self._maker = Maker(find, db)
+        self._maker = SurfaceMaker(find, db)
         self._ask()
 
     def close(self) -> None:
@@ -97,12 +97,12 @@ class Surfaces:
         return () if made is None or made.off is None else made.off.patches
 
     @property
-    def body(self) -> Body | None:
+    def body(self) -> SurfaceBody | None:
         """The patches as they are drawn, None if there are none."""
         return None if self.made is None else self.made.body
 
     @property
-    def off_body(self) -> Body | None:
+    def off_body(self) -> SurfaceBody | None:
         """Likewise those that are switched off."""
         return None if self.made is None else self.made.off_body
 

@@ -15,10 +15,10 @@ from viewer import saver
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
-from viewer.saver import free_name
+from viewer.saver import find_free_name
 from viewer.scene import HEIGHT
-from viewer.surfacing.maker import Find, found
-from viewer.surfacing.picture import compose
+from viewer.surfacing.maker import Find, find_network_cycles
+from viewer.surfacing.picture import compose_surface
 from viewer.surfacing.state import KEYS, TOWARD, UP, SurfacingState
 from viewer.window import WINDOW, open_window
 
@@ -35,7 +35,7 @@ def show(
     afresh: bool = False,
     added: Sequence[Cycle] = (),
     banned: Sequence[Cycle] = (),
-    find: Find = found,
+    find: Find = find_network_cycles,
     toward: ArrayLike = TOWARD,
     up: ArrayLike = UP,
     write_obj: WriteObj | None = None,
@@ -59,7 +59,7 @@ def show(
         banned=banned, find=find, toward=toward, up=up,
     )  # fmt: skip
     try:
-        shell = Saver(state, Path(folder), write_obj, window_size)
+        shell = SurfacingSaver(state, Path(folder), write_obj, window_size)
         if shell.play(pressed) is Effect.QUIT:
             return state
         open_window(state, shell, KEYS, window_size, "Surface")
@@ -79,7 +79,7 @@ def draw(
     afresh: bool = False,
     added: Sequence[Cycle] = (),
     banned: Sequence[Cycle] = (),
-    find: Find = found,
+    find: Find = find_network_cycles,
     toward: ArrayLike = TOWARD,
     up: ArrayLike = UP,
     write_obj: WriteObj | None = None,
@@ -103,19 +103,19 @@ def draw(
         banned=banned, find=find, toward=toward, up=up,
     )  # fmt: skip
     try:
-        shell = Saver(state, path.parent, write_obj, size)
+        shell = SurfacingSaver(state, path.parent, write_obj, size)
         shell.play(pressed)
         state.settle()
         # As many points to a pixel as in a window: lines are as wide in small pictures.
         height = size[1] * HEIGHT / WINDOW[1]
-        drawn = compose(state, size[0] / size[1], bare=bare, caption=caption, height=height)
+        drawn = compose_surface(state, size[0] / size[1], bare=bare, caption=caption, height=height)
         save_drawn(path, drawn, size[1])
     finally:
         state.close()
     return state
 
 
-class Saver(saver.Saver):
+class SurfacingSaver(saver.Saver):
     """Obeys keys, and writes what some of them save."""
 
     state: SurfacingState
@@ -132,13 +132,13 @@ class Saver(saver.Saver):
         self._write_obj = write_obj
 
     def drawn(self) -> Drawn:
-        return compose(self.state, self.size[0] / self.size[1])
+        return compose_surface(self.state, self.size[0] / self.size[1])
 
     def ready(self) -> None:
         self.state.settle()
 
     def picture_path(self) -> Path:
-        return free_name(self._folder, "surface", ".png")
+        return find_free_name(self._folder, "surface", ".png")
 
     def saved_object(self) -> str:
         made = self.state.made
@@ -146,6 +146,6 @@ class Saver(saver.Saver):
             return "there is no surface to save"
         if self._write_obj is None:
             return "surfaces cannot be saved here: no way to write them was given"
-        path = free_name(self._folder, "surface", ".obj")
+        path = find_free_name(self._folder, "surface", ".obj")
         self._write_obj(path, made.surfacing)
         return f"saved {path}"

@@ -9,13 +9,13 @@ import pytest
 from domed import DOME, opened
 
 from viewer.camera import View
-from viewer.contour import flat
+from viewer.contour import make_flat_boundary
 from viewer.explorer_state import ExplorerState
 
 
 @pytest.fixture
 def state() -> Iterator[ExplorerState]:
-    state = opened(flat((4, 3, 4, 3)))
+    state = opened(make_flat_boundary((4, 3, 4, 3)))
     yield state
     state.close()
 

@@ -8,7 +8,7 @@ from domed import DOME, click, keys
 
 from patterndb.errors import NotFoundError
 from query import Boundary
-from viewer.contour import Contour, Mode, flat
+from viewer.contour import Contour, PointerMode, make_flat_boundary
 from viewer.explorer_state import ExplorerState
 
 
@@ -17,7 +17,7 @@ from viewer.explorer_state import ExplorerState
     [((4, 3, 4, 3), None), ((5, 5), None), ((8,), ("convex",)), ((12,), ()), ((3, 4, 5), None)],
 )
 def test_flat_boundaries(lengths: tuple[int, ...], corners: tuple[str, ...] | None) -> None:
-    boundary = flat(lengths, corners)  # type: ignore[arg-type]
+    boundary = make_flat_boundary(lengths, corners)  # type: ignore[arg-type]
     assert boundary == Boundary(lengths, corners)  # type: ignore[arg-type]
     assert boundary.points is not None
     after = np.roll(boundary.points, -1, axis=0)
@@ -33,7 +33,7 @@ def test_flat_boundaries(lengths: tuple[int, ...], corners: tuple[str, ...] | No
 
 
 def test_reflex_corners_are_drawn_in() -> None:
-    boundary = flat((2, 2, 2, 2, 2, 2), ("convex", "reflex") * 3)
+    boundary = make_flat_boundary((2, 2, 2, 2, 2, 2), ("convex", "reflex") * 3)
     contour = Contour.of(boundary)
     normals = np.tile([0.0, 0.0, 1.0], (6, 1))
     assert Contour.drawn(contour.sides, normals).corners == boundary.corners
@@ -45,13 +45,13 @@ def test_reflex_corners_are_drawn_in() -> None:
 def test_a_boundary_is_drawn_by_clicks(empty: ExplorerState, clockwise: bool) -> None:
     corners = [(-120.0, -90.0), (110.0, -100.0), (120.0, 90.0), (-100.0, 100.0)]
     keys(empty, "b")
-    assert empty.mode is Mode.CORNERS
+    assert empty.mode is PointerMode.CORNERS
     click(empty, *(corners[::-1] if clockwise else corners), (0.0, 0.0))
     keys(empty, "BackSpace")
     assert len(empty.pen.clicked) == 4 and len(empty.pen.paths) == 3
     last = corners[0] if clockwise else corners[-1]
     click(empty, last)
-    assert empty.mode is Mode.LOOK and empty.boundary is not None
+    assert empty.mode is PointerMode.LOOK and empty.boundary is not None
     boundary = empty.boundary
     assert boundary.n_sides == 4 and boundary.convex and boundary.points is not None
     found = empty.view.seen(boundary.points[list(boundary.side_starts[:-1])])[:, :2]
@@ -70,7 +70,7 @@ def test_a_boundary_is_drawn_by_clicks(empty: ExplorerState, clockwise: bool) ->
 
 def test_a_boundary_needs_three_corners_on_the_surface(empty: ExplorerState) -> None:
     keys(empty, "s")
-    assert empty.mode is Mode.LOOK and "no boundary" in empty.message
+    assert empty.mode is PointerMode.LOOK and "no boundary" in empty.message
     keys(empty, "b Enter")
     assert "three corners" in empty.message
     click(empty, (900.0, 0.0))
@@ -78,7 +78,7 @@ def test_a_boundary_needs_three_corners_on_the_surface(empty: ExplorerState) -> 
     click(empty, (0.0, 0.0), (50.0, 0.0), (50.0, 0.0))
     assert "three corners" in empty.message and len(empty.pen.clicked) == 2
     keys(empty, "Escape")
-    assert empty.mode is Mode.LOOK and empty.pen.clicked == [] and empty.contour is None
+    assert empty.mode is PointerMode.LOOK and empty.pen.clicked == [] and empty.contour is None
     with pytest.raises(NotFoundError, match="no boundary"):
         empty.settle(0)
 

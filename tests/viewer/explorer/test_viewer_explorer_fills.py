@@ -14,8 +14,8 @@ from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
 from query import Stroke, fills
 from query.placing import find_strand
-from viewer.contour import Mode, flat
-from viewer.explorer_picture import compose
+from viewer.contour import PointerMode, make_flat_boundary
+from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import ACTIONS, KEYS, ExplorerState
 
 
@@ -43,7 +43,7 @@ def test_the_fills_are_the_library_s(state: ExplorerState) -> None:
 
 
 def test_more_fills_keep_the_place() -> None:
-    state = opened(flat((4, 3, 4, 3)), limit=4)
+    state = opened(make_flat_boundary((4, 3, 4, 3)), limit=4)
     try:
         state.settle(3)
         state.settle()
@@ -83,11 +83,11 @@ class Slow(Source):
 
 def test_a_change_does_not_wait_for_the_query_that_runs() -> None:
     source = Slow()
-    state = ExplorerState(source, flat((2, 2, 2, 2)))
+    state = ExplorerState(source, make_flat_boundary((2, 2, 2, 2)))
     try:
         first = state._search
         assert first is not None and state.searching
-        drawn = compose(state, 1.6)
+        drawn = compose_explorer(state, 1.6)
         assert "searching …" in [t.text for t in drawn.scene.texts]
         keys(state, "] ]")
         assert state.boundary is not None and state.boundary.perimeter > 8
@@ -106,11 +106,11 @@ def test_a_query_that_fails_says_why() -> None:
         def pattern_class(self, n_sides: int) -> PatternClass:
             raise NotFoundError("the disk is gone")
 
-    state = ExplorerState(Broken(), flat((2, 2, 2, 2)))
+    state = ExplorerState(Broken(), make_flat_boundary((2, 2, 2, 2)))
     try:
         with pytest.raises(NotFoundError, match="the disk is gone"):
             state.settle(0)
-        texts = " ".join(t.text for t in compose(state, 1.6).scene.texts)
+        texts = " ".join(t.text for t in compose_explorer(state, 1.6).scene.texts)
         assert "the disk is gone" in texts and "No fill" in texts
     finally:
         state.close()
@@ -123,7 +123,7 @@ def test_strokes_snap_to_boundary_edges_and_are_had(state: ExplorerState) -> Non
     keys(state, "s")
     middle = (left + right) / 2.0 + (0.0, 25.0)
     drag(state, tuple(left + np.array([12.0, 3.0])), tuple(middle), tuple(right - (9.0, 5.0)))
-    assert state.mode is Mode.LOOK and len(state.strokes) == 1
+    assert state.mode is PointerMode.LOOK and len(state.strokes) == 1
     stroke = state.strokes[0]
     assert stroke.start is not None and stroke.end is not None and stroke.points is not None
     assert (stroke.start[0], stroke.end[0]) == (3, 1)
@@ -161,13 +161,13 @@ def test_loops_and_strokes_that_are_none(state: ExplorerState) -> None:
     keys(state, "s")
     click(state, (0.0, 0.0))
     assert "two points" in state.message and len(state.strokes) == 1
-    assert state.mode is Mode.STROKE
+    assert state.mode is PointerMode.STROKE
     keys(state, "Escape ]")
     assert len(state.strokes) == 1
 
 
 def test_a_stroke_is_drawn_anew_on_a_changed_boundary() -> None:
-    boundary = flat((4, 3, 4, 3))
+    boundary = make_flat_boundary((4, 3, 4, 3))
     assert boundary.points is not None
     stroke = Stroke.drawn(boundary, boundary.points[[5, 12]])
     state = opened(boundary, strokes=[stroke])
@@ -193,7 +193,7 @@ EVENTS = st.one_of(
 @settings(max_examples=12)
 @given(st.lists(EVENTS, max_size=14))
 def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> None:
-    state = opened(flat((2, 2, 2, 2)), limit=5)
+    state = opened(make_flat_boundary((2, 2, 2, 2)), limit=5)
     try:
         for event in events:
             if isinstance(event, str):
@@ -205,7 +205,7 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
                 else:
                     getattr(state, what)(*place)
             assert 0 <= state.rank <= max(len(state.fills) - 1, 0)
-        drawn = compose(state, 1.5)
+        drawn = compose_explorer(state, 1.5)
         for patch in drawn.scene.patches:
             assert np.isfinite(patch.corners).all() and len(patch.corners) == len(patch.colours)
     finally:

@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from patterndb.geometry.polyline import arc_length
 from viewer.camera import View
-from viewer.ground import Ground
-from viewer.solid import Hiding, Solid, farthest_nearby, paint
+from viewer.ground import DrawingGround
+from viewer.solid import Hiding, Solid, fill_triangles, spread_farthest
 
 Points = np.ndarray[tuple[int, ...], np.dtype[np.float64]]
 
@@ -40,11 +40,11 @@ def test_the_nearest_triangle_is_seen_at_every_pixel(seed: int) -> None:
     colours = np.repeat(np.arange(1.0, 7.0), 9).reshape(6, 3, 3).astype(np.float32)
     depth = np.full((9, 11), -np.inf, np.float32)
     image = np.zeros((9, 11, 3), np.float32)
-    paint(corners, colours, depth, image)
+    fill_triangles(corners, colours, depth, image)
     wanted = paint_reference(corners, (9, 11))
     assert (np.round(image[..., 0]).astype(int) - 1 == wanted).all()
     assert (np.isneginf(depth) == (wanted < 0)).all()
-    nearby = farthest_nearby(depth)
+    nearby = spread_farthest(depth)
     for i, j in ((0, 0), (4, 5), (8, 10)):
         around = depth[max(i - 1, 0) : i + 2, max(j - 1, 0) : j + 2]
         assert nearby[i, j] == around.min()
@@ -65,17 +65,17 @@ def test_a_view_stays_a_view(drags: list[tuple[float, float]]) -> None:
 
 def test_what_is_clicked_is_what_is_seen_there() -> None:
     view = View.facing(DOME.vertices, np.array([0.5, -0.3, 1.0]), 250.0)
-    for ground in (Ground(DOME), Ground(None)):
+    for ground in (DrawingGround(DOME), DrawingGround(None)):
         for x, y in ((0.0, 0.0), (60.0, -40.0), (-80.0, 30.0)):
             at = ground.hit(view, x, y)
             assert at is not None
             assert np.allclose(view.seen(at)[:2], (x, y), atol=1e-6)
             assert np.allclose(ground.on(at[None])[0][0], at, atol=1e-9)
-    assert Ground(DOME).hit(view, 5000.0, 0.0) is None
+    assert DrawingGround(DOME).hit(view, 5000.0, 0.0) is None
 
 
 def test_paths_are_short_and_on_the_surface() -> None:
-    ground = Ground(DOME)
+    ground = DrawingGround(DOME)
     view = View(np.eye(3), np.zeros(3), 100.0)
     a, b = ground.hit(view, -130.0, -90.0), ground.hit(view, 120.0, 100.0)
     assert a is not None and b is not None

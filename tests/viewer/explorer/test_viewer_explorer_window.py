@@ -12,9 +12,9 @@ from events import Events, alike, can_draw, check_looking
 from patterndb.errors import NotFoundError
 from viewer import PictureFormatError
 from viewer.camera import View
-from viewer.contour import flat
-from viewer.explore import Saver, explore
-from viewer.explorer_picture import compose
+from viewer.contour import make_flat_boundary
+from viewer.explore import ExplorerSaver, explore
+from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import EFFECTS, KEYS, ExplorerState
 from viewer.keymap import Effect
 from viewer.panel import PANEL
@@ -40,21 +40,21 @@ def test_keys_are_known() -> None:
 def test_the_panel_says_what_is_known(state: ExplorerState) -> None:
     state.settle(1)
     state.settle()
-    texts = [t.text for t in compose(state, 1.6).scene.texts]
+    texts = [t.text for t in compose_explorer(state, 1.6).scene.texts]
     fill = state.fill
     assert fill is not None and fill.pattern.name in texts
     assert f"fill 2 of {len(state.fills)}" in texts and "4 3 4 3" in texts
     for length in ("4", "3"):
         assert texts.count(length) >= 2, "every side has its number"
     keys(state, "h")
-    drawn = compose(state, 1.6)
+    drawn = compose_explorer(state, 1.6)
     assert "roll it" in " ".join(t.text for t in drawn.scene.texts)
     right = drawn.scene.width - PANEL
     assert all(t.x < right or t.x > right + 20.0 for t in drawn.scene.texts)
 
 
 def test_a_picture_is_the_same_everywhere(tmp_path: Path) -> None:
-    boundary = flat((2, 2, 2, 2))
+    boundary = make_flat_boundary((2, 2, 2, 2))
     pictures = [tmp_path / f"{k}.png" for k in range(2)]
     for picture in pictures:
         state = explore(
@@ -70,7 +70,7 @@ def test_a_picture_is_the_same_everywhere(tmp_path: Path) -> None:
 
 
 def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
-    boundary = flat((2, 2, 2, 2))
+    boundary = make_flat_boundary((2, 2, 2, 2))
     with pytest.raises(ValueError, match="no key 'zz'"):
         explore(SOURCE, boundary, off_screen=tmp_path / "a.png", keys="zz")
     with pytest.raises(PictureFormatError):
@@ -82,15 +82,15 @@ def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
 
 def test_saving(state: ExplorerState, tmp_path: Path) -> None:
     written: list[tuple[Path, int]] = []
-    saver = Saver(state, tmp_path, lambda p, f, v: written.append((p, len(v))), (480, 300))
+    saver = ExplorerSaver(state, tmp_path, lambda p, f, v: written.append((p, len(v))), (480, 300))
     assert saver.play(["p", "w"]) is Effect.NOTHING
     fill = state.fill
     assert fill is not None and f"saved {tmp_path}" in state.message
     assert [p.name for p in tmp_path.iterdir()] == [f"fill-{fill.pattern.name}-1.png"]
     assert written == [(tmp_path / f"fill-{fill.pattern.name}-1.obj", fill.n_vertices)]
-    Saver(state, tmp_path / "no", None, (480, 300)).obey("p")
+    ExplorerSaver(state, tmp_path / "no", None, (480, 300)).obey("p")
     assert "not saved" in state.message
-    Saver(state, tmp_path, None, (480, 300)).obey("w")
+    ExplorerSaver(state, tmp_path, None, (480, 300)).obey("w")
     assert "cannot be saved" in state.message
     assert saver.play(["q", "h"]) is Effect.QUIT and not state.helping
 
@@ -101,7 +101,9 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
     state = opened(surface=DOME)
     state.view = View(np.eye(3), np.zeros(3), 100.0)
     size = (960, 600)
-    window = Window(state, Saver(state, tmp_path, None, size), KEYS, size, "Fills", off_screen=True)
+    window = Window(
+        state, ExplorerSaver(state, tmp_path, None, size), KEYS, size, "Fills", off_screen=True
+    )
     events = Events(window, size)
     try:
         events.keys("b")
@@ -120,7 +122,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         state.settle()
         events.send("TimerEvent")
         window.save(tmp_path / "window.png")
-        save_drawn(tmp_path / "drawn.png", compose(state, size[0] / size[1]), size[1])
+        save_drawn(tmp_path / "drawn.png", compose_explorer(state, size[0] / size[1]), size[1])
     finally:
         window.close()
         state.close()

@@ -11,9 +11,9 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap
 from viewer.features import FeatureState
-from viewer.features.edits import Curve
+from viewer.features.edits import DrawnCurve
 from viewer.features.keys import KEYS
-from viewer.features.picture import Painter
+from viewer.features.picture import FeaturePainter
 from viewer.keymap import Effect
 
 #: The ridge's ends, and places beside it that a user may click.
@@ -51,7 +51,7 @@ def opened(**options: object) -> FeatureState:
 
 def drawn(state: FeatureState) -> list[str]:
     """The texts of the picture."""
-    return [text.text for text in Painter().compose(state, 1.6).scene.texts]
+    return [text.text for text in FeaturePainter().compose(state, 1.6).scene.texts]
 
 
 def at(state: FeatureState, *point: float) -> tuple[float, float]:
@@ -98,13 +98,13 @@ def picked(state: FeatureState, places: tuple[tuple[float, float], ...] = BESIDE
 ON_RIDGE = 0.01
 
 
-def curve_of(state: FeatureState) -> Curve:
+def curve_of(state: FeatureState) -> DrawnCurve:
     curve = state.curve
     assert curve is not None
     return curve
 
 
-def line_of(state: FeatureState, curve: Curve | None = None) -> np.ndarray:
+def line_of(state: FeatureState, curve: DrawnCurve | None = None) -> np.ndarray:
     look = state.look(curve_of(state) if curve is None else curve)
     assert look is not None
     return look.line

@@ -25,7 +25,7 @@ from tents import (
 
 from patterndb_sketch.features.model import Model
 from viewer.features import FeatureState
-from viewer.features.edits import remade
+from viewer.features.edits import snap_curve
 from viewer.features.keys import ACTIONS, EFFECTS, KEY_HELP, KEYS, MOUSE_HELP
 from viewer.features.layout import (
     AXES,
@@ -36,9 +36,9 @@ from viewer.features.layout import (
     RAILS,
     ROW,
     ROWS,
-    rails,
-    rows_shown,
-    value_of,
+    choose_rows,
+    get_slider_value,
+    place_rails,
 )
 from viewer.features.panel import CURSOR
 from viewer.keymap import Effect
@@ -70,7 +70,7 @@ def test_curves_are_selected_by_a_click_a_row_and_tab(curved: FeatureState) -> N
 @given(st.integers(0, 60), st.integers(0, 60))
 def test_the_list_always_has_the_selected_curve(count: int, selected: int) -> None:
     chosen = selected if selected < count else None
-    shown = rows_shown(count, chosen)
+    shown = choose_rows(count, chosen)
     assert len(shown) == min(count, ROWS) and set(shown) <= set(range(count))
     assert chosen is None or chosen in shown
 
@@ -98,13 +98,13 @@ def test_hidden_curves_are_not_under_the_pointer(curved: FeatureState) -> None:
 @pytest.mark.parametrize("name", RAILS)
 def test_a_slider_changes_the_selected_curve_in_one_step(curved: FeatureState, name: str) -> None:
     base, snap = curve_of(curved), held(curved)
-    rail = rails(curved.room[0])[name]
+    rail = place_rails(curved.room[0])[name]
     places = [(x - curved.room[0] / 2.0, rail.y - curved.room[1] / 2.0)
               for x in (rail.left + 9.0, rail.left + 80.0, rail.left + 130.0)]  # fmt: skip
     drag(curved, *places)
     curve = curve_of(curved)
     value = rail.value_at(rail.left + 130.0)
-    assert value_of(curve.settings, name) == pytest.approx(value)
+    assert get_slider_value(curve.settings, name) == pytest.approx(value)
     assert rail.slider.text(value) in drawn(curved)
     alone = snap.with_settings(curve.settings).curve
     assert (held(curved).curve.samples == alone.samples).all()
@@ -124,7 +124,7 @@ def test_keys_move_sliders_to_their_ends(
     for key, end in ((keys_up, slider.high), (keys_down, slider.low)):
         for _ in range(60):
             KEYS.press(state, key)
-        assert value_of(state.settings, name) == pytest.approx(end)
+        assert get_slider_value(state.settings, name) == pytest.approx(end)
 
 
 def test_axes_and_degrees_are_chosen_by_keys_and_by_clicks(curved: FeatureState) -> None:
@@ -147,7 +147,7 @@ def test_snapping_again_goes_on_from_the_curve(curved: FeatureState) -> None:
     snap = held(curved)
     keys(curved, "a")
     assert (held(curved).curve.samples == snap.again().curve.samples).all()
-    alone = remade(tent(), curve_of(curved), None, None).curve
+    alone = snap_curve(tent(), curve_of(curved), None, None).curve
     assert (held(curved).curve.samples == alone.samples).all()
 
 

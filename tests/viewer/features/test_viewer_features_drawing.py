@@ -29,7 +29,7 @@ from viewer.features import FeatureState, work
 from viewer.features.layout import (
     AXIS_OF,
 )
-from viewer.features.pointing import camera, place_in, surface_at
+from viewer.features.pointing import find_surface_point, make_matrix_camera, to_picture_place
 
 
 def test_clicks_make_a_curve_that_snaps_to_the_ridge(state: FeatureState) -> None:
@@ -88,10 +88,10 @@ def test_clicks_into_a_narrow_gap_count_for_what_is_beside_it() -> None:
 
     def seen_at(view: View, *point: float) -> np.ndarray | None:
         x, y, _ = view.seen(np.array(point)).tolist()
-        return surface_at(view, model, room, x, y)
+        return find_surface_point(view, model, room, x, y)
 
-    place = place_in(room, *view.seen(np.array([0.2, 0.0, 0.0]))[:2].tolist())
-    through = model.first_hits(*camera(view, model, room).rays(place[None]))
+    place = to_picture_place(room, *view.seen(np.array([0.2, 0.0, 0.0]))[:2].tolist())
+    through = model.first_hits(*make_matrix_camera(view, model, room).rays(place[None]))
     assert through.points[0, 2] == pytest.approx(-2.0)
     beside = seen_at(view, 0.2, 0.0, 0.0)
     assert beside == pytest.approx(np.array([0.2, 0.0, 0.0]), abs=0.02)

@@ -11,8 +11,8 @@ from viewer.features.layout import (
     AXIS_OF,
     RAILS,
 )
-from viewer.features.picture import Painter
-from viewer.features.pointing import camera, place_in
+from viewer.features.picture import FeaturePainter
+from viewer.features.pointing import make_matrix_camera, to_picture_place
 from viewer.panel import MARGIN
 
 
@@ -57,14 +57,14 @@ def test_the_camera_sees_what_the_picture_shows(state: FeatureState) -> None:
     keys(state, "1")
     state.wheel(3.0)
     points = state.model.points
-    seen = camera(state.view, state.model, state.room).seen_at(points)
+    seen = make_matrix_camera(state.view, state.model, state.room).seen_at(points)
     flat = state.view.seen(points)[:, :2]
-    places = np.stack([place_in(state.room, *place) for place in flat.tolist()])
+    places = np.stack([to_picture_place(state.room, *place) for place in flat.tolist()])
     assert seen == pytest.approx(places, abs=1e-6)
 
 
 def test_the_model_is_solid_transparent_or_hidden(curved: FeatureState) -> None:
-    painter = Painter()
+    painter = FeaturePainter()
     count = len(curved.model.triangles)
     drawings = {}
     for look in ("solid", "through", "hidden"):
@@ -81,7 +81,7 @@ def test_the_model_is_solid_transparent_or_hidden(curved: FeatureState) -> None:
 
 
 def test_ribs_are_shown_on_demand(curved: FeatureState) -> None:
-    painter = Painter()
+    painter = FeaturePainter()
     before = len(painter.compose(curved, 1.6).solid.corners)
     keys(curved, "r")
     snap = held(curved)

@@ -10,8 +10,8 @@ from tents import ON_RIDGE, at, curve_of, drag, drawn, held, keys, line_of, tent
 
 from patterndb_sketch.features.snap import Snap
 from viewer.features import FeatureState, work
-from viewer.features.edits import remade
-from viewer.features.pointing import PIN, camera
+from viewer.features.edits import snap_curve
+from viewer.features.pointing import PIN, make_matrix_camera
 
 
 def test_a_pulled_sample_is_pinned_where_the_pointer_is(curved: FeatureState) -> None:
@@ -23,7 +23,7 @@ def test_a_pulled_sample_is_pinned_where_the_pointer_is(curved: FeatureState) ->
     assert curve.key == base.key and len(curve.constraints) == 1
     sample, point = curve.constraints[0]
     # The sample moved in the picture as the pointer did, and lies on the model.
-    seen = camera(curved.view, curved.model, curved.room)
+    seen = make_matrix_camera(curved.view, curved.model, curved.room)
     moved = seen.seen_at(point[None])[0] - seen.seen_at(snap.curve.samples[sample][None])[0]
     assert moved == pytest.approx(np.array(target) - begun, abs=1e-6)
     assert curved.model.nearest(point[None]).lengths[0] < 1e-9
@@ -82,9 +82,9 @@ def test_the_curve_in_hand_is_shown_as_it_was_until_it_is_made(
 
     def slow(*arguments: object) -> Snap:
         going_on.wait()
-        return remade(*arguments)  # type: ignore[arg-type]
+        return snap_curve(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(work, "remade", slow)
+    monkeypatch.setattr(work, "snap_curve", slow)
     x, y = at(curved, *point)
     try:
         curved.press(x, y)

@@ -16,13 +16,13 @@ from patterndb_sketch.features.sessionfile import FeatureSession, read_network, 
 from viewer import PictureFormatError
 from viewer.features import FeatureState, draw
 from viewer.features.keys import KEYS
-from viewer.features.layout import rails
-from viewer.features.picture import FAILED, MENDED, RIB_COLOUR, Painter
-from viewer.features.window import Saver, Writer, obj_of
+from viewer.features.layout import place_rails
+from viewer.features.picture import FAILED, MENDED, RIB_COLOUR, FeaturePainter
+from viewer.features.window import FeatureSaver, FeatureWriter, format_obj_lines
 from viewer.keymap import Effect
 from viewer.picture import save_drawn
 from viewer.scene import HEIGHT
-from viewer.style import rgb
+from viewer.style import parse_colour
 from viewer.window import Window
 
 SIZE = (720, 450)
@@ -30,17 +30,17 @@ SIZE = (720, 450)
 
 def colours(state: FeatureState) -> dict[str, int]:
     """How many triangles of the lines that ribs are drawn with there are."""
-    painted = Painter().compose(state, 1.6).solid.colours[:, 0]
+    painted = FeaturePainter().compose(state, 1.6).solid.colours[:, 0]
     return {
-        name: int((np.abs(painted - rgb(colour)).max(axis=1) < 1e-6).sum())
+        name: int((np.abs(painted - parse_colour(colour)).max(axis=1) < 1e-6).sum())
         for name, colour in (("plain", RIB_COLOUR), ("mended", MENDED), ("failed", FAILED))
     }
 
 
-def saver_of(state: FeatureState, folder: Path, path: Path | None = None) -> Saver:
-    files = Writer(folder, path)
+def saver_of(state: FeatureState, folder: Path, path: Path | None = None) -> FeatureSaver:
+    files = FeatureWriter(folder, path)
     state._files = files
-    return Saver(state, files, SIZE)
+    return FeatureSaver(state, files, SIZE)
 
 
 def test_an_off_screen_picture_shows_the_model_and_its_curves(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_mended_and_failed_ribs_are_marked() -> None:
     mess = degrade(clean, 3, uneven=True, gaps=0.004, crossings=0.004)
     state = FeatureState(Model.from_arrays(mess.points, mess.triangles))
     try:
-        Painter().compose(state, 1.6)
+        FeaturePainter().compose(state, 1.6)
         keys(state, "c")
         for point in stroke(clean, "a_pillar", 0.01, 2):
             state.click(point)
@@ -150,7 +150,7 @@ def test_a_session_goes_back_into_its_file(tmp_path: Path) -> None:
 
 
 def test_lines_of_several_curves_are_numbered_on() -> None:
-    text = obj_of({"a b": np.zeros((2, 3)), "c": np.ones((3, 3))})
+    text = format_obj_lines({"a b": np.zeros((2, 3)), "c": np.ones((3, 3))})
     assert [line for line in text.splitlines() if line[0] in "ol"] == [
         "o a_b", "l 1 2", "o c", "l 3 4 5",
     ]  # fmt: skip
@@ -225,7 +225,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         assert np.abs(np.array(at(state, *point)) - begun - (0.0, 30.0)).max() < 2.5
         assert np.linalg.norm(look.line - point, axis=1).min() < 0.02
         for name, value in (("alpha", 0.5), ("stiffness", 10.0), ("angle", 45.0)):
-            rail = rails(room)[name].shifted(-room / 2.0, -HEIGHT / 2.0)
+            rail = place_rails(room)[name].shifted(-room / 2.0, -HEIGHT / 2.0)
             press((rail.left + 4.0, rail.y), (rail.knob(value), rail.y + 5.0))
         curve = state.curve
         assert curve is not None

@@ -14,7 +14,7 @@ from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.sessionfile import FeatureSession, read_session, write_session
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from viewer.features import FeatureState, work
-from viewer.features.edits import Curve, Edits, remade
+from viewer.features.edits import DrawnCurve, FeatureEdits, snap_curve
 from viewer.features.keys import KEYS
 
 
@@ -25,9 +25,9 @@ def test_the_window_goes_on_while_a_curve_is_made(
 
     def slow(*arguments: object) -> Snap:
         going_on.wait()
-        return remade(*arguments)  # type: ignore[arg-type]
+        return snap_curve(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(work, "remade", slow)
+    monkeypatch.setattr(work, "snap_curve", slow)
     try:
         line = line_of(curved)
         KEYS.press(curved, "-")
@@ -51,7 +51,7 @@ def test_what_goes_wrong_in_the_background_is_not_lost(
     def broken(*_: object) -> Snap:
         raise ZeroDivisionError("a mistake")
 
-    monkeypatch.setattr(work, "remade", broken)
+    monkeypatch.setattr(work, "snap_curve", broken)
     with pytest.raises(ZeroDivisionError):
         KEYS.press(curved, "-")
         curved.settle()
@@ -99,12 +99,12 @@ def test_given_settings_come_before_the_session_s() -> None:
 
 def test_curves_keep_their_place_when_they_are_edited() -> None:
     settings = SnapSettings()
-    a, b, c = (Curve(i, f"curve {i + 1}", np.zeros((2, 3)), settings) for i in range(3))
-    edits = Edits((a, b))
+    a, b, c = (DrawnCurve(i, f"curve {i + 1}", np.zeros((2, 3)), settings) for i in range(3))
+    edits = FeatureEdits((a, b))
     after = edits.with_curve(replace(a, name="x")).with_curve(c)
     assert [one.name for one in after.curves] == ["x", "curve 2", "curve 3"]
     assert after.free_name() == "curve 4" and after.without(1).find(1) is None
-    assert Edits((replace(a, name="curve 2"),)).free_name() == "curve 3"
+    assert FeatureEdits((replace(a, name="curve 2"),)).free_name() == "curve 3"
     pinned = a.pinned(4, np.ones(3)).pinned(2, np.zeros(3)).pinned(4, np.zeros(3))
     assert [number for number, _ in pinned.constraints] == [2, 4]
     assert pinned.unpinned(2).unpinned(4).constraints == ()

@@ -20,10 +20,10 @@ from viewer.skin import (
     OF_KEY,
     SMOOTH,
     Skin,
-    shaded,
+    shade_model,
     smooth_normals,
 )
-from viewer.style import rgb
+from viewer.style import parse_colour
 
 
 def test_normals_are_smooth_but_at_creases_whatever_the_sense(curved: FeatureState) -> None:
@@ -60,9 +60,9 @@ def test_normals_equal_a_slow_reference(seed: int) -> None:
 
 def test_a_model_is_shaded_alike_in_either_sense(state: FeatureState) -> None:
     skin = Skin.of(state.model.corners, state.model.triangles)
-    seen, colours = shaded(skin, state.view, (0.0, 0.0), through=False)
+    seen, colours = shade_model(skin, state.view, (0.0, 0.0), through=False)
     turned = Skin(skin.corners[:, ::-1], -skin.normals[:, ::-1])
-    again, others = shaded(turned, state.view, (0.0, 0.0), through=False)
+    again, others = shade_model(turned, state.view, (0.0, 0.0), through=False)
     assert (again[:, ::-1] == seen).all() and others[:, ::-1] == pytest.approx(colours, abs=1e-6)
     assert colours.min() > 0.3 and colours.max() <= 1.0
 
@@ -70,7 +70,7 @@ def test_a_model_is_shaded_alike_in_either_sense(state: FeatureState) -> None:
 def test_shading_equals_a_slow_reference(state: FeatureState) -> None:
     keys(state, "v")
     skin, view = state.skin, state.view
-    seen, colours = shaded(skin, view, (30.0, -20.0), through=False)
+    seen, colours = shade_model(skin, view, (30.0, -20.0), through=False)
     assert seen == pytest.approx(view.seen(skin.corners) + np.array([30.0, -20.0, 0.0]))
     one, other = seen[:, 1, :2] - seen[:, 0, :2], seen[:, 2, :2] - seen[:, 0, :2]
     away = one[:, 0] * other[:, 1] < one[:, 1] * other[:, 0]
@@ -78,4 +78,6 @@ def test_shading_equals_a_slow_reference(state: FeatureState) -> None:
     bright = AMBIENT + OF_KEY * np.clip(normals @ KEY, 0.0, 1.0)
     bright += OF_FILL * np.clip(normals @ FILL, 0.0, 1.0)
     bright *= 1.0 - EDGE * (1.0 - np.abs(normals[..., 2])) ** 3
-    assert colours == pytest.approx(np.minimum(bright[..., None] * rgb(MATTE), 1.0), abs=1e-5)
+    assert colours == pytest.approx(
+        np.minimum(bright[..., None] * parse_colour(MATTE), 1.0), abs=1e-5
+    )

@@ -14,7 +14,7 @@ from query.engine import PatternSource
 from viewer.keymap import Effect
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import KEYS
-from viewer.retopo.picture import Painter
+from viewer.retopo.picture import RetopoPainter
 
 #: A square on the sheet, counter-clockwise.
 SQUARE = ((-1.5, -1.5), (1.5, -1.5), (1.5, 1.5), (-1.5, 1.5))
@@ -69,7 +69,7 @@ def opened(source: PatternSource, ground: Ground | None = None) -> RetopoState:
 
 def texts(state: RetopoState) -> list[str]:
     """The texts of the picture."""
-    return [text.text for text in Painter().compose(state, ASPECT).scene.texts]
+    return [text.text for text in RetopoPainter().compose(state, ASPECT).scene.texts]
 
 
 def keys(state: RetopoState, text: str) -> None:

@@ -12,13 +12,13 @@ from patterndb_sketch.retopo.tool import Result, Tool
 from query.engine import PatternSource
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import ACTIONS, KEY_HELP, MODE_KEYS
-from viewer.retopo.layout import mode_box, option_under, options_top
-from viewer.retopo.modes import mode_of, modes
-from viewer.retopo.pointing import foot_at, stands_along, visible
+from viewer.retopo.layout import find_option_number, place_mode, place_options
+from viewer.retopo.modes import list_modes, make_mode
+from viewer.retopo.pointing import find_upright, find_visible, pick_foot
 
 
 def test_every_tool_of_the_table_has_a_mode_and_a_key_of_its_own() -> None:
-    made = modes()
+    made = list_modes()
     assert {mode.tool for mode in made} == {
         name for name, tool in TOOLS.items() if tool.control.mode
     }
@@ -36,7 +36,7 @@ def test_a_new_tool_is_a_mode_by_its_entry_in_the_table() -> None:
         raise AssertionError
 
     at_point = Argument(Vector(), "a point")
-    click_one = mode_of(
+    click_one = make_mode(
         Tool(
             "shine",
             "Make it shine.",
@@ -58,12 +58,12 @@ def test_a_new_tool_is_a_mode_by_its_entry_in_the_table() -> None:
         ("twice", (False, True), False),
     ]
     assert (click_one.brush, click_one.given_as) == ("brush", "radius")
-    two = mode_of(Tool("shift", "Shift.", {"at": at_point, "to": at_point}, act))
+    two = make_mode(Tool("shift", "Shift.", {"at": at_point, "to": at_point}, act))
     assert two is not None and (two.gesture, two.places) == ("drag", ("at", "to"))
-    none = mode_of(Tool("tidy", "Tidy.", {}, act))
+    none = make_mode(Tool("tidy", "Tidy.", {}, act))
     assert none is not None and none.gesture == "act"
     wants = {"amount": Argument(Number(), "how much")}
-    assert mode_of(Tool("measure", "Measure.", wants, act)) is None
+    assert make_mode(Tool("measure", "Measure.", wants, act)) is None
 
 
 def test_the_panel_is_clicked(state: RetopoState) -> None:
@@ -74,14 +74,14 @@ def test_the_panel_is_clicked(state: RetopoState) -> None:
         state.release(x - room[0] / 2.0, y - room[1] / 2.0)
 
     number = next(k for k, mode in enumerate(state.modes) if mode.tool == "cylinder")
-    x, y, width, height = mode_box(room[0], number, len(state.modes))
+    x, y, width, height = place_mode(room[0], number, len(state.modes))
     press_panel(x + width / 2.0, y + height / 2.0)
     assert state.mode.tool == "cylinder"
     names = [option.name for option in state.mode.options]
     row = names.index("caps")
     count = len(state.modes)
-    y = options_top(count) - 22.0 * row
-    assert option_under(room[0], room[0] + 40.0, y, count, len(names)) == row
+    y = place_options(count) - 22.0 * row
+    assert find_option_number(room[0], room[0] + 40.0, y, count, len(names)) == row
     press_panel(room[0] + 40.0, y)
     assert state.option(state.mode, state.mode.options[row]) == "always"
     assert "always" in " ".join(texts(state))
@@ -128,14 +128,14 @@ def test_what_the_pointer_is_on_is_what_is_seen_there(source: PatternSource) -> 
         rng = np.random.default_rng(4)
         z, y = rng.uniform(-2.9, 2.9, 40), rng.uniform(-0.95, 0.95, 40)
         for one in np.stack([np.sqrt(1.0 - y * y), y, z], axis=1).tolist():
-            foot = foot_at(state.view, state.ground, *at(state, one))
+            foot = pick_foot(state.view, state.ground, *at(state, one))
             assert foot is not None
             # The tube has flat facets, at most 1 - cos(pi / 48) within the round one.
             assert np.abs(foot.points[0, 1:] - one[1:]).max() < 1e-9
             assert 0.0 <= one[0] - foot.points[0, 0] < 0.02
-        assert foot_at(state.view, state.ground, *at(state, (0.0, 1.2, 0.0))) is None
+        assert pick_foot(state.view, state.ground, *at(state, (0.0, 1.2, 0.0))) is None
         places = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.3, 0.0]])
-        assert visible(state.view, state.ground, places).tolist() == [True, False, True]
+        assert find_visible(state.view, state.ground, places).tolist() == [True, False, True]
     finally:
         state.close()
 
@@ -151,8 +151,8 @@ def box(base: int, *, upwards: bool = False) -> Ground:
 
 
 def test_what_stands_along_z_is_upright_at_first(source: PatternSource) -> None:
-    assert [stands_along(box(axis)) for axis in range(3)] == ["y", "y", "z"]
-    assert stands_along(box(2, upwards=True)) == "y" and stands_along(tube()) == "y"
+    assert [find_upright(box(axis)) for axis in range(3)] == ["y", "y", "z"]
+    assert find_upright(box(2, upwards=True)) == "y" and find_upright(tube()) == "y"
     state = opened(source, box(2))
     try:
         assert state.upright == "z" and "z is up    Z: another" in texts(state)

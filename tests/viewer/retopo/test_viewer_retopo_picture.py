@@ -15,22 +15,22 @@ from patterndb_sketch.retopo.filling import weld_fills
 from query.engine import PatternSource
 from viewer import PictureFormatError
 from viewer.retopo import RetopoState, draw
-from viewer.retopo.body import Body
+from viewer.retopo.body import NetworkBody
 from viewer.retopo.marks import CORNER, CURVE, EDGE, FLOW, INK, MARKED, SIDES, SNAP, VALENCES, WRONG
-from viewer.retopo.picture import Painter
-from viewer.style import PAPER, rgb
+from viewer.retopo.picture import RetopoPainter
+from viewer.style import PAPER, parse_colour
 
 
 def painted(state: RetopoState, colour: str) -> int:
     """How many triangles of this very colour the picture has, but for those of round bands."""
-    colours = Painter().compose(state, ASPECT).solid.colours[:, 0]
-    return int((np.abs(colours - rgb(colour)).max(axis=1) < 1e-6).sum())
+    colours = RetopoPainter().compose(state, ASPECT).solid.colours[:, 0]
+    return int((np.abs(colours - parse_colour(colour)).max(axis=1) < 1e-6).sum())
 
 
 def banded(state: RetopoState, colour: str) -> int:
     """The same of bands, which are darker at their rims."""
-    colours = Painter().compose(state, ASPECT).solid.colours
-    dark = np.abs(colours - 0.72 * rgb(colour)).max(axis=2) < 1e-6
+    colours = RetopoPainter().compose(state, ASPECT).solid.colours
+    dark = np.abs(colours - 0.72 * parse_colour(colour)).max(axis=2) < 1e-6
     return int(dark.any(axis=1).sum())
 
 
@@ -73,8 +73,8 @@ def test_all_that_there_is_is_drawn(state: RetopoState) -> None:
 def test_patches_have_the_colour_of_their_sides(state: RetopoState) -> None:
     square(state)
     hover(state, (4.5, -4.5))
-    drawn = Painter().compose(state, ASPECT).solid.colours.reshape(-1, 3)
-    ratio = drawn / rgb(SIDES[4])
+    drawn = RetopoPainter().compose(state, ASPECT).solid.colours.reshape(-1, 3)
+    ratio = drawn / parse_colour(SIDES[4])
     flat = np.ptp(ratio, axis=1) < 1e-5
     assert flat.sum() >= 6 * len(state.shown.body.mesh.quads)
 
@@ -82,13 +82,13 @@ def test_patches_have_the_colour_of_their_sides(state: RetopoState) -> None:
 def test_the_half_that_is_an_image_is_darker(source: PatternSource) -> None:
     state = opened(source, tube())
     try:
-        before = Painter().compose(state, ASPECT).solid.colours.sum()
+        before = RetopoPainter().compose(state, ASPECT).solid.colours.sum()
         keys(state, "M")
         plane = state.shown.state.plane
         assert plane is not None
         count = len(state.ground.triangles)
-        drawn = Painter().compose(state, ASPECT).solid.colours[:count]
-        whole = Painter()._shading.model(state.skin, state.view, "solid", (0.0, 0.0))[1]
+        drawn = RetopoPainter().compose(state, ASPECT).solid.colours[:count]
+        whole = RetopoPainter()._shading.model(state.skin, state.view, "solid", (0.0, 0.0))[1]
         beyond = (plane.heights(state.ground.vertices) < 0.0)[state.ground.triangles]
         ratio = (drawn / whole).mean(axis=2)
         assert np.allclose(ratio[beyond], 0.84) and np.allclose(ratio[~beyond], 1.0)
@@ -113,7 +113,7 @@ def test_numbers_of_edges_are_written_in_the_mode_of_counts(state: RetopoState) 
     keys(state, "t")
 
     def numbers() -> list[tuple[str, bool]]:
-        texts = Painter().compose(state, ASPECT).scene.texts
+        texts = RetopoPainter().compose(state, ASPECT).scene.texts
         return sorted((t.text, t.bold) for t in texts if t.text.isdigit() and t.size == 11.0)
 
     counts = [c.count for c in state.network.chains.values() if not c.marked]
@@ -170,18 +170,18 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
     shown, placed = state.shown, state.shown.filled.placed[patch]
     wrong = replace(placed, flipped=np.array([0, 3], np.int32))
     found = replace(shown.filled, placed={patch: wrong})
-    body = Body.made_of(found, state.ground, shown.body.mesh)
+    body = NetworkBody.made_of(found, state.ground, shown.body.mesh)
     assert np.flatnonzero(body.flipped).tolist() == [0, 1, 6, 7]
     none = replace(shown.filled, placed={})
     for filled, made, told in (
         (found, body, "2 quads, in red"),
-        (none, Body.made_of(none, state.ground, weld_fills(none)), "0, 1 patch without"),
+        (none, NetworkBody.made_of(none, state.ground, weld_fills(none)), "0, 1 patch without"),
     ):
         state._work.shown = replace(shown, filled=filled, body=made)
         assert told in texts(state)
-        seen = Painter().compose(state, ASPECT).solid.colours
+        seen = RetopoPainter().compose(state, ASPECT).solid.colours
         # Light makes a colour darker, and leaves its hue.
-        red = np.ptp(seen / rgb(WRONG), axis=2).max(axis=1) < 1e-5
+        red = np.ptp(seen / parse_colour(WRONG), axis=2).max(axis=1) < 1e-5
         assert red.sum() == 4 if filled is found else red.sum() > 4
     assert state.empty() == (patch,) and painted(state, WRONG) > 0
     state._work.shown = shown

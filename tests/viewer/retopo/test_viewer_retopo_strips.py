@@ -10,7 +10,7 @@ from sheets import SQUARE, at, click, drag, hover, keys, press, quads_of, square
 
 from patterndb_sketch.retopo.filling import RetopoMesh
 from viewer.retopo import RetopoState
-from viewer.retopo.previews import nearest_edge, strip_line, twins
+from viewer.retopo.previews import find_nearest_edge, pair_edges, trace_strip
 
 PENTAGON = ((0.0, 2.0), (-1.9, 0.6), (-1.2, -1.6), (1.2, -1.6), (1.9, 0.6))
 
@@ -41,7 +41,7 @@ def _off(point: np.ndarray, ends: np.ndarray) -> float:
 @given(st.integers(1, 6), st.integers(1, 6), st.integers(0, 99))
 def test_twins_are_the_same_edge_the_other_way(n: int, m: int, seed: int) -> None:
     quads = grid(n, m).quads[np.random.default_rng(seed).permutation(n * m)]
-    twin = twins(quads)
+    twin = pair_edges(quads)
     tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
     has = np.flatnonzero(twin >= 0)
     assert np.array_equal(twin[twin[has]], has)
@@ -53,13 +53,13 @@ def test_twins_are_the_same_edge_the_other_way(n: int, m: int, seed: int) -> Non
 def test_a_strip_crosses_a_grid_from_rim_to_rim(n: int, m: int, x: float, y: float) -> None:
     mesh = grid(n, m)
     point = np.array([n * x, m * y, 0.0])
-    half = nearest_edge(mesh, np.arange(n * m, dtype=np.int32), point)
+    half = find_nearest_edge(mesh, np.arange(n * m, dtype=np.int32), point)
     ends = mesh.vertices[[mesh.quads.ravel()[half], np.roll(mesh.quads, -1, axis=1).ravel()[half]]]
     # No edge is nearer: those of the unit grid are at whole numbers, within its rim.
     assert _off(point, ends) <= min(
         _off(point, mesh.vertices[quad[[k, k - 3]]]) for quad in mesh.quads for k in range(4)
     )
-    line = strip_line(mesh, half)
+    line = trace_strip(mesh, half)
     across = 0 if ends[0, 1] != ends[1, 1] else 1
     # An edge that stands upright is crossed by a row, and one that lies by a column.
     assert len(line) == (n, m)[across] + 1
@@ -73,7 +73,7 @@ def test_a_strip_crosses_a_grid_from_rim_to_rim(n: int, m: int, x: float, y: flo
 def test_a_strip_that_comes_back_is_closed(row: int) -> None:
     mesh = grid(5, 3, closed=True)
     # Half-edge 1 of a quad leads upwards at its right.
-    line = strip_line(mesh, 4 * (5 * row + 2) + 1)
+    line = trace_strip(mesh, 4 * (5 * row + 2) + 1)
     assert len(line) == 6 and np.array_equal(line[0], line[-1])
     assert (line[:, 1] == row + 0.5).all()
 

@@ -20,23 +20,23 @@ from viewer.keymap import Effect
 from viewer.picture import save_drawn
 from viewer.retopo import RetopoState, show
 from viewer.retopo.keys import KEYS
-from viewer.retopo.window import RetopoWindow, Saver, Writer
+from viewer.retopo.window import RetopoSaver, RetopoWindow, RetopoWriter
 
 SIZE = (720, 450)
 
 
-def writer(folder: Path, **paths: Path) -> Writer:
+def writer(folder: Path, **paths: Path) -> RetopoWriter:
     def write_mesh(path: Path, mesh: RetopoMesh) -> None:
         path.write_text(f"{len(mesh.quads)} quads")
 
     session, script = paths.get("session"), paths.get("script")
-    return Writer(folder, session, script, Script("sheet.obj", ()), write_mesh)
+    return RetopoWriter(folder, session, script, Script("sheet.obj", ()), write_mesh)
 
 
 def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: PatternSource) -> None:
     files = writer(tmp_path)
     state.files = files
-    saver = Saver(state, files, SIZE)
+    saver = RetopoSaver(state, files, SIZE)
     assert saver.play(["o", "S"]) is Effect.NOTHING
     assert "nothing has been done" in state.message and not list(tmp_path.iterdir())
     square(state)
@@ -59,7 +59,7 @@ def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: Pattern
     state.files = lost
     for key in "spSo":
         state.message = ""
-        Saver(state, lost, SIZE).obey(key)
+        RetopoSaver(state, lost, SIZE).obey(key)
         assert state.message.startswith("not saved: "), key
     state.files = None
     for key in "sSo":
@@ -75,7 +75,7 @@ def test_sessions_and_scripts_go_into_the_files_that_were_named(
     paths["session"].write_bytes(b"older")
     state.files = writer(tmp_path, **paths)
     square(state)
-    Saver(state, writer(tmp_path), SIZE).play(["s", "S", "s", "S"])
+    RetopoSaver(state, writer(tmp_path), SIZE).play(["s", "S", "s", "S"])
     assert sorted(tmp_path.iterdir()) == sorted(paths.values())
     assert len(read_session(paths["session"]).state.network.patches) == 1
 
@@ -83,7 +83,7 @@ def test_sessions_and_scripts_go_into_the_files_that_were_named(
 def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) -> None:
     now = [0.0]
     autosave = Autosave(state.ground, state.shown.state, folder=tmp_path, clock=lambda: now[0])
-    state.files = Writer(tmp_path, None, None, Script("sheet.obj", ()), None, autosave)
+    state.files = RetopoWriter(tmp_path, None, None, Script("sheet.obj", ()), None, autosave)
     square(state)
     state.poll()
     assert list(tmp_path.iterdir()) == []
@@ -103,7 +103,7 @@ def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) ->
 def test_quitting_asks_once_if_work_would_be_lost(tmp_path: Path, state: RetopoState) -> None:
     files = writer(tmp_path)
     state.files = files
-    saver = Saver(state, files, SIZE)
+    saver = RetopoSaver(state, files, SIZE)
     assert saver.obey("q") is Effect.QUIT
     square(state)
     assert saver.obey("q") is Effect.REDRAW and "not saved" in state.message
@@ -119,7 +119,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path, state: Re
         return
     files = writer(tmp_path)
     state.files = files
-    saver = Saver(state, files, SIZE)
+    saver = RetopoSaver(state, files, SIZE)
     window = RetopoWindow(state, saver, KEYS, SIZE, "sheet", off_screen=True)
     events = Events(window, SIZE, state.settle)
 
@@ -172,7 +172,7 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
         fail = False
         quit_by_key = False
 
-        def __init__(self, state: RetopoState, saver: Saver, *_: object) -> None:
+        def __init__(self, state: RetopoState, saver: RetopoSaver, *_: object) -> None:
             self.state, self.saver = state, saver
 
         def run(self) -> None:
@@ -225,7 +225,7 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
 
 
 def test_keys_wait_while_something_is_drawn(tmp_path: Path, state: RetopoState) -> None:
-    saver = Saver(state, writer(tmp_path), SIZE)
+    saver = RetopoSaver(state, writer(tmp_path), SIZE)
     x, y = at(state, (0.0, 0.0))
     state.move(x, y)
     state.press(x, y)

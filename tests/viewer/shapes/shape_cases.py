@@ -13,7 +13,7 @@ from patterndb_sketch.features.registration import Registration, Template, box_t
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer.keymap import Effect
 from viewer.shapes import ShapesState
-from viewer.shapes.picture import compose
+from viewer.shapes.picture import compose_shape
 from viewer.shapes.state import KEYS
 
 #: Resolution of the body, and vertices per edge of the template's boxes.
@@ -55,7 +55,7 @@ def car_shapes(count: int = 6) -> ShapeModel:
 
 def opened(count: int = 6) -> ShapesState:
     state = ShapesState(car_shapes(count), car_template())
-    compose(state, 1.6)
+    compose_shape(state, 1.6)
     return state
 
 

@@ -16,7 +16,7 @@ from patterndb_sketch.features.shapemodel import edit, pull_feature
 from viewer.camera import View
 from viewer.shapes import ShapesState, shaping
 from viewer.shapes.shaping import KEEP, SIGMAS, STIFF
-from viewer.shapes.sight import displaced
+from viewer.shapes.sight import find_displacement
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 
@@ -29,11 +29,11 @@ def test_a_pull_goes_where_the_pointer_goes(seed: int, dx: float, dy: float) -> 
     rng = np.random.default_rng(seed)
     axes = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     view = View(axes, rng.normal(size=3), float(rng.uniform(10.0, 300.0)))
-    flat = displaced(view, dx, dy, None)
+    flat = find_displacement(view, dx, dy, None)
     assert flat is not None
     assert (flat @ axes.T) * view.scale == pytest.approx([dx, dy, 0.0], abs=1e-8)
     for axis in range(3):
-        along = displaced(view, dx, dy, axis)
+        along = find_displacement(view, dx, dy, axis)
         short = np.linalg.norm(axes[:2, axis])
         assert (along is None) == (short < 0.15)
         if along is not None:
@@ -58,7 +58,7 @@ def test_a_dragged_curve_gives_the_edit_of_its_pull(
     start = state.choice.coefficients
     where = seen(state, "roof_rail", mirrored=mirrored)
     drag(state, where, (13.0, 21.0))
-    offset = displaced(state.view, 13.0, 21.0, None)
+    offset = find_displacement(state.view, 13.0, 21.0, None)
     assert offset is not None
     shapes = state.shapes
     place = len(shapes.feature("roof_rail").vertices) // 2 if bending else None

@@ -14,8 +14,8 @@ from shape_cases import keys, seen
 from patterndb_sketch.features.model import Model
 from viewer.keymap import Effect
 from viewer.shapes import ShapesState
-from viewer.shapes.sight import finer
-from viewer.shapes.skin import nearest_on
+from viewer.shapes.sight import refine_line
+from viewer.shapes.skin import find_nearest_place
 from viewer.shapes.state import KEYS
 
 
@@ -66,11 +66,11 @@ def test_a_ghost_is_drawn_where_it_is_in_sight(state: ShapesState) -> None:
     keys(state, "n n g")
     sight = state.ghost_sight
     assert sight is not None and state.ghost_sight is sight
-    drawn = np.concatenate([finer(line, 2.0)[0] for line in sight.drawing])
+    drawn = np.concatenate([refine_line(line, 2.0)[0] for line in sight.drawing])
     assert sight.visible(drawn).mean() > 0.97
     near = KDTree(drawn[:, :2])
     for line in sight.lines:
-        fine, own = finer(line, 2.0)
+        fine, own = refine_line(line, 2.0)
         assert np.array_equal(fine[own], line)
         assert np.linalg.norm(np.diff(fine[:, :2], axis=0), axis=1).max() < 2.0 + 1e-9
         shown = sight.visible(fine)
@@ -87,7 +87,7 @@ def test_the_nearest_point_of_a_polyline(seed: int) -> None:
     rng = np.random.default_rng(seed)
     lines = [rng.normal(size=(int(rng.integers(1, 6)), 3)) for _ in range(3)]
     place = rng.normal(size=2)
-    away, piece, share = nearest_on(lines, place)
+    away, piece, share = find_nearest_place(lines, place)
     for i, line in enumerate(lines):
         ends = line if len(line) > 1 else line[[0, 0]]
         t = np.linspace(0.0, 1.0, 400)[:, None]

@@ -10,17 +10,17 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from shape_cases import car_shapes, car_template
 
-from viewer.shapes.skin import Skin
+from viewer.shapes.skin import ShapeSkin
 
 MIRROR = np.array([1.0, -1.0, 1.0])
 
 
 @pytest.fixture(scope="module")
-def skin() -> Skin:
-    return Skin.of(car_shapes(), car_template())
+def skin() -> ShapeSkin:
+    return ShapeSkin.of(car_shapes(), car_template())
 
 
-def test_triangles_cover_the_quads_alike_on_both_sides(skin: Skin) -> None:
+def test_triangles_cover_the_quads_alike_on_both_sides(skin: ShapeSkin) -> None:
     """Two triangles a quad, turned as it is, and the image's diagonals are the images."""
     quads, n = skin.quads, len(skin.quads)
     triangles = skin.vertices.reshape(n, 2, 3)
@@ -36,7 +36,7 @@ def test_triangles_cover_the_quads_alike_on_both_sides(skin: Skin) -> None:
     assert np.sort(half[0]) == pytest.approx(np.sort(half[1]))
 
 
-def test_normals_are_smooth_but_not_over_creases(skin: Skin) -> None:
+def test_normals_are_smooth_but_not_over_creases(skin: ShapeSkin) -> None:
     """Against loops over the corners of each vertex."""
     points = car_shapes().shape(car_shapes().coefficients[2])
     normals = skin.normals(points)
@@ -63,7 +63,7 @@ def test_the_outline_parts_what_faces_the_viewer_from_what_does_not(seed: int) -
     """Against loops over triangles and edges: in a triangle the line where the normals, blended
     between its corners, are across the line of sight; along an edge, where its faces' own
     normals differ in side, or where there is one face alone."""
-    skin = Skin.of(car_shapes(), car_template())
+    skin = ShapeSkin.of(car_shapes(), car_template())
     points = car_shapes().mean
     toward = np.random.default_rng(seed).normal(size=3)
     normals = skin.normals(points)
@@ -97,7 +97,7 @@ def test_the_outline_parts_what_faces_the_viewer_from_what_does_not(seed: int) -
     assert np.array(ordered(list(found))) == pytest.approx(np.array(ordered(wanted)), abs=1e-6)
 
 
-def test_every_curve_has_its_image_but_those_in_the_middle(skin: Skin) -> None:
+def test_every_curve_has_its_image_but_those_in_the_middle(skin: ShapeSkin) -> None:
     points = car_shapes().shape(car_shapes().coefficients[1])
     own = {line.name: line for line in skin.lines if not line.mirrored}
     images = {line.name: line for line in skin.lines if line.mirrored}

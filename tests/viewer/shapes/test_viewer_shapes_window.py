@@ -16,17 +16,17 @@ from viewer.keymap import Effect
 from viewer.picture import save_drawn
 from viewer.scene import HEIGHT
 from viewer.shapes import ShapesState, draw
-from viewer.shapes.picture import GHOST, GRABBED, HELD, PARTS, compose
+from viewer.shapes.picture import GHOST, GRABBED, HELD, PARTS, compose_shape
 from viewer.shapes.state import KEYS
-from viewer.shapes.window import Saver
-from viewer.style import rgb
+from viewer.shapes.window import ShapesSaver
+from viewer.style import parse_colour
 from viewer.window import Window
 
 
 def share(image: np.ndarray, colour: str) -> float:
     """The part of an image that has a colour's hue and strength, whatever its shade."""
     pixels = image.reshape(-1, 3)
-    wanted = rgb(colour) - rgb(colour).mean()
+    wanted = parse_colour(colour) - parse_colour(colour).mean()
     tint = pixels - pixels.mean(axis=1, keepdims=True)
     size = np.linalg.norm(tint, axis=1)
     along = tint @ wanted / np.maximum(size * np.linalg.norm(wanted), 1e-9)
@@ -35,14 +35,14 @@ def share(image: np.ndarray, colour: str) -> float:
 
 def solid_colours(state: ShapesState, colour: str) -> int:
     """How many corners of triangles have a colour; ribbons' rims are darker."""
-    drawn = compose(state, 1.6, bare=True)
+    drawn = compose_shape(state, 1.6, bare=True)
     flat = drawn.solid.colours.reshape(-1, 3)
-    return int(np.count_nonzero(np.abs(flat - rgb(colour)).max(axis=1) < 1e-6))
+    return int(np.count_nonzero(np.abs(flat - parse_colour(colour)).max(axis=1) < 1e-6))
 
 
 def opened() -> ShapesState:
     state = ShapesState(car_shapes(), car_template())
-    compose(state, 1.6)
+    compose_shape(state, 1.6)
     return state
 
 
@@ -87,12 +87,12 @@ def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
 def test_switches_change_what_is_drawn() -> None:
     """Held curves, the pulled one, edges of faces, and the ghost."""
     state = opened()
-    plain = len(compose(state, 1.6, bare=True).solid.corners)
+    plain = len(compose_shape(state, 1.6, bare=True).solid.corners)
     assert solid_colours(state, HELD) == 0
     state.toggle_held("shoulder")
     assert solid_colours(state, HELD) > 0
     KEYS.press(state, "e")
-    assert len(compose(state, 1.6, bare=True).solid.corners) > plain + len(state.skin.edges)
+    assert len(compose_shape(state, 1.6, bare=True).solid.corners) > plain + len(state.skin.edges)
     line = next(i for i, one in enumerate(state.skin.lines) if one.name == "roof_rail")
     at = state.sight.lines[line][2, :2]
     assert solid_colours(state, GRABBED) == 0
@@ -110,7 +110,7 @@ def test_the_panel_says_what_is_known() -> None:
     line = next(i for i, one in enumerate(state.skin.lines) if one.name == "roof_rail")
     state.move(*state.sight.lines[line][2, :2])
     state.message = "a note " * 30
-    drawn = compose(state, 1.6)
+    drawn = compose_shape(state, 1.6)
     texts = [t.text for t in drawn.scene.texts]
     for wanted in ("car 0", "6 shapes, 5 modes", "one vertex, along z", "shoulder", "roof rail"):
         assert wanted in texts
@@ -119,7 +119,7 @@ def test_the_panel_says_what_is_known() -> None:
         assert f"{state.sigmas[mode]:.2f} σ" in [t.replace("\u2212", "-") for t in texts]
         assert f"{100.0 * state.shapes.shares[mode]:.3g} %" in texts
     KEYS.press(state, "h")
-    drawn = compose(state, 1.6)
+    drawn = compose_shape(state, 1.6)
     assert "this list; quit" in [t.text for t in drawn.scene.texts]
     assert "roof rail" not in [t.text for t in drawn.scene.texts]
 
@@ -128,7 +128,7 @@ def test_saving(tmp_path: Path) -> None:
     """The OBJ file has the shape that is shown, number for number, and the model's quads."""
     state = opened()
     target = tmp_path / "new.obj"
-    saver = Saver(state, target, (480, 300))
+    saver = ShapesSaver(state, target, (480, 300))
     assert saver.play(["r", "o", "p", "p"]) is Effect.NOTHING
     assert "saved" in state.message
     names = sorted(path.name for path in tmp_path.iterdir())
@@ -140,14 +140,14 @@ def test_saving(tmp_path: Path) -> None:
     )
     saver.play(["r", "o"])
     assert np.array_equal(read_mesh(target).points, state.points)
-    Saver(state, tmp_path / "no" / "new.obj", (480, 300)).obey("o")
+    ShapesSaver(state, tmp_path / "no" / "new.obj", (480, 300)).obey("o")
     assert "not saved" in state.message
     assert saver.play(["q", "h"]) is Effect.QUIT and not state.helping
 
 
 def test_without_a_file_new_ones_are_made(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Saver(opened(), None, (480, 300)).play(["o", "o", "p"])
+    ShapesSaver(opened(), None, (480, 300)).play(["o", "o", "p"])
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["shape-1.obj", "shape-1.png", "shape-2.obj"]
 
@@ -157,7 +157,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         return
     state = opened()
     size = (640, 400)
-    saver = Saver(state, tmp_path / "car.obj", size)
+    saver = ShapesSaver(state, tmp_path / "car.obj", size)
     window = Window(state, saver, KEYS, size, "Shapes", off_screen=True)
     events = Events(window, size)
     drag, room = events.drag, events.room
@@ -193,7 +193,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         events.send("MouseMoveEvent", (-room / 2.0 + 4.0, 300.0))
         window.redraw()
         window.save(tmp_path / "window.png")
-        save_drawn(tmp_path / "drawn.png", compose(state, size[0] / size[1]), size[1])
+        save_drawn(tmp_path / "drawn.png", compose_shape(state, size[0] / size[1]), size[1])
     finally:
         window.close()
     assert alike(tmp_path / "window.png", tmp_path / "drawn.png")

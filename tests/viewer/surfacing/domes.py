@@ -10,7 +10,7 @@ import numpy as np
 from patterndb_sketch.surfacing.naming import named_cycle
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
 from viewer.keymap import Effect
-from viewer.surfacing.picture import compose
+from viewer.surfacing.picture import compose_surface
 from viewer.surfacing.state import KEYS, SurfacingState
 
 #: The patches of the dome: a quarter of the rim and two meridians each.
@@ -71,7 +71,7 @@ FROM_ABOVE: dict[str, Any] = {"toward": (0.0, 0.0, 1.0), "up": (0.0, 1.0, 0.0)}
 
 def opened(source: object = None, **options: object) -> SurfacingState:
     state = SurfacingState(dome() if source is None else source, **(FROM_ABOVE | options))  # type: ignore[arg-type]
-    compose(state, 1.6)
+    compose_surface(state, 1.6)
     state.settle()
     return state
 

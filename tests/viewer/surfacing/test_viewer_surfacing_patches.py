@@ -12,17 +12,17 @@ import patterndb
 from patterndb_sketch.surfacing.network import Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.surfaces import Settings, surface
 from viewer.style import TINTS
-from viewer.surfacing.body import Body, neighbours, piece_tints
-from viewer.surfacing.picture import compose
+from viewer.surfacing.body import SurfaceBody, choose_piece_tints, find_neighbours
+from viewer.surfacing.picture import compose_surface
 from viewer.surfacing.state import (
     KEYS,
     PANEL,
     SLIDER,
     SLIDER_Y,
     SurfacingState,
-    alpha_at,
-    alpha_of,
-    share_of,
+    find_alpha,
+    to_alpha,
+    to_slider_share,
 )
 
 
@@ -34,7 +34,7 @@ def test_the_slider_changes_the_pieces(state: SurfacingState) -> None:
         x = left + SLIDER[0] + share * (SLIDER[1] - SLIDER[0])
         drag(state, (left + SLIDER[0], y), (x, y + 40.0))
         state.settle()
-        assert state.settings.alpha == pytest.approx(alpha_of(share), abs=1e-3)
+        assert state.settings.alpha == pytest.approx(to_alpha(share), abs=1e-3)
         counts[share] = pieces(state)
         wanted = surface(dome(), settings=state.settings, spacing=state.made.wish.spacing)  # type: ignore[union-attr]
         assert [len(p.faces) for p in wanted.patches] == [len(p.faces) for p in state.patches]
@@ -51,10 +51,10 @@ def opened_view() -> np.ndarray:
 
 @given(st.floats(0.0, 1.0))
 def test_the_slider_s_places_and_alphas_are_one_to_one(share: float) -> None:
-    assert share_of(alpha_of(share)) == pytest.approx(share)
+    assert to_slider_share(to_alpha(share)) == pytest.approx(share)
     room = (900.0, 860.0)
     x = room[0] / 2.0 + SLIDER[0] + share * (SLIDER[1] - SLIDER[0])
-    assert alpha_at(room, x) == pytest.approx(alpha_of(share))
+    assert find_alpha(room, x) == pytest.approx(to_alpha(share))
     assert 0.0 < SLIDER[0] < SLIDER[1] < PANEL
 
 
@@ -139,7 +139,7 @@ def test_stages_are_stepped_through(growing: SurfacingState) -> None:
     assert growing.edits.stage == 0
     keys(growing, "End")
     assert growing.edits.stage == 3
-    texts = " ".join(t.text for t in compose(growing, 1.6).scene.texts)
+    texts = " ".join(t.text for t in compose_surface(growing, 1.6).scene.texts)
     assert "3 of 3" in texts
 
 
@@ -220,7 +220,7 @@ def test_what_fails_is_told_and_leaves_the_last_surface() -> None:
     try:
         with pytest.raises(InvalidNetworkError):
             state.settle()
-        texts = " ".join(t.text for t in compose(state, 1.6).scene.texts)
+        texts = " ".join(t.text for t in compose_surface(state, 1.6).scene.texts)
         assert "no cycles today" in texts and "0 patches" in texts
     finally:
         state.close()
@@ -236,8 +236,8 @@ def test_neighbours_differ_and_colours_stay(state: SurfacingState) -> None:
     assert made is not None and made.surfacing is not None
     faces = [piece for patch in made.surfacing.patches for piece in patch.faces]
     owners = [i for i, patch in enumerate(made.surfacing.patches) for _ in patch.faces]
-    tints = piece_tints(faces, owners)
-    beside = neighbours(faces)
+    tints = choose_piece_tints(faces, owners)
+    beside = find_neighbours(faces)
     assert all(tints[a] != tints[b] for a in range(len(faces)) for b in beside[a])
     assert max(map(len, beside)) < len(TINTS)
     before = colours()
@@ -249,7 +249,7 @@ def test_neighbours_differ_and_colours_stay(state: SurfacingState) -> None:
 
 def test_a_body_has_every_face_once() -> None:
     made = surface(dome(), settings=Settings(alpha=0.05))
-    body = Body.of(made, {})
+    body = SurfaceBody.of(made, {})
     assert len(body.corners) == len(made.triangles) == len(body.owners) == len(body.tints)
     assert (body.corners == made.points[made.triangles]).all()
     lengths = np.linalg.norm(body.normals, axis=2)

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 from query.placing import Surface
 from viewer.keymap import Effect
-from viewer.surfacing.edits import parts_of
-from viewer.surfacing.picture import compose
+from viewer.surfacing.edits import cut_cycle
+from viewer.surfacing.picture import compose_surface
 from viewer.surfacing.state import ACTIONS, EFFECTS, KEY_HELP, KEYS, SurfacingState
 
 
@@ -107,12 +107,12 @@ def test_parts_of_a_cycle() -> None:
     network = CurveNetwork.from_edges(square, [[0, 1], [1, 2], [2, 3], [3, 0], [0, 2]])
     around = Cycle(((0, False), (1, False), (2, False), (3, False)))
     for cycle in (around, around.turned):
-        one, other = parts_of(network, cycle, [4])
+        one, other = cut_cycle(network, cycle, [4])
         assert {one.key, other.key} == {
             Cycle(((0, False), (1, False), (4, True))).key,
             Cycle(((4, False), (2, False), (3, False))).key,
         }
-    assert parts_of(network, around, [0]) != []
+    assert cut_cycle(network, around, [0]) != []
 
 
 PLACES = st.tuples(st.integers(-600, 800), st.integers(-430, 430))
@@ -140,7 +140,7 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
                     getattr(state, what)(*place)
             state.poll()
         state.settle()
-        drawn = compose(state, 1.5)
+        drawn = compose_surface(state, 1.5)
         assert np.isfinite(drawn.solid.corners).all()
         assert np.isfinite(drawn.solid.colours).all()
         for patch in drawn.scene.patches:

@@ -13,12 +13,12 @@ from patterndb_sketch.surfacing.patch import Surfacing
 from viewer import PictureFormatError
 from viewer.keymap import Effect
 from viewer.picture import save_drawn
-from viewer.solid import dashed, ribbons
-from viewer.style import TINTS, rgb
+from viewer.solid import dash_line, make_ribbons
+from viewer.style import TINTS, parse_colour
 from viewer.surfacing import SurfacingState, draw
-from viewer.surfacing.picture import compose
+from viewer.surfacing.picture import compose_surface
 from viewer.surfacing.state import KEYS, PANEL
-from viewer.surfacing.window import Saver
+from viewer.surfacing.window import SurfacingSaver
 from viewer.window import Window
 
 
@@ -28,7 +28,7 @@ def hues(image: np.ndarray) -> set[int]:
     spread = np.ptp(pixels, axis=1) > 0.08
     pixels = pixels[spread]
     units = pixels / np.linalg.norm(pixels, axis=1, keepdims=True)
-    tints = np.stack([rgb(tint) for tint in TINTS])
+    tints = np.stack([parse_colour(tint) for tint in TINTS])
     tints /= np.linalg.norm(tints, axis=1, keepdims=True)
     nearest, off = (units @ tints.T).argmax(axis=1), (units @ tints.T).max(axis=1)
     counts = np.bincount(nearest[off > 0.9999], minlength=len(TINTS))
@@ -70,19 +70,19 @@ def test_the_panel_says_what_is_known() -> None:
     state = SurfacingState(dome(), **FROM_ABOVE)
     try:
         state.settle()
-        texts = [t.text for t in compose(state, 1.6).scene.texts]
+        texts = [t.text for t in compose_surface(state, 1.6).scene.texts]
         assert "4 patches" in texts and "8, 5 nodes" in texts
         assert f"{state.settings.alpha:.3g}" in texts
         x, y, _ = state.view.seen(np.array([0.4, 0.4, 0.8]))
         state.move(x, y)
-        texts = [t.text for t in compose(state, 1.6).scene.texts]
+        texts = [t.text for t in compose_surface(state, 1.6).scene.texts]
         result = state.patches[0].surface
         assert result is not None
         assert "Patch at the pointer" in texts and "0-1, 1-4, 0-4" in texts
         assert f"{result.area:.4g}" in texts
         assert f"{len(result.chords)} of {result.candidates} candidates" in texts
         state.toggle("helping")
-        drawn = compose(state, 1.6)
+        drawn = compose_surface(state, 1.6)
         assert "this list; quit" in [t.text for t in drawn.scene.texts]
         right = drawn.scene.width - PANEL
         assert all(t.x < right or t.x > right + 20.0 for t in drawn.scene.texts)
@@ -93,38 +93,38 @@ def test_the_panel_says_what_is_known() -> None:
 def test_bands_are_as_wide_as_asked_and_face_the_viewer() -> None:
     turn = np.linspace(0.0, 2.0, 40)
     line = np.stack([100.0 * np.cos(turn), 100.0 * np.sin(turn), 5.0 * turn], axis=1)
-    corners, colours = ribbons([line, line[:1], line[::-1] + 7.0], "#000000", 4.0, 2.0)
+    corners, colours = make_ribbons([line, line[:1], line[::-1] + 7.0], "#000000", 4.0, 2.0)
     assert len(corners) == len(colours) == 2 * 4 * 39
-    flat = ribbons([line], "#000000", 4.0, 2.0)[0].reshape(-1, 3)
+    flat = make_ribbons([line], "#000000", 4.0, 2.0)[0].reshape(-1, 3)
     off = np.abs(np.hypot(flat[:, 0], flat[:, 1]) - 100.0)
     assert off.max() == pytest.approx(2.0, abs=0.05)
     assert (flat[:, 2] >= 2.0 - 1e-9).all()
     corner = np.array([[0.0, 0, 0], [10, 0, 0], [0, 0, 0], [0, 0, 9]])
-    assert np.isfinite(ribbons([corner], "#000000", 3.0, 1.0)[0]).all()
-    assert len(ribbons([], "#000000", 3.0, 1.0)[0]) == 0
+    assert np.isfinite(make_ribbons([corner], "#000000", 3.0, 1.0)[0]).all()
+    assert len(make_ribbons([], "#000000", 3.0, 1.0)[0]) == 0
 
 
 def test_dashes_cover_about_half_of_a_line() -> None:
     line = np.array([[0.0, 0, 0], [50, 0, 1], [50, 70, 2]])
-    dashes = dashed(line, 6.0)
+    dashes = dash_line(line, 6.0)
     total = sum(np.linalg.norm(np.diff(d[:, :2], axis=0), axis=1).sum() for d in dashes)
     assert total == pytest.approx(0.55 * 120.0)
-    assert dashed(line[:2] * 0.01, 6.0)[0].shape == (2, 3)
+    assert dash_line(line[:2] * 0.01, 6.0)[0].shape == (2, 3)
 
 
 def test_saving(tmp_path: Path) -> None:
     state = SurfacingState(dome(), **FROM_ABOVE)
     written: list[tuple[Path, Surfacing]] = []
     try:
-        saver = Saver(state, tmp_path, lambda p, s: written.append((p, s)), (480, 300))
+        saver = SurfacingSaver(state, tmp_path, lambda p, s: written.append((p, s)), (480, 300))
         assert saver.play(["s", "s", "o"]) is Effect.NOTHING
         assert "saved" in state.message
         names = sorted(path.name for path in tmp_path.iterdir())
         assert names == ["surface-1.png", "surface-2.png"]
         assert written[0][0].name == "surface-1.obj" and len(written[0][1].patches) == 4
-        Saver(state, tmp_path / "no", None, (480, 300)).obey("s")
+        SurfacingSaver(state, tmp_path / "no", None, (480, 300)).obey("s")
         assert "not saved" in state.message
-        Saver(state, tmp_path, None, (480, 300)).obey("o")
+        SurfacingSaver(state, tmp_path, None, (480, 300)).obey("o")
         assert "cannot be saved" in state.message
         assert saver.play(["q", "h"]) is Effect.QUIT and not state.helping
     finally:
@@ -137,7 +137,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
     state = SurfacingState(growing_dome(), find=Finder(), **FROM_ABOVE)
     size = (960, 600)
     window = Window(
-        state, Saver(state, tmp_path, None, size), KEYS, size, "Surface", off_screen=True
+        state, SurfacingSaver(state, tmp_path, None, size), KEYS, size, "Surface", off_screen=True
     )
     state.settle()
     events = Events(window, size, state.settle)
@@ -154,7 +154,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         events.send("MouseMoveEvent", (-events.room / 2.0 + 4.0, 300.0))
         window.redraw()
         window.save(tmp_path / "window.png")
-        save_drawn(tmp_path / "drawn.png", compose(state, size[0] / size[1]), size[1])
+        save_drawn(tmp_path / "drawn.png", compose_surface(state, size[0] / size[1]), size[1])
     finally:
         window.close()
         state.close()
