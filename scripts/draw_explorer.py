@@ -70,12 +70,12 @@ def click(state: ExplorerState, places: Places) -> None:
         state.press(*place)
         state.release(*place)
     KEYS.press(state, "Enter")
-    assert state.boundary is not None, state.message
+    assert state.finder.boundary is not None, state.message
 
 
 def drag(state: ExplorerState, key: str, places: Places) -> None:
     """Draw a stroke."""
-    before = len(state.strokes)
+    before = len(state.finder.strokes)
     KEYS.press(state, key)
     state.press(*places[0])
     fine = np.linspace(0.0, len(places) - 1.0, 12 * len(places))
@@ -84,7 +84,7 @@ def drag(state: ExplorerState, key: str, places: Places) -> None:
     for x, y in zip(np.interp(fine, at, ways[:, 0]), np.interp(fine, at, ways[:, 1]), strict=True):
         state.move(float(x), float(y))
     state.release(*places[-1])
-    assert len(state.strokes) == before + 1, state.message
+    assert len(state.finder.strokes) == before + 1, state.message
 
 
 def save(state: ExplorerState, path: Path, rank: int = 1) -> None:

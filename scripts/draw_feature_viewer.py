@@ -52,22 +52,22 @@ def draw_curve(state: FeatureState, clean: Body, feature: str, error: float, see
     """Click along a feature, and give the curve its name."""
     KEYS.press(state, "c")
     for point in stroke(clean, feature, error, seed):
-        place = state.view.seen(point)[:2].tolist()
+        place = state.camera.view.seen(point)[:2].tolist()
         state.move(*place)
         state.press(*place)
         state.release(*place)
     KEYS.press(state, "Enter")
     state.settle()
-    state.rename(feature)
+    state.editing.rename(feature)
 
 
 def pull(state: FeatureState) -> None:
     """Pull the selected curve."""
-    curve = state.curve
-    look = None if curve is None else state.look(curve)
+    curve = state.editing.curve
+    look = None if curve is None else state.editing.look(curve)
     if look is None:
         sys.exit("no curve to pull")
-    begun = state.view.seen(look.line[round(PULLED * len(look.line))])[:2]
+    begun = state.camera.view.seen(look.line[round(PULLED * len(look.line))])[:2]
     state.move(*begun.tolist())
     state.press(*begun.tolist())
     for share in np.linspace(0.2, 1.0, 5).tolist():

@@ -59,7 +59,7 @@ class Hand:
         self._before: Image.Image | None = None
 
     def seen(self, place: Place) -> tuple[float, float]:
-        x, y, _ = self.state.view.seen(np.array([*place, 0.0][:3])).tolist()
+        x, y, _ = self.state.camera.view.seen(np.array([*place, 0.0][:3])).tolist()
         return x, y
 
     def keys(self, text: str) -> None:
@@ -99,10 +99,10 @@ class Hand:
 
     def release(self, told: str = "") -> None:
         """Let go; told: what may be said then."""
-        self.state.release(*(self.state.pointer or (0.0, 0.0)))
+        self.state.release(*(self.state.camera.pointer or (0.0, 0.0)))
         self.state.settle()
         if self.state.message and (not told or told not in self.state.message):
-            sys.exit(f"{self.state.mode.title}: {self.state.message}")
+            sys.exit(f"{self.state.tool.mode.title}: {self.state.message}")
 
     def drag(self, *places: Place) -> None:
         self.press(*places)
@@ -116,11 +116,13 @@ class Hand:
         """Look at a place from nearer by."""
         self.keys("v 3")
         focus = np.array([*place, 0.0][:3])
-        self.state.view = replace(self.state.view, focus=focus, scale=self.state.view.scale * scale)
+        self.state.camera.view = replace(
+            self.state.camera.view, focus=focus, scale=self.state.camera.view.scale * scale
+        )
 
     def tool(self, caption: str) -> None:
         """Take a picture of the tool in use."""
-        self.tools[self.state.mode.tool] = caption, self.image(TOOL, bare=True)
+        self.tools[self.state.tool.mode.tool] = caption, self.image(TOOL, bare=True)
 
     def before(self) -> None:
         """Take the left half of a picture of the tool in use."""
@@ -133,7 +135,7 @@ class Hand:
         image.paste(self._before, (0, 0))
         right = self.image(self._before.size, bare=True)
         image.paste(right, (TOOL[0] - right.width, 0))
-        self.tools[tool or self.state.mode.tool] = caption, image
+        self.tools[tool or self.state.tool.mode.tool] = caption, image
 
     def image(self, size: tuple[int, int], *, bare: bool) -> Image.Image:
         height = size[1] * HEIGHT / WINDOW[1]

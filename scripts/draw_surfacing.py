@@ -278,7 +278,7 @@ def growing(place: Place) -> None:
             drawing, (360, 260), toward=toward, keys=keys, caption=f"stroke {stage} of {n}"
         )
         shown.append(made)
-        print(f"stage {stage} of {n}: {len(state.patches)} patches")
+        print(f"stage {stage} of {n}: {len(state.surfaces.patches)} patches")
     place.save("growing", shown)
 
 

@@ -96,7 +96,7 @@ class FillSearch:
             self.reason = asked.reason
 
 
-# == Places fills in a thread, so that whoever looks at them need not wait.
+# Places fills in a thread, so that whoever looks at them need not wait.
 
 #: Placed fills that are kept, the last ones: stepping back and forth shows them at once.
 KEPT = 64

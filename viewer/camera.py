@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -13,7 +12,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from viewer.scene import HEIGHT
 
-# == From where a fill is looked at: a camera without perspective.
+# From where a fill is looked at: a camera without perspective.
 
 #: Radians that a drag of one point turns the view.
 TURN = 0.008
@@ -89,34 +88,37 @@ def _about(axis: int, angle: float) -> Points:
 STEP = 1.15
 
 
-class Camera(ABC):
+class Camera:
     """A view that is fitted to what is seen until the user moves it.
 
+    points: (n, 3) of what is seen. toward: (3,) from where, up: (3,) what is upright, at first.
     view: where things are in the picture. room: width and height of the picture without the
     panel, in points. pointer: its place, in points from the middle of the picture.
     """
 
-    view: View
-
-    def __init__(self) -> None:
+    def __init__(self, points: Points, toward: ArrayLike, up: ArrayLike) -> None:
         self.pointer: tuple[float, float] | None = None
         self.room = (HEIGHT, HEIGHT)
+        self._points = points
+        self._toward = np.array(toward, np.float64)
+        self._up = np.array(up, np.float64)
         self._moved = False
+        self.view = self.fit_all()
 
-    @abstractmethod
-    def _framed(self) -> View:
+    def fit_all(self) -> View:
         """The view in which all is seen, as at first."""
+        return fit_view(self._points, self._toward, self._up, *self.room)
 
     def fill(self, width: float, height: float) -> None:
         """The picture has this size without the panel; a view not yet moved is fitted into it."""
         if self.room != (width, height):
             self.room = (width, height)
             if not self._moved:
-                self.view = self._framed()
+                self.view = self.fit_all()
 
     def fit(self) -> None:
         """All into the middle, as it was seen at first."""
-        self.view = self._framed()
+        self.view = self.fit_all()
         self._moved = False
 
     def roll(self) -> None:
@@ -138,7 +140,7 @@ class Camera(ABC):
         return True
 
 
-# == How a model is looked at: from where, which way up, and whether it hides what is behind.
+# How a model is looked at: from where, which way up, and whether it hides what is behind.
 
 #: From where a model is looked at: over its left front, if x points to its back and z up.
 TOWARD = (-0.72, -1.0, 0.52)
@@ -152,18 +154,15 @@ MODEL_LOOKS: tuple[ModelLook, ...] = ("solid", "through", "hidden")
 
 
 class ModelCamera(Camera):
-    """The view of a model.
+    """A camera around a model, from over its left front.
 
     upright: the axis that is. model_look: how the model is shown.
     """
 
-    def __init__(self, points: Points) -> None:
-        Camera.__init__(self)
+    def __init__(self, points: Points, toward: ArrayLike = TOWARD, upright: str = "z") -> None:
         self.model_look: ModelLook = "solid"
-        self.upright = UPRIGHT[0]
-        self._points = points
-        self._toward = np.array(TOWARD)
-        self.view = self._framed()
+        self.upright = upright
+        super().__init__(points, toward, (0.0, 0.0, 1.0))
 
     def next_model_look(self) -> None:
         """The model solid, transparent or hidden."""
@@ -191,14 +190,14 @@ class ModelCamera(Camera):
         """A direction (3,) of a model that stands along z, for this one."""
         return np.roll(np.array(direction, np.float64), "zxy".index(self.upright))
 
-    def _framed(self) -> View:
+    def fit_all(self) -> View:
         up = self._turned((0.0, 0.0, 1.0))
         if abs(up @ self._toward) > 0.999 * np.linalg.norm(self._toward):
             up = self._turned((0.0, 1.0, 0.0))
         return fit_view(self._points, self._toward, up, *self.room)
 
 
-# == Where a thing is looked at from at first.
+# Where a thing is looked at from at first.
 
 #: Part of the picture's width and height that a thing is fitted into.
 FILLED = 0.86

@@ -163,7 +163,7 @@ def _arc(side: int, n_sides: int) -> Points:
     return np.stack([np.cos(angle), np.sin(angle) + off], axis=1)
 
 
-# == What is being drawn with the pointer: corners of a boundary, or a stroke.
+# What is being drawn with the pointer: corners of a boundary, or a stroke.
 
 #: A click this near to another, in points, is on the same place; a drag of less is a click.
 NEAR = 7.0

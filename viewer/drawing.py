@@ -126,10 +126,10 @@ def _pieces(corner: Points) -> Points:
     return np.einsum("bpc,qcd->qbpd", weights, corner)
 
 
-# == Which tint each polychord gets, so that parallel ones share it and crossing ones differ.
+# Which tint each polychord gets, so that parallel ones share it and crossing ones differ.
 #
-# == An expanded pattern has bundles of parallel polychords where the pattern has one; tinting
-# == bundles, not polychords, lets a fill of 300 quads be read as the pattern it came from.
+# An expanded pattern has bundles of parallel polychords where the pattern has one; tinting
+# bundles, not polychords, lets a fill of 300 quads be read as the pattern it came from.
 
 
 def find_bundles(disk: Disk) -> Int32Array:

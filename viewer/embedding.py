@@ -22,11 +22,11 @@ from patterndb.core.disk import Disk
 from patterndb.geometry.points import Points
 from viewer.relax import relax_points
 
-# == Where a flat picture puts a disk's boundary: a polygon with one bulging edge per side.
+# Where a flat picture puts a disk's boundary: a polygon with one bulging edge per side.
 #
-# == The outline is strictly convex, so that Tutte's theorem has its hypothesis and no quad on
-# == a side is squeezed flat: sides are shallow arcs, not straight lines. Three corners and more
-# == give a polygon inscribed in a circle; two a lens; one a teardrop; none a circle.
+# The outline is strictly convex, so that Tutte's theorem has its hypothesis and no quad on
+# a side is squeezed flat: sides are shallow arcs, not straight lines. Three corners and more
+# give a polygon inscribed in a circle; two a lens; one a teardrop; none a circle.
 
 #: How far a side turns from end to end, in radians: enough to be strictly convex, too
 #: little to be taken for a curve.

@@ -14,16 +14,12 @@ from query.placing import Surface
 from viewer import saver
 from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import KEYS, ExplorerState
-from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
 from viewer.window import WINDOW, open_window
 
 #: Writes a placed fill, vertices (v, 3), to a file.
 WriteObj = Callable[[Path, Fill, NDArray[np.float64]], None]
-
-#: Milliseconds between two looks at what has come in.
-PATIENCE = 60
 
 
 def explore(
@@ -65,15 +61,13 @@ def explore(
         if off_screen is not None:
             state.settle(rank - 1)
             shell.play(pressed)
-            if state.boundary is not None:
+            if state.finder.boundary is not None:
                 state.settle()
             save_drawn(off_screen, shell.drawn(), window_size[1])
             return state
         if rank > 1:
             state.settle(rank - 1)
-        if shell.play(pressed) is Effect.QUIT:
-            return state
-        open_window(state, shell, KEYS, window_size, "Fills")
+        open_window(shell, pressed, "Fills")
     finally:
         state.close()
     return state
@@ -99,14 +93,14 @@ class ExplorerSaver(saver.Saver):
         return compose_explorer(self.state, self.size[0] / self.size[1])
 
     def ready(self) -> None:
-        if self.state.boundary is not None:
+        if self.state.finder.boundary is not None:
             self.state.settle()
 
     def picture_path(self) -> Path:
         return self._folder / f"{self._name()}.png"
 
     def saved_object(self) -> str:
-        placed = self.state.placed
+        placed = self.state.finder.placed
         if placed is None:
             return "there is no placed fill to save"
         if self._write_obj is None:
@@ -116,5 +110,7 @@ class ExplorerSaver(saver.Saver):
         return f"saved {path}"
 
     def _name(self) -> str:
-        fill = self.state.fill
-        return "boundary" if fill is None else f"fill-{fill.pattern.name}-{self.state.rank + 1}"
+        fill = self.state.finder.fill
+        return (
+            "boundary" if fill is None else f"fill-{fill.pattern.name}-{self.state.finder.rank + 1}"
+        )

@@ -40,14 +40,14 @@ def compose_explorer(state: ExplorerState, aspect: float) -> Drawn:
     scene = Scene(HEIGHT * aspect, HEIGHT)
     room = scene.width - PANEL
     middle = (room / 2.0, HEIGHT / 2.0)
-    placed = None if state.hiding else state.placed
+    placed = None if state.hiding else state.finder.placed
     net = None if placed is None else placed.net
     solid = Solid.of(state.view, middle, state.surface, net)
     painter = _Painter(state, scene, Hiding(solid, room, HEIGHT), middle)
     if net is not None:
         painter.net(net)
     painter.boundary(net)
-    for stroke in state.strokes:
+    for stroke in state.finder.strokes:
         if stroke.points is not None:
             painter.line(stroke.points, STROKE, STROKE_WIDTH, closed=stroke.is_loop)
     if net is not None:
@@ -93,7 +93,7 @@ class _Painter:
                 self.scene.polygons(shape, face=style.VALENCE_COLOURS[kind])
 
     def boundary(self, net: Net | None) -> None:
-        contour, boundary = self.state.contour, self.state.boundary
+        contour, boundary = self.state.contour, self.state.finder.boundary
         if contour is None:
             return
         chosen = self.state.side_under()
@@ -226,7 +226,7 @@ class _Painter:
         )
 
 
-# == What the fill explorer says beside its picture: the fill, the question, the legend.
+# What the fill explorer says beside its picture: the fill, the question, the legend.
 
 #: Where values begin after their names, in points.
 NAMES = 88.0
@@ -250,7 +250,7 @@ def draw_panel(scene: Scene, state: ExplorerState) -> None:
     _fill(writer, state)
     _question(writer, state)
     _legend(writer, state)
-    trouble = state.message or state.trouble
+    trouble = state.message or state.finder.trouble
     if trouble:
         writer.skip(0.5)
         writer.paragraph(trouble, style.MESSAGE)
@@ -259,26 +259,26 @@ def draw_panel(scene: Scene, state: ExplorerState) -> None:
 
 
 def _headline(writer: PanelWriter, state: ExplorerState) -> None:
-    count = len(state.fills)
+    count = len(state.finder.fills)
     if state.contour is None:
         writer.heading("No boundary yet", 18.0)
         writer.paragraph("press b and click its corners", style.FAINT_TEXT)
     elif count == 0:
-        writer.heading("searching …" if state.searching else "No fill", 18.0)
+        writer.heading("searching …" if state.finder.searching else "No fill", 18.0)
     else:
-        writer.heading(f"fill {state.rank + 1:,} of {count:,}", 18.0)
+        writer.heading(f"fill {state.finder.rank + 1:,} of {count:,}", 18.0)
     if count:
         text = "the list is complete"
-        if state.searching:
+        if state.finder.searching:
             text = "so far; still searching …"
-        elif state.truncated:
+        elif state.finder.truncated:
             text = "there are more: m"
-        writer.paragraph(text, style.MESSAGE if state.searching else style.FAINT_TEXT)
+        writer.paragraph(text, style.MESSAGE if state.finder.searching else style.FAINT_TEXT)
     writer.skip(0.6)
 
 
 def _fill(writer: PanelWriter, state: ExplorerState) -> None:
-    fill = state.fill
+    fill = state.finder.fill
     if fill is None:
         return
     inner = fill.n_irregular - fill.n_irregular_boundary
@@ -295,7 +295,7 @@ def _fill(writer: PanelWriter, state: ExplorerState) -> None:
     writer.fact("valences", format_valences(disk.valence()[disk.irregular()].tolist()))
     if fill.flow_distance is not None:
         writer.fact("off strokes", f"{fill.flow_distance:.3g}")
-    placed = state.placed
+    placed = state.finder.placed
     if placed is None:
         writer.fact("flipped", "placing …")
     else:
@@ -313,14 +313,14 @@ def _question(writer: PanelWriter, state: ExplorerState) -> None:
         return
     writer.heading("Asked for")
     writer.fact("sides", " ".join(map(str, contour.lengths)))
-    writer.fact("corners", "strict" if state.strict else "relaxed")
-    writer.fact("order", state.order or f"{state.default_order} (by default)")
-    if state.strokes:
-        loops = sum(s.is_loop for s in state.strokes)
-        counts = ((len(state.strokes) - loops, "stroke"), (loops, "loop"))
+    writer.fact("corners", "strict" if state.finder.strict else "relaxed")
+    writer.fact("order", state.finder.order or f"{state.finder.default_order} (by default)")
+    if state.finder.strokes:
+        loops = sum(s.is_loop for s in state.finder.strokes)
+        counts = ((len(state.finder.strokes) - loops, "stroke"), (loops, "loop"))
         text = ", ".join(format_count(count, noun) for count, noun in counts if count)
-        writer.fact("strokes", text + ("" if state.following else "; not followed"))
-        off = format_count(state.tolerance, "edge") if state.tolerance else "exact"
+        writer.fact("strokes", text + ("" if state.finder.following else "; not followed"))
+        off = format_count(state.finder.tolerance, "edge") if state.finder.tolerance else "exact"
         writer.fact("tolerance", off)
     writer.skip(0.6)
 
@@ -330,12 +330,12 @@ def _legend(writer: PanelWriter, state: ExplorerState) -> None:
     if contour is None:
         return
     entries: list[tuple[np.ndarray, str, str, str]] = []
-    placed = None if state.hiding else state.placed
+    placed = None if state.hiding else state.finder.placed
     if placed is not None:
         kinds, counts = np.unique(np.clip(placed.net.valences, 2, 7), return_counts=True)
         for kind, count in zip(kinds.tolist(), counts.tolist(), strict=True):
             colour = style.VALENCE_COLOURS[kind]
-            text = f"valence {style.valence_label(kind)}  ×{count}"
+            text = f"valence {style.format_valence(kind)}  ×{count}"
             entries.append((style.choose_valence_shape(kind), colour, "none", text))
         if len(placed.net.odd):
             text = f"on boundary  ×{len(placed.net.odd)}"

@@ -17,15 +17,13 @@ from viewer.contour import Contour, PointerMode, PointerStroke
 from viewer.finder import LIMIT, FillFinder
 from viewer.ground import DrawingGround
 from viewer.keymap import ALIASES, Effect, KeyMap
+from viewer.nearness import SIDE_REACH
 
 #: Radius of the picture's middle that a boundary is fitted into, in points.
 RADIUS = 260.0
 
-#: How near to a side or a corner the pointer must be to mean it, in points.
-REACH = 90.0
 
-
-class ExplorerState(FillFinder):
+class ExplorerState:
     """A boundary on a surface, strokes, the fills that stream in, and how they are looked at.
 
     surface: what is drawn and placed on; None is the plane of the boundary. boundary: its
@@ -43,7 +41,8 @@ class ExplorerState(FillFinder):
         tolerance: int = TOLERANCE,
         limit: int = LIMIT,
     ) -> None:
-        super().__init__(source, surface, strokes, tolerance, limit)
+        #: What is asked, and the fills that were found.
+        self.finder = FillFinder(source, surface, strokes, tolerance, limit)
         self.helping = False
         self.hiding = False
         self.mode = PointerMode.LOOK
@@ -64,7 +63,31 @@ class ExplorerState(FillFinder):
     def surface(self) -> Surface | None:
         return self.ground.surface
 
-    # Looking, see viewer.explorer_state
+    @property
+    def message(self) -> str:
+        """What went wrong last."""
+        return self.finder.message
+
+    @message.setter
+    def message(self, text: str) -> None:
+        self.finder.message = text
+
+    def poll(self) -> bool:
+        """Is there something new since the last time that this was asked?"""
+        return self.finder.poll()
+
+    def settle(self, rank: int | None = None) -> None:
+        """Wait for the fill of a rank (from 0; None: for all), look at it, wait for its place.
+
+        Raises NotFoundError if there is no such fill, and what the query or the placing raised.
+        """
+        self.finder.settle(rank)
+
+    def close(self) -> None:
+        """End what is going on, and wait until the source is not in use any more."""
+        self.finder.close()
+
+    # Looking
 
     def fit(self) -> None:
         """The boundary, or the surface, back into the middle."""
@@ -75,7 +98,7 @@ class ExplorerState(FillFinder):
         self.view = self.view.rolled()
 
     def toggle(self, name: str) -> None:
-        """Turn one of the switches helping, hiding (the fill), following (strokes)."""
+        """Turn one of the switches helping and hiding (the fill)."""
         setattr(self, name, not getattr(self, name))
 
     # The boundary
@@ -114,7 +137,7 @@ class ExplorerState(FillFinder):
 
     def begin(self, mode: PointerMode) -> None:
         """Enter a mode; what was begun in another is forgotten."""
-        if mode in (PointerMode.STROKE, PointerMode.LOOP) and self.boundary is None:
+        if mode in (PointerMode.STROKE, PointerMode.LOOP) and self.finder.boundary is None:
             self.message = "there is no boundary yet to draw strokes on"
             return
         self.leave()
@@ -142,7 +165,7 @@ class ExplorerState(FillFinder):
             self.message = str(error)
             return
         self.leave()
-        self.strokes = []
+        self.finder.strokes = []
         self._change(contour)
 
     # The pointer, at places of the picture in points from its middle
@@ -203,7 +226,7 @@ class ExplorerState(FillFinder):
             return None
         near = [_distance(self.view.seen(side), self.pointer) for side in self.contour.sides]
         best = int(np.argmin(near))
-        return best if near[best] < REACH else None
+        return best if near[best] < SIDE_REACH else None
 
     def corner_under(self) -> int | None:
         """Likewise the corner."""
@@ -215,7 +238,7 @@ class ExplorerState(FillFinder):
         at = self.view.seen(np.stack([side[0] for side in contour.sides]))[:, :2]
         near = np.linalg.norm(at - self.pointer, axis=1)
         best = int(near.argmin())
-        return best if near[best] < REACH else None
+        return best if near[best] < SIDE_REACH else None
 
     # How it is done
 
@@ -226,34 +249,34 @@ class ExplorerState(FillFinder):
             self.message = "corners are put on the surface"
 
     def _end_stroke(self) -> None:
-        if self.boundary is None:
+        if self.finder.boundary is None:
             self.pen.lift()
             return
         try:
-            stroke = self.pen.stroke(self.boundary, loop=self.mode is PointerMode.LOOP)
+            stroke = self.pen.stroke(self.finder.boundary, loop=self.mode is PointerMode.LOOP)
         except PatternDBError as error:
             self.message = str(error)
             self.pen.lift()
             return
         self.leave()
-        self.strokes.append(stroke)
-        self._restart()
+        self.finder.strokes.append(stroke)
+        self.finder.restart()
 
     def _change(self, contour: Contour) -> None:
         """Another boundary: strokes are drawn on it anew, and fills are asked for."""
         self.contour = contour
-        self.boundary = None
+        self.finder.boundary = None
         try:
-            self.boundary = contour.boundary()
+            self.finder.boundary = contour.boundary()
         except PatternDBError as error:
             self.message = str(error)
         else:
-            self._redraw_strokes(self.boundary)
-        self._restart()
+            self._redraw_strokes(self.finder.boundary)
+        self.finder.restart()
 
     def _redraw_strokes(self, boundary: Boundary) -> None:
         kept: list[Stroke] = []
-        for stroke in self.strokes:
+        for stroke in self.finder.strokes:
             try:
                 if stroke.points is not None and not stroke.is_loop:
                     stroke = Stroke.drawn(boundary, stroke.points)
@@ -262,7 +285,7 @@ class ExplorerState(FillFinder):
                 self.message = f"a stroke was dropped: {error}"
             else:
                 kept.append(stroke)
-        self.strokes = kept
+        self.finder.strokes = kept
 
     def _fitted(self) -> View:
         if self.contour is not None:
@@ -295,7 +318,7 @@ def _distance(line: Points, pointer: tuple[float, float]) -> float:
     return float(np.linalg.norm(foot - pointer, axis=1).min())
 
 
-# == The fill explorer's keys: which there are, and what they do to its state.
+# The fill explorer's keys: which there are, and what they do to its state.
 
 #: (keys, what they do), as the help lists them; a lone head begins a group.
 KEY_HELP = (
@@ -342,15 +365,15 @@ ALIASES = (
 )
 
 ACTIONS: dict[str, Callable[[ExplorerState], None]] = {
-    "Left": lambda e: e.step(-1),
-    "Right": lambda e: e.step(1),
-    "Prior": lambda e: e.step(-10),
-    "Next": lambda e: e.step(10),
-    "Home": lambda e: e.look_at(0),
-    "End": lambda e: e.look_at(-1),
-    "m": lambda e: e.more(),
-    "o": lambda e: e.change_order(),
-    "r": lambda e: e.toggle_strict(),
+    "Left": lambda e: e.finder.step(-1),
+    "Right": lambda e: e.finder.step(1),
+    "Prior": lambda e: e.finder.step(-10),
+    "Next": lambda e: e.finder.step(10),
+    "Home": lambda e: e.finder.look_at(0),
+    "End": lambda e: e.finder.look_at(-1),
+    "m": lambda e: e.finder.more(),
+    "o": lambda e: e.finder.change_order(),
+    "r": lambda e: e.finder.toggle_strict(),
     "b": lambda e: _enter(e, PointerMode.CORNERS),
     "Enter": lambda e: e.close_boundary(),
     "BackSpace": lambda e: e.undo_corner(),
@@ -362,10 +385,10 @@ ACTIONS: dict[str, Callable[[ExplorerState], None]] = {
     "k": lambda e: e.reverse(),
     "s": lambda e: _enter(e, PointerMode.STROKE),
     "l": lambda e: _enter(e, PointerMode.LOOP),
-    "x": lambda e: e.drop_stroke(),
-    ",": lambda e: e.change_tolerance(-1),
-    ".": lambda e: e.change_tolerance(1),
-    "f": lambda e: e.toggle("following"),
+    "x": lambda e: e.finder.drop_stroke(),
+    ",": lambda e: e.finder.change_tolerance(-1),
+    ".": lambda e: e.finder.change_tolerance(1),
+    "f": lambda e: e.finder.toggle_following(),
     "n": lambda e: e.toggle("hiding"),
     "v": lambda e: e.fit(),
     "u": lambda e: e.roll(),

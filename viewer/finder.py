@@ -155,7 +155,7 @@ class FillFinder:
             search.join()
         self._placer.close()
 
-    # What keys do, see viewer.explorer_state
+    # What keys do
 
     def step(self, by: int) -> None:
         """Another fill, stopping at the ends of what has been found."""
@@ -168,19 +168,23 @@ class FillFinder:
     def change_tolerance(self, by: int) -> None:
         """How far strands may miss the strokes' ends, in edges."""
         self.tolerance = max(0, min(self.tolerance + by, MAX_TOLERANCE))
-        self._restart()
+        self.restart()
 
     def change_order(self) -> None:
         """The next order that makes sense here, after the last the default."""
         choices: list[str | None] = [None, *filter(self._is_usable, ORDERS)]
         at = choices.index(self.order) if self.order in choices else 0
         self.order = choices[(at + 1) % len(choices)]
-        self._restart()
+        self.restart()
 
     def toggle_strict(self) -> None:
         """Fills with the boundary's own corners only, or others too."""
         self.strict = not self.strict
-        self._restart()
+        self.restart()
+
+    def toggle_following(self) -> None:
+        """Pull strands onto their strokes, or not."""
+        self.following = not self.following
 
     def more(self) -> None:
         """Ask for twice as many fills."""
@@ -188,17 +192,15 @@ class FillFinder:
             self.message = "these are all the fills there are" if self.fills else ""
             return
         self.limit *= 2
-        self._restart(keep_rank=True)
+        self.restart(keep_rank=True)
 
     def drop_stroke(self) -> None:
         """Forget the last stroke."""
         if self.strokes:
             self.strokes.pop()
-            self._restart()
+            self.restart()
 
-    # How it is done
-
-    def _restart(self, *, keep_rank: bool = False) -> None:
+    def restart(self, *, keep_rank: bool = False) -> None:
         """End the query that runs, and ask anew."""
         if self._search is not None:
             self._search.cancel()
@@ -207,6 +209,8 @@ class FillFinder:
         if not keep_rank:
             self.rank = 0
         self._search = None if self.boundary is None else FillSearch(self._question(self.boundary))
+
+    # How it is done
 
     def _question(self, boundary: Boundary) -> Callable[[], Fills]:
         strokes, tolerance, limit = tuple(self.strokes), self.tolerance, self.limit

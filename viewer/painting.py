@@ -120,7 +120,7 @@ def paint_legend(
     for kind in style.VALENCES:
         if kind in kinds:
             colour = style.VALENCE_COLOURS[kind]
-            text = f"valence {style.valence_label(kind)}"
+            text = f"valence {style.format_valence(kind)}"
             entries.append((text, style.choose_valence_shape(kind), colour, colour))
     if any(len(d.convex) for d in drawings):
         entries.append(("convex corner", style.make_circle() * 0.9, style.BOUNDARY, style.BOUNDARY))

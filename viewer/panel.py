@@ -109,7 +109,7 @@ def draw_help(scene: Scene, keys: Sequence[tuple[str, str]], mouse: str) -> None
     scene.text(left + 24.0, y, mouse, 10.5, colour=style.FAINT_TEXT, align="left")
 
 
-# == The axes of space in a corner of the picture: which way x, y and z point as they are seen.
+# The axes of space in a corner of the picture: which way x, y and z point as they are seen.
 
 #: Their length, and from the lower left corner to their origin, in points.
 LENGTH, AT = 30.0, 52.0

@@ -116,7 +116,7 @@ def check_suffix(path: Path) -> str:
     return suffix
 
 
-# == A picture of one disk, as PNG or SVG.
+# A picture of one disk, as PNG or SVG.
 
 #: Side of the square a disk is drawn in, in points.
 SIZE = 300.0

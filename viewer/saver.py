@@ -10,8 +10,6 @@ from typing import Any
 from viewer.keymap import Effect, KeyMap
 from viewer.picture import Drawn, save_drawn
 
-# == A composed picture, and how it is written as a PNG: without OpenGL, the same everywhere.
-
 
 class Saver(ABC):
     """Draws a state, obeys keys, and writes what some of them save.
@@ -23,7 +21,7 @@ class Saver(ABC):
     def __init__(self, state: Any, keys: KeyMap[Any], size: tuple[int, int]) -> None:
         self.state = state
         self.size = size
-        self._keys = keys
+        self.keys = keys
         self._asked_to_quit = False
 
     @abstractmethod
@@ -66,7 +64,7 @@ class Saver(ABC):
         done = self.at_once(key)
         if done is not None:
             return done
-        effect = self._keys.press(self.state, key)
+        effect = self.keys.press(self.state, key)
         if effect is Effect.QUIT:
             return self._quit()
         if effect is not Effect.NOTHING:

@@ -86,7 +86,7 @@ def _blended(
     return result
 
 
-# == A model as it is seen: matte, lit from both sides alike, a little darker towards its edges.
+# A model as it is seen: matte, lit from both sides alike, a little darker towards its edges.
 
 MATTE = "#eceef0"
 

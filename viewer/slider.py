@@ -11,12 +11,10 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
+from viewer.nearness import SLIDER_GRIP
 from viewer.scene import Scene
 
 Name = TypeVar("Name")
-
-#: How near to a slider's line the pointer must be, in points.
-GRIP = 14.0
 
 #: Half the height of the line, and radius of the knob, in points.
 HALF_LINE, KNOB = 2.0, 8.0
@@ -118,7 +116,10 @@ class Rail:
 
     def holds(self, x: float, y: float) -> bool:
         """Is a place of the picture on the slider?"""
-        return self.left - GRIP <= x <= self.right + GRIP and abs(y - self.y) <= GRIP
+        return (
+            self.left - SLIDER_GRIP <= x <= self.right + SLIDER_GRIP
+            and abs(y - self.y) <= SLIDER_GRIP
+        )
 
     def knob(self, value: float) -> float:
         """The x of the knob."""

@@ -17,7 +17,7 @@ from viewer.camera import View
 from viewer.net import Net
 from viewer.style import make_circle, parse_colour
 
-# == Curves as bands of triangles that face the viewer, shaded as if they were round.
+# Curves as bands of triangles that face the viewer, shaded as if they were round.
 
 Grid = NDArray[np.float32]
 
@@ -126,7 +126,7 @@ def _across(flat: Points, joined: NDArray[np.bool_]) -> Points:
     return np.stack([-total[:, 1], total[:, 0]], axis=1) * mitre
 
 
-# == Which triangle is seen at every pixel: a depth buffer without OpenGL.
+# Which triangle is seen at every pixel: a depth buffer without OpenGL.
 
 
 @kernel
@@ -289,6 +289,3 @@ def _triangles(patches: Points) -> Points:
     c, d = patches[:, 1:, 1:], patches[:, :-1, 1:]
     both = np.stack([np.stack([a, b, c], axis=3), np.stack([a, c, d], axis=3)], axis=3)
     return both.reshape(-1, 3, 3)
-
-
-# == The frame of a picture: how large it is, where the view is in it, and what it is put into.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -11,11 +11,9 @@ import numpy as np
 
 from viewer import style
 from viewer.keymap import Effect, KeyMap
-from viewer.picture import Drawn
+from viewer.saver import Saver
 from viewer.scene import Scene, Text
 from viewer.solid import Solid
-
-# == Puts a scene into a pyvista window: polygons in layers, text, and shaded triangles behind.
 
 #: Distance between layers and from the camera to the first; any will do.
 LAYER = 1e-3
@@ -26,7 +24,10 @@ FONT_FROM_FILE = 4
 
 
 class WindowStage:
-    """What stands in a window; texts that stay are not made anew."""
+    """A scene in a pyvista window: polygons in layers, text, and shaded triangles behind them.
+
+    Texts that stay are not made anew.
+    """
 
     def __init__(self, plotter: Any) -> None:
         self._plotter = plotter
@@ -157,15 +158,6 @@ class Watched(Protocol):
     def poll(self) -> bool: ...
 
 
-class KeyDrawer(Protocol):
-    """What draws a state at a size in pixels, and obeys keys."""
-
-    size: tuple[int, int]
-
-    def drawn(self) -> Drawn: ...
-    def obey(self, key: str) -> Effect: ...
-
-
 class Shell(ABC):
     """A pyvista plotter on its own: flat, on paper, with VTK's events and nothing else.
 
@@ -261,7 +253,7 @@ class Window(Shell):
     def __init__(
         self,
         state: Watched,
-        saver: KeyDrawer,
+        saver: Saver,
         keys: KeyMap[Any],
         size: tuple[int, int],
         title: str,
@@ -338,15 +330,16 @@ class Window(Shell):
 
 
 def open_window(
-    state: Watched,
-    saver: KeyDrawer,
-    keys: KeyMap[Any],
-    size: tuple[int, int],
-    title: str,
-    kind: type[Window] = Window,
+    saver: Saver, pressed: Sequence[str], title: str, kind: type[Window] = Window
 ) -> bool:
-    """Show a state in a window until it is closed; kind: of window. Was it left by a key?"""
-    window = kind(state, saver, keys, size, title)
+    """Press keys first, then show the saver's state in a window until it is closed.
+
+    pressed: as :meth:`viewer.keymap.KeyMap.check` gives them; if one of them quits no window is
+    opened. kind: of window. Returns whether it was left by a key, not by its close button.
+    """
+    if saver.play(pressed) is Effect.QUIT:
+        return True
+    window = kind(saver.state, saver, saver.keys, saver.size, title)
     try:
         window.run()
         return window.quit_by_key

@@ -87,12 +87,12 @@ def alike(one: Path, other: Path) -> bool:
 
 def check_looking(events: Events, state: Any) -> None:
     """A drag with the right button turns a state's view, the wheel zooms, the middle one shifts."""
-    axes, scale, focus = state.view.axes, state.view.scale, state.view.focus
+    axes, scale, focus = state.camera.view.axes, state.camera.view.scale, state.camera.view.focus
     events.drag((0.0, 0.0), (40.0, 30.0), button="Right")
-    assert not np.allclose(state.view.axes, axes)
+    assert not np.allclose(state.camera.view.axes, axes)
     events.send("MouseWheelForwardEvent")
-    assert state.view.scale > scale
+    assert state.camera.view.scale > scale
     events.drag((0.0, 0.0), (20.0, 10.0), button="Middle")
-    moved = state.view.focus - focus
+    moved = state.camera.view.focus - focus
     # The wheel zooms about the pointer, and pixels are whole.
     assert np.linalg.norm(moved) > 0.0

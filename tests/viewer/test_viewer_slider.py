@@ -9,8 +9,9 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from viewer.nearness import SLIDER_GRIP
 from viewer.scene import Scene
-from viewer.slider import GRIP, KNOB, Rail, Slider, find_rail
+from viewer.slider import KNOB, Rail, Slider, find_rail
 
 ALPHA = Slider("alpha", 0.0, 1.0, 0.01, ends=("few", "many"))
 ANGLE = Slider("angle", 0.0, 180.0, 1.0, unit="°")
@@ -94,8 +95,8 @@ def test_the_knob_is_where_its_value_is_chosen(slider: Slider, share: float) -> 
 def test_a_place_is_on_the_nearest_slider_or_on_none(x: float, y: float) -> None:
     rails = {name: Rail(ALPHA, 40.0, 300.0, at) for name, at in (("a", 50.0), ("b", 74.0))}
     found = find_rail(rails, x, y)
-    near = [name for name, rail in rails.items() if abs(y - rail.y) <= GRIP]
-    if not (near and 40.0 - GRIP <= x <= 300.0 + GRIP):
+    near = [name for name, rail in rails.items() if abs(y - rail.y) <= SLIDER_GRIP]
+    if not (near and 40.0 - SLIDER_GRIP <= x <= 300.0 + SLIDER_GRIP):
         assert found is None
     else:
         assume(abs(y - 62.0) > 1e-6)

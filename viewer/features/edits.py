@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import (
@@ -186,3 +189,51 @@ def _freed(before: DrawnCurve, after: DrawnCurve) -> bool:
     pinned = {number for number, _ in after.constraints}
     free = any(number not in pinned for number, _ in before.constraints)
     return free or not np.array_equal(before.clicked, after.clicked)
+
+
+class SnapMaker:
+    """Snaps curves in a thread, one after another; what was not begun when the same curve is
+    wanted otherwise is dropped."""
+
+    def __init__(self) -> None:
+        self._worker = ThreadPoolExecutor(1, thread_name_prefix="snapping")
+        self._asked: list[tuple[DrawnCurve, Future[Snap]]] = []
+
+    def want(self, curve: DrawnCurve, make: Callable[[], Snap]) -> None:
+        """Have a curve made, instead of what was wanted of the curve with its key."""
+        self.forget(curve.key)
+        self._asked.append((curve, self._worker.submit(make)))
+
+    def forget(self, key: int) -> None:
+        """Drop what is not begun of a curve."""
+        self._asked = [one for one in self._asked if one[0].key != key or not one[1].cancel()]
+
+    def wants(self, curve: DrawnCurve) -> bool:
+        """Is this curve still to be made?"""
+        return any(one is curve for one, _ in self._asked)
+
+    @property
+    def busy(self) -> bool:
+        """Is something still to be made?"""
+        return bool(self._asked)
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Until all is made; False if time ran out before."""
+        return not wait_for([future for _, future in self._asked], seconds).not_done
+
+    def made(self) -> list[tuple[DrawnCurve, Snap | PatternDBError]]:
+        """What has been made since this was asked last, and why some could not be; what else
+        went wrong is raised."""
+        ready = [one for one in self._asked if one[1].done()]
+        self._asked = [one for one in self._asked if not one[1].done()]
+        result: list[tuple[DrawnCurve, Snap | PatternDBError]] = []
+        for curve, future in ready:
+            try:
+                result.append((curve, future.result()))
+            except PatternDBError as error:
+                result.append((curve, error))
+        return result
+
+    def close(self) -> None:
+        """Wait for what was begun."""
+        self._worker.shutdown(wait=True, cancel_futures=True)

@@ -46,7 +46,7 @@ def draw_panel(scene: Scene, state: FeatureState) -> None:
     writer = begin_panel(scene, names=84.0)
     writer.heading(_fitted(state.title or "Feature curves", writer.room, 17.0), 17.0)
     _list(scene, state, left)
-    settings = state.shown_settings
+    settings = state.editing.shown_settings
     for name, rail in place_rails(left).items():
         rail.paint(scene, get_slider_value(settings, name), hot=state.sliding == name)
         if name == "angle" and settings.alpha == 1.0:
@@ -60,22 +60,22 @@ def draw_panel(scene: Scene, state: FeatureState) -> None:
     if state.message:
         writer.skip(0.4)
         writer.paragraph(state.message, style.MESSAGE)
-    if state.helping:
+    if state.editing.helping:
         return
-    if state.typed is not None:
+    if state.editing.typed is not None:
         draw_hint(scene, NAMING)
-    elif state.clicks is not None:
-        draw_hint(scene, HINTS[min(len(state.clicks), 2)])
-    elif not state.edits.curves:
+    elif state.editing.clicks is not None:
+        draw_hint(scene, HINTS[min(len(state.editing.clicks), 2)])
+    elif not state.editing.edits.curves:
         draw_hint(scene, "press c to draw a curve along a feature")
 
 
 def _list(scene: Scene, state: FeatureState, left: float) -> None:
-    curves = state.edits.curves
-    drawn = state.preview if state.clicks is not None else None
+    curves = state.editing.edits.curves
+    drawn = state.editing.preview if state.editing.clicks is not None else None
     if drawn is not None:
         curves = (*curves, drawn)
-    picked = state.curve if state.clicks is None else drawn
+    picked = state.editing.curve if state.editing.clicks is None else drawn
     shown = choose_rows(len(curves), None if picked is None else curves.index(picked))
     under = state.under()
     for row, i in enumerate(shown):
@@ -93,14 +93,14 @@ def _list(scene: Scene, state: FeatureState, left: float) -> None:
         scene.polygons(
             (dash + np.array([left + MARGIN, y]))[None], face=choose_curve_colour(curve.key)
         )
-        naming = curve.key == state.selected and state.typed is not None
-        name = f"{state.typed}{CURSOR}" if naming else _short(curve.name)
+        naming = curve.key == state.editing.selected and state.editing.typed is not None
+        name = f"{state.editing.typed}{CURSOR}" if naming else _short(curve.name)
         at = left + MARGIN + 30.0
         scene.text(at, y - 4.5, name, 12.5, colour=colour, bold=bold, align="left")
         right = scene.width - MARGIN
         text = format_count(len(curve.constraints), "pin") if curve.constraints else ""
         text = "drawing" if curve is drawn else text
-        text = "failed" if state.trouble(curve) else text
+        text = "failed" if state.editing.trouble(curve) else text
         scene.text(right, y - 4.5, text, 11.5, colour=style.FAINT_TEXT, align="right")
     hidden = len(curves) - len(shown)
     if hidden:
@@ -116,7 +116,7 @@ def _list(scene: Scene, state: FeatureState, left: float) -> None:
 
 def _choices(scene: Scene, state: FeatureState, left: float) -> None:
     """The axis, and the degree between its two buttons."""
-    settings = state.shown_settings
+    settings = state.editing.shown_settings
     y = CHOICES - 4.5
     grey = style.FAINT_TEXT
     scene.text(left + MARGIN, y, "axis", 13.0, bold=True, align="left")
@@ -143,11 +143,11 @@ def _button(scene: Scene, x: float, text: str, on: bool) -> None:
 
 
 def _facts(writer: PanelWriter, state: FeatureState) -> None:
-    curve = state.preview if state.clicks is not None else state.curve
+    curve = state.editing.preview if state.editing.clicks is not None else state.editing.curve
     if curve is None:
         writer.paragraph(
             "the sliders are those of the next curve"
-            if state.clicks is None
+            if state.editing.clicks is None
             else "the curve snaps after two clicks",
             style.FAINT_TEXT,
         )
@@ -156,7 +156,7 @@ def _facts(writer: PanelWriter, state: FeatureState) -> None:
 
 
 def _curve(writer: PanelWriter, state: FeatureState, curve: DrawnCurve) -> None:
-    look, snap = state.look(curve), state.snap_of(curve)
+    look, snap = state.editing.look(curve), state.editing.snap_of(curve)
     writer.heading(_fitted(curve.name, writer.room, 13.5))
     if look is not None:
         writer.fact("length", f"{look.spline.length:.4g}")
@@ -169,13 +169,13 @@ def _curve(writer: PanelWriter, state: FeatureState, curve: DrawnCurve) -> None:
         writer.fact("ribs", text)
         if found.ended:
             writer.fact("at an end", f"{len(found.ended)}: it may be farther off")
-    elif state.making:
+    elif state.editing.making:
         writer.fact("ribs", "working …")
     notes = () if look is None or look.found is None else look.found.notes
     for note in notes:
         writer.paragraph(note, style.FAINT_TEXT)
-    if state.trouble(curve):
-        writer.paragraph(state.trouble(curve), style.MESSAGE)
+    if state.editing.trouble(curve):
+        writer.paragraph(state.editing.trouble(curve), style.MESSAGE)
 
 
 def _short(name: str) -> str:

@@ -17,7 +17,7 @@ from viewer.picture import Drawn, Frame
 from viewer.skin import Shading
 from viewer.solid import Triangles, dash_line, make_discs, make_ribbons
 
-# == Colours of curves: strong enough to stand out from a grey model.
+# Colours of curves: strong enough to stand out from a grey model.
 
 
 #: Widths of lines in points: of curves, of the selected one and what is around it, of ribs.
@@ -51,15 +51,17 @@ class FeaturePainter:
 
     def compose(self, state: FeatureState, aspect: float, *, bare: bool = False) -> Drawn:
         """The picture for a window of this width to height; bare: without the panel."""
-        frame = Frame.of(state, aspect, bare=bare)
-        model = self._shading.model(state.skin, state.view, state.model_look, frame.middle)
+        frame = Frame.of(state.camera, aspect, bare=bare)
+        model = self._shading.model(
+            state.skin, state.camera.view, state.camera.model_look, frame.middle
+        )
         solid = frame.solid(_curves(state), model)
-        settings = state.shown_settings
+        settings = state.editing.shown_settings
         chosen = (name_axis(settings) or "") if settings.alpha < 1.0 else ""
-        draw_axes(frame.scene, state.view.axes, chosen)
+        draw_axes(frame.scene, state.camera.view.axes, chosen)
         if not bare:
             draw_panel(frame.scene, state)
-            if state.helping:
+            if state.editing.helping:
                 draw_help(frame.scene, KEY_HELP, MOUSE_HELP)
         return frame.drawn(solid)
 
@@ -68,19 +70,19 @@ def _curves(state: FeatureState) -> list[Triangles]:
     """Curves with their clicks and pins; the selected one last, with its ribs."""
     parts: list[Triangles] = []
     under = state.under()
-    picked = state.preview if state.clicks is not None else state.curve
-    if state.ribs_shown and picked is not None:
+    picked = state.editing.preview if state.editing.clicks is not None else state.editing.curve
+    if state.editing.ribs_shown and picked is not None:
         parts += _ribs(state, picked)
-    drawn = [(curve, state.look(curve)) for curve in state.edits.curves]
-    if state.preview is not None and state.clicks is not None:
-        drawn.append((state.preview, state.look(state.preview)))
+    drawn = [(curve, state.editing.look(curve)) for curve in state.editing.edits.curves]
+    if state.editing.preview is not None and state.editing.clicks is not None:
+        drawn.append((state.editing.preview, state.editing.look(state.editing.preview)))
     lift = measure_lift(state)
     for curve, look in drawn:
         if look is None:
             continue
         lit = curve is picked
         near = under is not None and under.key == curve.key
-        line = state.view.seen(look.line)
+        line = state.camera.view.seen(look.line)
         if lit or near:
             rim = style.PAPER if lit else style.SELECTED
             parts.append(make_ribbons([line], rim, RIM, lift - RIM / 4.0 - 0.5))
@@ -88,17 +90,17 @@ def _curves(state: FeatureState) -> list[Triangles]:
         parts.append(make_ribbons([line], choose_curve_colour(curve.key), width, lift))
         parts += _ends(line, curve, width, lift)
         parts += _pins(state, curve, lift)
-    sketched = state.sketched()
+    sketched = state.editing.sketched()
     if sketched is not None:
-        dashes = dash_line(state.view.seen(sketched), DASH)
+        dashes = dash_line(state.camera.view.seen(sketched), DASH)
         parts.append(make_ribbons(dashes, INK, SKETCHED, lift))
     clicks = np.zeros((0, 3))
     colour = INK
-    if state.clicks is not None and state.clicks:
-        clicks = np.stack(state.clicks)
-    elif state.clicks is None and picked is not None:
+    if state.editing.clicks is not None and state.editing.clicks:
+        clicks = np.stack(state.editing.clicks)
+    elif state.editing.clicks is None and picked is not None:
         clicks, colour = picked.clicked, choose_curve_colour(picked.key)
-    seen = state.view.seen(clicks)
+    seen = state.camera.view.seen(clicks)
     parts.append(make_discs(seen, colour, CLICKED + 1.4, lift + 2.0))
     parts.append(make_discs(seen, style.PAPER, CLICKED, lift + 2.4))
     return parts
@@ -106,7 +108,7 @@ def _curves(state: FeatureState) -> list[Triangles]:
 
 def measure_lift(state: FeatureState) -> float:
     """How much nearer than they are curves are drawn, in points."""
-    return LIFT + LIFT_SHARE * state.model.diagonal * state.view.scale
+    return LIFT + LIFT_SHARE * state.editing.model.diagonal * state.camera.view.scale
 
 
 def _ends(line: Points, curve: DrawnCurve, width: float, lift: float) -> list[Triangles]:
@@ -119,7 +121,9 @@ def _pins(state: FeatureState, curve: DrawnCurve, lift: float) -> list[Triangles
     if not curve.constraints:
         return []
     under = state.under()
-    feet = state.view.seen(np.stack([np.asarray(at, np.float64) for _, at in curve.constraints]))
+    feet = state.camera.view.seen(
+        np.stack([np.asarray(at, np.float64) for _, at in curve.constraints])
+    )
     heads = feet + np.array([*PIN, 0.0])
     stems = [np.stack([foot, head]) for foot, head in zip(feet, heads, strict=True)]
     lift += 3.0
@@ -139,10 +143,10 @@ def _pins(state: FeatureState, curve: DrawnCurve, lift: float) -> list[Triangles
 
 def _ribs(state: FeatureState, curve: DrawnCurve) -> list[Triangles]:
     """The ribs that a curve was found across, thin; and a cross where there is none."""
-    snap = state.snap_of(curve)
+    snap = state.editing.snap_of(curve)
     if snap is None:
         return []
-    view, lift = state.view, 0.45 * measure_lift(state)
+    view, lift = state.camera.view, 0.45 * measure_lift(state)
     plain: list[Points] = []
     mended: list[Points] = []
     for rib in snap.ribs:

@@ -13,11 +13,9 @@ from patterndb_sketch.features.drag import MatrixCamera
 from patterndb_sketch.features.model import Model
 from viewer.camera import View
 from viewer.features.edits import DrawnCurve
+from viewer.nearness import FEATURE_REACH, PIN_REACH
 
 Place = tuple[float, float]
-
-#: How near the pointer must be to a curve and to a pin, in points.
-REACH, PIN_REACH = 9.0, 10.0
 
 #: From a pin's foot to the middle of its head, in points to the right and up.
 PIN = (4.0, 17.0)
@@ -113,7 +111,7 @@ def find_under_pointer(
                     )
                 )
         away, foot = _nearest(view.seen(line)[:, :2], line, place)
-        if away <= REACH:
+        if away <= FEATURE_REACH:
             found.append((away, CurveUnderPointer(curve.key), foot))
     found.sort(key=lambda one: one[0])
     if through:

@@ -12,7 +12,7 @@ from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.camera import ModelCamera
-from viewer.features.choices import replace_value
+from viewer.features.editing import FeatureEditing, FeatureFiles, replace_value
 from viewer.features.edits import DrawnCurve, FeatureEdits
 from viewer.features.layout import (
     choose_rows,
@@ -22,7 +22,6 @@ from viewer.features.layout import (
     get_slider_value,
     place_rails,
 )
-from viewer.features.picking import Picking
 from viewer.features.pointing import (
     CurveUnderPointer,
     find_surface_point,
@@ -30,11 +29,8 @@ from viewer.features.pointing import (
     make_matrix_camera,
     to_picture_place,
 )
-from viewer.features.work import FeatureFiles
+from viewer.nearness import CLICK
 from viewer.skin import Skin
-
-#: A press and a release this near to each other, in points, are a click.
-CLICK = 4.0
 
 #: Seconds that each move of the pointer waits for what it changes: a pin follows it in any case.
 LIVE = 0.02
@@ -43,7 +39,7 @@ LIVE = 0.02
 Held = Literal["view", "slider", "curve", "click"]
 
 
-class FeatureState(Picking, ModelCamera):
+class FeatureState:
     """A model, the curves on it, and how it is looked at.
 
     session: what has been worked on before. settings: of the next curve. files: for keys that
@@ -61,14 +57,14 @@ class FeatureState(Picking, ModelCamera):
         files: FeatureFiles | None = None,
         title: str = "",
     ) -> None:
-        Picking.__init__(
-            self,
+        #: The curves, and what is done to them.
+        self.editing = FeatureEditing(
             model,
             FeatureSession() if session is None else session,
             SnapSettings() if settings is None else settings,
             files,
         )
-        ModelCamera.__init__(self, model.points)
+        self.camera = ModelCamera(model.points)
         self.title = title
         self.skin = Skin.of(model.corners, model.triangles)
         self._held: Held | None = None
@@ -77,6 +73,15 @@ class FeatureState(Picking, ModelCamera):
         self._drag: Drag | None = None
         self._before: FeatureEdits | None = None
         self._base: DrawnCurve | None = None
+
+    @property
+    def message(self) -> str:
+        """What went wrong last."""
+        return self.editing.message
+
+    @message.setter
+    def message(self, text: str) -> None:
+        self.editing.message = text
 
     @property
     def pulling(self) -> Drag | None:
@@ -93,34 +98,34 @@ class FeatureState(Picking, ModelCamera):
         """The slider that the pointer holds, or is on."""
         if self._held == "slider":
             return self._slider
-        return None if self._held or self.pointer is None else find_slider(*self._panel())
+        return None if self._held or self.camera.pointer is None else find_slider(*self._panel())
 
     # What keys do, see viewer.features.keys
 
     def unpin(self) -> None:
         """Take the pin under the pointer away."""
         under = self.under()
-        curve = None if under is None else self.edits.find(under.key)
+        curve = None if under is None else self.editing.edits.find(under.key)
         if under is None or curve is None or under.pin is None:
             self.message = "put the pointer on a pin"
             return
-        self.selected = curve.key
-        self._revise(curve.unpinned(under.pin))
+        self.editing.selected = curve.key
+        self.editing.revise(curve.unpinned(under.pin))
 
     # The pointer, at places of the picture in points from its middle
 
     def press(self, x: float, y: float, *, turn: bool = False) -> bool:
         """A button goes down. turn: it is the one that always turns the view."""
-        self.pointer, self._pressed = (x, y), (x, y)
+        self.camera.pointer, self._pressed = (x, y), (x, y)
         self.message = ""
         self._held = "view"
         if turn:
             self._pressed = None
             return False
-        if x > self.room[0] / 2.0:
+        if x > self.camera.room[0] / 2.0:
             return self._press_panel()
-        under = self.under() if self.clicks is None else None
-        curve = None if under is None else self.edits.find(under.key)
+        under = self.under() if self.editing.clicks is None else None
+        curve = None if under is None else self.editing.edits.find(under.key)
         if under is not None and curve is not None:
             self._grab(curve, under)
         else:
@@ -130,7 +135,7 @@ class FeatureState(Picking, ModelCamera):
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""
         before = self.under(), self.sliding
-        last, self.pointer = self.pointer, (x, y)
+        last, self.camera.pointer = self.camera.pointer, (x, y)
         if self._held == "slider":
             self._slide_to(x)
             return True
@@ -145,7 +150,7 @@ class FeatureState(Picking, ModelCamera):
         if self._held == "curve":
             self._pull(x, y)
         else:
-            self.aim(self.view.turned(x - last[0], y - last[1]))
+            self.camera.aim(self.camera.view.turned(x - last[0], y - last[1]))
         return True
 
     def release(self, x: float, y: float) -> bool:
@@ -153,18 +158,40 @@ class FeatureState(Picking, ModelCamera):
         held, pressed = self._held, self._pressed
         drag, base = self._drag, self._base
         self._held = self._pressed = self._drag = self._base = None
-        self.pointer = (x, y)
+        self.camera.pointer = (x, y)
         if held == "curve" and base is not None and pressed is not None:
-            self.select(base.key)
+            self.editing.select(base.key)
         elif held in ("curve", "slider"):
             self._end_change()
             if drag is not None and drag.missed:
                 self.message = "the pointer left the model: the pin stays where it was last"
         elif held == "click" and pressed is not None:
-            self.click(find_surface_point(self.view, self.model, self.room, x, y))
+            self.editing.click(
+                find_surface_point(self.camera.view, self.editing.model, self.camera.room, x, y)
+            )
         else:
             return held == "view" and pressed is None
         return True
+
+    def wheel(self, steps: float) -> bool:
+        """The wheel turns: nearer, or farther off, about the pointer."""
+        return self.camera.wheel(steps)
+
+    def drag_view(self, dx: float, dy: float) -> bool:
+        """Shift the picture."""
+        return self.camera.drag_view(dx, dy)
+
+    def poll(self) -> bool:
+        """Is there something new since the last time that this was asked?"""
+        return self.editing.poll()
+
+    def settle(self) -> None:
+        """Wait for all that was asked for."""
+        self.editing.settle()
+
+    def close(self) -> None:
+        """Wait until nothing is being made any more."""
+        self.editing.close()
 
     def under(self) -> CurveUnderPointer | None:
         """The pin or the curve under the pointer; while a curve is pulled, that one."""
@@ -172,101 +199,118 @@ class FeatureState(Picking, ModelCamera):
             return CurveUnderPointer(
                 self._base.key, None if self._drag is None else self._drag.sample
             )
-        if self.pointer is None or self.pointer[0] > self.room[0] / 2.0 or self.clicks is not None:
+        if (
+            self.camera.pointer is None
+            or self.camera.pointer[0] > self.camera.room[0] / 2.0
+            or self.editing.clicks is not None
+        ):
             return None
-        drawn = [(curve, self.look(curve)) for curve in self.edits.curves]
+        drawn = [(curve, self.editing.look(curve)) for curve in self.editing.edits.curves]
         lines = [(curve, look.line) for curve, look in drawn if look is not None]
-        through = self.model_look != "solid"
+        through = self.camera.model_look != "solid"
         return find_under_pointer(
-            self.view, self.model, self.room, lines, self.pointer, through=through
+            self.camera.view,
+            self.editing.model,
+            self.camera.room,
+            lines,
+            self.camera.pointer,
+            through=through,
         )
 
     # How it is done
 
     def _panel(self) -> tuple[float, float, float]:
         """Where the panel begins and where the pointer is, from the picture's lower left."""
-        x, y = self.pointer or (0.0, 0.0)
-        return self.room[0], x + self.room[0] / 2.0, y + self.room[1] / 2.0
+        x, y = self.camera.pointer or (0.0, 0.0)
+        return self.camera.room[0], x + self.camera.room[0] / 2.0, y + self.camera.room[1] / 2.0
 
     def _press_panel(self) -> bool:
         place = self._panel()
         slider, choice, row = find_slider(*place), find_choice(*place), find_row(*place)
         if slider is not None:
             self._held, self._slider = "slider", slider
-            self._begin_change(self.curve if self.clicks is None else self._preview)
-            self._slide_to(self.pointer[0] if self.pointer else 0.0)
+            self._begin_change(
+                self.editing.curve if self.editing.clicks is None else self.editing.preview
+            )
+            self._slide_to(self.camera.pointer[0] if self.camera.pointer else 0.0)
             return True
         self._held = None
         if isinstance(choice, str):
-            self.choose_axis(choice)
+            self.editing.choose_axis(choice)
         elif choice is not None:
-            self.change_degree(choice)
+            self.editing.change_degree(choice)
         elif row is not None:
-            shown = choose_rows(len(self.edits.curves), self.row_of_selected())
+            shown = choose_rows(len(self.editing.edits.curves), self.row_of_selected())
             if row < len(shown):
-                self.select(self.edits.curves[shown[row]].key)
+                self.editing.select(self.editing.edits.curves[shown[row]].key)
         return True
 
     def row_of_selected(self) -> int | None:
         """The place of the selected curve among all."""
         return next(
-            (i for i, one in enumerate(self.edits.curves) if one.key == self.selected), None
+            (
+                i
+                for i, one in enumerate(self.editing.edits.curves)
+                if one.key == self.editing.selected
+            ),
+            None,
         )
 
     def _begin_change(self, base: DrawnCurve | None) -> None:
         """What comes is one step, however often it changes: all is made of what is there now."""
-        self._before, self._base = self.edits, base
+        self._before, self._base = self.editing.edits, base
 
     def _end_change(self) -> None:
         before, self._before = self._before, None
-        if before is not None and before is not self.edits:
-            self._past.append(before)
-            self._future.clear()
+        if before is not None and before is not self.editing.edits:
+            self.editing.keep_step(before)
 
     def _slide_to(self, x: float) -> None:
-        rail = place_rails(self.room[0])[self._slider]
-        value = rail.value_at(x + self.room[0] / 2.0)
-        settings = self.shown_settings
+        rail = place_rails(self.camera.room[0])[self._slider]
+        value = rail.value_at(x + self.camera.room[0] / 2.0)
+        settings = self.editing.shown_settings
         if value == get_slider_value(settings, self._slider):
             return
         settings = replace_value(settings, self._slider, value)
         base = self._base
-        if self.clicks is not None or base is None:
-            self.change(settings)
+        if self.editing.clicks is not None or base is None:
+            self.editing.change(settings)
             return
-        self.settings = settings
+        self.editing.settings = settings
         self._live(replace(base, settings=settings), base)
 
     def _grab(self, curve: DrawnCurve, under: CurveUnderPointer) -> None:
         """The pointer pulls the sample that is seen nearest to it, or that of a pin."""
-        look = self.look(curve)
-        assert look is not None and self.pointer is not None
-        seen = make_matrix_camera(self.view, self.model, self.room)
-        place = to_picture_place(self.room, *self.pointer)
+        look = self.editing.look(curve)
+        assert look is not None and self.camera.pointer is not None
+        seen = make_matrix_camera(self.camera.view, self.editing.model, self.camera.room)
+        place = to_picture_place(self.camera.room, *self.camera.pointer)
         samples = look.samples
         if under.pin is not None:
             samples = samples[under.pin : under.pin + 1]
-        drag = begin_drag(seen, self.model, samples, place)
+        drag = begin_drag(seen, self.editing.model, samples, place)
         if under.pin is not None:
             drag = replace(drag, sample=under.pin)
             # Where the pin was before is no matter, as if it were set for the first time.
             curve = curve.unpinned(under.pin)
         self._held, self._drag = "curve", drag
         self._begin_change(curve)
-        self.ask_snap(curve)
+        self.editing.ask_snap(curve)
 
     def _pull(self, x: float, y: float) -> None:
         drag, base = self._drag, self._base
         assert drag is not None and base is not None
-        self.selected = base.key
-        drag = move_drag(drag, self.model, to_picture_place(self.room, x, y))
+        self.editing.selected = base.key
+        drag = move_drag(drag, self.editing.model, to_picture_place(self.camera.room, x, y))
         place = (
             drag.begun
-            + to_picture_place(self.room, x, y)
+            + to_picture_place(self.camera.room, x, y)
             - drag.pressed
-            - np.array(self.room) / 2.0
+            - np.array(self.camera.room) / 2.0
         )
-        point = find_surface_point(self.view, self.model, self.room, *place.tolist())
+        point = find_surface_point(
+            self.camera.view, self.editing.model, self.camera.room, *place.tolist()
+        )
         if point is not None:
             # The same point, but for gaps between patches.
             drag = replace(drag, point=point, missed=False)
@@ -275,5 +319,5 @@ class FeatureState(Picking, ModelCamera):
 
     def _live(self, curve: DrawnCurve, base: DrawnCurve) -> None:
         """Show a curve changed while the button is down."""
-        self.edits = self.edits.with_curve(curve)
-        self._make(curve, base, LIVE)
+        self.editing.edits = self.editing.edits.with_curve(curve)
+        self.editing.make(curve, base, LIVE)

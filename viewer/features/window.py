@@ -21,9 +21,6 @@ from viewer.picture import Drawn, check_png, save_drawn
 from viewer.saver import find_free_name
 from viewer.window import WINDOW, open_window
 
-# == What is worked on, from a session and into one.
-
-
 #: Keys that write, in a name, what others do elsewhere; by their X names too.
 WRITTEN = {"space": " ", "underscore": "_", "minus": "-", "period": ".", "parenleft": "(",
            "parenright": ")", "numbersign": "#"}  # fmt: skip
@@ -60,8 +57,7 @@ def show(
     state = FeatureState(model, session=session, settings=settings, files=files, title=title)
     try:
         shell = FeatureSaver(state, files, window_size)
-        if shell.play(pressed) is not Effect.QUIT:
-            open_window(state, shell, KEYS, window_size, title or "Feature curves")
+        open_window(shell, pressed, title or "Feature curves")
     finally:
         state.close()
     return state
@@ -180,10 +176,10 @@ class FeatureSaver(saver.Saver):
         return self._files.free("features", ".png")
 
     def would_lose(self) -> str:
-        return "the curves are not saved: s saves them" if self.state.unsaved else ""
+        return "the curves are not saved: s saves them" if self.state.editing.unsaved else ""
 
     def at_once(self, key: str) -> Effect | None:
-        if self.state.typed is not None:
+        if self.state.editing.typed is not None:
             return self._typed(key)
         if self.state.holding:
             self.state.message = "let go of the button first"
@@ -193,17 +189,17 @@ class FeatureSaver(saver.Saver):
     def _typed(self, key: str) -> Effect:
         """A key while a name is typed."""
         state = self.state
-        name = state.typed or ""
+        name = state.editing.typed or ""
         key = WRITTEN.get(key, key)
         if key in ("Return", "KP_Enter", "Enter"):
             state.message = ""
-            state.end_name()
+            state.editing.end_name()
         elif key == "Escape":
-            state.leave()
+            state.editing.leave()
         elif key == "BackSpace":
-            state.typed = name[:-1]
+            state.editing.typed = name[:-1]
         elif len(key) == 1 and key.isprintable() and len(name) < LONGEST_NAME:
-            state.typed = name + key
+            state.editing.typed = name + key
         else:
             return Effect.NOTHING
         return Effect.REDRAW

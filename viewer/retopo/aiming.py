@@ -1,142 +1,128 @@
-"""Aiming: the tool in use, what the pointer is on, and what would come of it."""
+"""The tool in use: what the pointer is on, how far the tool reaches, and what would come of it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.editor import Call
+from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import find_strip
 from patterndb_sketch.retopo.ground import GroundPoints
-from patterndb_sketch.retopo.tool import SNAP
+from patterndb_sketch.retopo.tool import SNAP, ToolWork
 from patterndb_sketch.retopo.tools.loop import plane_of_line
-from viewer.retopo.acting import Acting, RetopoFiles
+from viewer.nearness import CHAIN_REACH, CLICK
+from viewer.retopo.editing import RetopoEditing
 from viewer.retopo.modes import ToolMode, ToolOption, list_modes
 from viewer.retopo.pointing import (
-    REACH,
     NetworkPicker,
     RetopoCamera,
-    find_upright,
     pick_foot,
     pick_line,
 )
 from viewer.retopo.previews import (
     Latest,
     Preview,
+    preview_call,
+    preview_completion,
+    preview_cut,
+    preview_inserted_loop,
+    preview_pull,
+    preview_spine_outline,
 )
-from viewer.retopo.work import ListPlace
-from viewer.skin import Skin
-
-#: A button that never goes farther than this while it is down, in points, clicks.
-CLICK = 4.0
 
 #: Brushes follow the view: nearer by, they reach less; so far, at most and at least.
 ZOOMS = (0.05, 1.0)
+
+#: Seconds that a move of the pointer waits for its preview.
+LIVE = 0.03
 
 #: What the pointer drags.
 Held = Literal["view", "line", "plane", "drag", "click"]
 
 
-class Aiming(Acting, RetopoCamera):
-    """A network on a ground as it is looked at, and a pointer over it.
+class ToolPointer:
+    """A tool in use over a network on a ground.
 
     mode: what the left button does. choice: which completion is shown, 0 for the largest.
-    options: of tools, as they were set. quads_shown, curves_shown, helping: what is seen. line:
+    options: of tools, as they were set. held: what the pointer drags, from where it was pressed,
+    and whether it has strayed from there. foot: the point of the ground under the pointer. line:
     what is being drawn, on the ground. preview: what would come of it.
     """
 
-    def __init__(
-        self, editor: Editor, *, title: str = "", files: RetopoFiles | None = None
-    ) -> None:
-        Acting.__init__(self, editor, files)
-        RetopoCamera.__init__(self, editor.ground.vertices, find_upright(editor.ground))
-        self.title = title
+    def __init__(self, editing: RetopoEditing, camera: RetopoCamera) -> None:
+        self.editing = editing
+        self.camera = camera
         self.modes = list_modes()
         self.mode = self.modes[0]
         self.choice = 0
         self.options: dict[tuple[str, str], object] = {}
-        self.quads_shown = self.curves_shown = True
-        self.helping = False
+        self.factors: dict[str, float] = {}
+        self.held: Held | None = None
+        self.pressed: tuple[float, float] | None = None
+        self.strayed = False
+        self.foot: GroundPoints | None = None
         self.line: list[Points] = []
         self.preview: Preview | None = None
-        corners = editor.ground.vertices[editor.ground.triangles]
-        self.skin = Skin.of(corners, editor.ground.triangles)
-        self.finder = NetworkPicker()
-        self._factors: dict[str, float] = {}
+        self._picker = NetworkPicker()
         self._latest = Latest()
-        self._held: Held | None = None
-        self._pressed: tuple[float, float] | None = None
-        self._strayed = False
-        self._foot: GroundPoints | None = None
 
     def close(self) -> None:
+        """Wait until no preview is being made any more."""
         self._latest.close()
-        Acting.close(self)
 
     # What is under the pointer
 
     @property
     def holding(self) -> bool:
         """Is something being drawn?"""
-        return self._held in ("line", "plane", "drag")
-
-    @property
-    def foot(self) -> GroundPoints | None:
-        """The point of the ground under the pointer."""
-        return self._foot
+        return self.held in ("line", "plane", "drag")
 
     def chain_under(self) -> tuple[int, Points] | None:
         """The curve under the pointer, and its point (3,) nearest to it."""
-        if self._foot is None:
+        if self.foot is None:
             return None
-        return self.finder.chain(self.network, self._foot, REACH / self.view.scale)
+        return self._picker.chain(
+            self.editing.network, self.foot, CHAIN_REACH / self.camera.view.scale
+        )
 
     def chains_meant(self) -> tuple[int, ...]:
         """The curves that a click, or the wheel, would act on."""
-        if self.mode.target != "chain" or self._held == "view":
+        if self.mode.target != "chain" or self.held == "view":
             return ()
         found = self.chain_under()
         if found is None:
             return ()
-        whole = self.mode.gesture == "count" and self._told_options().get("strip") is True
-        return find_strip(self.network, found[0]) if whole else (found[0],)
+        whole = self.mode.gesture == "count" and self.tell_options().get("strip") is True
+        return find_strip(self.editing.network, found[0]) if whole else (found[0],)
 
     def patch_under(self) -> int | None:
         """The patch under the pointer, if it has quads."""
-        if self._foot is None:
+        if self.foot is None:
             return None
-        found = self.shown.body.patch_at(self._foot.points[0])
-        return None if found in self.shown.stale() else found
-
-    def empty(self) -> tuple[int, ...]:
-        """The patches that have no quads, none of them while quads are made."""
-        shown = self.shown
-        if not shown.fresh:
-            return ()
-        return tuple(sorted(shown.state.network.patches.keys() - shown.filled.placed.keys()))
-
-    def place_in_list(self, patch: int) -> ListPlace | None:
-        """Which of its fills a patch has; None while that is not known."""
-        return self._work.lists.place(self.network, self.network.patches[patch])
+        found = self.editing.shown.body.patch_at(self.foot.points[0])
+        return None if found in self.editing.shown.stale() else found
 
     def snaps(self) -> list[Points]:
         """(3,) where the ends of what is drawn, or would be, snap to."""
-        mode, foot = self.mode, self._foot
-        if self._held == "view" or foot is None:
+        mode, foot = self.mode, self.foot
+        if self.held == "view" or foot is None:
             return []
         if mode.target == "corner":
-            node = self.finder.node(self.network, foot, self.reach)
-            chain = self.finder.chain(self.network, foot, self.reach)
+            node = self._picker.node(self.editing.network, foot, self.reach)
+            chain = self._picker.chain(self.editing.network, foot, self.reach)
             at = node if node is not None else None if chain is None else chain[1]
             return [] if at is None else [at]
         if mode.target != "ends":
             return []
         feet = [foot]
-        if self._held == "line" and self.line:
-            feet.append(self.ground.nearest(self.line[0][None]))
-        found = [self.finder.end(self.network, one, self.reach) for one in feet]
+        if self.held == "line" and self.line:
+            feet.append(self.editing.ground.nearest(self.line[0][None]))
+        found = [self._picker.end(self.editing.network, one, self.reach) for one in feet]
         return [at for at in found if at is not None]
 
     @property
@@ -144,20 +130,20 @@ class Aiming(Acting, RetopoCamera):
         """The straight line that is being dragged, in points of the picture; what a brush drags is
         seen below it."""
         if (
-            self._held not in ("plane", "drag")
+            self.held not in ("plane", "drag")
             or self.mode.given_as
-            or self._pressed is None
-            or self.pointer is None
+            or self.pressed is None
+            or self.camera.pointer is None
         ):
             return None
-        return self._pressed, self.pointer
+        return self.pressed, self.camera.pointer
 
     @property
     def brush_at(self) -> Points | None:
         """(3,) the middle of the tool's brush: where the pointer is, or a drag began."""
-        if self._held == "drag":
+        if self.held == "drag":
             return self.line[0]
-        return None if self._foot is None else self._foot.points[0]
+        return None if self.foot is None else self.foot.points[0]
 
     @property
     def brush(self) -> float:
@@ -167,69 +153,153 @@ class Aiming(Acting, RetopoCamera):
             return 0.0
         if mode.brush == "snap" and not mode.given_as:
             return self.reach
-        size = float(getattr(self.sizes, mode.brush))
+        size = float(getattr(self.editing.sizes, mode.brush))
         return size * self._nearness * self._factors.get(mode.brush, 1.0) if mode.given_as else size
 
     @property
     def reach(self) -> float:
         """Radius within which the tool finds what is near, in the surface's unit: that of the
         sizes, and less nearer by where the tool can be told."""
-        return self.sizes.snap * (self._nearness if self.mode.snaps else 1.0)
+        return self.editing.sizes.snap * (self._nearness if self.mode.snaps else 1.0)
 
     @property
     def _nearness(self) -> float:
         """How much less brushes reach in this view than in that of the whole surface."""
-        return float(np.clip(self._framed().scale / self.view.scale, *ZOOMS))
+        return float(np.clip(self.camera.fit_all().scale / self.camera.view.scale, *ZOOMS))
 
     def option(self, mode: ToolMode, option: ToolOption) -> object:
         """The value of an option."""
         return self.options.get((mode.tool, option.name), option.values[0])
 
+    # What would come of it
+
+    def seek(self) -> None:
+        """Have the preview made that the pointer asks for, and show it if it is there soon; have
+        the list found of the patch that it is on."""
+        patch = (
+            self.patch_under() if self.mode.target == "patch" and not self.editing.waiting else None
+        )
+        if patch is not None and patch in self.editing.network.patches:
+            self.editing.work.lists.want(
+                self.editing.network,
+                self.editing.network.patches[patch],
+                self.editing.shown.work.source,
+            )
+        wanted = self._wanted()
+        if wanted is None:
+            self._latest.drop()
+            self.preview = None
+            return
+        self._latest.want(*wanted)
+        self._latest.wait(LIVE)
+        self.take_preview()
+
+    def _wanted(self) -> tuple[object, Callable[[], Preview]] | None:
+        """What preview there is to be made, and a key that tells it from others."""
+        shown, foot = self.editing.shown.work, self.foot
+        # Tools reach as far as they will be told to.
+        sizes = replace(shown.state.sizes, snap=self.reach)
+        work = replace(shown, state=replace(shown.state, sizes=sizes))
+        tool, held = self.mode.tool, self.held
+        if tool == "autocomplete" and held in (None, "click") and foot is not None:
+            radius, number = self.brush, self.choice
+            key = (tool, shown, self.reach, foot.points.tobytes(), radius, number)
+            return key, lambda: preview_completion(work, foot, radius, number)
+        if tool == "preview_spine_outline" and held == "line" and len(self.line) > 2:
+            line, width = np.stack(self.line), 2.0 * self.brush
+            key = (tool, shown, self.reach, len(line), line[-1].tobytes(), width)
+            return key, lambda: preview_spine_outline(work, line, width)
+        if tool == "pull" and held == "drag" and self.strayed and foot is not None:
+            begun, point = self.line[0], foot.points[0]
+            key = (tool, shown, self.reach, begun.tobytes(), point.tobytes())
+            return key, lambda: preview_pull(work, begun, point)
+        if held == "plane" and self.pressed is not None and self.camera.pointer is not None:
+            try:
+                found = self.find_plane(self.pressed, self.camera.pointer)
+            except RefusedError:
+                return None
+            if found is not None:
+                at, normal, limit = found
+                key = (tool, shown, self.reach, at.tobytes(), normal.tobytes())
+                return key, lambda: preview_cut(work, at, normal, limit)
+        return self._wanted_quads(work)
+
+    def _wanted_quads(self, work: ToolWork) -> tuple[object, Callable[[], Preview]] | None:
+        """The same of tools that change quads."""
+        shown, foot = self.editing.shown, self.foot
+        # While fills are made there is nothing to be seen anew, and the database is at work.
+        if foot is None or not shown.fresh:
+            return None
+        mesh, tool, point = shown.body.mesh, self.mode.tool, foot.points[0]
+        if tool == "insertloop" and self.held in (None, "click"):
+            return (tool, shown, self.reach, point.tobytes()), lambda: preview_inserted_loop(
+                work, mesh, foot
+            )
+        if self.mode.gesture == "drag" and self.held == "drag" and self.strayed:
+            given = self.tell_arguments() | self.tell_ends(self.line[0], foot)
+            return (tool, shown, str(given)), lambda: preview_call(
+                work, mesh, Call(tool, given), point
+            )
+        return None
+
+    def take_preview(self) -> None:
+        """Show the preview that was found; one of another network is never shown."""
+        found = self._latest.found()
+        if found is not None:
+            self.preview = found
+        if self.preview is not None and self.preview.network is not self.editing.network:
+            self.preview = None
+
     # How it is done
 
-    def _let_go(self) -> None:
+    def settle(self) -> None:
+        """Wait for the preview that was asked for."""
+        self._latest.wait()
+        self.take_preview()
+
+    def let_go(self) -> None:
         self.line = []
-        self._pressed = None
+        self.pressed = None
         self.preview = None
         self._latest.drop()
 
-    def _point(self, x: float, y: float) -> None:
-        self.pointer = (x, y)
-        inside = x <= self.room[0] / 2.0
-        self._foot = pick_foot(self.view, self.ground, x, y) if inside else None
+    def point_at(self, x: float, y: float) -> None:
+        self.camera.pointer = (x, y)
+        inside = x <= self.camera.room[0] / 2.0
+        self.foot = pick_foot(self.camera.view, self.editing.ground, x, y) if inside else None
 
-    def _told_options(self, mode: ToolMode | None = None) -> dict[str, object]:
+    def tell_options(self, mode: ToolMode | None = None) -> dict[str, object]:
         """The arguments that options stand for; those at their defaults say nothing."""
         mode = self.mode if mode is None else mode
         values = {option: self.option(mode, option) for option in mode.options}
         return {o.name: value for o, value in values.items() if value != o.values[0]}
 
-    def _given(self) -> dict[str, object]:
+    def tell_arguments(self) -> dict[str, object]:
         """What every call of the mode's tool is told beside its places."""
-        given = dict(self.mode.fixed) | self._told_options()
+        given = dict(self.mode.fixed) | self.tell_options()
         if self.mode.given_as:
             width = 2.0 if self.mode.given_as == "width" else 1.0
             given[self.mode.given_as] = width * self.brush
-        if self.mode.snaps and self.reach < self.sizes.snap:
+        if self.mode.snaps and self.reach < self.editing.sizes.snap:
             given[SNAP] = self.reach
         return given
 
-    def _ends(self, begun: Points, foot: GroundPoints) -> dict[str, object]:
+    def tell_ends(self, begun: Points, foot: GroundPoints) -> dict[str, object]:
         """The places that a drag gives: where it began, and a foot."""
         first, second = self.mode.places
         return {first: begun.tolist(), second: foot.points[0].tolist()}
 
-    def _plane(
+    def find_plane(
         self, begin: tuple[float, float], end: tuple[float, float]
     ) -> tuple[Points, Points, float] | None:
         """The plane through a line across the view: a point (3,) of it on the ground, its normal,
         and the limit of its cut; None if the line passes no ground."""
         if np.hypot(end[0] - begin[0], end[1] - begin[1]) < CLICK:
             return None
-        met = pick_line(self.view, self.ground, begin, end)
+        met = pick_line(self.camera.view, self.editing.ground, begin, end)
         if not len(met):
             return None
         normal, limit = plane_of_line(
-            self.view.under(*begin), self.view.under(*end), self.view.axes[2]
+            self.camera.view.under(*begin), self.camera.view.under(*end), self.camera.view.axes[2]
         )
         return met[len(met) // 2], normal, limit

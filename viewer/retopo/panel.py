@@ -31,23 +31,23 @@ def draw_panel(scene: Scene, state: RetopoState) -> None:
     writer.heading(title if len(title) <= LONGEST else title[: LONGEST - 1] + "…", 17.0)
     _modes(scene, state, left)
     _options(scene, state, left)
-    writer.y = place_options(len(state.modes)) - OPTION * len(state.mode.options) - 22.0
+    writer.y = place_options(len(state.tool.modes)) - OPTION * len(state.tool.mode.options) - 22.0
     _facts(writer, scene, state)
     _patch(writer, state)
     if state.message:
         writer.skip(0.3)
         writer.paragraph(state.message, style.MESSAGE)
     if not state.helping:
-        preview = state.preview
+        preview = state.tool.preview
         refused = "" if preview is None else preview.refused
-        draw_hint(scene, refused or state.mode.hint)
+        draw_hint(scene, refused or state.tool.mode.hint)
 
 
 def _modes(scene: Scene, state: RetopoState, left: float) -> None:
     """The tools with their keys; the one in use stands out."""
-    for number, mode in enumerate(state.modes):
-        x, y, width, height = place_mode(left, number, len(state.modes))
-        on = mode is state.mode
+    for number, mode in enumerate(state.tool.modes):
+        x, y, width, height = place_mode(left, number, len(state.tool.modes))
+        on = mode is state.tool.mode
         if on:
             scene.box(x, y, width - 6.0, height, HIGHLIGHT, HIGHLIGHT_LINE)
         base = y + height / 2.0 - 4.5
@@ -58,14 +58,14 @@ def _modes(scene: Scene, state: RetopoState, left: float) -> None:
 
 def _options(scene: Scene, state: RetopoState, left: float) -> None:
     """The brush of the tool, and its options, with their values."""
-    top = place_options(len(state.modes))
+    top = place_options(len(state.tool.modes))
     right = scene.width - MARGIN
     y = top + OPTION + 2.0
-    mode, grey = state.mode, style.FAINT_TEXT
+    mode, grey = state.tool.mode, style.FAINT_TEXT
     name = "target edge" if mode.brush == "edge" else "radius of snapping"
     name = "brush" if mode.given_as else name
     if mode.brush:
-        value = state.sizes.edge if mode.brush == "edge" else state.brush
+        value = state.sizes.edge if mode.brush == "edge" else state.tool.brush
         share = 100.0 * value / state.ground.diagonal
         scene.text(left + MARGIN, y - 4.5, name, 12.5, align="left")
         scene.text(right, y - 4.5, f"{share:.1f} %   [ ]", 12.5, align="right")
@@ -74,7 +74,7 @@ def _options(scene: Scene, state: RetopoState, left: float) -> None:
     first = True
     for row, option in enumerate(mode.options):
         y = top - row * OPTION
-        value = state.option(mode, option)
+        value = state.tool.option(mode, option)
         said = {None: "by itself", True: "yes", False: "no"}.get(value, str(value))  # type: ignore[call-overload]
         key = "- +" if option.number else "." if first else ""
         first = first and option.number
@@ -95,7 +95,7 @@ def _facts(writer: PanelWriter, scene: Scene, state: RetopoState) -> None:
     _row(writer, scene, [(choose_side_colour(n), f"{sides[n]}", f"{n}") for n in sorted(sides)])
     body, stale = shown.body, shown.stale()
     empty = len(patches) - (len(shown.filled.placed) - len(stale))
-    if state.waiting or not shown.fresh:
+    if state.editing.waiting or not shown.fresh:
         writer.fact("quads", "working …")
         _waiting(writer, state)
     else:
@@ -118,8 +118,8 @@ def _facts(writer: PanelWriter, scene: Scene, state: RetopoState) -> None:
     writer.fact("steps", f"{shown.undoable} back, {shown.redoable} on")
     if shown.state.plane is not None:
         writer.fact("mirror", "on; quads are of both halves")
-    if state.preview is not None and state.preview.count:
-        preview = state.preview
+    if state.tool.preview is not None and state.tool.preview.count:
+        preview = state.tool.preview
         writer.fact("completion", f"{preview.number + 1} of {preview.count}   - +")
     for note in shown.filled.notes[:2] if shown.fresh else ():
         writer.paragraph(note, style.FAINT_TEXT)
@@ -127,8 +127,8 @@ def _facts(writer: PanelWriter, scene: Scene, state: RetopoState) -> None:
 
 def _waiting(writer: PanelWriter, state: RetopoState) -> None:
     """What is at work, and what waits for it."""
-    titles = {mode.tool: mode.title for mode in state.modes}
-    names = [titles.get(tool, tool) for tool in state.working]
+    titles = {mode.tool: mode.title for mode in state.tool.modes}
+    names = [titles.get(tool, tool) for tool in state.editing.working]
     if names:
         writer.fact("at work", names[0])
     if len(names) > 1:
@@ -163,7 +163,7 @@ def _rule(writer: PanelWriter, scene: Scene) -> None:
 
 def _patch(writer: PanelWriter, state: RetopoState) -> None:
     """The patch under the pointer, if one is looked for."""
-    number = state.patch_under() if state.mode.target == "patch" else None
+    number = state.tool.patch_under() if state.tool.mode.target == "patch" else None
     patch = None if number is None else state.network.patches.get(number)
     if patch is None:
         return
@@ -172,7 +172,7 @@ def _patch(writer: PanelWriter, state: RetopoState) -> None:
     writer.heading(f"patch of {format_count(len(patch.corners), 'side')}")
     writer.fact("edges", " ".join(map(str, side_lengths(state.network, patch))))
     if choice is not None:
-        place = state.place_in_list(patch.id)
+        place = state.editing.place_in_list(patch.id)
         if place is None:
             writer.fact("fill", "…")
         elif place.number is None:

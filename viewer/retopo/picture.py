@@ -40,10 +40,10 @@ from viewer.scene import HEIGHT, Scene
 from viewer.skin import MATTE, Shading, Skin, shade_model
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
 
-# == Colours of the window of retopology.
+# Colours of the window of retopology.
 
 
-# == Quads as they are drawn: in the colours of their patches, and those that would be made.
+# Quads as they are drawn: in the colours of their patches, and those that would be made.
 
 #: How much nearer than it is the network is drawn: as a part of the surface's diagonal, as the
 #: released program of Takayama et al. 2013 has it, and in points. Drawing only.
@@ -67,9 +67,9 @@ LIGHTER = 0.25
 
 def measure_lift(state: RetopoState) -> float:
     """How much nearer than they are curves are drawn, in points."""
-    own = LIFT_POINTS + LIFT * state.ground.diagonal * state.view.scale
+    own = LIFT_POINTS + LIFT * state.ground.diagonal * state.camera.view.scale
     if state.quads_shown:
-        own += QUAD_LIFT * state.shown.body.edge * state.view.scale
+        own += QUAD_LIFT * state.shown.body.edge * state.camera.view.scale
     return own
 
 
@@ -77,7 +77,7 @@ def draw_quads(
     state: RetopoState, body: NetworkBody, stale: frozenset[int], lit: int | None
 ) -> list[Triangles]:
     """Quads in the colours of their patches, their edges, and irregular vertices."""
-    view = state.view
+    view = state.camera.view
     gone = np.fromiter(stale, np.int64, len(stale))
     kept = ~np.isin(body.owner, gone)
     corners, normals = body.skin.corners[kept], body.skin.normals[kept]
@@ -165,16 +165,16 @@ class RetopoPainter:
         bare: without the panel. height: of a bare picture, in points; one with the panel has
         always the same.
         """
-        frame = Frame.of(state, aspect, bare=bare, height=height)
+        frame = Frame.of(state.camera, aspect, bare=bare, height=height)
         scene, middle = frame.scene, frame.middle
         model = self._ground(state, middle)
         solid = frame.solid([*self._network(state), *_pointed(state)], model)
         _line(scene, state, middle)
-        if state.mode.gesture == "count" and not state.helping:
+        if state.tool.mode.gesture == "count" and not state.helping:
             _counts(scene, state, middle)
         if not bare:
-            draw_axes(scene, state.view.axes, state.upright)
-            text = f"{state.upright} is up    Z: another"
+            draw_axes(scene, state.camera.view.axes, state.camera.upright)
+            text = f"{state.camera.upright} is up    Z: another"
             scene.text(*UP_AT, text, 10.5, colour=style.FAINT_TEXT, align="left")
             draw_panel(scene, state)
             if state.helping:
@@ -184,7 +184,9 @@ class RetopoPainter:
     def _ground(self, state: RetopoState, middle: tuple[float, float]) -> Triangles:
         """The surface; what is below quads is deeper than it is, lest it should come through, and
         the half that is only an image is darker."""
-        seen, colours = self._shading.model(state.skin, state.view, state.model_look, middle)
+        seen, colours = self._shading.model(
+            state.skin, state.camera.view, state.camera.model_look, middle
+        )
         shown, plane, quads = state.shown, state.shown.state.plane, state.quads_shown
         if not len(seen) or (plane is None and not (quads and len(shown.body.owner))):
             return seen, colours
@@ -197,7 +199,7 @@ class RetopoPainter:
                 gone = np.fromiter(shown.stale(), np.int64)
                 below = ((under >= 0) & ~np.isin(under, gone))[state.ground.triangles]
                 deeper = seen.copy()
-                deeper[..., 2] -= SINK * shown.body.edge * state.view.scale * below
+                deeper[..., 2] -= SINK * shown.body.edge * state.camera.view.scale * below
             if plane is not None:
                 beyond = (plane.heights(state.ground.vertices) < 0.0)[state.ground.triangles]
                 darker = np.where(beyond[..., None], np.float32(DARKER) * colours, colours)
@@ -205,9 +207,16 @@ class RetopoPainter:
         return self._made
 
     def _network(self, state: RetopoState) -> list[Triangles]:
-        lit = state.patch_under() if state.mode.target == "patch" else None
+        lit = state.tool.patch_under() if state.tool.mode.target == "patch" else None
         shown = state.shown
-        key = (shown, state.view, state.model_look, state.quads_shown, state.curves_shown, lit)
+        key = (
+            shown,
+            state.camera.view,
+            state.camera.model_look,
+            state.quads_shown,
+            state.curves_shown,
+            lit,
+        )
         if self._key != key:
             self._key = key
             parts: list[Triangles] = []
@@ -218,7 +227,11 @@ class RetopoPainter:
                 lift, through = measure_lift(state), _through(state)
                 parts.append(
                     make_empty_marks(
-                        state.network, state.empty(), state.view, lift, through=through
+                        state.network,
+                        state.editing.list_empty(),
+                        state.camera.view,
+                        lift,
+                        through=through,
                     )
                 )
             self._kept = parts
@@ -226,12 +239,12 @@ class RetopoPainter:
 
 
 def _through(state: RetopoState) -> bool:
-    return state.model_look != "solid"
+    return state.camera.model_look != "solid"
 
 
 def _curves(state: RetopoState) -> list[Triangles]:
     """The network: its curves, corners and ends, and the lines that quads follow."""
-    network, view = state.network, state.view
+    network, view = state.network, state.camera.view
     through, lift = _through(state), measure_lift(state)
     plain = [chain for chain in network.chains.values() if not chain.marked]
     marked = [chain for chain in network.chains.values() if chain.marked]
@@ -258,20 +271,20 @@ def _curves(state: RetopoState) -> list[Triangles]:
 
 def _pointed(state: RetopoState) -> list[Triangles]:
     """What is under the pointer, what is drawn, and what would be made."""
-    view, lift = state.view, measure_lift(state)
+    view, lift = state.camera.view, measure_lift(state)
     parts: list[Triangles] = []
-    lit = state.patch_under() if state.mode.target == "patch" else None
+    lit = state.tool.patch_under() if state.tool.mode.target == "patch" else None
     patch = None if lit is None else state.network.patches.get(lit)
     if patch is not None and state.quads_shown:
         around = [state.network.chains[half >> 1] for half in patch.loop]
         lines = project_chains(around, view, through=_through(state))
         parts.append(make_ribbons(lines, style.SELECTED, CURVE_WIDTH + 1.6, lift + 0.8))
-    meant = [state.network.chains[chain] for chain in state.chains_meant()]
+    meant = [state.network.chains[chain] for chain in state.tool.chains_meant()]
     if meant:
         lines = project_chains(meant, view, through=True)
         colour = style.SELECTED
         parts.append(make_ribbons(lines, colour, CURVE_WIDTH + 2.2, lift + 0.8))
-    preview = state.preview
+    preview = state.tool.preview
     if preview is not None:
         for curve in preview.curves:
             parts.append(
@@ -284,13 +297,15 @@ def _pointed(state: RetopoState) -> list[Triangles]:
             places = view.seen(preview.corners)
             parts.append(make_discs(places, style.PAPER, 5.4, lift + 4.0))
             parts.append(make_discs(places, PREVIEW, 4.2, lift + 4.5))
-    if len(state.line) > 1 and state.holding and state.mode.gesture != "corner":
-        colour = FLOW if state.mode.gesture == "within" else INK
-        parts.append(make_ribbons([view.seen(np.stack(state.line))], colour, INK_WIDTH, lift + 2.0))
-    snaps = state.snaps()
+    if len(state.tool.line) > 1 and state.tool.holding and state.tool.mode.gesture != "corner":
+        colour = FLOW if state.tool.mode.gesture == "within" else INK
+        parts.append(
+            make_ribbons([view.seen(np.stack(state.tool.line))], colour, INK_WIDTH, lift + 2.0)
+        )
+    snaps = state.tool.snaps()
     if snaps:
         parts.append(make_discs(view.seen(np.stack(snaps)), SNAP, RING[1], lift + 5.0, RING[0]))
-    middle, brush = state.brush_at, state.brush
+    middle, brush = state.tool.brush_at, state.tool.brush
     if brush > 0.0 and middle is not None:
         x, y = np.cos(t := np.linspace(0.0, 2.0 * np.pi, CIRCLE)), np.sin(t)
         # A circle that faces the viewer: on the surface it would hide behind what is round.
@@ -303,7 +318,7 @@ def _pointed(state: RetopoState) -> list[Triangles]:
 
 def _line(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> None:
     """The straight line that is dragged across the view."""
-    ends = state.plane_line
+    ends = state.tool.plane_line
     if ends is None:
         return
     a, b = (np.array(end) + np.array(middle) for end in ends)
@@ -315,7 +330,7 @@ def _line(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> None
 
 def _counts(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> None:
     """How many edges every curve has, at its middle; those that are pinned in bold."""
-    view, network = state.view, state.network
+    view, network = state.camera.view, state.network
     chains = [chain for chain in network.chains.values() if chain.count]
     if not chains:
         return
@@ -325,7 +340,7 @@ def _counts(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> No
     shown = np.ones(len(chains), np.bool_)
     if not _through(state):
         shown = (up @ view.axes[2] > AWAY) & find_visible(view, state.ground, places)
-    meant = set(state.chains_meant())
+    meant = set(state.tool.chains_meant())
     seen = view.seen(places)[:, :2] + np.array(middle)
     inside = (seen > 0.0).all(axis=1) & (seen[:, 0] < 2.0 * middle[0] - 12.0)
     for k in np.flatnonzero(shown & inside).tolist():

@@ -21,9 +21,6 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.tools.stroke import MOST_ENDS, find_end
 from viewer.camera import UPRIGHT, ModelCamera, View
 
-#: How near the pointer must be to a curve or a corner, in points of the picture.
-REACH = 14.0
-
 #: The pointer's way is cut into steps of so many points: a quick stroke stays on the surface.
 STEP = 3.0
 
@@ -126,8 +123,6 @@ def find_chain_point(network: Network, chain: int, place: float) -> Points:
     return line[first] + (place - first) * (line[first + 1] - line[first])
 
 
-# == Sight: how a surface is looked at first: from where, and which way up.
-
 #: From where a surface is looked at, by the axis that is upright: over its left front.
 HOME = {"y": (0.62, 0.36, 1.0), "z": (-0.62, -1.0, 0.36), "x": (0.36, 1.0, 0.62)}
 
@@ -160,16 +155,13 @@ def find_upright(ground: Ground) -> str:
 
 
 class RetopoCamera(ModelCamera):
-    """The view of a surface; see :class:`viewer.camera.ModelCamera`.
+    """A camera around a surface, which looks along directions of space.
 
     upright: the axis that is at first.
     """
 
     def __init__(self, points: Points, upright: str = "y") -> None:
-        ModelCamera.__init__(self, points)
-        self.upright = upright
-        self._toward = np.array(HOME[upright])
-        self.view = self._framed()
+        super().__init__(points, HOME[upright], upright)
 
     def next_upright(self) -> None:
         """Another axis is upright."""
@@ -183,10 +175,10 @@ class RetopoCamera(ModelCamera):
         if np.allclose(self.view.axes[2], toward):
             toward = -toward
         self._toward = toward
-        self.aim(self._framed())
+        self.aim(self.fit_all())
 
     def fit(self) -> None:
         """The whole surface into the middle, as it was seen at first."""
         self._toward = np.array(HOME[self.upright])
-        self.view = self._framed()
+        self.view = self.fit_all()
         self._moved = False

@@ -29,7 +29,7 @@ from patterndb_sketch.retopo.tools.loop import preview_loop
 from patterndb_sketch.retopo.tools.pull import find_held, pull_held
 from patterndb_sketch.retopo.tools.spine import preview_spine
 
-# == Strips: the quads one after another that an edge loop runs along, in a mesh.
+# Strips: the quads one after another that an edge loop runs along, in a mesh.
 
 
 def pair_edges(quads: Int32Array) -> Int32Array:

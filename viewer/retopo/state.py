@@ -4,28 +4,176 @@ from __future__ import annotations
 
 import numpy as np
 
-from viewer.retopo.aiming import CLICK
+from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.editor import Editor
+from patterndb_sketch.retopo.ground import Ground, GroundPoints
+from patterndb_sketch.retopo.network import Network
+from patterndb_sketch.retopo.sizes import Sizes
+from viewer.nearness import CLICK
+from viewer.retopo.aiming import ToolPointer
+from viewer.retopo.editing import RetopoEditing, RetopoFiles, Shown
 from viewer.retopo.layout import find_mode_number, find_option_number
-from viewer.retopo.pointing import RetopoCamera, pick_line
-from viewer.retopo.using import Using
+from viewer.retopo.modes import ToolMode, ToolOption
+from viewer.retopo.pointing import RetopoCamera, find_upright, pick_line
+from viewer.skin import Skin
+
+#: By how much a key changes a brush, and how far brushes go, as parts of the usual size.
+WIDER, BRUSHES = 1.15, (0.1, 6.0)
 
 
-class RetopoState(Using):
+class RetopoState:
     """A network on a ground, tools in use on it, and how it is looked at: what a mouse and a clock
-    make of them."""
+    make of them.
+
+    title: of the panel. files: for keys that save. editing: what is asked of the editor. camera:
+    from where it is looked at. tool: the one in use, and what the pointer is on. quads_shown,
+    curves_shown, helping: what is seen.
+    """
+
+    def __init__(
+        self, editor: Editor, *, title: str = "", files: RetopoFiles | None = None
+    ) -> None:
+        self.editing = RetopoEditing(editor, files)
+        self.camera = RetopoCamera(editor.ground.vertices, find_upright(editor.ground))
+        self.tool = ToolPointer(self.editing, self.camera)
+        self.title = title
+        self.quads_shown = self.curves_shown = True
+        self.helping = False
+        corners = editor.ground.vertices[editor.ground.triangles]
+        self.skin = Skin.of(corners, editor.ground.triangles)
+
+    def close(self) -> None:
+        """Wait until nothing is being made any more."""
+        self.tool.close()
+        self.editing.close()
+
+    @property
+    def message(self) -> str:
+        """What was refused last and why, or what should be known."""
+        return self.editing.message
+
+    @message.setter
+    def message(self, text: str) -> None:
+        self.editing.message = text
+
+    @property
+    def ground(self) -> Ground:
+        """What is drawn on."""
+        return self.editing.ground
+
+    @property
+    def shown(self) -> Shown:
+        """What there is to see."""
+        return self.editing.shown
+
+    @property
+    def network(self) -> Network:
+        """The curves and patches."""
+        return self.editing.network
+
+    @property
+    def sizes(self) -> Sizes:
+        """How long edges shall be, and how far tools reach."""
+        return self.editing.sizes
+
+    # What keys do
+
+    def choose_mode(self, tool: str) -> None:
+        """Take another tool."""
+        self._choose(next(mode for mode in self.tool.modes if mode.tool == tool))
+
+    def next_mode(self, step: int) -> None:
+        """Take the tool after this one in the list, or before; not those that act at once."""
+        kept = [mode for mode in self.tool.modes if mode.gesture != "act"]
+        self._choose(kept[(kept.index(self.tool.mode) + step) % len(kept)])
+
+    def wider(self, step: int) -> None:
+        """A larger brush, or a smaller one."""
+        name = self.tool.mode.brush
+        if not name:
+            self.message = f"{self.tool.mode.title} has no brush"
+        elif self.tool.mode.given_as:
+            factor = self.tool.factors.get(name, 1.0) * WIDER**step
+            self.tool.factors[name] = float(np.clip(factor, *BRUSHES))
+        elif name == "edge":
+            self.editing.do("recount", edge=self.sizes.edge * WIDER**step)
+        else:
+            self.editing.do("sizes", **{name: getattr(self.sizes, name) * WIDER**step})
+        self.tool.seek()
+
+    def more(self, step: int) -> None:
+        """More of what this tool has: edges, the next completion, the next number."""
+        mode = self.tool.mode
+        number = next((option for option in mode.options if option.number), None)
+        if mode.gesture == "count":
+            self.count(step, whole_strip=False)
+        elif mode.tool == "autocomplete":
+            count = self.tool.preview.count if self.tool.preview is not None else 0
+            self.tool.choice = int(np.clip(self.tool.choice - step, 0, max(count - 1, 0)))
+            self.tool.seek()
+        elif number is not None:
+            value = self.tool.option(mode, number)
+            ordered = sorted(v for v in number.values if isinstance(v, int))
+            at = ordered.index(value) if isinstance(value, int) else 0
+            self.tool.options[mode.tool, number.name] = ordered[
+                int(np.clip(at + step, 0, len(ordered) - 1))
+            ]
+        else:
+            self.message = f"there is nothing to be more or less of in {mode.title}"
+
+    def next_option(self) -> None:
+        """The next value of the tool's first option that is no number."""
+        option = next((option for option in self.tool.mode.options if not option.number), None)
+        if option is None:
+            self.message = f"{self.tool.mode.title} has no such option"
+        else:
+            self._turn(option)
+
+    def count(self, by: int, *, whole_strip: bool) -> None:
+        """More or fewer edges on the curve under the pointer; on all of its strip, or not."""
+        found = self.tool.chain_under()
+        if found is None:
+            self.message = "put the pointer on a curve"
+            return
+        arguments = {"at": found[1].tolist(), "by": by} | self.tool.tell_options()
+        if whole_strip:
+            arguments["strip"] = True
+        self.editing.do("subdivide", **arguments)
+
+    def mirror(self) -> None:
+        """Symmetry on, about the surface's own plane, or off."""
+        on = self.shown.state.plane is None
+        self.editing.do("symmetry", **({"find": True} if on else {"on": False}))
+        self.tool.seek()
+
+    def next_fill(self, step: int) -> None:
+        """The fill after that of the patch under the pointer in its list, or before."""
+        foot = self.tool.foot
+        if foot is None:
+            self.message = "put the pointer on a patch"
+        else:
+            self.editing.do("choose", at=foot.points[0].tolist(), by=step)
+
+    def erase_under(self) -> None:
+        """Erase the curve under the pointer."""
+        found = self.tool.chain_under()
+        if found is None:
+            self.message = "put the pointer on a curve"
+        else:
+            self.editing.do("erase", at=found[1].tolist())
 
     def accept(self) -> None:
         """Do what a click at the pointer does."""
-        if self.pointer is not None and self._held is None:
-            self._click(self.foot)
+        if self.camera.pointer is not None and self.tool.held is None:
+            self._click(self.tool.foot)
 
     def leave(self) -> bool:
         """Escape: let go of what is drawn, leave the help, or drop what waits; False if there is
         nothing of these."""
-        left = self.helping or self._held is not None or self.drop_waiting()
+        left = self.helping or self.tool.held is not None or self.editing.drop_waiting()
         self.helping = False
-        self._held = None
-        self._let_go()
+        self.tool.held = None
+        self.tool.let_go()
         return left
 
     def next_seen(self) -> None:
@@ -45,59 +193,59 @@ class RetopoState(Using):
 
     def press(self, x: float, y: float, *, turn: bool = False) -> bool:
         """A button goes down. turn: it is the one that always turns the view."""
-        self._point(x, y)
-        self._pressed, self._strayed = (x, y), False
+        self.tool.point_at(x, y)
+        self.tool.pressed, self.tool.strayed = (x, y), False
         if turn:
-            self._held, self._pressed = "view", None
+            self.tool.held, self.tool.pressed = "view", None
             return False
         self.message = ""
-        if x > self.room[0] / 2.0:
+        if x > self.camera.room[0] / 2.0:
             return self._press_panel(x, y)
-        gesture = self.mode.gesture
+        gesture = self.tool.mode.gesture
         if gesture == "plane":
-            self._held = "plane"
-        elif self._foot is None:
-            self._held = "view"
+            self.tool.held = "plane"
+        elif self.tool.foot is None:
+            self.tool.held = "view"
         elif gesture in ("stroke", "scribble", "within"):
-            self._held, self.line = "line", [self._foot.points[0]]
+            self.tool.held, self.tool.line = "line", [self.tool.foot.points[0]]
         elif gesture in ("drag", "corner"):
-            self._held, self.line = "drag", [self._foot.points[0]]
+            self.tool.held, self.tool.line = "drag", [self.tool.foot.points[0]]
         else:
-            self._held = "click"
+            self.tool.held = "click"
         return True
 
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""
-        last, pressed = self.pointer, self._pressed
+        last, pressed = self.camera.pointer, self.tool.pressed
         if pressed is not None and np.hypot(x - pressed[0], y - pressed[1]) >= CLICK:
-            self._strayed = True
-        if self._held in ("view", "click") and last is not None:
+            self.tool.strayed = True
+        if self.tool.held in ("view", "click") and last is not None:
             if pressed is not None:
-                if not self._strayed:
+                if not self.tool.strayed:
                     return False
                 # What began as a click turns, by all that it has moved.
-                last, self._pressed, self._held = pressed, None, "view"
-            self.aim(self.view.turned(x - last[0], y - last[1]))
-            self.pointer = (x, y)
+                last, self.tool.pressed, self.tool.held = pressed, None, "view"
+            self.camera.aim(self.camera.view.turned(x - last[0], y - last[1]))
+            self.camera.pointer = (x, y)
             return True
-        self._point(x, y)
-        if self._held == "line" and last is not None:
-            self.line.extend(pick_line(self.view, self.ground, last, (x, y)))
-        self._seek()
+        self.tool.point_at(x, y)
+        if self.tool.held == "line" and last is not None:
+            self.tool.line.extend(pick_line(self.camera.view, self.ground, last, (x, y)))
+        self.tool.seek()
         return True
 
     def release(self, x: float, y: float) -> bool:
         """The button comes up: what was drawn is done, or it was a click."""
-        held, pressed = self._held, self._pressed
+        held, pressed = self.tool.held, self.tool.pressed
         if pressed is not None:
             self.move(x, y)
-            held = self._held
-        self._point(x, y)
+            held = self.tool.held
+        self.tool.point_at(x, y)
         # A line may end where it began.
-        still = pressed is not None and not self._strayed
-        line = self.line
-        self._held = self._pressed = None
-        self._let_go()
+        still = pressed is not None and not self.tool.strayed
+        line = self.tool.line
+        self.tool.held = self.tool.pressed = None
+        self.tool.let_go()
         if held == "plane" and pressed is not None:
             self._cut(pressed, (x, y))
         elif held == "drag":
@@ -105,59 +253,161 @@ class RetopoState(Using):
         elif held == "line" and not still:
             self._drawn(line)
         elif held in ("line", "click") and still:
-            self._click(self._foot)
-        self._seek()
+            self._click(self.tool.foot)
+        self.tool.seek()
         return True
 
     def wheel(self, steps: float, *, shift: bool = False, modifier: bool = False) -> bool:
         """The wheel turns: nearer or farther off; with a modifier, or in the mode of counts on a
         curve, it changes the curve's edges, with shift those of its strip."""
-        counts = modifier or shift or self.mode.gesture == "count"
-        if counts and self.chain_under() is not None:
+        counts = modifier or shift or self.tool.mode.gesture == "count"
+        if counts and self.tool.chain_under() is not None:
             self.message = ""
             self.count(1 if steps > 0.0 else -1, whole_strip=shift)
             return True
-        if self.holding:
+        if self.tool.holding:
             return False
-        RetopoCamera.wheel(self, steps)
-        self._seek()
+        self.camera.wheel(steps)
+        self.tool.seek()
         return True
 
     def drag_view(self, dx: float, dy: float) -> bool:
         """Shift the picture."""
-        return not self.holding and RetopoCamera.drag_view(self, dx, dy)
+        return not self.tool.holding and self.camera.drag_view(dx, dy)
 
     # The clock
 
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
-        new = self.take()
+        new = self.editing.take()
         if new:
-            self._seek()
-        new |= self.tick()
-        before = self.preview
-        self._take_preview()
-        return new or self.preview is not before
+            self.tool.seek()
+        new |= self.editing.tick()
+        before = self.tool.preview
+        self.tool.take_preview()
+        return new or self.tool.preview is not before
 
     def settle(self) -> None:
         """Wait for all that was asked for."""
-        self._work.wait()
-        self.take()
-        self._seek()
-        self._work.lists.wait()
-        self.take()
-        self._latest.wait()
-        self._take_preview()
+        self.editing.work.wait()
+        self.editing.take()
+        self.tool.seek()
+        self.editing.work.lists.wait()
+        self.editing.take()
+        self.tool.settle()
 
     # How it is done
 
     def _press_panel(self, x: float, y: float) -> bool:
-        self._held = None
-        left, at = self.room[0], (x + self.room[0] / 2.0, y + self.room[1] / 2.0)
-        row = find_mode_number(left, *at, len(self.modes))
+        self.tool.held = None
+        left, at = (
+            self.camera.room[0],
+            (x + self.camera.room[0] / 2.0, y + self.camera.room[1] / 2.0),
+        )
+        row = find_mode_number(left, *at, len(self.tool.modes))
         if row is not None:
-            self._choose(self.modes[row])
-        chosen = find_option_number(left, *at, len(self.modes), len(self.mode.options))
+            self._choose(self.tool.modes[row])
+        chosen = find_option_number(left, *at, len(self.tool.modes), len(self.tool.mode.options))
         if chosen is not None:
-            self._turn(self.mode.options[chosen])
+            self._turn(self.tool.mode.options[chosen])
         return True
+
+    def _choose(self, mode: ToolMode) -> None:
+        if mode.tool == "symmetry":
+            self.mirror()
+            return
+        if mode.gesture == "act":
+            self.editing.do(mode.tool, **(dict(mode.fixed) | self.tool.tell_options(mode)))
+            return
+        self.tool.mode, self.tool.choice, self.tool.held = mode, 0, None
+        self.tool.let_go()
+        self.tool.seek()
+
+    def _turn(self, option: ToolOption) -> None:
+        """The next value of an option."""
+        at = option.values.index(self.tool.option(self.tool.mode, option))
+        self.tool.options[self.tool.mode.tool, option.name] = option.values[
+            (at + 1) % len(option.values)
+        ]
+
+    def _drawn(self, line: list[Points]) -> None:
+        """A line was drawn on the ground."""
+        if len(line) < 2:
+            self.message = "draw on the surface"
+            return
+        given = self.tool.tell_arguments() | {self.tool.mode.places[0]: np.stack(line).tolist()}
+        self.editing.do(self.tool.mode.tool, **given)
+
+    def _click(self, foot: GroundPoints | None) -> None:
+        """A click on the ground."""
+        mode = self.tool.mode
+        if foot is None:
+            self.message = "point at the surface"
+            return
+        point = foot.points[0]
+        if mode.gesture in ("stroke", "drag", "plane"):
+            self.message = f"hold the button: {mode.hint}"
+        elif mode.gesture == "count":
+            self._pin()
+        elif mode.tool == "autocomplete":
+            self._complete(point)
+        else:
+            found = self.tool.chain_under() if mode.target == "chain" else None
+            at = point if found is None else found[1]
+            name = mode.places[-1] if mode.gesture in ("scribble", "within") else mode.places[0]
+            self.editing.do(mode.tool, **(self.tool.tell_arguments() | {name: at.tolist()}))
+
+    def _pin(self) -> None:
+        """Keep the count of the curve under the pointer, or let it change again."""
+        found = self.tool.chain_under()
+        if found is None:
+            self.message = "put the pointer on a curve"
+            return
+        chain = self.network.chains[found[0]]
+        at = found[1].tolist()
+        if chain.pinned:
+            self.editing.do("subdivide", at=at, free=True)
+        elif chain.count:
+            self.editing.do("subdivide", at=at, count=chain.count)
+        else:
+            self.message = "this curve has no count yet: it is in no patch"
+
+    def _complete(self, point: Points) -> None:
+        """Take the completion that is shown."""
+        self.tool.seek()
+        self.tool.settle()
+        preview = self.tool.preview
+        if preview is None or not preview.count:
+            self.editing.do("autocomplete", **(self.tool.tell_arguments() | {"at": point.tolist()}))
+            return
+        given = self.tool.tell_arguments() | {"at": preview.at.tolist(), "choice": preview.number}
+        self.tool.choice = 0
+        self.editing.do("autocomplete", **given)
+
+    def _dragged(self, begun: Points, still: bool) -> None:
+        """Something was dragged from one point of the ground to another, or clicked."""
+        mode, foot = self.tool.mode, self.tool.foot
+        if foot is None:
+            self.message = "let go on the surface"
+            return
+        if mode.gesture == "corner":
+            first, second = mode.places
+            wedge = {} if still else {second: begun.tolist()}
+            self.editing.do(
+                mode.tool, **(self.tool.tell_arguments() | {first: foot.points[0].tolist()} | wedge)
+            )
+        elif still:
+            self.message = f"hold the button: {mode.hint}"
+        else:
+            self.editing.do(
+                mode.tool, **(self.tool.tell_arguments() | self.tool.tell_ends(begun, foot))
+            )
+
+    def _cut(self, begin: tuple[float, float], end: tuple[float, float]) -> None:
+        found = self.tool.find_plane(begin, end)
+        if found is None:
+            self.message = "drag a line across a part of the surface"
+            return
+        point, normal, limit = found
+        at = {"at": point.tolist(), "normal": normal.tolist(), "limit": limit}
+        self.editing.do(self.tool.mode.tool, **(self.tool.tell_arguments() | at))

@@ -74,16 +74,13 @@ def show(
     discarded = True
     try:
         shell = RetopoSaver(state, files, window_size)
-        if shell.play(pressed) is not Effect.QUIT:
-            # The key that quits asks once where work is not saved; a close button cannot.
-            discarded = open_window(
-                state, shell, KEYS, window_size, title or "Retopology", RetopoWindow
-            )
+        # The key that quits asks once where work is not saved; a close button cannot.
+        discarded = open_window(shell, pressed, title or "Retopology", RetopoWindow)
     finally:
         state.close()
-        state.take()
-        if script is not None and state.calls:
-            files.save_script(state.calls)
+        state.editing.take()
+        if script is not None and state.editing.calls:
+            files.save_script(state.editing.calls)
             discarded = True
     return autosave.close(None if discarded else state.shown.state)
 
@@ -116,7 +113,7 @@ def draw(
         shell = RetopoSaver(state, files, size, bare=bare)
         shell.drawn()
         if toward is not None:
-            state.look_along(toward)
+            state.camera.look_along(toward)
         shell.play(pressed)
         state.settle()
         save_drawn(path, shell.drawn(), size[1])
@@ -238,10 +235,10 @@ class RetopoSaver(saver.Saver):
         return self._files.free("retopo", ".png")
 
     def would_lose(self) -> str:
-        return "the session is not saved: s saves it" if self.state.unsaved else ""
+        return "the session is not saved: s saves it" if self.state.editing.unsaved else ""
 
     def at_once(self, key: str) -> Effect | None:
-        if self.state.holding and KEYS.aliases.get(key, key) != "Escape":
+        if self.state.tool.holding and KEYS.aliases.get(key, key) != "Escape":
             self.state.message = "let go of the button first"
             return Effect.REDRAW
         return None

@@ -64,7 +64,9 @@ def compose_shape(
     bare: without the panel. caption: a line below the shape. height: of a bare picture, in
     points; one with the panel has always the same.
     """
-    frame = Frame.of(state, aspect, bare=bare, height=height, below=CAPTION if caption else 0.0)
+    frame = Frame.of(
+        state.camera, aspect, bare=bare, height=height, below=CAPTION if caption else 0.0
+    )
     scene, solid = frame.scene, frame.solid(_parts(state))
     if caption:
         scene.text(frame.room / 2.0, CAPTION / 3.0, caption, CAPTION * 0.42)
@@ -80,7 +82,7 @@ def compose_shape(
 
 def choose_line_colour(state: ShapesState, line: SkinLine) -> str:
     """A curve's own colour, which says what part of the shape it belongs to."""
-    return HELD if line.name in state.choice.held else PARTS[line.part % len(PARTS)]
+    return HELD if line.name in state.shaping.choice.held else PARTS[line.part % len(PARTS)]
 
 
 def _parts(state: ShapesState) -> list[Triangles]:
@@ -88,15 +90,15 @@ def _parts(state: ShapesState) -> list[Triangles]:
     above = float(np.ptp(sight.seen[:, 2])) + 50.0
     parts: list[Triangles] = [NOTHING, _faces(sight)]
     if state.edges_shown:
-        parts.append(_bands(sight.seen[state.skin.edges], EDGE, EDGE_WIDTH, EDGE_LIFT))
+        parts.append(_bands(sight.seen[state.shaping.skin.edges], EDGE, EDGE_WIDTH, EDGE_LIFT))
     parts.append(_bands(sight.outline, OUTLINE, OUTLINE_WIDTH, OUTLINE_LIFT))
     if state.curves_shown:
         parts += _curves(state, sight)
     ghost = state.ghost_sight
     if ghost is not None:
         parts.append(make_ribbons(ghost.drawing, GHOST, GHOST_WIDTH, above))
-    if state.pulled is not None:
-        seen = state.view.seen(state.pulled.wanted)
+    if state.shaping.pulled is not None:
+        seen = state.camera.view.seen(state.shaping.pulled.wanted)
         parts.append(make_ribbons(dash_line(seen, DASH), GRABBED, TARGET_WIDTH, 2.0 * above))
     return parts
 
@@ -129,7 +131,7 @@ def _curves(state: ShapesState, sight: ShapeInView) -> list[Triangles]:
     by_colour: dict[str, list[Points]] = {}
     pins: list[Points] = []
     parts: list[Triangles] = []
-    for number, line in enumerate(state.skin.lines):
+    for number, line in enumerate(state.shaping.skin.lines):
         seen = sight.lines[number]
         colour = choose_line_colour(state, line)
         if number == hot:
@@ -139,7 +141,7 @@ def _curves(state: ShapesState, sight: ShapeInView) -> list[Triangles]:
             parts.append(make_ribbons([seen], colour, HOT_WIDTH, HOT_LIFT))
         else:
             by_colour.setdefault(colour, []).append(seen)
-        if line.name in state.choice.held:
+        if line.name in state.shaping.choice.held:
             pins.append(seen[[0, len(seen) // 2, -1]])
     parts += [make_ribbons(lines, colour, WIDTH, LIFT) for colour, lines in by_colour.items()]
     if pins:
@@ -152,10 +154,10 @@ def _curves(state: ShapesState, sight: ShapeInView) -> list[Triangles]:
 def _label(scene: Scene, state: ShapesState, middle: tuple[float, float]) -> None:
     """The name of the curve at the pointer, beside it."""
     line = state.under()
-    if line is None or state.pointer is None:
+    if line is None or state.camera.pointer is None:
         return
-    x, y = state.pointer[0] + middle[0] + 18.0, state.pointer[1] + middle[1] + 18.0
-    text = line.title + ("  (held)" if line.name in state.choice.held else "")
+    x, y = state.camera.pointer[0] + middle[0] + 18.0, state.camera.pointer[1] + middle[1] + 18.0
+    text = line.title + ("  (held)" if line.name in state.shaping.choice.held else "")
     width, height = 1.08 * LETTER * 13.0 * len(text) + 38.0, 27.0
     right = scene.width - PANEL - 6.0
     x = max(min(x, right - width), 6.0)
@@ -174,7 +176,7 @@ def _message(scene: Scene, message: str, room: float) -> None:
         scene.text(room / 2.0, y, text, MESSAGE_SIZE, colour=style.MESSAGE)
 
 
-# == What the viewer of shape models says beside its picture: the shape, its modes, what is held.
+# What the viewer of shape models says beside its picture: the shape, its modes, what is held.
 
 #: The marks of the limits of pulls: half their height and width, in points; and of the knob of a
 #: mode that is at one, or beyond.
@@ -193,7 +195,7 @@ def draw_panel(scene: Scene, state: ShapesState) -> None:
     _facts(writer, state)
     left = scene.width - PANEL
     rails, value, hot = state.rails, state.value, state.knob_under()
-    limits, (low, high) = state.limits, state.box
+    limits, (low, high) = state.shaping.limits, state.shaping.box
     for knob, rail in rails.items():
         if isinstance(knob, int):
             _limits(scene, rail, (float(low[knob]), float(high[knob])))
@@ -202,9 +204,9 @@ def draw_panel(scene: Scene, state: ShapesState) -> None:
             _mark(scene, rail, value[knob], int(limits[knob]))
         else:
             default = 1.0 if knob == "hold" else KEEP
-            enabled = knob != "hold" or bool(state.choice.held)
+            enabled = knob != "hold" or bool(state.shaping.choice.held)
             rail.paint(scene, value[knob], hot=knob == hot, mark=default, enabled=enabled)
-    count = state.shapes.n_modes
+    count = state.shaping.shapes.n_modes
     if count_pages(count) > 1:
         first = state.page * MODES
         text = f"modes {first + 1}–{min(first + MODES, count)} of {count}    ,  ."
@@ -214,26 +216,26 @@ def draw_panel(scene: Scene, state: ShapesState) -> None:
 
 
 def _facts(writer: PanelWriter, state: ShapesState) -> None:
-    shapes = state.shapes
-    writer.heading(state.choice.origin, 18.0)
+    shapes = state.shaping.shapes
+    writer.heading(state.shaping.choice.origin, 18.0)
     writer.fact(
         "model",
         f"{format_count(len(shapes.names), 'shape')}, {format_count(shapes.n_modes, 'mode')}",
     )
     writer.fact("mesh", f"{len(shapes.mean):,} vertices, {len(shapes.quads):,} quads")
-    name, apart = state.nearest
+    name, apart = state.shaping.nearest
     writer.fact("nearest", name + (f", {apart:.3g} units off" if apart > 1e-9 else ""))
     what = "one vertex" if state.bending else "whole curve"
     way = "on the screen" if state.axis is None else f"along {'xyz'[state.axis]}"
     writer.fact("pulls", f"{what}, {way}")
-    held = sorted(name.replace("_", " ") for name in state.choice.held)
+    held = sorted(name.replace("_", " ") for name in state.shaping.choice.held)
     writer.fact("held", ", ".join(held) if 0 < len(held) < 3 else format_count(len(held), "curve"))
-    writer.fact("ghost", state.ghost_name or "none")
+    writer.fact("ghost", state.shaping.ghost_name or "none")
 
 
 def _mode(scene: Scene, state: ShapesState, mode: int, rail: Rail) -> None:
     """The share of the variance beside the mode's number, and the mark of the chosen one."""
-    share = f"{100.0 * state.shapes.shares[mode]:.3g} %"
+    share = f"{100.0 * state.shaping.shapes.shares[mode]:.3g} %"
     grey = style.FAINT_TEXT
     scene.text(rail.left + 22.0, rail.y + LABEL_UP, share, 10.5, colour=grey, align="left")
     if mode == state.chosen:

@@ -16,7 +16,7 @@ from patterndb_sketch.features.shapemodel import ShapeEdit, ShapeModel, edit, pu
 from patterndb_sketch.features.shapemodel.edit import STIFFNESS
 from viewer.shapes.skin import ShapeSkin, SkinLine
 
-# == What of a shape can be chosen, and taken back step by step.
+# What of a shape can be chosen, and taken back step by step.
 
 #: How far sliders go, in standard deviations: 997 of 1000 normally distributed shapes are within.
 SIGMAS = 3.0

@@ -143,7 +143,7 @@ def _length(line: Points) -> float:
     return float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())
 
 
-# == Pulls: from where the pointer goes to where a curve shall go in space.
+# Pulls: from where the pointer goes to where a curve shall go in space.
 
 #: An axis that is seen shorter than this part of itself points at the viewer: nobody can tell how
 #: far along it a pull goes.

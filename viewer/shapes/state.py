@@ -8,22 +8,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb.geometry.points import Points
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer.camera import Camera, View, fit_view
 from viewer.keymap import ALIASES, Effect, KeyMap
+from viewer.nearness import CLICK, SHAPE_CURVE_REACH
 from viewer.panel import MARGIN, PANEL
 from viewer.scene import HEIGHT
 from viewer.shapes.shaping import HOLD, SIGMAS, STIFF, Shaping
 from viewer.shapes.sight import Grab, ShapeInView, find_displacement
 from viewer.shapes.skin import SkinLine
 from viewer.slider import Rail, Slider, find_rail
-
-#: A press and a release this near to each other, in points, are a click.
-CLICK = 4.0
-
-#: How near to a curve the pointer must be, in points.
-REACH = 11.0
 
 #: From where shapes are looked at, and what is upright: at first, along x, y and z. Cars drive
 #: towards smaller x; those of the templates are left halves, at smaller y.
@@ -35,7 +31,28 @@ VIEWS = (
 )
 
 
-class ShapesState(Shaping, Camera):
+class ShapesCamera(Camera):
+    """A camera around a model's mean shape, at first or along an axis.
+
+    points: (n, 3) of the mean shape.
+    """
+
+    def __init__(self, points: Points) -> None:
+        self._way = 0
+        super().__init__(points, *VIEWS[0])
+
+    def look(self, way: int) -> None:
+        """The mean shape in the middle: as it was seen at first, or along x, y or z, 1 to 3."""
+        self._way = way
+        self.fit()
+
+    def fit_all(self) -> View:
+        first, view = (fit_view(self._points, *VIEWS[way], *self.room) for way in (0, self._way))
+        # From the front no larger than at first: it is going to be turned.
+        return replace(view, scale=min(view.scale, first.scale))
+
+
+class ShapesState:
     """A shape model, the shape that is shown, and how it is looked at.
 
     The arguments are those of :class:`viewer.shapes.shaping.Shaping`. axis: 0 to 2 where pulls go
@@ -47,51 +64,68 @@ class ShapesState(Shaping, Camera):
     def __init__(
         self, shapes: ShapeModel, template: Template, coefficients: ArrayLike | None = None
     ) -> None:
-        Shaping.__init__(self, shapes, template, coefficients)
+        #: The shape that is being made.
+        self.shaping = Shaping(shapes, template, coefficients)
+        self.camera = ShapesCamera(shapes.mean)
         self.curves_shown = True
         self.edges_shown = self.helping = False
         self.page = self.chosen = 0
-        Camera.__init__(self)
         self.axis: int | None = None
         self.bending = False
-        self._facing = 0
         self._drag: Grab | Knob | None = None
         self._turning = False
         self._pressed: tuple[float, float] | None = None
         self._sight: ShapeInView | None = None
         self._ghost_sight: ShapeInView | None = None
-        self.view = self._framed()
+
+    @property
+    def message(self) -> str:
+        """What there is to say of the last thing done."""
+        return self.shaping.message
+
+    @message.setter
+    def message(self, text: str) -> None:
+        self.shaping.message = text
 
     @property
     def sight(self) -> ShapeInView:
         """The shape as it is seen now."""
         known = self._sight
-        if known is None or not known.is_of(self.points, self.view, self.room):
-            known = self._sight = ShapeInView(self.skin, self.points, self.view, self.room)
+        if known is None or not known.is_of(
+            self.shaping.points, self.camera.view, self.camera.room
+        ):
+            known = self._sight = ShapeInView(
+                self.shaping.skin, self.shaping.points, self.camera.view, self.camera.room
+            )
         return known
 
     @property
     def ghost_sight(self) -> ShapeInView | None:
         """Likewise the ghost, None if none is shown."""
-        coefficients = self.ghost_coefficients()
+        coefficients = self.shaping.ghost_coefficients()
         if coefficients is None:
             return None
-        points = self.shapes.shape(coefficients)
+        points = self.shaping.shapes.shape(coefficients)
         known = self._ghost_sight
-        if known is None or not known.is_of(points, self.view, self.room):
-            known = self._ghost_sight = ShapeInView(self.skin, points, self.view, self.room)
+        if known is None or not known.is_of(points, self.camera.view, self.camera.room):
+            known = self._ghost_sight = ShapeInView(
+                self.shaping.skin, points, self.camera.view, self.camera.room
+            )
         return known
 
     @property
     def rails(self) -> dict[Knob, Rail]:
         """The sliders that are shown, in points from the picture's lower left."""
-        return place_rails(self.shapes.n_modes, self.page, self.room[0])
+        return place_rails(self.shaping.shapes.n_modes, self.page, self.camera.room[0])
 
     @property
     def value(self) -> dict[Knob, float]:
         """What the sliders are at."""
-        modes: dict[Knob, float] = dict(enumerate(self.sigmas.tolist()))
-        return modes | {"hold": self.choice.hold, "stiffness": self.choice.stiffness}
+        modes: dict[Knob, float] = dict(enumerate(self.shaping.sigmas.tolist()))
+        return modes | {
+            "hold": self.shaping.choice.hold,
+            "stiffness": self.shaping.choice.stiffness,
+        }
 
     @property
     def dragging(self) -> bool:
@@ -106,7 +140,7 @@ class ShapesState(Shaping, Camera):
     def under(self) -> SkinLine | None:
         """The curve in hand, or else the one at the pointer."""
         number = self.line_under()
-        return None if number is None else self.skin.lines[number]
+        return None if number is None else self.shaping.skin.lines[number]
 
     def line_under(self) -> int | None:
         """Its number."""
@@ -114,18 +148,18 @@ class ShapesState(Shaping, Camera):
             return self._drag.line
         if not self.curves_shown or self._drag is not None or self._turning:
             return None
-        if self.pointer is None or abs(self.pointer[0]) > self.room[0] / 2.0:
+        if self.camera.pointer is None or abs(self.camera.pointer[0]) > self.camera.room[0] / 2.0:
             return None
-        near = self.sight.nearest(*self.pointer, REACH)
+        near = self.sight.nearest(*self.camera.pointer, SHAPE_CURVE_REACH)
         return None if near is None else near.line
 
     def knob_under(self) -> Knob | None:
         """The slider in hand, or else the one at the pointer."""
         if isinstance(self._drag, int | str):
             return self._drag
-        if self.pointer is None or self._drag is not None or self._turning:
+        if self.camera.pointer is None or self._drag is not None or self._turning:
             return None
-        return find_rail(self.rails, *self._on_page(*self.pointer))
+        return find_rail(self.rails, *self._on_page(*self.camera.pointer))
 
     # What keys do, see viewer.shapes.state
 
@@ -145,19 +179,14 @@ class ShapesState(Shaping, Camera):
         if line is None:
             self.message = "put the pointer on a curve"
         else:
-            self.toggle_held(line.name)
-
-    def look(self, way: int) -> None:
-        """The mean shape in the middle: as it was seen at first, or along x, y or z, 1 to 3."""
-        self._facing, self._moved = way, False
-        self.view = self._framed()
+            self.shaping.toggle_held(line.name)
 
     def leave(self) -> bool:
         """Let go of what is dragged, as if it had not been, or close the help; False if there
         is neither."""
         if self._drag is not None:
             self._drag = self._pressed = None
-            self.drop()
+            self.shaping.drop()
             return True
         helping, self.helping = self.helping, False
         return helping
@@ -166,7 +195,7 @@ class ShapesState(Shaping, Camera):
 
     def press(self, x: float, y: float, *, turn: bool = False) -> bool:
         """A button goes down. turn: it is the one that always turns the view."""
-        self.pointer = (x, y)
+        self.camera.pointer = (x, y)
         if self._drag is not None or self._turning:
             return False
         if turn:
@@ -174,27 +203,27 @@ class ShapesState(Shaping, Camera):
             return False
         knob = find_rail(self.rails, *self._on_page(x, y))
         if knob is not None:
-            self.begin()
+            self.shaping.begin()
             self._drag = knob
             if isinstance(knob, int):
                 self.chosen = knob
             self._slide(x, y)
             return True
-        if abs(x) > self.room[0] / 2.0:
+        if abs(x) > self.camera.room[0] / 2.0:
             return False
-        near = self.sight.nearest(x, y, REACH) if self.curves_shown else None
+        near = self.sight.nearest(x, y, SHAPE_CURVE_REACH) if self.curves_shown else None
         self._pressed = (x, y)
         if near is None:
             self._turning = True
             return False
-        self.begin()
+        self.shaping.begin()
         self._drag = Grab(near.line, near.place, (x, y))
         return True
 
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""
         before = self.line_under(), self.knob_under()
-        last, self.pointer = self.pointer, (x, y)
+        last, self.camera.pointer = self.camera.pointer, (x, y)
         if self._pressed is not None:
             if np.hypot(x - self._pressed[0], y - self._pressed[1]) < CLICK:
                 return False
@@ -205,32 +234,32 @@ class ShapesState(Shaping, Camera):
         elif self._drag is not None:
             self._slide(x, y)
         elif self._turning and last is not None:
-            self.aim(self.view.turned(x - last[0], y - last[1]))
+            self.camera.aim(self.camera.view.turned(x - last[0], y - last[1]))
         else:
             return before != (self.line_under(), self.knob_under())
         return True
 
     def release(self, x: float, y: float) -> bool:
         """The button goes up: a drag ends, or it was a click, which holds a curve."""
-        self.pointer = (x, y)
+        self.camera.pointer = (x, y)
         drag, clicked = self._drag, self._pressed is not None
         self._drag = self._pressed = None
         self._turning = False
         if drag is None:
             return False
-        self.finish()
+        self.shaping.finish()
         if isinstance(drag, Grab) and clicked:
-            self.toggle_held(self.skin.lines[drag.line].name)
+            self.shaping.toggle_held(self.shaping.skin.lines[drag.line].name)
         return True
 
     def wheel(self, steps: float) -> bool:
         """The wheel turns: nearer, or farther off, about the pointer."""
         # A pull is measured in this view.
-        return not isinstance(self._drag, Grab) and Camera.wheel(self, steps)
+        return not isinstance(self._drag, Grab) and self.camera.wheel(steps)
 
     def drag_view(self, dx: float, dy: float) -> bool:
         """Shift the picture."""
-        return not isinstance(self._drag, Grab) and Camera.drag_view(self, dx, dy)
+        return not isinstance(self._drag, Grab) and self.camera.drag_view(dx, dy)
 
     def poll(self) -> bool:
         """Nothing is made in the background: an edit takes a few milliseconds."""
@@ -243,9 +272,9 @@ class ShapesState(Shaping, Camera):
         assert isinstance(knob, int | str)
         value = self.rails[knob].value_at(self._on_page(x, y)[0])
         if isinstance(knob, int):
-            self.set_mode(knob, value)
+            self.shaping.set_mode(knob, value)
         else:
-            self.set_number(knob, value)
+            self.shaping.set_number(knob, value)
 
     def _again(self) -> None:
         """The pull that goes on, after what it depends on has changed."""
@@ -253,25 +282,20 @@ class ShapesState(Shaping, Camera):
             self._pull(self._drag)
 
     def _pull(self, grab: Grab) -> None:
-        assert self.pointer is not None
-        dx, dy = (self.pointer[i] - grab.pressed[i] for i in (0, 1))
-        offset = find_displacement(self.view, dx, dy, self.axis)
+        assert self.camera.pointer is not None
+        dx, dy = (self.camera.pointer[i] - grab.pressed[i] for i in (0, 1))
+        offset = find_displacement(self.camera.view, dx, dy, self.axis)
         if offset is None:
             assert self.axis is not None
             self.message = f"{'xyz'[self.axis]} points at you: turn the view to pull along it"
             return
-        self.pull(self.skin.lines[grab.line], offset, grab.place if self.bending else None)
+        self.shaping.pull(
+            self.shaping.skin.lines[grab.line], offset, grab.place if self.bending else None
+        )
 
     def _on_page(self, x: float, y: float) -> tuple[float, float]:
         """From the middle of the view to the picture's lower left."""
-        return x + self.room[0] / 2.0, y + self.room[1] / 2.0
-
-    def _framed(self) -> View:
-        first, view = (
-            fit_view(self.shapes.mean, *VIEWS[way], *self.room) for way in (0, self._facing)
-        )
-        # From the front no larger than at first: it is going to be turned.
-        return replace(view, scale=min(view.scale, first.scale))
+        return x + self.camera.room[0] / 2.0, y + self.camera.room[1] / 2.0
 
     def toggle(self, name: str) -> None:
         """Turn one of the switches, such as helping or edges_shown."""
@@ -279,7 +303,7 @@ class ShapesState(Shaping, Camera):
 
     def turn_page(self, by: int) -> None:
         """Other modes in the panel."""
-        count = count_pages(self.shapes.n_modes)
+        count = count_pages(self.shaping.shapes.n_modes)
         if count == 1:
             self.message = "all modes are shown"
         self.page = (self.page + by) % count
@@ -288,11 +312,11 @@ class ShapesState(Shaping, Camera):
 
     def choose_mode(self, by: int) -> None:
         """The next mode, or the one before, for the arrow keys."""
-        self.chosen = (self.chosen + by) % self.shapes.n_modes
+        self.chosen = (self.chosen + by) % self.shaping.shapes.n_modes
         self.page = self.chosen // MODES
 
 
-# == The keys of the viewer of shape models: which there are, and what they do to its state.
+# The keys of the viewer of shape models: which there are, and what they do to its state.
 
 #: (keys, what they do), as the help lists them.
 KEY_HELP = (
@@ -347,30 +371,30 @@ def _idle(action: Action) -> Action:
 
 ACTIONS: dict[str, Action] = {
     "c": _idle(lambda s: s.hold_here()),
-    "a": _idle(lambda s: s.let_go()),
+    "a": _idle(lambda s: s.shaping.let_go()),
     "m": lambda s: s.toggle_bending(),
     "x": lambda s: s.choose_axis(0),
     "y": lambda s: s.choose_axis(1),
     "z": lambda s: s.choose_axis(2),
     "Up": _idle(lambda s: s.choose_mode(-1)),
     "Down": _idle(lambda s: s.choose_mode(1)),
-    "Left": _idle(lambda s: s.nudge(s.chosen, -NUDGE)),
-    "Right": _idle(lambda s: s.nudge(s.chosen, NUDGE)),
+    "Left": _idle(lambda s: s.shaping.nudge(s.chosen, -NUDGE)),
+    "Right": _idle(lambda s: s.shaping.nudge(s.chosen, NUDGE)),
     ",": _idle(lambda s: s.turn_page(-1)),
     ".": _idle(lambda s: s.turn_page(1)),
-    "0": _idle(lambda s: s.reset()),
-    "b": _idle(lambda s: s.step(-1)),
-    "n": _idle(lambda s: s.step(1)),
-    "r": _idle(lambda s: s.sample()),
-    "u": _idle(lambda s: s.undo()),
-    "U": _idle(lambda s: s.redo()),
-    "g": lambda s: s.next_ghost(),
+    "0": _idle(lambda s: s.shaping.reset()),
+    "b": _idle(lambda s: s.shaping.step(-1)),
+    "n": _idle(lambda s: s.shaping.step(1)),
+    "r": _idle(lambda s: s.shaping.sample()),
+    "u": _idle(lambda s: s.shaping.undo()),
+    "U": _idle(lambda s: s.shaping.redo()),
+    "g": lambda s: s.shaping.next_ghost(),
     "w": lambda s: s.toggle("curves_shown"),
     "e": lambda s: s.toggle("edges_shown"),
-    "v": _idle(lambda s: s.look(0)),
-    "1": _idle(lambda s: s.look(1)),
-    "2": _idle(lambda s: s.look(2)),
-    "3": _idle(lambda s: s.look(3)),
+    "v": _idle(lambda s: s.camera.look(0)),
+    "1": _idle(lambda s: s.camera.look(1)),
+    "2": _idle(lambda s: s.camera.look(2)),
+    "3": _idle(lambda s: s.camera.look(3)),
     "h": lambda s: s.toggle("helping"),
 }
 
@@ -380,7 +404,7 @@ EFFECTS = {"p": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
 KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, lambda s: s.leave())
 
 
-# == Where the sliders stand in the panel.
+# Where the sliders stand in the panel.
 
 #: Modes on a page of the panel, from one to the next in points, and the height of the first.
 MODES, ROW = 12, 41.0
@@ -411,6 +435,3 @@ def place_rails(n_modes: int, page: int, left: float) -> dict[Knob, Rail]:
     found["hold"] = Rail(HOLDING, start, end, HOLD_Y)
     found["stiffness"] = Rail(STIFFENING, start, end, STIFFNESS_Y)
     return found
-
-
-# == What is shown beside the shape, and which modes: all that keys choose without the pointer.

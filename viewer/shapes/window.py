@@ -11,7 +11,6 @@ from patterndb.system.obj import format_obj
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import saver
-from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
 from viewer.saver import find_free_name
@@ -20,8 +19,6 @@ from viewer.shapes.picture import compose_shape
 from viewer.shapes.shaping import Shaping
 from viewer.shapes.state import KEYS, ShapesState
 from viewer.window import WINDOW, open_window
-
-# == Shapes as OBJ files.
 
 
 def write_shape(path: Path, shaping: Shaping) -> None:
@@ -62,8 +59,7 @@ def show(
     state = ShapesState(shapes, template, coefficients)
     prepare_opengl(off_screen=False)
     shell = ShapesSaver(state, output, window_size)
-    if shell.play(pressed) is not Effect.QUIT:
-        open_window(state, shell, KEYS, window_size, title)
+    open_window(shell, pressed, title)
 
 
 def draw(
@@ -118,7 +114,7 @@ class ShapesSaver(saver.Saver):
 
     def saved_object(self) -> str:
         path = self._free(".obj") if self._output is None else self._output
-        write_shape(path, self.state)
+        write_shape(path, self.state.shaping)
         return f"saved {path}"
 
     def _free(self, suffix: str) -> Path:

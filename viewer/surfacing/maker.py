@@ -14,7 +14,7 @@ from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import LoopMemory, Settings, surface
 from viewer.surfacing.body import Key, SurfaceBody, renumber_cycle
 
-# == How cycles are found where a network brings none.
+# How cycles are found where a network brings none.
 
 #: Finds the cycles of a network: (network, added, banned) -> cycles, and notes on them.
 Find = Callable[

@@ -22,7 +22,7 @@ from viewer.surfacing.state import (
     to_slider_share,
 )
 
-# == Which tint each piece of a surface gets: neighbours differ.
+# Which tint each piece of a surface gets: neighbours differ.
 
 
 #: Width of curves: part of the median curve's length, least and most, in points; and of chords
@@ -72,7 +72,9 @@ def compose_surface(
     bare: without the panel. caption: a line below the network. height: of a bare picture, in
     points; one with the panel has always the same.
     """
-    frame = Frame.of(state, aspect, bare=bare, height=height, below=CAPTION if caption else 0.0)
+    frame = Frame.of(
+        state.camera, aspect, bare=bare, height=height, below=CAPTION if caption else 0.0
+    )
     scene, solid = frame.scene, frame.solid(_parts(state))
     if caption:
         scene.text(frame.room / 2.0, CAPTION / 3.0, caption, CAPTION / 2.0)
@@ -84,9 +86,9 @@ def compose_surface(
 
 
 def _parts(state: SurfacingState) -> list[Triangles]:
-    view = state.view
+    view = state.camera.view
     parts: list[Triangles] = [NOTHING]
-    body, width = state.body, _curve_width(state)
+    body, width = state.surfaces.body, _curve_width(state)
     under = state.under()
     if body is not None and state.surface_shown:
         lit = under.number if under is not None and under.on and not state.drawing_mode else -1
@@ -102,7 +104,7 @@ def _parts(state: SurfacingState) -> list[Triangles]:
         lit = under.number if under is not None and not under.on else -1
         parts += _off(state, lit)
     if state.curves_shown:
-        network = state.network
+        network = state.surfaces.network
         lines = [view.seen(curve.points) for curve in network.curves]
         parts.append(make_ribbons(lines, CURVE, width, CURVE_LIFT))
         # Where a lone closed curve begins and ends is no matter.
@@ -110,7 +112,7 @@ def _parts(state: SurfacingState) -> list[Triangles]:
         places = view.seen(network.nodes[nodes])
         parts.append(make_discs(places, CURVE, NODE_RADIUS * width, NODE_LIFT))
     going_on = state.ink
-    for ink in (*state.edits.inks, *([] if going_on is None else [going_on])):
+    for ink in (*state.surfaces.edits.inks, *([] if going_on is None else [going_on])):
         lines = [view.seen(part) for part in ink.parts]
         parts.append(make_ribbons(lines, STROKE, STROKE_WIDTH, STROKE_LIFT))
         ends = np.concatenate([part[[0, -1]] for part in ink.parts] or [np.zeros((0, 3))])
@@ -120,14 +122,14 @@ def _parts(state: SurfacingState) -> list[Triangles]:
 
 def _curve_width(state: SurfacingState) -> float:
     """In points: thin where curves lie close."""
-    lengths = [curve.length for curve in state.edits.drawing.network.curves] or [np.inf]
+    lengths = [curve.length for curve in state.surfaces.edits.drawing.network.curves] or [np.inf]
     part, least, most = CURVE_WIDTH
-    return float(np.clip(part * np.median(lengths) * state.view.scale, least, most))
+    return float(np.clip(part * np.median(lengths) * state.camera.view.scale, least, most))
 
 
 def _faces(state: SurfacingState, body: SurfaceBody, lit: int) -> Triangles:
     """Pieces in their tints, shaded on both sides; those of patch ``lit`` lighter."""
-    view = state.view
+    view = state.camera.view
     seen = view.seen(body.corners)
     normals = body.normals @ view.axes.T
     a, b, c = (seen[:, e, :2] for e in range(3))
@@ -144,19 +146,19 @@ def _faces(state: SurfacingState, body: SurfaceBody, lit: int) -> Triangles:
 def _off(state: SurfacingState, lit: int) -> list[Triangles]:
     """Patches that are switched off: a dashed outline, drawn in, and a ring in the middle."""
     parts: list[Triangles] = []
-    middles = state.rings()
+    middles = state.surfaces.rings()
     for number, middle in enumerate(middles):
         colour = style.SELECTED if number == lit else OFF
-        around = state.off_polyline(number)
+        around = state.surfaces.off_polyline(number)
         inner = middle + DRAWN_IN * (np.concatenate([around, around[:1]]) - middle)
-        dashes = dash_line(state.view.seen(inner), DASH)
+        dashes = dash_line(state.camera.view.seen(inner), DASH)
         parts.append(make_ribbons(dashes, colour, OFF_WIDTH, CHORD_LIFT))
-        at = state.view.seen(middle[None])
+        at = state.camera.view.seen(middle[None])
         parts.append(make_discs(at, colour, RING[1], NODE_LIFT, RING[0]))
     return parts
 
 
-# == What the viewer of surfaces says beside its picture: counts, the slider, the patch in hand.
+# What the viewer of surfaces says beside its picture: counts, the slider, the patch in hand.
 
 KNOB = 8.0
 TRACK = "#c9d0d9"
@@ -171,7 +173,7 @@ def draw_panel(scene: Scene, state: SurfacingState) -> None:
     writer.y = SLIDER_Y - 52.0
     _methods(writer, state)
     _patch(writer, state)
-    for text in (state.message, state.trouble):
+    for text in (state.message, state.surfaces.trouble):
         if text:
             writer.skip(0.5)
             writer.paragraph(text, style.MESSAGE)
@@ -183,17 +185,17 @@ def draw_panel(scene: Scene, state: SurfacingState) -> None:
 
 
 def _counts(writer: PanelWriter, state: SurfacingState) -> None:
-    made, patches = state.made, state.patches
+    made, patches = state.surfaces.made, state.surfaces.patches
     writer.heading(_patches(len(patches)), 18.0)
     pieces = sum(len(patch.faces) for patch in patches)
     faces = sum(len(piece) for patch in patches for piece in patch.faces)
-    network = state.network
+    network = state.surfaces.network
     nodes = len({node for curve in network.curves for node in curve.nodes})
     writer.fact("curves", f"{len(network.curves):,}, {format_count(nodes, 'node')}")
-    if state.n_stages:
-        writer.fact("stage", f"{state.edits.stage} of {state.n_stages}    ← →")
-    if state.off:
-        writer.fact("switched off", f"{len(state.off)}")
+    if state.surfaces.n_stages:
+        writer.fact("stage", f"{state.surfaces.edits.stage} of {state.surfaces.n_stages}    ← →")
+    if state.surfaces.off:
+        writer.fact("switched off", f"{len(state.surfaces.off)}")
     writer.fact("pieces", f"{pieces:,}, {format_count(faces, 'face')}")
     known = [patch.surface for patch in patches if patch.surface is not None]
     chords = sum(len(one.chords) for one in known)
@@ -206,7 +208,7 @@ def _counts(writer: PanelWriter, state: SurfacingState) -> None:
         between = made.surfacing.intersections
         text = "none" if not within + between else f"{within:,} within, {between:,} between"
         writer.fact("intersections", text)
-    if state.making:
+    if state.surfaces.making:
         writer.fact("made in", "working …")
     elif made is not None:
         finding = f" + {1e3 * made.finding:,.0f} ms for cycles" if made.finding > 5e-4 else ""
@@ -215,7 +217,7 @@ def _counts(writer: PanelWriter, state: SurfacingState) -> None:
 
 def _slider(scene: Scene, state: SurfacingState, left: float) -> None:
     """The line, its knob, and alpha above it."""
-    alpha = state.settings.alpha
+    alpha = state.surfaces.settings.alpha
     start, end = left + SLIDER[0], left + SLIDER[1]
     scene.text(left + MARGIN, SLIDER_Y + 22.0, "alpha", 13.5, bold=True, align="left")
     scene.text(end + 6.0, SLIDER_Y + 22.0, f"{alpha:.3g}", 13.5, align="right")
@@ -237,9 +239,9 @@ def _methods(writer: PanelWriter, state: SurfacingState) -> None:
     writer.scene.text(writer.left, writer.y, "method", 13.5, bold=True, align="left")
     x = writer.left + NAMES
     for method in METHODS.values():
-        if method.needs_database and not state.has_database:
+        if method.needs_database and not state.surfaces.has_database:
             continue
-        chosen = method.name == state.edits.method
+        chosen = method.name == state.surfaces.edits.method
         colour = style.TEXT if chosen else grey
         writer.scene.text(x, writer.y, method.name, SIZE, colour=colour, bold=chosen, align="left")
         x += 62.0
@@ -249,12 +251,12 @@ def _methods(writer: PanelWriter, state: SurfacingState) -> None:
 def _patch(writer: PanelWriter, state: SurfacingState) -> None:
     """The patch under the pointer, or what there is to say of the whole."""
     under = state.under()
-    made = state.made
+    made = state.surfaces.made
     if under is None:
         for note in () if made is None else made.notes:
             writer.paragraph(note, style.FAINT_TEXT)
-        failed = [p for p in state.patches if p.surface is None]
-        others = [p for p in state.patches if p.note and p.surface is not None]
+        failed = [p for p in state.surfaces.patches if p.surface is None]
+        others = [p for p in state.surfaces.patches if p.note and p.surface is not None]
         if failed:
             text = f"{_patches(len(failed))} without a surface: {failed[0].note}"
             writer.paragraph(text, style.MESSAGE)
@@ -266,12 +268,12 @@ def _patch(writer: PanelWriter, state: SurfacingState) -> None:
         writer.heading("Switched off")
         writer.paragraph("a click on its ring switches it on", style.FAINT_TEXT)
         return
-    _facts(writer, state, state.patches[under.number])
+    _facts(writer, state, state.surfaces.patches[under.number])
 
 
 def _facts(writer: PanelWriter, state: SurfacingState, patch: SurfacePatch) -> None:
     writer.heading("Patch at the pointer")
-    names = ", ".join(str(name) for name in state.network_made.names(patch.cycle))
+    names = ", ".join(str(name) for name in state.surfaces.network_made.names(patch.cycle))
     writer.fact("curves", names if len(names) < 46 else names[:44] + " …")
     result = patch.surface
     if result is not None:

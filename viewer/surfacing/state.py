@@ -14,8 +14,9 @@ from patterndb.store import Database
 from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
-from viewer.camera import Camera, View, fit_view
+from viewer.camera import Camera
 from viewer.keymap import ALIASES, Effect, KeyMap
+from viewer.nearness import CLICK, RING_REACH, SLIDER_GRIP, STROKE_END_REACH
 from viewer.panel import MARGIN, PANEL
 from viewer.scene import HEIGHT
 from viewer.surfacing.body import SurfaceBody
@@ -24,14 +25,11 @@ from viewer.surfacing.ink import InkedStroke, StrokePointer, cast_ray
 from viewer.surfacing.maker import Find, find_network_cycles
 from viewer.surfacing.surfaces import Surfaces
 
-# == Where the slider stands in the panel.
+# Where the slider stands in the panel.
 
 #: The slider's ends from the panel's left, and its height above the picture's lower edge.
 SLIDER = (MARGIN + 6.0, PANEL - MARGIN - 6.0)
 SLIDER_Y = HEIGHT - 318.0
-
-#: How near to the slider's line the pointer must be, in points.
-GRIP = 14.0
 
 #: Places of the slider go by the square root: where alpha is small, little of it does much.
 POWER = 2.0
@@ -58,17 +56,11 @@ def find_alpha(room: Room, x: float) -> float:
 def is_on_slider(room: Room, x: float, y: float) -> bool:
     """Is a place, in points from the middle of the view, on the slider?"""
     left, right = (room[0] / 2.0 + end for end in SLIDER)
-    return left - GRIP <= x <= right + GRIP and abs(y - (SLIDER_Y - room[1] / 2.0)) <= GRIP
+    return (
+        left - SLIDER_GRIP <= x <= right + SLIDER_GRIP
+        and abs(y - (SLIDER_Y - room[1] / 2.0)) <= SLIDER_GRIP
+    )
 
-
-#: A press and a release this near to each other, in points, are a click.
-CLICK = 4.0
-
-#: How near the pointer must be to the ring of a patch that is switched off, in points.
-RING = 12.0
-
-#: How far a stroke's end may be off a curve and still be meant to be on it, in points.
-REACH = 16.0
 
 #: From where a network is looked at: a little from the right and from above.
 TOWARD, UP = (0.55, 0.42, 1.0), (0.0, 1.0, 0.0)
@@ -84,7 +76,7 @@ class PatchUnderPointer(NamedTuple):
     number: int
 
 
-class SurfacingState(Surfaces, Camera):
+class SurfacingState:
     """A network, the surface that is made of it, and how it is looked at.
 
     source: a drawing or a network. settings: the method and alpha to begin with. spacing: about
@@ -117,9 +109,10 @@ class SurfacingState(Surfaces, Camera):
         first = SurfacingEdits(
             drawing, len(drawing.stages), given, tuple(added), tuple(banned), wanted.method
         )
+        #: What is asked for, and what was made of it.
+        self.surfaces = Surfaces(first, wanted, spacing, db, find)
+        self.camera = Camera(self.surfaces.all_points, toward, up)
         self.drawing_mode = False
-        Camera.__init__(self)
-        self._facing = (toward, up)
         self._quill = StrokePointer()
         self._drag: Drag | None = None
         self._pressed: tuple[float, float] | None = None
@@ -128,18 +121,28 @@ class SurfacingState(Surfaces, Camera):
         self.helping = False
         self.message = ""
         self._history: list[SurfacingEdits] = []
-        Surfaces.__init__(self, first, wanted, spacing, db, find)
-        self.view = self._framed()
 
     @property
     def ink(self) -> InkedStroke | None:
         """The stroke that is being drawn, as it lies so far."""
-        made = self.made
+        made = self.surfaces.made
         if not self._quill.down or made is None or made.surfacing is None or made.body is None:
             return None
         return self._quill.ink(made.surfacing, made.body)
 
-    # What keys do, see viewer.surfacing.state
+    def poll(self) -> bool:
+        """Is there something new since the last time that this was asked?"""
+        return self.surfaces.poll()
+
+    def settle(self) -> None:
+        """Wait for the surface that was asked for; raises what making it raised."""
+        self.surfaces.settle()
+
+    def close(self) -> None:
+        """Wait until nothing is being made any more."""
+        self.surfaces.close()
+
+    # What keys do
 
     def next_method_here(self) -> None:
         """The next method for the patch under the pointer."""
@@ -147,10 +150,12 @@ class SurfacingState(Surfaces, Camera):
         if under is None or not under.on:
             self.message = "put the pointer on a patch"
             return
-        cycle = self.cycle_of(under.on, under.number)
-        method = self.edits.methods.get(cycle.key, self.edits.method)
+        cycle = self.surfaces.cycle_of(under.on, under.number)
+        method = self.surfaces.edits.methods.get(cycle.key, self.surfaces.edits.method)
         self._edit(
-            self.edits.with_method_of(cycle, choose_next_method(method, database=self.has_database))
+            self.surfaces.edits.with_method_of(
+                cycle, choose_next_method(method, database=self.surfaces.has_database)
+            )
         )
 
     def toggle_patch(self) -> None:
@@ -159,12 +164,16 @@ class SurfacingState(Surfaces, Camera):
         if under is None:
             self.message = "put the pointer on a patch"
             return
-        cycle = self.cycle_of(under.on, under.number)
-        self._edit(self.edits.switched_off(cycle) if under.on else self.edits.switched_on(cycle))
+        cycle = self.surfaces.cycle_of(under.on, under.number)
+        self._edit(
+            self.surfaces.edits.switched_off(cycle)
+            if under.on
+            else self.surfaces.edits.switched_on(cycle)
+        )
 
     def begin_drawing(self) -> None:
         """Draw strokes with the pointer, or end that."""
-        if not self.drawing_mode and not self.patches:
+        if not self.drawing_mode and not self.surfaces.patches:
             self.message = "there is no surface to draw on"
             return
         self._quill.lift()
@@ -177,16 +186,16 @@ class SurfacingState(Surfaces, Camera):
 
     def add_curves(self) -> None:
         """Make the last stroke curves of the network; cycles are found anew, or cut."""
-        made = self.made
-        if not self.edits.inks or made is None or made.surfacing is None:
+        made = self.surfaces.made
+        if not self.surfaces.edits.inks or made is None or made.surfacing is None:
             self.message = "draw a stroke from curve to curve first"
             return
-        ink = self.edits.inks[-1]
+        ink = self.surfaces.edits.inks[-1]
         if made.surfacing is not ink.surfacing:
             self.message = "the surface has changed since the stroke was drawn; draw it anew"
             return
         try:
-            after = self.edits.with_stroke(ink, REACH / self.view.scale)
+            after = self.surfaces.edits.with_stroke(ink, STROKE_END_REACH / self.camera.view.scale)
         except PatternDBError as error:
             self.message = str(error)
             return
@@ -198,38 +207,38 @@ class SurfacingState(Surfaces, Camera):
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""
         before = self.under()
-        last, self.pointer = self.pointer, (x, y)
+        last, self.camera.pointer = self.camera.pointer, (x, y)
         if self._drag == "alpha":
-            self.change_alpha(find_alpha(self.room, x))
+            self.change_alpha(find_alpha(self.camera.room, x))
         elif self._drag == "stroke":
-            self._quill.extend(self.view, x, y, self._far())
+            self._quill.extend(self.camera.view, x, y, self._far())
         elif self._drag == "view" and last is not None and self._pressed is None:
-            self.aim(self.view.turned(x - last[0], y - last[1]))
+            self.camera.aim(self.camera.view.turned(x - last[0], y - last[1]))
         elif self._drag == "view" and self._pressed is not None:
             dx, dy = x - self._pressed[0], y - self._pressed[1]
             if np.hypot(dx, dy) < CLICK:
                 return False
             # What began as a click turns the view by all that it has moved.
             self._pressed = None
-            self.aim(self.view.turned(dx, dy))
+            self.camera.aim(self.camera.view.turned(dx, dy))
         else:
             return before != self.under()
         return True
 
     def press(self, x: float, y: float, *, turn: bool = False) -> bool:
         """A button goes down. turn: it is the one that always turns the view."""
-        self.pointer = (x, y)
+        self.camera.pointer = (x, y)
         self.message = ""
         if turn:
             self._drag, self._pressed = "view", None
             return False
-        if is_on_slider(self.room, x, y):
+        if is_on_slider(self.camera.room, x, y):
             self._drag = "alpha"
-            self.change_alpha(find_alpha(self.room, x))
+            self.change_alpha(find_alpha(self.camera.room, x))
             return True
         if self.drawing_mode:
             self._drag = "stroke"
-            self._quill.extend(self.view, x, y, self._far())
+            self._quill.extend(self.camera.view, x, y, self._far())
             return True
         self._drag, self._pressed = "view", (x, y)
         return False
@@ -239,7 +248,7 @@ class SurfacingState(Surfaces, Camera):
         drag, pressed = self._drag, self._pressed
         self._drag = self._pressed = None
         if drag == "stroke":
-            self._quill.extend(self.view, x, y, self._far())
+            self._quill.extend(self.camera.view, x, y, self._far())
             self._end_stroke()
             return True
         if drag == "view" and pressed is not None:
@@ -249,36 +258,50 @@ class SurfacingState(Surfaces, Camera):
             return True
         return False
 
+    def wheel(self, steps: float) -> bool:
+        """The wheel turns: nearer, or farther off, about the pointer."""
+        return self.camera.wheel(steps)
+
+    def drag_view(self, dx: float, dy: float) -> bool:
+        """Shift the picture."""
+        return self.camera.drag_view(dx, dy)
+
     def under(self) -> PatchUnderPointer | None:
         """What the pointer is on, the patch that is seen there; rings and outlines before."""
-        if self.pointer is None or abs(self.pointer[0]) > self.room[0] / 2.0:
+        if self.camera.pointer is None or abs(self.camera.pointer[0]) > self.camera.room[0] / 2.0:
             return None
-        if self.made is None or self.made.wish.drawing is not self.edits.drawing:
+        if (
+            self.surfaces.made is None
+            or self.surfaces.made.wish.drawing is not self.surfaces.edits.drawing
+        ):
             # Until its surface is there, patches go by the curves of the drawing before.
             return None
-        hit = self._hit(self.body) if self.surface_shown else None
-        if not self.off_shown or self.off_body is None:
+        hit = self._hit(self.surfaces.body) if self.surface_shown else None
+        if not self.off_shown or self.surfaces.off_body is None:
             return None if hit is None else PatchUnderPointer(True, hit[0])
         nearness = -np.inf if hit is None else hit[1]
-        for number, middle in enumerate(self.rings()):
-            seen = self.view.seen(middle)
-            if np.hypot(*(seen[:2] - self.pointer)) <= RING and seen[2] >= nearness - RING:
+        for number, middle in enumerate(self.surfaces.rings()):
+            seen = self.camera.view.seen(middle)
+            if (
+                np.hypot(*(seen[:2] - self.camera.pointer)) <= RING_REACH
+                and seen[2] >= nearness - RING_REACH
+            ):
                 return PatchUnderPointer(False, number)
         if hit is not None:
             return PatchUnderPointer(True, hit[0])
-        off = self._hit(self.off_body)
+        off = self._hit(self.surfaces.off_body)
         return None if off is None else PatchUnderPointer(False, off[0])
 
     # How it is done
 
     def _hit(self, body: SurfaceBody | None) -> tuple[int, float] | None:
         """The patch of a body under the pointer, and how near to the viewer it is there."""
-        if body is None or self.pointer is None:
+        if body is None or self.camera.pointer is None:
             return None
-        pick = body.canvas.pick(*cast_ray(self.view, *self.pointer, self._far()))
+        pick = body.canvas.pick(*cast_ray(self.camera.view, *self.camera.pointer, self._far()))
         if pick is None:
             return None
-        return int(body.owners[pick.face]), float(self.view.seen(pick.point)[2])
+        return int(body.owners[pick.face]), float(self.camera.view.seen(pick.point)[2])
 
     def _end_stroke(self) -> None:
         ink = self.ink
@@ -293,16 +316,14 @@ class SurfacingState(Surfaces, Camera):
                 f"the stroke left the surface: {ink.missed} of {ink.rays} places are beside it, "
                 f"it is in {len(ink.parts)} part{'' if len(ink.parts) == 1 else 's'}"
             )
-        self._history.append(self.edits)
-        self.edits = replace(self.edits, inks=(*self.edits.inks, ink))
+        self._history.append(self.surfaces.edits)
+        self.surfaces.edits = replace(self.surfaces.edits, inks=(*self.surfaces.edits.inks, ink))
 
     def _far(self) -> float:
         """From the focus to where rays begin: before anything that can be seen."""
-        return 2.0 * self.extent + float(np.linalg.norm(self.view.focus - self.centre))
-
-    def _framed(self) -> View:
-        toward, up = self._facing
-        return fit_view(self.all_points, toward, up, *self.room)
+        return 2.0 * self.surfaces.extent + float(
+            np.linalg.norm(self.camera.view.focus - self.surfaces.centre)
+        )
 
     def toggle(self, name: str) -> None:
         """Turn one of the switches, such as helping or chords_shown."""
@@ -311,14 +332,14 @@ class SurfacingState(Surfaces, Camera):
     def change_alpha(self, alpha: float) -> None:
         """Another price of chords, from 0 to 1."""
         alpha = round(min(max(alpha, 0.0), 1.0), 3)
-        if alpha != self.settings.alpha:
-            self.settings = replace(self.settings, alpha=alpha)
-            self._ask()
+        if alpha != self.surfaces.settings.alpha:
+            self.surfaces.settings = replace(self.surfaces.settings, alpha=alpha)
+            self.surfaces.ask()
 
     def next_method(self) -> None:
         """The next method for all patches."""
-        method = choose_next_method(self.edits.method, database=self.has_database)
-        self._edit(self.edits.with_method(method))
+        method = choose_next_method(self.surfaces.edits.method, database=self.surfaces.has_database)
+        self._edit(self.surfaces.edits.with_method(method))
         self.edges_shown = METHODS[method].makes_quads
 
     def go_to_stage(self, stage: int) -> None:
@@ -327,42 +348,42 @@ class SurfacingState(Surfaces, Camera):
         What was being drawn is forgotten.
         """
         self.leave()
-        n = self.n_stages
+        n = self.surfaces.n_stages
         if not n:
             self.message = "the drawing has no stages"
             return
         stage = min(max(stage if stage >= 0 else n + 1 + stage, 0), n)
-        if stage != self.edits.stage:
-            self.edits = replace(self.edits, stage=stage, inks=())
-            self._ask()
+        if stage != self.surfaces.edits.stage:
+            self.surfaces.edits = replace(self.surfaces.edits, stage=stage, inks=())
+            self.surfaces.ask()
 
     def step(self, by: int) -> None:
         """Stages forward or back, stopping at the ends."""
-        self.go_to_stage(max(self.edits.stage + by, 0))
+        self.go_to_stage(max(self.surfaces.edits.stage + by, 0))
 
     def all_on(self) -> None:
         """Switch on whatever was switched off."""
-        if self.edits.banned:
-            self._edit(replace(self.edits, banned=()))
+        if self.surfaces.edits.banned:
+            self._edit(replace(self.surfaces.edits, banned=()))
 
     def undo(self) -> None:
         """Take back the last stroke, curve, click on a patch or change of method."""
         if not self._history:
             self.message = "there is nothing to take back"
             return
-        before, self.edits = self.edits, self._history.pop()
-        if not self.edits.asks_like(before):
-            self.edges_shown = METHODS[self.edits.method].makes_quads
-            self._ask()
+        before, self.surfaces.edits = self.surfaces.edits, self._history.pop()
+        if not self.surfaces.edits.asks_like(before):
+            self.edges_shown = METHODS[self.surfaces.edits.method].makes_quads
+            self.surfaces.ask()
 
     def _edit(self, after: SurfacingEdits) -> None:
         """Another step that can be taken back."""
-        self._history.append(self.edits)
-        self.edits = after
-        self._ask()
+        self._history.append(self.surfaces.edits)
+        self.surfaces.edits = after
+        self.surfaces.ask()
 
 
-# == The keys of the viewer of surfaces: which there are, and what they do to its state.
+# The keys of the viewer of surfaces: which there are, and what they do to its state.
 
 #: (keys, what they do), as the help lists them.
 KEY_HELP = (
@@ -417,8 +438,8 @@ ACTIONS: dict[str, Callable[[SurfacingState], None]] = {
     "r": lambda s: s.toggle("curves_shown"),
     "t": lambda s: s.toggle("edges_shown"),
     "c": lambda s: s.toggle("off_shown"),
-    "v": lambda s: s.fit(),
-    "z": lambda s: s.roll(),
+    "v": lambda s: s.camera.fit(),
+    "z": lambda s: s.camera.roll(),
     "h": lambda s: s.toggle("helping"),
 }
 
@@ -428,7 +449,7 @@ EFFECTS = {"s": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
 
 def slide_alpha(state: SurfacingState, by: float) -> None:
     """Move the slider of alpha by a part of its length."""
-    state.change_alpha(to_alpha(to_slider_share(state.settings.alpha) + by))
+    state.change_alpha(to_alpha(to_slider_share(state.surfaces.settings.alpha) + by))
 
 
 def _leave(state: SurfacingState) -> bool:
@@ -441,6 +462,3 @@ def _leave(state: SurfacingState) -> bool:
 
 
 KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, _leave)
-
-
-# == What the viewer's keys choose, and the way back: all that needs no pointer.

@@ -58,7 +58,7 @@ class Surfaces:
         points = [curve.points for curve in edits.drawing.network.curves]
         self.all_points = np.concatenate(points) if points else np.zeros((0, 3))
         self._maker = SurfaceMaker(find, db)
-        self._ask()
+        self.ask()
 
     def close(self) -> None:
         """Wait until nothing is being made any more."""
@@ -161,7 +161,7 @@ class Surfaces:
         assert made is not None
         return made.wish.network.polyline(self.off[number].cycle)
 
-    def _ask(self) -> None:
+    def ask(self) -> None:
         """Have the surface of what is asked for now made."""
         network, numbers = self._at_stage()
         edits = self.edits

@@ -12,7 +12,6 @@ from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer import saver
-from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
 from viewer.saver import find_free_name
@@ -60,9 +59,7 @@ def show(
     )  # fmt: skip
     try:
         shell = SurfacingSaver(state, Path(folder), write_obj, window_size)
-        if shell.play(pressed) is Effect.QUIT:
-            return state
-        open_window(state, shell, KEYS, window_size, "Surface")
+        open_window(shell, pressed, "Surface")
     finally:
         state.close()
     return state
@@ -141,7 +138,7 @@ class SurfacingSaver(saver.Saver):
         return find_free_name(self._folder, "surface", ".png")
 
     def saved_object(self) -> str:
-        made = self.state.made
+        made = self.state.surfaces.made
         if made is None or made.surfacing is None:
             return "there is no surface to save"
         if self._write_obj is None:

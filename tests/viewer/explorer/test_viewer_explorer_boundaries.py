@@ -94,18 +94,18 @@ def test_edges_and_corners_under_the_pointer(state: ExplorerState) -> None:
     before = state.contour.lengths
     keys(state, "+")
     assert sum(state.contour.lengths) == sum(before) + 1 and state.contour.lengths[3] == 4
-    assert state.boundary is None and "odd" in state.message and state.fills == []
+    assert state.finder.boundary is None and "odd" in state.message and state.finder.fills == []
     keys(state, "+")
-    assert state.boundary is not None and state.boundary.lengths == (4, 3, 4, 5)
+    assert state.finder.boundary is not None and state.finder.boundary.lengths == (4, 3, 4, 5)
     state.settle()
-    assert state.fills and all(fill.lengths == (4, 3, 4, 5) for fill in state.fills)
+    assert state.finder.fills and all(fill.lengths == (4, 3, 4, 5) for fill in state.finder.fills)
     corner = state.view.seen(state.contour.sides[2][0])[:2]
     state.move(*corner)
     assert state.corner_under() == 2
     keys(state, "c")
-    assert state.boundary.corners == ("convex", "convex", "reflex", "convex")
+    assert state.finder.boundary.corners == ("convex", "convex", "reflex", "convex")
     keys(state, "c k")
-    assert state.boundary.lengths == (5, 4, 3, 4)
-    assert state.boundary.corners == ("reflex",) * 4
+    assert state.finder.boundary.lengths == (5, 4, 3, 4)
+    assert state.finder.boundary.corners == ("reflex",) * 4
     keys(state, "k ] [")
-    assert state.boundary.perimeter == 16
+    assert state.finder.boundary.perimeter == 16

@@ -22,20 +22,20 @@ from viewer.explorer_state import ACTIONS, KEYS, ExplorerState
 def test_the_fills_are_the_library_s(state: ExplorerState) -> None:
     state.settle(0)
     state.settle()
-    assert state.boundary is not None
-    wanted = list(fills(SOURCE, state.boundary, limit=state.limit))
-    assert [f.quads.tolist() for f in state.fills] == [f.quads.tolist() for f in wanted]
-    assert not state.searching and len(wanted) > 3
+    assert state.finder.boundary is not None
+    wanted = list(fills(SOURCE, state.finder.boundary, limit=state.finder.limit))
+    assert [f.quads.tolist() for f in state.finder.fills] == [f.quads.tolist() for f in wanted]
+    assert not state.finder.searching and len(wanted) > 3
     keys(state, "End Right")
-    assert state.rank == len(wanted) - 1
+    assert state.finder.rank == len(wanted) - 1
     keys(state, "Left Left Next Prior Home Left")
-    assert state.rank == 0
+    assert state.finder.rank == 0
     keys(state, "r")
     state.settle()
-    assert state.strict and state.fills and all(f.strict for f in state.fills)
+    assert state.finder.strict and state.finder.fills and all(f.strict for f in state.finder.fills)
     names = []
     for _ in range(7):
-        names.append(state.order)
+        names.append(state.finder.order)
         keys(state, "o")
     assert names == [None, "artist", "regular", "quality", "small", "symmetric", None]
     with pytest.raises(NotFoundError, match="there is no fill 9999, only "):
@@ -47,12 +47,12 @@ def test_more_fills_keep_the_place() -> None:
     try:
         state.settle(3)
         state.settle()
-        assert state.truncated and len(state.fills) == 4
-        first = [f.quads.tolist() for f in state.fills]
+        assert state.finder.truncated and len(state.finder.fills) == 4
+        first = [f.quads.tolist() for f in state.finder.fills]
         keys(state, "m")
         state.settle()
-        assert len(state.fills) == 8 and state.rank == 3
-        assert [f.quads.tolist() for f in state.fills[:4]] == first
+        assert len(state.finder.fills) == 8 and state.finder.rank == 3
+        assert [f.quads.tolist() for f in state.finder.fills[:4]] == first
     finally:
         state.close()
 
@@ -85,17 +85,17 @@ def test_a_change_does_not_wait_for_the_query_that_runs() -> None:
     source = Slow()
     state = ExplorerState(source, make_flat_boundary((2, 2, 2, 2)))
     try:
-        first = state._search
-        assert first is not None and state.searching
+        first = state.finder._search
+        assert first is not None and state.finder.searching
         drawn = compose_explorer(state, 1.6)
         assert "searching …" in [t.text for t in drawn.scene.texts]
         keys(state, "] ]")
-        assert state.boundary is not None and state.boundary.perimeter > 8
-        assert state.searching and state._search is not first
+        assert state.finder.boundary is not None and state.finder.boundary.perimeter > 8
+        assert state.finder.searching and state.finder._search is not first
         source.gate.set()
         state.settle(0)
         assert first.wait(timeout=60.0) and first.fills == []
-        assert all(sum(f.lengths) == state.boundary.perimeter for f in state.fills)
+        assert all(sum(f.lengths) == state.finder.boundary.perimeter for f in state.finder.fills)
     finally:
         source.gate.set()
         state.close()
@@ -117,53 +117,53 @@ def test_a_query_that_fails_says_why() -> None:
 
 
 def test_strokes_snap_to_boundary_edges_and_are_had(state: ExplorerState) -> None:
-    assert state.contour is not None and state.boundary is not None
+    assert state.contour is not None and state.finder.boundary is not None
     left = state.view.seen(state.contour.sides[3]).mean(axis=0)[:2]
     right = state.view.seen(state.contour.sides[1]).mean(axis=0)[:2]
     keys(state, "s")
     middle = (left + right) / 2.0 + (0.0, 25.0)
     drag(state, tuple(left + np.array([12.0, 3.0])), tuple(middle), tuple(right - (9.0, 5.0)))
-    assert state.mode is PointerMode.LOOK and len(state.strokes) == 1
-    stroke = state.strokes[0]
+    assert state.mode is PointerMode.LOOK and len(state.finder.strokes) == 1
+    stroke = state.finder.strokes[0]
     assert stroke.start is not None and stroke.end is not None and stroke.points is not None
     assert (stroke.start[0], stroke.end[0]) == (3, 1)
-    points = state.boundary.points
+    points = state.finder.boundary.points
     assert points is not None
-    at = state.boundary.side_starts[3] + stroke.start[1]
+    at = state.finder.boundary.side_starts[3] + stroke.start[1]
     assert np.allclose(stroke.points[0], (points[at] + points[(at + 1) % len(points)]) / 2.0)
     keys(state, ", ,")
-    assert state.tolerance == 0
+    assert state.finder.tolerance == 0
     state.settle()
-    assert state.fills
-    for fill in state.fills:
+    assert state.finder.fills
+    for fill in state.finder.fills:
         ends = find_strand(fill, stroke.start).ends
         assert ends is not None and stroke.end in ends
-    placed = state.placed
+    placed = state.finder.placed
     assert placed is not None and len(placed.net.carried)
     before, after = placed.placement.strokes_before, placed.placement.strokes_after
     assert after[0, 0] <= before[0, 0]
     keys(state, "f")
     state.settle()
-    assert state.placed is not None and state.placed.placement.pull == 0.0
+    assert state.finder.placed is not None and state.finder.placed.placement.pull == 0.0
     keys(state, "o o o")
-    assert state.order == "flow"
+    assert state.finder.order == "flow"
     keys(state, "x")
-    assert state.strokes == [] and state.default_order == "artist"
+    assert state.finder.strokes == [] and state.finder.default_order == "artist"
     state.settle()
-    assert state.fills and state.fills[0].flow_distance is None
+    assert state.finder.fills and state.finder.fills[0].flow_distance is None
 
 
 def test_loops_and_strokes_that_are_none(state: ExplorerState) -> None:
     keys(state, "l")
     turn = np.linspace(0.0, 5.5, 12)
     drag(state, *((60.0 * np.cos(t), 60.0 * np.sin(t)) for t in turn))
-    assert [s.is_loop for s in state.strokes] == [True]
+    assert [s.is_loop for s in state.finder.strokes] == [True]
     keys(state, "s")
     click(state, (0.0, 0.0))
-    assert "two points" in state.message and len(state.strokes) == 1
+    assert "two points" in state.message and len(state.finder.strokes) == 1
     assert state.mode is PointerMode.STROKE
     keys(state, "Escape ]")
-    assert len(state.strokes) == 1
+    assert len(state.finder.strokes) == 1
 
 
 def test_a_stroke_is_drawn_anew_on_a_changed_boundary() -> None:
@@ -173,10 +173,10 @@ def test_a_stroke_is_drawn_anew_on_a_changed_boundary() -> None:
     state = opened(boundary, strokes=[stroke])
     try:
         keys(state, "] ]")
-        assert state.boundary is not None and state.boundary.perimeter > 14
-        (again,) = state.strokes
-        again.refuse_unless_on(state.boundary)
-        assert again == Stroke.drawn(state.boundary, boundary.points[[5, 12]])
+        assert state.finder.boundary is not None and state.finder.boundary.perimeter > 14
+        (again,) = state.finder.strokes
+        again.refuse_unless_on(state.finder.boundary)
+        assert again == Stroke.drawn(state.finder.boundary, boundary.points[[5, 12]])
     finally:
         state.close()
 
@@ -204,7 +204,7 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
                     state.press(*place, turn=True)
                 else:
                     getattr(state, what)(*place)
-            assert 0 <= state.rank <= max(len(state.fills) - 1, 0)
+            assert 0 <= state.finder.rank <= max(len(state.finder.fills) - 1, 0)
         drawn = compose_explorer(state, 1.5)
         for patch in drawn.scene.patches:
             assert np.isfinite(patch.corners).all() and len(patch.corners) == len(patch.colours)

@@ -41,9 +41,9 @@ def test_the_panel_says_what_is_known(state: ExplorerState) -> None:
     state.settle(1)
     state.settle()
     texts = [t.text for t in compose_explorer(state, 1.6).scene.texts]
-    fill = state.fill
+    fill = state.finder.fill
     assert fill is not None and fill.pattern.name in texts
-    assert f"fill 2 of {len(state.fills)}" in texts and "4 3 4 3" in texts
+    assert f"fill 2 of {len(state.finder.fills)}" in texts and "4 3 4 3" in texts
     for length in ("4", "3"):
         assert texts.count(length) >= 2, "every side has its number"
     keys(state, "h")
@@ -60,7 +60,7 @@ def test_a_picture_is_the_same_everywhere(tmp_path: Path) -> None:
         state = explore(
             SOURCE, boundary, off_screen=picture, keys="r Right", window_size=(480, 300)
         )
-        assert state.strict
+        assert state.finder.strict
     assert pictures[0].read_bytes() == pictures[1].read_bytes()
     from matplotlib.image import imread
 
@@ -84,7 +84,7 @@ def test_saving(state: ExplorerState, tmp_path: Path) -> None:
     written: list[tuple[Path, int]] = []
     saver = ExplorerSaver(state, tmp_path, lambda p, f, v: written.append((p, len(v))), (480, 300))
     assert saver.play(["p", "w"]) is Effect.NOTHING
-    fill = state.fill
+    fill = state.finder.fill
     assert fill is not None and f"saved {tmp_path}" in state.message
     assert [p.name for p in tmp_path.iterdir()] == [f"fill-{fill.pattern.name}-1.png"]
     assert written == [(tmp_path / f"fill-{fill.pattern.name}-1.obj", fill.n_vertices)]
@@ -111,14 +111,14 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
             events.drag(place)
         assert len(state.pen.clicked) == 4
         events.keys("Return")
-        assert state.boundary is not None
+        assert state.finder.boundary is not None
         state.settle(0)
         state.settle()
         events.send("TimerEvent")
         check_looking(events, state)
         events.send("MouseMoveEvent", (300.0, 300.0))
         events.keys("Right")
-        assert state.rank == 1
+        assert state.finder.rank == 1
         state.settle()
         events.send("TimerEvent")
         window.save(tmp_path / "window.png")

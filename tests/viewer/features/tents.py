@@ -45,7 +45,7 @@ def opened(**options: object) -> FeatureState:
     """A state on the roof, drawn once, and seen from above."""
     state = FeatureState(tent(), **options)  # type: ignore[arg-type]
     drawn(state)
-    state.look_along((0.0, 0.0, 1.0))
+    state.camera.look_along((0.0, 0.0, 1.0))
     return state
 
 
@@ -56,7 +56,7 @@ def drawn(state: FeatureState) -> list[str]:
 
 def at(state: FeatureState, *point: float) -> tuple[float, float]:
     """Where a point of space is seen."""
-    x, y, _ = state.view.seen(np.array(point))
+    x, y, _ = state.camera.view.seen(np.array(point))
     return float(x), float(y)
 
 
@@ -99,23 +99,23 @@ ON_RIDGE = 0.01
 
 
 def curve_of(state: FeatureState) -> DrawnCurve:
-    curve = state.curve
+    curve = state.editing.curve
     assert curve is not None
     return curve
 
 
 def line_of(state: FeatureState, curve: DrawnCurve | None = None) -> np.ndarray:
-    look = state.look(curve_of(state) if curve is None else curve)
+    look = state.editing.look(curve_of(state) if curve is None else curve)
     assert look is not None
     return look.line
 
 
 def held(state: FeatureState) -> Snap:
-    snap = state.snap_of(curve_of(state))
+    snap = state.editing.snap_of(curve_of(state))
     assert snap is not None
     return snap
 
 
 def panel_at(state: FeatureState, x: float, y: float) -> tuple[float, float]:
     """A place of the panel, x from its left and y from below, from the picture's middle."""
-    return x + state.room[0] / 2.0, y - state.room[1] / 2.0
+    return x + state.camera.room[0] / 2.0, y - state.camera.room[1] / 2.0

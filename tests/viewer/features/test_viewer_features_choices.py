@@ -46,25 +46,25 @@ from viewer.keymap import Effect
 
 def test_curves_are_selected_by_a_click_a_row_and_tab(curved: FeatureState) -> None:
     picked(curved, ((-0.6, 0.4), (0.6, 0.45)))
-    first, second = curved.edits.curves
-    assert curved.selected == second.key
+    first, second = curved.editing.edits.curves
+    assert curved.editing.selected == second.key
     click(curved, *at(curved, *line_of(curved, first)[60]))
-    assert curved.selected == first.key
+    assert curved.editing.selected == first.key
     click(curved, *panel_at(curved, 100.0, FIRST_ROW - ROW))
-    assert curved.selected == second.key
+    assert curved.editing.selected == second.key
     keys(curved, "Tab")
-    assert curved.selected == first.key
+    assert curved.editing.selected == first.key
     keys(curved, "ISO_Left_Tab")
-    assert curved.selected == second.key
-    click(curved, -curved.room[0] / 2.0 + 4.0, 0.0)
-    assert curved.selected is None
+    assert curved.editing.selected == second.key
+    click(curved, -curved.camera.room[0] / 2.0 + 4.0, 0.0)
+    assert curved.editing.selected is None
     assert "the sliders are those of the next curve" in drawn(curved)
     keys(curved, "Delete")
     assert curved.message.startswith("select a curve")
     keys(curved, "Tab Delete")
-    assert curved.edits.curves == (second,)
+    assert curved.editing.edits.curves == (second,)
     keys(curved, "u")
-    assert curved.edits.curves == (first, second) and curved.selected == first.key
+    assert curved.editing.edits.curves == (first, second) and curved.editing.selected == first.key
 
 
 @given(st.integers(0, 60), st.integers(0, 60))
@@ -83,23 +83,23 @@ def test_hidden_curves_are_not_under_the_pointer(curved: FeatureState) -> None:
     assert curved.under() is not None
     # From below, the roof itself hides its ridge, unless one can see through.
     below = np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, -1.0]])
-    curved.view = replace(curved.view, axes=below)
-    shifted = curved.model.points.copy()
+    curved.camera.view = replace(curved.camera.view, axes=below)
+    shifted = curved.editing.model.points.copy()
     shifted[:, 2] -= 2.0
-    faces = curved.model.triangles
-    both = np.concatenate([curved.model.points, shifted])
-    curved.model = Model.from_arrays(both, np.concatenate([faces, faces + len(shifted)]))
+    faces = curved.editing.model.triangles
+    both = np.concatenate([curved.editing.model.points, shifted])
+    curved.editing.model = Model.from_arrays(both, np.concatenate([faces, faces + len(shifted)]))
     curved.move(*at(curved, *line[60]))
     assert curved.under() is None
     keys(curved, "m")
-    assert curved.model_look == "through" and curved.under() is not None
+    assert curved.camera.model_look == "through" and curved.under() is not None
 
 
 @pytest.mark.parametrize("name", RAILS)
 def test_a_slider_changes_the_selected_curve_in_one_step(curved: FeatureState, name: str) -> None:
     base, snap = curve_of(curved), held(curved)
-    rail = place_rails(curved.room[0])[name]
-    places = [(x - curved.room[0] / 2.0, rail.y - curved.room[1] / 2.0)
+    rail = place_rails(curved.camera.room[0])[name]
+    places = [(x - curved.camera.room[0] / 2.0, rail.y - curved.camera.room[1] / 2.0)
               for x in (rail.left + 9.0, rail.left + 80.0, rail.left + 130.0)]  # fmt: skip
     drag(curved, *places)
     curve = curve_of(curved)
@@ -108,9 +108,9 @@ def test_a_slider_changes_the_selected_curve_in_one_step(curved: FeatureState, n
     assert rail.slider.text(value) in drawn(curved)
     alone = snap.with_settings(curve.settings).curve
     assert (held(curved).curve.samples == alone.samples).all()
-    assert curved.settings == curve.settings
+    assert curved.editing.settings == curve.settings
     keys(curved, "u")
-    assert curve_of(curved) is base and curved.shown_settings == base.settings
+    assert curve_of(curved) is base and curved.editing.shown_settings == base.settings
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_keys_move_sliders_to_their_ends(
     for key, end in ((keys_up, slider.high), (keys_down, slider.low)):
         for _ in range(60):
             KEYS.press(state, key)
-        assert get_slider_value(state.settings, name) == pytest.approx(end)
+        assert get_slider_value(state.editing.settings, name) == pytest.approx(end)
 
 
 def test_axes_and_degrees_are_chosen_by_keys_and_by_clicks(curved: FeatureState) -> None:
@@ -135,7 +135,7 @@ def test_axes_and_degrees_are_chosen_by_keys_and_by_clicks(curved: FeatureState)
     keys(curved, "z")
     assert curve_of(curved).settings.axis == AXIS_OF["z"]
     keys(curved, "Up")
-    look = curved.look(curve_of(curved))
+    look = curved.editing.look(curve_of(curved))
     assert curve_of(curved).settings.degree == 4 and look is not None and look.spline.degree == 4
     click(curved, *panel_at(curved, DEGREE[-1], CHOICES))
     assert curve_of(curved).settings.degree == 3
@@ -153,19 +153,19 @@ def test_snapping_again_goes_on_from_the_curve(curved: FeatureState) -> None:
 
 def test_a_curve_is_named(curved: FeatureState) -> None:
     keys(curved, "e")
-    assert curved.typed == "curve 1" and f"curve 1{CURSOR}" in drawn(curved)
-    curved.typed = "roof ridge "
-    curved.end_name()
+    assert curved.editing.typed == "curve 1" and f"curve 1{CURSOR}" in drawn(curved)
+    curved.editing.typed = "roof ridge "
+    curved.editing.end_name()
     assert curve_of(curved).name == "roof ridge" and "roof ridge" in drawn(curved)
-    assert line_of(curved) is not None and curved.snap_of(curve_of(curved)) is not None
+    assert line_of(curved) is not None and curved.editing.snap_of(curve_of(curved)) is not None
     picked(curved, ((-0.6, 0.4), (0.6, 0.45)))
     for wrong, told in (("roof ridge", "another curve"), ("  ", "needs a name")):
-        curved.begin_name()
-        curved.typed = wrong
-        curved.end_name()
+        curved.editing.begin_name()
+        curved.editing.typed = wrong
+        curved.editing.end_name()
         assert told in curved.message
     keys(curved, "e Escape")
-    assert curved.typed is None and curve_of(curved).name == "curve 2"
+    assert curved.editing.typed is None and curve_of(curved).name == "curve 2"
 
 
 ACTS = ("- x", "+", ".", "]", "a", "Up", "Tab", "Delete", "e", "u", "U", "pick", "pull")
@@ -180,25 +180,25 @@ def test_every_step_is_taken_back_and_done_again(acts: list[str]) -> None:
         for number, act in enumerate(acts):
             if act == "pick":
                 picked(state, ((-0.6, 0.3 + 0.01 * number), (0.6, 0.4)))
-            elif act == "pull" and state.curve is not None:
+            elif act == "pull" and state.editing.curve is not None:
                 begun = at(state, *line_of(state)[30])
                 drag(state, begun, (begun[0], begun[1] + 9.0))
-            elif act == "e" and state.curve is not None:
-                state.rename(f"name {number}")
+            elif act == "e" and state.editing.curve is not None:
+                state.editing.rename(f"name {number}")
             elif act != "pull" and act != "e":
                 keys(state, act)
-        end = state.edits
+        end = state.editing.edits
         passed = [end]
         while state.message != "there is nothing to take back":
             keys(state, "u")
-            passed.append(state.edits)
+            passed.append(state.editing.edits)
             drawn(state)
-        assert state.edits.curves == ()
+        assert state.editing.edits.curves == ()
         for edits in reversed(passed[:-1]):
-            assert state.edits is edits
+            assert state.editing.edits is edits
             keys(state, "U")
         # What was taken back before is done again, too.
-        assert state.edits is end or act_taken_back(acts)
+        assert state.editing.edits is end or act_taken_back(acts)
     finally:
         state.close()
 
@@ -222,9 +222,13 @@ def test_the_help_lists_every_key() -> None:
         assert KEYS.press(state, "F13") is Effect.NOTHING
         keys(state, "h")
         texts = drawn(state)
-        assert state.helping and MOUSE_HELP in texts and all(what in texts for _, what in KEY_HELP)
+        assert (
+            state.editing.helping
+            and MOUSE_HELP in texts
+            and all(what in texts for _, what in KEY_HELP)
+        )
         keys(state, "Escape")
-        assert not state.helping and KEYS.press(state, "Escape") is Effect.QUIT
+        assert not state.editing.helping and KEYS.press(state, "Escape") is Effect.QUIT
     finally:
         state.close()
 

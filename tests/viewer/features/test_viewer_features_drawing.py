@@ -25,7 +25,7 @@ from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap, SnapSettings
 from viewer.camera import View
-from viewer.features import FeatureState, work
+from viewer.features import FeatureState, editing
 from viewer.features.layout import (
     AXIS_OF,
 )
@@ -37,20 +37,20 @@ def test_clicks_make_a_curve_that_snaps_to_the_ridge(state: FeatureState) -> Non
     assert "click along a feature of the model    Esc: leave" in drawn(state)
     for count, (x, y) in enumerate(BESIDE, 1):
         click(state, *at(state, x, y, -abs(y)))
-        assert state.clicks is not None and len(state.clicks) == count
-        assert state.clicks[-1] == pytest.approx((x, y, -abs(y)), abs=1e-6)
-        assert (state.preview is not None) == (count > 1)
-    preview = state.preview
+        assert state.editing.clicks is not None and len(state.editing.clicks) == count
+        assert state.editing.clicks[-1] == pytest.approx((x, y, -abs(y)), abs=1e-6)
+        assert (state.editing.preview is not None) == (count > 1)
+    preview = state.editing.preview
     assert preview is not None
     assert np.abs(line_of(state, preview)[:, 1:]).max() < ON_RIDGE
-    clicked = np.stack(state.clicks or ())
+    clicked = np.stack(state.editing.clicks or ())
     alone = Snap.begin(tent(), clicked, SnapSettings()).curve
-    look = state.look(preview)
+    look = state.editing.look(preview)
     assert look is not None and (look.samples == alone.samples).all()
     assert "drawing" in drawn(state)
     keys(state, "Enter")
-    assert state.edits.curves == (preview,) and state.selected == preview.key
-    assert state.clicks is None and state.preview is None
+    assert state.editing.edits.curves == (preview,) and state.editing.selected == preview.key
+    assert state.editing.clicks is None and state.editing.preview is None
 
 
 def test_clicks_are_taken_back_one_by_one_and_dropped_by_escape(state: FeatureState) -> None:
@@ -59,8 +59,8 @@ def test_clicks_are_taken_back_one_by_one_and_dropped_by_escape(state: FeatureSt
         click(state, *at(state, x, y, -abs(y)))
     for key, left in (("BackSpace", 2), ("u", 1), ("BackSpace", 0)):
         keys(state, key)
-        assert state.clicks is not None and len(state.clicks) == left
-        assert (state.preview is None) == (left < 2)
+        assert state.editing.clicks is not None and len(state.editing.clicks) == left
+        assert (state.editing.preview is None) == (left < 2)
         drawn(state)
     keys(state, "u")
     assert state.message == "there is no click to take back; Escape leaves"
@@ -68,7 +68,7 @@ def test_clicks_are_taken_back_one_by_one_and_dropped_by_escape(state: FeatureSt
     assert state.message == "click two points of the model at least"
     click(state, *at(state, -0.5, 0.02, -0.02))
     keys(state, "Escape")
-    assert state.clicks is None and not state.edits.curves
+    assert state.editing.clicks is None and not state.editing.edits.curves
     keys(state, "Enter")
     assert state.message.startswith("press c")
 
@@ -104,26 +104,26 @@ def test_clicks_into_a_narrow_gap_count_for_what_is_beside_it() -> None:
 def opened_view() -> View:
     state = opened()
     state.close()
-    return state.view
+    return state.camera.view
 
 
 def test_wrong_clicks_are_told(state: FeatureState) -> None:
     keys(state, "c")
-    click(state, -state.room[0] / 2.0 + 3.0, state.room[1] / 2.0 - 3.0)
-    assert state.message == "there is no model under the pointer" and state.clicks == ()
+    click(state, -state.camera.room[0] / 2.0 + 3.0, state.camera.room[1] / 2.0 - 3.0)
+    assert state.message == "there is no model under the pointer" and state.editing.clicks == ()
     place = at(state, 0.1, 0.1, -0.1)
     click(state, *place)
     click(state, *place)
     assert state.message == "that point has been clicked already"
-    assert state.clicks is not None and len(state.clicks) == 1
+    assert state.editing.clicks is not None and len(state.editing.clicks) == 1
 
 
 def test_a_drag_while_drawing_turns_the_view_and_clicks_nothing(state: FeatureState) -> None:
     keys(state, "c")
-    axes = state.view.axes
+    axes = state.camera.view.axes
     x, y = at(state, 0.1, 0.1, -0.1)
     drag(state, (x, y), (x + 30.0, y + 10.0))
-    assert state.clicks == () and not np.allclose(state.view.axes, axes)
+    assert state.editing.clicks == () and not np.allclose(state.camera.view.axes, axes)
 
 
 def test_what_cannot_snap_is_told_and_makes_no_curve(
@@ -132,14 +132,14 @@ def test_what_cannot_snap_is_told_and_makes_no_curve(
     def fail(*_: object) -> Snap:
         raise InvalidFeatureError("none of the ribs meets the model")
 
-    monkeypatch.setattr(work, "remade", fail)
+    monkeypatch.setattr(editing, "snap_curve", fail)
     keys(state, "c")
     for x, y in BESIDE:
         click(state, *at(state, x, y, -abs(y)))
     assert "none of the ribs meets the model" in drawn(state)
     keys(state, "Enter")
     assert state.message == "none of the ribs meets the model"
-    assert not state.edits.curves and state.clicks is not None
+    assert not state.editing.edits.curves and state.editing.clicks is not None
 
 
 def test_a_failed_edit_leaves_the_curve_as_it_was(
@@ -151,11 +151,11 @@ def test_a_failed_edit_leaves_the_curve_as_it_was(
     def fail(*_: object) -> Snap:
         raise InvalidFeatureError("no such curve")
 
-    monkeypatch.setattr(work, "remade", fail)
+    monkeypatch.setattr(editing, "snap_curve", fail)
     keys(curved, "+ -")
     assert curve_of(curved) is not before and line_of(curved) is line
     assert "failed" in drawn(curved) and "no such curve" in drawn(curved)
-    assert curved.session().curves == ()
+    assert curved.editing.session().curves == ()
     keys(curved, "u")
     assert curve_of(curved) is before and "failed" not in drawn(curved)
 
@@ -165,9 +165,12 @@ def test_settings_hold_for_the_curve_that_is_drawn(state: FeatureState) -> None:
     for x, y in BESIDE[:2]:
         click(state, *at(state, x, y, -abs(y)))
     keys(state, "- - . x")
-    assert state.preview is not None and state.preview.settings == state.settings
-    assert state.settings.axis == AXIS_OF["x"] and state.settings.alpha < 1.0
+    assert (
+        state.editing.preview is not None
+        and state.editing.preview.settings == state.editing.settings
+    )
+    assert state.editing.settings.axis == AXIS_OF["x"] and state.editing.settings.alpha < 1.0
     keys(state, "Enter")
-    assert curve_of(state).settings == state.settings
+    assert curve_of(state).settings == state.editing.settings
     keys(state, "u")
-    assert not state.edits.curves
+    assert not state.editing.edits.curves

@@ -18,57 +18,61 @@ from viewer.panel import MARGIN
 
 def test_the_view_turns_shifts_and_zooms(state: FeatureState) -> None:
     keys(state, "v")
-    axes, focus, scale = state.view.axes, state.view.focus, state.view.scale
-    x, y = -state.room[0] / 2.0 + 20.0, 40.0
+    axes, focus, scale = state.camera.view.axes, state.camera.view.focus, state.camera.view.scale
+    x, y = -state.camera.room[0] / 2.0 + 20.0, 40.0
     drag(state, (x, y), (x + 30.0, y))
-    assert not np.allclose(state.view.axes, axes)
+    assert not np.allclose(state.camera.view.axes, axes)
     state.press(*at(state, 0.0, 0.0, 0.0), turn=True)
-    before = state.view.axes
+    before = state.camera.view.axes
     state.move(30.0, 60.0)
     state.release(30.0, 60.0)
-    assert not np.allclose(state.view.axes, before)
-    assert state.wheel(1.0) and state.view.scale > scale
-    assert state.drag_view(10.0, 5.0) and not np.allclose(state.view.focus, focus)
+    assert not np.allclose(state.camera.view.axes, before)
+    assert state.wheel(1.0) and state.camera.view.scale > scale
+    assert state.drag_view(10.0, 5.0) and not np.allclose(state.camera.view.focus, focus)
     keys(state, "v")
-    assert np.allclose(state.view.axes, axes) and state.view.scale == pytest.approx(scale)
+    assert np.allclose(state.camera.view.axes, axes) and state.camera.view.scale == pytest.approx(
+        scale
+    )
 
 
 @pytest.mark.parametrize("presses", range(3))
 def test_views_along_the_axes_have_the_upright_one_up(state: FeatureState, presses: int) -> None:
     keys(state, " ".join("g" * presses))
-    up = np.array(AXIS_OF[state.upright])
+    up = np.array(AXIS_OF[state.camera.upright])
     for key in "12":
         toward: list[np.ndarray] = []
         for _ in range(3):
             keys(state, key)
-            toward.append(state.view.axes[2])
-            assert state.view.axes[1] == pytest.approx(up)
+            toward.append(state.camera.view.axes[2])
+            assert state.camera.view.axes[1] == pytest.approx(up)
             assert np.abs(toward[-1]).max() == pytest.approx(1.0)
         assert toward[0] == pytest.approx(-toward[1])
         assert toward[0] == pytest.approx(toward[2])
     keys(state, "3")
-    assert state.view.axes[2] == pytest.approx(up)
+    assert state.camera.view.axes[2] == pytest.approx(up)
     keys(state, "f")
-    assert state.view.axes[2] == pytest.approx(up)
-    assert np.linalg.det(state.view.axes) == pytest.approx(1.0)
+    assert state.camera.view.axes[2] == pytest.approx(up)
+    assert np.linalg.det(state.camera.view.axes) == pytest.approx(1.0)
 
 
 def test_the_camera_sees_what_the_picture_shows(state: FeatureState) -> None:
     keys(state, "1")
     state.wheel(3.0)
-    points = state.model.points
-    seen = make_matrix_camera(state.view, state.model, state.room).seen_at(points)
-    flat = state.view.seen(points)[:, :2]
-    places = np.stack([to_picture_place(state.room, *place) for place in flat.tolist()])
+    points = state.editing.model.points
+    seen = make_matrix_camera(state.camera.view, state.editing.model, state.camera.room).seen_at(
+        points
+    )
+    flat = state.camera.view.seen(points)[:, :2]
+    places = np.stack([to_picture_place(state.camera.room, *place) for place in flat.tolist()])
     assert seen == pytest.approx(places, abs=1e-6)
 
 
 def test_the_model_is_solid_transparent_or_hidden(curved: FeatureState) -> None:
     painter = FeaturePainter()
-    count = len(curved.model.triangles)
+    count = len(curved.editing.model.triangles)
     drawings = {}
     for look in ("solid", "through", "hidden"):
-        assert curved.model_look == look
+        assert curved.camera.model_look == look
         drawings[look] = painter.compose(curved, 1.6).solid
         keys(curved, "m")
     lines = len(drawings["hidden"].corners)

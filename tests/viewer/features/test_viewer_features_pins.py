@@ -9,7 +9,7 @@ import pytest
 from tents import ON_RIDGE, at, curve_of, drag, drawn, held, keys, line_of, tent
 
 from patterndb_sketch.features.snap import Snap
-from viewer.features import FeatureState, work
+from viewer.features import FeatureState, editing
 from viewer.features.edits import snap_curve
 from viewer.features.pointing import PIN, make_matrix_camera
 
@@ -23,10 +23,10 @@ def test_a_pulled_sample_is_pinned_where_the_pointer_is(curved: FeatureState) ->
     assert curve.key == base.key and len(curve.constraints) == 1
     sample, point = curve.constraints[0]
     # The sample moved in the picture as the pointer did, and lies on the model.
-    seen = make_matrix_camera(curved.view, curved.model, curved.room)
+    seen = make_matrix_camera(curved.camera.view, curved.editing.model, curved.camera.room)
     moved = seen.seen_at(point[None])[0] - seen.seen_at(snap.curve.samples[sample][None])[0]
     assert moved == pytest.approx(np.array(target) - begun, abs=1e-6)
-    assert curved.model.nearest(point[None]).lengths[0] < 1e-9
+    assert curved.editing.model.nearest(point[None]).lengths[0] < 1e-9
     alone = snap.with_constraints(((sample, point),)).curve
     assert (held(curved).curve.samples == alone.samples).all()
     found = held(curved).curve
@@ -65,7 +65,7 @@ def test_a_pin_is_pulled_again_and_taken_away(curved: FeatureState) -> None:
 
 def test_a_pull_beside_the_model_keeps_the_last_place(curved: FeatureState) -> None:
     begun = at(curved, *line_of(curved)[60])
-    far = (-curved.room[0] / 2.0 + 2.0, curved.room[1] / 2.0 - 2.0)
+    far = (-curved.camera.room[0] / 2.0 + 2.0, curved.camera.room[1] / 2.0 - 2.0)
     drag(curved, begun, (begun[0], begun[1] - 20.0), far)
     assert "the pointer left the model" in curved.message
     point = curve_of(curved).constraints[0][1]
@@ -84,7 +84,7 @@ def test_the_curve_in_hand_is_shown_as_it_was_until_it_is_made(
         going_on.wait()
         return snap_curve(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(work, "snap_curve", slow)
+    monkeypatch.setattr(editing, "snap_curve", slow)
     x, y = at(curved, *point)
     try:
         curved.press(x, y)

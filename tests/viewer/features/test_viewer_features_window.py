@@ -46,7 +46,7 @@ def saver_of(state: FeatureState, folder: Path, path: Path | None = None) -> Fea
 def test_an_off_screen_picture_shows_the_model_and_its_curves(tmp_path: Path) -> None:
     state = opened()
     picked(state)
-    session = state.session()
+    session = state.editing.session()
     state.close()
     path = tmp_path / "a.png"
     closed = draw(tent(), path, session=session, size=(480, 320), title="roof", keys="3")
@@ -79,11 +79,11 @@ def test_mended_and_failed_ribs_are_marked() -> None:
         FeaturePainter().compose(state, 1.6)
         keys(state, "c")
         for point in stroke(clean, "a_pillar", 0.01, 2):
-            state.click(point)
+            state.editing.click(point)
         keys(state, "Enter")
-        curve = state.curve
+        curve = state.editing.curve
         assert curve is not None
-        snap = state.snap_of(curve)
+        snap = state.editing.snap_of(curve)
         assert snap is not None
         found = snap.curve
         assert colours(state) == {"plain": 0, "mended": 0, "failed": 0}
@@ -106,13 +106,16 @@ def test_everything_is_saved(tmp_path: Path) -> None:
     picked(state)
     try:
         saver = saver_of(state, tmp_path)
-        assert state.unsaved
+        assert state.editing.unsaved
         assert saver.play(["s", "p", "o", "n", "s"]) is Effect.NOTHING
-        assert state.message == f"saved {tmp_path / 'features-1.session'}" and not state.unsaved
+        assert (
+            state.message == f"saved {tmp_path / 'features-1.session'}"
+            and not state.editing.unsaved
+        )
         names = sorted(path.name for path in tmp_path.iterdir())
         assert names == ["curves-1.json", "curves-1.obj", "features-1.png", "features-1.session"]
         (curve,) = read_session(tmp_path / "features-1.session").curves
-        look = state.look(state.edits.curves[0])
+        look = state.editing.look(state.editing.edits.curves[0])
         assert look is not None and (curve.samples == look.samples).all()
         network = read_network(tmp_path / "curves-1.json")
         assert (network.curves["curve 1"].control == look.spline.control).all()
@@ -167,7 +170,7 @@ def test_quitting_asks_once_if_work_would_be_lost(tmp_path: Path) -> None:
         assert saver.obey("q") is Effect.REDRAW, "something else was pressed in between"
         assert saver.obey("q") is Effect.QUIT
         saver.obey("s")
-        assert saver.play(["q", "c"]) is Effect.QUIT and state.clicks is None
+        assert saver.play(["q", "c"]) is Effect.QUIT and state.editing.clicks is None
     finally:
         state.close()
 
@@ -182,16 +185,16 @@ def test_names_are_typed(tmp_path: Path) -> None:
             saver.obey("BackSpace")
         for key in ("R", "o", "underscore", "q", "space", "F5", "Shift_L", "7", "BackSpace"):
             assert saver.obey(key) in (Effect.REDRAW, Effect.NOTHING)
-        assert state.typed == "Ro_q "
+        assert state.editing.typed == "Ro_q "
         saver.obey("Return")
-        assert state.edits.curves[0].name == "Ro_q"
+        assert state.editing.edits.curves[0].name == "Ro_q"
         saver.obey("e")
         for _ in range(99):
             saver.obey("x")
-        assert state.typed is not None and len(state.typed) == 60
+        assert state.editing.typed is not None and len(state.editing.typed) == 60
         drawn(state)
         saver.obey("Escape")
-        assert state.edits.curves[0].name == "Ro_q"
+        assert state.editing.edits.curves[0].name == "Ro_q"
     finally:
         state.close()
 
@@ -208,18 +211,18 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         events.keys("3", "c")
         for x, y in BESIDE:
             press(at(state, x, y, -abs(y)))
-        assert state.clicks is not None and len(state.clicks) == 3
+        assert state.editing.clicks is not None and len(state.editing.clicks) == 3
         events.keys("Return")
-        curve = state.curve
+        curve = state.editing.curve
         assert curve is not None
-        look = state.look(curve)
+        look = state.editing.look(curve)
         assert look is not None and np.abs(look.line[:, 1:]).max() < 0.01
         begun = at(state, *look.line[60])
         press(begun, (begun[0], begun[1] + 14.0), (begun[0], begun[1] + 30.0))
-        curve = state.curve
+        curve = state.editing.curve
         assert curve is not None and len(curve.constraints) == 1
         point = curve.constraints[0][1]
-        look = state.look(curve)
+        look = state.editing.look(curve)
         assert look is not None
         # Pixels are whole, and the pin is where the pointer was dropped.
         assert np.abs(np.array(at(state, *point)) - begun - (0.0, 30.0)).max() < 2.5
@@ -227,14 +230,14 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         for name, value in (("alpha", 0.5), ("stiffness", 10.0), ("angle", 45.0)):
             rail = place_rails(room)[name].shifted(-room / 2.0, -HEIGHT / 2.0)
             press((rail.left + 4.0, rail.y), (rail.knob(value), rail.y + 5.0))
-        curve = state.curve
+        curve = state.editing.curve
         assert curve is not None
         chosen = curve.settings
         assert chosen.alpha == pytest.approx(0.5, abs=0.01)
         assert chosen.stiffness == pytest.approx(10.0, rel=0.03)
         assert np.rad2deg(chosen.beta) == pytest.approx(45.0, abs=1.5)
         events.keys("r")
-        assert state.ribs_shown and state.snap_of(curve) is not None
+        assert state.editing.ribs_shown and state.editing.snap_of(curve) is not None
         check_looking(events, state)
         events.keys("s")
         (kept,) = read_session(tmp_path / "roof.session").curves

@@ -13,7 +13,7 @@ from tents import at, curve_of, drag, drawn, held, keys, line_of, opened, picked
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.sessionfile import FeatureSession, read_session, write_session
 from patterndb_sketch.features.snap import Snap, SnapSettings
-from viewer.features import FeatureState, work
+from viewer.features import FeatureState, editing
 from viewer.features.edits import DrawnCurve, FeatureEdits, snap_curve
 from viewer.features.keys import KEYS
 
@@ -27,12 +27,12 @@ def test_the_window_goes_on_while_a_curve_is_made(
         going_on.wait()
         return snap_curve(*arguments)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(work, "snap_curve", slow)
+    monkeypatch.setattr(editing, "snap_curve", slow)
     try:
         line = line_of(curved)
         KEYS.press(curved, "-")
-        assert curved.making and line_of(curved) is line and not curved.poll()
-        picked_key = curved.selected
+        assert curved.editing.making and line_of(curved) is line and not curved.poll()
+        picked_key = curved.editing.selected
         curved.wheel(1.0)
         assert "working …" in drawn(curved)
         KEYS.press(curved, "-")
@@ -40,7 +40,7 @@ def test_the_window_goes_on_while_a_curve_is_made(
     finally:
         going_on.set()
     curved.settle()
-    assert curved.selected == picked_key and not curved.making
+    assert curved.editing.selected == picked_key and not curved.editing.making
     assert held(curved).settings == wanted
     assert "working …" not in drawn(curved)
 
@@ -51,7 +51,7 @@ def test_what_goes_wrong_in_the_background_is_not_lost(
     def broken(*_: object) -> Snap:
         raise ZeroDivisionError("a mistake")
 
-    monkeypatch.setattr(work, "snap_curve", broken)
+    monkeypatch.setattr(editing, "snap_curve", broken)
     with pytest.raises(ZeroDivisionError):
         KEYS.press(curved, "-")
         curved.settle()
@@ -63,24 +63,24 @@ def test_a_session_is_saved_and_opened_again(curved: FeatureState, tmp_path: Pat
     keys(curved, "- - x")
     picked(curved, ((-0.6, 0.4), (0.6, 0.45)))
     keys(curved, ". . ]")
-    written = curved.session()
+    written = curved.editing.session()
     write_session(tmp_path / "a", replace(written, mesh="roof.obj"))
     again = opened(session=read_session(tmp_path / "a"))
     try:
-        for one, other in zip(curved.edits.curves, again.edits.curves, strict=True):
-            assert (one.name, one.settings) == (other.name, other.settings)
+        for one, other in zip(curved.editing.edits.curves, again.editing.edits.curves, strict=True):
+            assert (one.name, one.settings) == (other.name, other.editing.settings)
             assert (one.clicked == other.clicked).all()
             assert [n for n, _ in one.constraints] == [n for n, _ in other.constraints]
             assert (line_of(curved, one) == line_of(again, other)).all()
-        assert again.settings == curved.settings and not again.unsaved
-        assert again.session().settings == written.settings
-        assert again.session().mesh == "roof.obj"
+        assert again.editing.settings == curved.editing.settings and not again.editing.unsaved
+        assert again.editing.session().settings == written.settings
+        assert again.editing.session().mesh == "roof.obj"
         # What was opened is shown as it was until it is changed, and can be changed.
-        again.select(again.edits.curves[0].key)
+        again.editing.select(again.editing.edits.curves[0].key)
         again.settle()
-        assert (line_of(again) == line_of(curved, curved.edits.curves[0])).all()
+        assert (line_of(again) == line_of(curved, curved.editing.edits.curves[0])).all()
         keys(again, "+ a")
-        assert again.unsaved and not again.trouble(curve_of(again))
+        assert again.editing.unsaved and not again.editing.trouble(curve_of(again))
     finally:
         again.close()
 
@@ -89,8 +89,8 @@ def test_given_settings_come_before_the_session_s() -> None:
     session = FeatureSession(settings={"alpha": 0.25, "stiffness": 7.0, "else": 3.0})
     state = opened(session=session, settings=SnapSettings(alpha=0.5))
     try:
-        assert (state.settings.alpha, state.settings.stiffness) == (0.5, 7.0)
-        assert state.session().settings["else"] == 3.0
+        assert (state.editing.settings.alpha, state.editing.settings.stiffness) == (0.5, 7.0)
+        assert state.editing.session().settings["else"] == 3.0
     finally:
         state.close()
     with pytest.raises(InvalidFeatureError, match="alpha"):

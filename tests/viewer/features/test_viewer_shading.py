@@ -27,7 +27,7 @@ from viewer.style import parse_colour
 
 
 def test_normals_are_smooth_but_at_creases_whatever_the_sense(curved: FeatureState) -> None:
-    model = curved.model
+    model = curved.editing.model
     normals = smooth_normals(model.corners, model.triangles)
     assert np.linalg.norm(normals, axis=2) == pytest.approx(1.0)
     own = np.cross(
@@ -59,17 +59,17 @@ def test_normals_equal_a_slow_reference(seed: int) -> None:
 
 
 def test_a_model_is_shaded_alike_in_either_sense(state: FeatureState) -> None:
-    skin = Skin.of(state.model.corners, state.model.triangles)
-    seen, colours = shade_model(skin, state.view, (0.0, 0.0), through=False)
+    skin = Skin.of(state.editing.model.corners, state.editing.model.triangles)
+    seen, colours = shade_model(skin, state.camera.view, (0.0, 0.0), through=False)
     turned = Skin(skin.corners[:, ::-1], -skin.normals[:, ::-1])
-    again, others = shade_model(turned, state.view, (0.0, 0.0), through=False)
+    again, others = shade_model(turned, state.camera.view, (0.0, 0.0), through=False)
     assert (again[:, ::-1] == seen).all() and others[:, ::-1] == pytest.approx(colours, abs=1e-6)
     assert colours.min() > 0.3 and colours.max() <= 1.0
 
 
 def test_shading_equals_a_slow_reference(state: FeatureState) -> None:
     keys(state, "v")
-    skin, view = state.skin, state.view
+    skin, view = state.skin, state.camera.view
     seen, colours = shade_model(skin, view, (30.0, -20.0), through=False)
     assert seen == pytest.approx(view.seen(skin.corners) + np.array([30.0, -20.0, 0.0]))
     one, other = seen[:, 1, :2] - seen[:, 0, :2], seen[:, 2, :2] - seen[:, 0, :2]

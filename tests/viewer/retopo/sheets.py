@@ -82,7 +82,7 @@ def keys(state: RetopoState, text: str) -> None:
 
 def at(state: RetopoState, point: Sequence[float]) -> tuple[float, float]:
     """Where a point (2,) of the sheet, or (3,) of space, is seen."""
-    x, y, _ = state.view.seen(np.array([*point, 0.0][:3])).tolist()
+    x, y, _ = state.camera.view.seen(np.array([*point, 0.0][:3])).tolist()
     return x, y
 
 

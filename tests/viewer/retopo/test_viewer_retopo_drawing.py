@@ -38,7 +38,7 @@ def test_what_is_drawn_becomes_curves_and_a_loop_of_them_quads(state: RetopoStat
     assert len(patch.corners) == 4 and len(curves(state)) == 4
     counts = [state.network.chains[c].count for c in curves(state)]
     assert quads_of(state) == counts[0] * counts[1] > 0
-    assert state.shown.fresh and not state.waiting and not state.message
+    assert state.shown.fresh and not state.editing.waiting and not state.message
     assert state.shown.undoable == 4
 
 
@@ -59,21 +59,21 @@ def test_a_stroke_that_closes_and_a_quick_one_stay_on_the_surface(state: RetopoS
 
 def test_beside_the_surface_and_by_the_right_button_the_view_turns(state: RetopoState) -> None:
     for turn, place in ((False, (-6.0, 0.0)), (True, (0.0, 0.0))):
-        axes = state.view.axes
+        axes = state.camera.view.axes
         x, y = at(state, place)
         state.press(x, y, turn=turn)
         state.move(x + 30.0, y + 10.0)
         state.release(x + 30.0, y + 10.0)
-        assert not np.allclose(state.view.axes, axes)
+        assert not np.allclose(state.camera.view.axes, axes)
         keys(state, "3")
-    assert not curves(state) and state.calls == ()
+    assert not curves(state) and state.editing.calls == ()
 
 
 def test_a_spine_shows_its_patch_before_it_is_made(state: RetopoState) -> None:
     keys(state, "i")
     press(state, (-1.5, 0.0), (1.5, 0.0))
     state.settle()
-    preview = state.preview
+    preview = state.tool.preview
     assert preview is not None and not preview.refused and len(preview.curves) == 4
     state.release(*at(state, (1.5, 0.0)))
     state.settle()
@@ -84,23 +84,23 @@ def test_a_spine_shows_its_patch_before_it_is_made(state: RetopoState) -> None:
     away = np.linalg.norm(shown[:, None] - made[None], axis=2).min(axis=1)
     assert away.max() < 0.05
     width = np.ptp(made[:, 1])
-    assert width == pytest.approx(2.0 * state.brush, rel=0.02)
-    assert state.preview is None
+    assert width == pytest.approx(2.0 * state.tool.brush, rel=0.02)
+    assert state.tool.preview is None
     keys(state, "]")
-    assert state.brush > 0.5 * width and state.shown.undoable == 1, "a brush is no step"
+    assert state.tool.brush > 0.5 * width and state.shown.undoable == 1, "a brush is no step"
 
 
 def test_nearer_by_the_spine_is_narrower(state: RetopoState) -> None:
     keys(state, "i")
     hover(state, (0.0, 0.0))
-    before = state.brush
+    before = state.tool.brush
     for _ in range(5):
         state.wheel(1.0)
-    assert state.brush == pytest.approx(before / 1.15**5)
+    assert state.tool.brush == pytest.approx(before / 1.15**5)
     keys(state, "v")
     for _ in range(5):
         state.wheel(-1.0)
-    assert state.brush == before
+    assert state.tool.brush == before
 
 
 def test_completions_are_shown_stepped_through_and_taken_as_shown(state: RetopoState) -> None:
@@ -108,10 +108,10 @@ def test_completions_are_shown_stepped_through_and_taken_as_shown(state: RetopoS
     drag(state, (-1.5, 0.0), (1.5, 0.0))
     keys(state, "a")
     hover(state, (0.0, 0.9))
-    first = state.preview
+    first = state.tool.preview
     assert first is not None and first.count > 1 and first.number == 0
     keys(state, "-")
-    second = state.preview
+    second = state.tool.preview
     assert second is not None and second.number == 1
     assert second.corners is not None and first.corners is not None
     assert not np.array_equal(first.corners, second.corners)
@@ -124,7 +124,7 @@ def test_completions_are_shown_stepped_through_and_taken_as_shown(state: RetopoS
     # Corners on old curves are at their samples, those shown on the map between them.
     assert away.max() < 2e-3
     hover(state, (4.5, 4.5))
-    assert state.preview is not None and state.preview.count == 0
+    assert state.tool.preview is not None and state.tool.preview.count == 0
     click(state, (4.5, -4.5))
     assert "nothing can be completed here" in state.message
     assert len(state.network.patches) == 2
@@ -134,25 +134,27 @@ def test_a_plane_cuts_loops_and_a_stroke_joins_them_to_a_cylinder(source: Patter
     state = opened(source, tube())
     try:
         # Across the tube, from beside it to beside it.
-        state.look_along((1.0, 0.0, 0.0))
+        state.camera.look_along((1.0, 0.0, 0.0))
         keys(state, "l")
         for z in (-1.0, 1.0):
             press(state, (0.0, -1.4, z), (0.0, 1.4, z))
             state.settle()
-            preview = state.preview
+            preview = state.tool.preview
             assert preview is not None and len(preview.curves) == 1
             assert np.abs(preview.curves[0][:, 2] - z).max() < 0.01
-            line = state.plane_line
+            line = state.tool.plane_line
             assert line is not None and line[0] != line[1]
             state.release(*at(state, (0.0, 1.4, z)))
             state.settle()
         loops = [state.network.chains[c] for c in curves(state)]
         assert len(loops) == 2 and all(chain.loose for chain in loops)
         keys(state, "c + . .")
-        assert state.option(state.mode, state.mode.options[0]) == 5
+        assert state.tool.option(state.tool.mode, state.tool.mode.options[0]) == 5
         drag(state, (1.0, 0.0, -1.0), (1.0, 0.0, 1.0))
         assert [len(patch.corners) for patch in state.network.patches.values()] == [4] * 5
-        assert state.calls is not None and state.calls[-1].arguments["division"] == 5
+        assert (
+            state.editing.calls is not None and state.editing.calls[-1].arguments["division"] == 5
+        )
         keys(state, "l")
         drag(state, (0.0, 2.0, -1.0), (0.0, 2.5, -1.0))
         assert state.message == "drag a line across a part of the surface"
@@ -170,8 +172,8 @@ def test_what_is_drawn_on_one_half_is_on_both(source: PatternSource) -> None:
         normal = np.array(plane.normal)
         # A square on the half that is worked on, seen from there; the tube has many planes.
         lengthwise = abs(normal[2]) < 0.5
-        state.look_along(normal if lengthwise else (1.0, 0.0, 0.0))
-        right, up = state.view.axes[:2]
+        state.camera.look_along(normal if lengthwise else (1.0, 0.0, 0.0))
+        right, up = state.camera.view.axes[:2]
         middle = np.array(plane.point) + (
             normal if lengthwise else np.r_[1.0, 0.0, 1.5 * normal[2]]
         )
@@ -193,19 +195,19 @@ def test_what_is_drawn_on_one_half_is_on_both(source: PatternSource) -> None:
 def test_what_ends_would_snap_to_is_shown(state: RetopoState) -> None:
     drag(state, (-2.0, 0.0), (2.0, 0.0))
     hover(state, (2.1, 0.1))
-    (end,) = state.snaps()
+    (end,) = state.tool.snaps()
     assert end[:2] == pytest.approx([2.0, 0.0], abs=0.03)
     hover(state, (0.0, 0.1))
-    (side,) = state.snaps()
+    (side,) = state.tool.snaps()
     assert side == pytest.approx([0.0, 0.0, 0.0], abs=0.03)
     press(state, (2.1, 0.1), (2.0, 2.0), (-2.0, 0.15))
-    assert len(state.snaps()) == 2
+    assert len(state.tool.snaps()) == 2
     state.release(*at(state, (-2.0, 0.15)))
     state.settle()
     assert len(state.network.nodes) == 2, "both ends are joined"
     hover(state, (0.0, -3.0))
-    assert state.snaps() == []
+    assert state.tool.snaps() == []
     before = state.sizes.snap
     keys(state, "]")
-    assert state.sizes.snap == pytest.approx(1.15 * before) and state.calls is not None
-    assert state.calls[-1].tool == "sizes"
+    assert state.sizes.snap == pytest.approx(1.15 * before) and state.editing.calls is not None
+    assert state.editing.calls[-1].tool == "sizes"

@@ -14,7 +14,7 @@ def test_curves_are_erased_by_a_click_a_scribble_and_a_key(state: RetopoState) -
         drag(state, (-2.0, y), (2.0, y))
     keys(state, "e")
     hover(state, (0.0, 2.02))
-    assert len(state.chains_meant()) == 1
+    assert len(state.tool.chains_meant()) == 1
     click(state, (0.0, 2.02))
     assert len(curves(state)) == 3
     drag(state, (1.0, -3.0), (1.0, 0.0))
@@ -48,17 +48,20 @@ def test_corners_are_toggled_and_wedges_switched(state: RetopoState) -> None:
     drag(state, (0.0, -1.0), (0.0, -1.5))
     (patch,) = state.network.patches.values()
     assert len(patch.corners) == 5
-    assert state.calls is not None and set(state.calls[-1].arguments) == {"at", "wedge"}
+    assert state.editing.calls is not None and set(state.editing.calls[-1].arguments) == {
+        "at",
+        "wedge",
+    }
 
 
 def test_a_corner_is_pulled_and_shown_on_its_way(state: RetopoState) -> None:
     square(state)
     keys(state, "g")
     hover(state, SQUARE[2])
-    assert len(state.snaps()) == 1
+    assert len(state.tool.snaps()) == 1
     press(state, SQUARE[2], (2.2, 2.0))
     state.settle()
-    preview = state.preview
+    preview = state.tool.preview
     assert preview is not None and len(preview.curves) == 2
     quads = quads_of(state)
     state.release(*at(state, (2.2, 2.0)))
@@ -84,7 +87,7 @@ def test_a_curve_is_drawn_anew_and_made_smooth(state: RetopoState) -> None:
     before = wave()
     keys(state, "f")
     hover(state, (-0.5, 0.0))
-    assert len(state.chains_meant()) == 1
+    assert len(state.tool.chains_meant()) == 1
     click(state, (-0.5, 0.0))
     assert wave() < before and not state.message
     keys(state, "r")
@@ -92,8 +95,8 @@ def test_a_curve_is_drawn_anew_and_made_smooth(state: RetopoState) -> None:
     assert 1.0 < wave() < 1.25 and not state.message
     keys(state, "z")
     click(state, (0.0, 1.1))
-    assert state.calls is not None
-    assert state.calls[-1].tool in ("align", "redraw")
+    assert state.editing.calls is not None
+    assert state.editing.calls[-1].tool in ("align", "redraw")
 
 
 def test_a_tangle_becomes_one_corner(state: RetopoState) -> None:

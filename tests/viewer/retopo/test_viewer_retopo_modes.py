@@ -67,33 +67,33 @@ def test_a_new_tool_is_a_mode_by_its_entry_in_the_table() -> None:
 
 
 def test_the_panel_is_clicked(state: RetopoState) -> None:
-    room = state.room
+    room = state.camera.room
 
     def press_panel(x: float, y: float) -> None:
         state.press(x - room[0] / 2.0, y - room[1] / 2.0)
         state.release(x - room[0] / 2.0, y - room[1] / 2.0)
 
-    number = next(k for k, mode in enumerate(state.modes) if mode.tool == "cylinder")
-    x, y, width, height = place_mode(room[0], number, len(state.modes))
+    number = next(k for k, mode in enumerate(state.tool.modes) if mode.tool == "cylinder")
+    x, y, width, height = place_mode(room[0], number, len(state.tool.modes))
     press_panel(x + width / 2.0, y + height / 2.0)
-    assert state.mode.tool == "cylinder"
-    names = [option.name for option in state.mode.options]
+    assert state.tool.mode.tool == "cylinder"
+    names = [option.name for option in state.tool.mode.options]
     row = names.index("caps")
-    count = len(state.modes)
+    count = len(state.tool.modes)
     y = place_options(count) - 22.0 * row
     assert find_option_number(room[0], room[0] + 40.0, y, count, len(names)) == row
     press_panel(room[0] + 40.0, y)
-    assert state.option(state.mode, state.mode.options[row]) == "always"
+    assert state.tool.option(state.tool.mode, state.tool.mode.options[row]) == "always"
     assert "always" in " ".join(texts(state))
-    assert state.foot is None and state.calls == ()
+    assert state.tool.foot is None and state.editing.calls == ()
     state.next_mode(-1)
-    assert state.mode is state.modes[number - 1]
+    assert state.tool.mode is state.tool.modes[number - 1]
 
 
 def test_escape_lets_go_and_leaves_the_help(state: RetopoState) -> None:
     press(state, (-1.0, 0.0), (1.0, 0.0))
-    assert state.holding and len(state.line) > 2
-    assert state.leave() and not state.holding and state.line == []
+    assert state.tool.holding and len(state.tool.line) > 2
+    assert state.leave() and not state.tool.holding and state.tool.line == []
     state.release(*at(state, (1.0, 0.0)))
     state.settle()
     assert curves(state) == []
@@ -110,32 +110,32 @@ def test_looks_and_sizes_of_the_picture(state: RetopoState) -> None:
         seen.append((state.quads_shown, state.curves_shown))
     assert seen == [(True, True), (False, True), (True, False), (True, True)]
     keys(state, "m m")
-    assert state.model_look == "hidden"
+    assert state.camera.model_look == "hidden"
     keys(state, "m")
     for key, axis in (("1", 0), ("2", 1), ("3", 2)):
         keys(state, f"v {key}")
-        assert np.allclose(state.view.axes[2], np.eye(3)[axis])
+        assert np.allclose(state.camera.view.axes[2], np.eye(3)[axis])
         keys(state, key)
-        assert np.allclose(state.view.axes[2], -np.eye(3)[axis]), "twice: from behind"
+        assert np.allclose(state.camera.view.axes[2], -np.eye(3)[axis]), "twice: from behind"
     keys(state, "Z Z Z v F")
-    assert state.upright == "y"
+    assert state.camera.upright == "y"
 
 
 def test_what_the_pointer_is_on_is_what_is_seen_there(source: PatternSource) -> None:
     state = opened(source, tube())
     try:
-        state.look_along((1.0, 0.0, 0.0))
+        state.camera.look_along((1.0, 0.0, 0.0))
         rng = np.random.default_rng(4)
         z, y = rng.uniform(-2.9, 2.9, 40), rng.uniform(-0.95, 0.95, 40)
         for one in np.stack([np.sqrt(1.0 - y * y), y, z], axis=1).tolist():
-            foot = pick_foot(state.view, state.ground, *at(state, one))
+            foot = pick_foot(state.camera.view, state.ground, *at(state, one))
             assert foot is not None
             # The tube has flat facets, at most 1 - cos(pi / 48) within the round one.
             assert np.abs(foot.points[0, 1:] - one[1:]).max() < 1e-9
             assert 0.0 <= one[0] - foot.points[0, 0] < 0.02
-        assert pick_foot(state.view, state.ground, *at(state, (0.0, 1.2, 0.0))) is None
+        assert pick_foot(state.camera.view, state.ground, *at(state, (0.0, 1.2, 0.0))) is None
         places = np.array([[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 1.3, 0.0]])
-        assert find_visible(state.view, state.ground, places).tolist() == [True, False, True]
+        assert find_visible(state.camera.view, state.ground, places).tolist() == [True, False, True]
     finally:
         state.close()
 
@@ -155,12 +155,15 @@ def test_what_stands_along_z_is_upright_at_first(source: PatternSource) -> None:
     assert find_upright(box(2, upwards=True)) == "y" and find_upright(tube()) == "y"
     state = opened(source, box(2))
     try:
-        assert state.upright == "z" and "z is up    Z: another" in texts(state)
-        top, bottom = state.view.seen(np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 0.0]]))
+        assert state.camera.upright == "z" and "z is up    Z: another" in texts(state)
+        top, bottom = state.camera.view.seen(np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 0.0]]))
         assert top[1] > bottom[1] and abs(top[0] - bottom[0]) < 1e-9
         keys(state, "Z")
-        assert state.upright != "z" and f"{state.upright} is up    Z: another" in texts(state)
+        assert (
+            state.camera.upright != "z"
+            and f"{state.camera.upright} is up    Z: another" in texts(state)
+        )
         keys(state, "Z Z v")
-        assert state.upright == "z"
+        assert state.camera.upright == "z"
     finally:
         state.close()

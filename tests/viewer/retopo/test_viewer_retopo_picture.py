@@ -88,7 +88,9 @@ def test_the_half_that_is_an_image_is_darker(source: PatternSource) -> None:
         assert plane is not None
         count = len(state.ground.triangles)
         drawn = RetopoPainter().compose(state, ASPECT).solid.colours[:count]
-        whole = RetopoPainter()._shading.model(state.skin, state.view, "solid", (0.0, 0.0))[1]
+        whole = RetopoPainter()._shading.model(state.skin, state.camera.view, "solid", (0.0, 0.0))[
+            1
+        ]
         beyond = (plane.heights(state.ground.vertices) < 0.0)[state.ground.triangles]
         ratio = (drawn / whole).mean(axis=2)
         assert np.allclose(ratio[beyond], 0.84) and np.allclose(ratio[~beyond], 1.0)
@@ -165,7 +167,7 @@ def test_curves_alone_and_quads_alone_are_drawn(state: RetopoState) -> None:
 def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> None:
     square(state)
     hover(state, (4.5, -4.5))
-    assert painted(state, WRONG) == 0 and state.empty() == ()
+    assert painted(state, WRONG) == 0 and state.editing.list_empty() == ()
     (patch,) = state.network.patches
     shown, placed = state.shown, state.shown.filled.placed[patch]
     wrong = replace(placed, flipped=np.array([0, 3], np.int32))
@@ -177,11 +179,11 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
         (found, body, "2 quads, in red"),
         (none, NetworkBody.made_of(none, state.ground, weld_fills(none)), "0, 1 patch without"),
     ):
-        state._work.shown = replace(shown, filled=filled, body=made)
+        state.editing.work.shown = replace(shown, filled=filled, body=made)
         assert told in texts(state)
         seen = RetopoPainter().compose(state, ASPECT).solid.colours
         # Light makes a colour darker, and leaves its hue.
         red = np.ptp(seen / parse_colour(WRONG), axis=2).max(axis=1) < 1e-5
         assert red.sum() == 4 if filled is found else red.sum() > 4
-    assert state.empty() == (patch,) and painted(state, WRONG) > 0
-    state._work.shown = shown
+    assert state.editing.list_empty() == (patch,) and painted(state, WRONG) > 0
+    state.editing.work.shown = shown

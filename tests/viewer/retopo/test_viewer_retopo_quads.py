@@ -25,14 +25,14 @@ def test_the_wheel_changes_counts_and_clicks_pin_them(state: RetopoState) -> Non
     square(state)
     keys(state, "t")
     hover(state, (0.0, -1.5))
-    (chain,) = state.chains_meant()
+    (chain,) = state.tool.chains_meant()
     before = {c: state.network.chains[c].count for c in curves(state)}
-    scale = state.view.scale
+    scale = state.camera.view.scale
     state.wheel(1.0)
     state.settle()
     now = state.network.chains
     assert now[chain].count == before[chain] + 1 and now[chain].pinned
-    assert sum(now[c].count for c in curves(state)) % 2 == 0 and state.view.scale == scale
+    assert sum(now[c].count for c in curves(state)) % 2 == 0 and state.camera.view.scale == scale
     click(state, (0.0, -1.5))
     assert not state.network.chains[chain].pinned
     click(state, (0.0, -1.5))
@@ -49,7 +49,7 @@ def test_the_wheel_changes_counts_and_clicks_pin_them(state: RetopoState) -> Non
     state.settle()
     assert state.network.chains[chain].count == after[chain] + 1
     state.wheel(1.0)
-    assert state.view.scale > scale
+    assert state.camera.view.scale > scale
     keys(state, "t")
     for _ in range(20):
         hover(state, (0.0, -1.5))
@@ -72,7 +72,7 @@ def test_fills_are_stepped_through_and_back(state: RetopoState) -> None:
     hover(state, (0.0, 0.0))
     (patch,) = state.network.patches.values()
     first = filling_of(patch).choice
-    assert state.patch_under() == patch.id and first is not None
+    assert state.tool.patch_under() == patch.id and first is not None
     keys(state, "n")
     (patch,) = state.network.patches.values()
     second = filling_of(patch).choice
@@ -87,6 +87,6 @@ def test_fills_are_stepped_through_and_back(state: RetopoState) -> None:
     assert filling_of(patch).choice == second
     assert "patch of 5 sides" in texts(state)
     hover(state, (4.0, 4.0))
-    assert state.patch_under() is None
+    assert state.tool.patch_under() is None
     keys(state, "n")
     assert "no patch here" in state.message

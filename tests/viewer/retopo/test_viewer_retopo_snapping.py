@@ -18,10 +18,10 @@ from viewer.retopo.aiming import ZOOMS
 def nearer(state: RetopoState, steps: int, point: tuple[float, float]) -> float:
     """Zoom about a point; how much larger things are."""
     hover(state, point)
-    before = state.view.scale
+    before = state.camera.view.scale
     for _ in range(steps):
         state.wheel(1.0)
-    return state.view.scale / before
+    return state.camera.view.scale / before
 
 
 def test_from_nearer_by_less_is_snapped_to(state: RetopoState) -> None:
@@ -29,22 +29,22 @@ def test_from_nearer_by_less_is_snapped_to(state: RetopoState) -> None:
     snap = state.sizes.snap
     beside = (0.0, 0.6 * snap)
     hover(state, beside)
-    assert state.reach == snap and len(state.snaps()) == 1
+    assert state.tool.reach == snap and len(state.tool.snaps()) == 1
     factor = nearer(state, 6, beside)
-    assert state.reach == pytest.approx(snap / factor) and state.snaps() == []
+    assert state.tool.reach == pytest.approx(snap / factor) and state.tool.snaps() == []
     # As far from the curve on the screen as it snapped at first.
     hover(state, (0.0, 0.6 * snap / factor))
-    assert len(state.snaps()) == 1
+    assert len(state.tool.snaps()) == 1
     assert state.sizes.snap == snap, "what the user has said stays"
     # Never more than was said, and not so little that nothing is ever met.
     keys(state, "3")
     nearer(state, -1, beside)
     for _ in range(12):
         state.wheel(-1.0)
-    assert state.reach == snap
+    assert state.tool.reach == snap
     for _ in range(60):
         state.wheel(1.0)
-    assert state.reach == pytest.approx(ZOOMS[0] * snap)
+    assert state.tool.reach == pytest.approx(ZOOMS[0] * snap)
 
 
 def test_what_is_shown_to_snap_does_and_what_is_not_does_not(state: RetopoState) -> None:
@@ -52,16 +52,19 @@ def test_what_is_shown_to_snap_does_and_what_is_not_does_not(state: RetopoState)
     snap = state.sizes.snap
     nearer(state, 8, (0.0, 0.0))
     off = 0.5 * snap
-    for shift, joined in ((off, False), (0.5 * state.reach, True)):
+    for shift, joined in ((off, False), (0.5 * state.tool.reach, True)):
         before = len(state.network.nodes)
         press(state, (0.1, 3.0 * snap), (0.1, shift))
-        assert (len(state.snaps()) == 1) == joined
+        assert (len(state.tool.snaps()) == 1) == joined
         state.release(*at(state, (0.1, shift)))
         state.settle()
         ends = [node for node in state.network.nodes.values() if node.valence == 3]
         assert len(ends) == joined
         assert len(state.network.nodes) == before + 2
-        assert state.calls is not None and state.calls[-1].arguments["snap"] == state.reach
+        assert (
+            state.editing.calls is not None
+            and state.editing.calls[-1].arguments["snap"] == state.tool.reach
+        )
         keys(state, "u")
     assert len(curves(state)) == 1
 
@@ -79,14 +82,14 @@ def test_calls_from_nearer_by_give_the_same_in_a_script(
     keys(state, "4")
     click(state, (0.5, -1.5))
     keys(state, "v")
-    assert state.calls is not None and len(state.calls) >= 7
-    assert sum("snap" in call.arguments for call in state.calls) >= 3
+    assert state.editing.calls is not None and len(state.editing.calls) >= 7
+    assert sum("snap" in call.arguments for call in state.editing.calls) >= 3
     again = Editor(sheet(), source)
-    for call in state.calls:
-        assert again.do(call).changed
-        again.fill()
+    for call in state.editing.calls:
+        assert again.editing.do(call).changed
+        again.camera.fill()
     assert are_equal(again.network, state.network) and again.sizes == state.sizes
-    assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
+    assert np.array_equal(weld_fills(again.camera.fill()).vertices, state.shown.body.mesh.vertices)
     assert quads_of(state) > 0
 
 

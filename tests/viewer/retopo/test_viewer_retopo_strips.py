@@ -82,10 +82,10 @@ def test_a_loop_is_shown_where_it_is_inserted(state: RetopoState) -> None:
     square(state)
     keys(state, "4")
     hover(state, (4.0, 4.0))
-    assert state.preview is not None and state.preview.curves == ()
+    assert state.tool.preview is not None and state.tool.preview.curves == ()
     hover(state, (0.0, -1.45))
-    assert state.preview is not None
-    (line,) = state.preview.curves
+    assert state.tool.preview is not None
+    (line,) = state.tool.preview.curves
     assert np.abs(line[:, :2]).max() == pytest.approx(1.5, abs=0.02)
     assert np.ptp(line[:, 0]) < 0.1, "from below to above"
     before = quads_of(state)
@@ -104,7 +104,7 @@ def test_quads_are_shown_as_they_will_be(state: RetopoState, tool: str) -> None:
     old = state.shown.body.mesh
     press(state, (0.1, 0.0), (0.5, 0.1), (0.9, 0.2))
     state.settle()
-    preview = state.preview
+    preview = state.tool.preview
     assert preview is not None
     state.release(*at(state, (0.9, 0.2)))
     state.settle()
@@ -127,8 +127,8 @@ def test_nothing_is_shown_where_there_are_no_quads(state: RetopoState) -> None:
     keys(state, "6")
     press(state, (0.0, 0.0), (1.0, 0.0))
     state.settle()
-    assert state.preview is not None and "no quads" in state.preview.refused
+    assert state.tool.preview is not None and "no quads" in state.tool.preview.refused
     state.leave()
     state.release(*at(state, (1.0, 0.0)))
     state.settle()
-    assert state.calls is not None and len(state.calls) == 1
+    assert state.editing.calls is not None and len(state.editing.calls) == 1

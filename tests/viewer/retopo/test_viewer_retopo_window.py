@@ -35,14 +35,14 @@ def writer(folder: Path, **paths: Path) -> RetopoWriter:
 
 def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: PatternSource) -> None:
     files = writer(tmp_path)
-    state.files = files
+    state.editing.files = files
     saver = RetopoSaver(state, files, SIZE)
     assert saver.play(["o", "S"]) is Effect.NOTHING
     assert "nothing has been done" in state.message and not list(tmp_path.iterdir())
     square(state)
-    assert state.unsaved
+    assert state.editing.unsaved
     saver.play(["s", "p", "o", "S", "s"])
-    assert state.message == f"saved {tmp_path / 'retopo-1.retopo'}" and not state.unsaved
+    assert state.message == f"saved {tmp_path / 'retopo-1.retopo'}" and not state.editing.unsaved
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["quads-1.obj", "retopo-1.jsonl", "retopo-1.png", "retopo-1.retopo"]
     kept = read_session(tmp_path / "retopo-1.retopo")
@@ -53,15 +53,15 @@ def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: Pattern
     assert script.surface == "sheet.obj"
     again = Editor(sheet(), source)
     assert len(list(play_script(script, again, lambda _path, _found: None))) == 4
-    assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
+    assert np.array_equal(weld_fills(again.camera.fill()).vertices, state.shown.body.mesh.vertices)
     assert read(tmp_path / "retopo-1.png").shape[:2] == (SIZE[1], SIZE[0])
     lost = writer(tmp_path / "no")
-    state.files = lost
+    state.editing.files = lost
     for key in "spSo":
         state.message = ""
         RetopoSaver(state, lost, SIZE).obey(key)
         assert state.message.startswith("not saved: "), key
-    state.files = None
+    state.editing.files = None
     for key in "sSo":
         state.message = ""
         KEYS.press(state, key)
@@ -73,7 +73,7 @@ def test_sessions_and_scripts_go_into_the_files_that_were_named(
 ) -> None:
     paths = {"session": tmp_path / "mine.zip", "script": tmp_path / "mine.jsonl"}
     paths["session"].write_bytes(b"older")
-    state.files = writer(tmp_path, **paths)
+    state.editing.files = writer(tmp_path, **paths)
     square(state)
     RetopoSaver(state, writer(tmp_path), SIZE).play(["s", "S", "s", "S"])
     assert sorted(tmp_path.iterdir()) == sorted(paths.values())
@@ -83,7 +83,9 @@ def test_sessions_and_scripts_go_into_the_files_that_were_named(
 def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) -> None:
     now = [0.0]
     autosave = Autosave(state.ground, state.shown.state, folder=tmp_path, clock=lambda: now[0])
-    state.files = RetopoWriter(tmp_path, None, None, Script("sheet.obj", ()), None, autosave)
+    state.editing.files = RetopoWriter(
+        tmp_path, None, None, Script("sheet.obj", ()), None, autosave
+    )
     square(state)
     state.poll()
     assert list(tmp_path.iterdir()) == []
@@ -91,9 +93,9 @@ def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) ->
     state.poll()
     (kept,) = tmp_path.iterdir()
     assert are_equal(read_session(kept).state.network, state.network)
-    state.save_session()
+    state.editing.save_session()
     assert [path.name for path in tmp_path.iterdir()] == ["retopo-1.retopo"]
-    state.undo()
+    state.editing.undo()
     state.settle()
     now[0] = 62.0
     autosave.path = tmp_path / "no" / "where"
@@ -102,7 +104,7 @@ def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) ->
 
 def test_quitting_asks_once_if_work_would_be_lost(tmp_path: Path, state: RetopoState) -> None:
     files = writer(tmp_path)
-    state.files = files
+    state.editing.files = files
     saver = RetopoSaver(state, files, SIZE)
     assert saver.obey("q") is Effect.QUIT
     square(state)
@@ -111,14 +113,14 @@ def test_quitting_asks_once_if_work_would_be_lost(tmp_path: Path, state: RetopoS
     assert saver.obey("q") is Effect.REDRAW, "something else was pressed in between"
     assert saver.obey("q") is Effect.QUIT
     saver.obey("s")
-    assert saver.play(["q", "i"]) is Effect.QUIT and state.mode.tool == "stroke"
+    assert saver.play(["q", "i"]) is Effect.QUIT and state.tool.mode.tool == "stroke"
 
 
 def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path, state: RetopoState) -> None:
     if not can_draw():
         return
     files = writer(tmp_path)
-    state.files = files
+    state.editing.files = files
     saver = RetopoSaver(state, files, SIZE)
     window = RetopoWindow(state, saver, KEYS, SIZE, "sheet", off_screen=True)
     events = Events(window, SIZE, state.settle)
@@ -134,16 +136,16 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path, state: Re
         assert len(patch.corners) == 4
         events.keys("a")
         events.send("MouseMoveEvent", at(state, (0.0, 1.6)))
-        assert state.preview is not None and state.preview.count > 0
+        assert state.tool.preview is not None and state.tool.preview.count > 0
         press((0.0, 1.6))
         assert len(state.network.patches) == 2
         chains = state.network.chains
         below = next(c.id for c in chains.values() if c.points[:, 1].max() < -1.4 and c.count)
-        count, scale = chains[below].count, state.view.scale
+        count, scale = chains[below].count, state.camera.view.scale
         # With Control the wheel changes the curve under the pointer, with Shift its strip.
         events.send("MouseMoveEvent", at(state, (0.0, -1.5)))
         events.send("MouseWheelForwardEvent", at(state, (0.0, -1.5)), held=(1, 0))
-        assert state.network.chains[below].count == count + 1 and state.view.scale == scale
+        assert state.network.chains[below].count == count + 1 and state.camera.view.scale == scale
         before = {c: chain.count for c, chain in state.network.chains.items()}
         events.send("MouseWheelBackwardEvent", at(state, (0.0, -1.5)), held=(0, 1))
         fewer = [c for c, chain in state.network.chains.items() if chain.count < before[c]]
@@ -230,9 +232,9 @@ def test_keys_wait_while_something_is_drawn(tmp_path: Path, state: RetopoState) 
     state.move(x, y)
     state.press(x, y)
     assert saver.obey("i") is Effect.REDRAW and state.message == "let go of the button first"
-    assert state.mode.tool == "stroke"
-    assert saver.obey("Escape") is Effect.REDRAW and not state.holding
-    assert saver.obey("i") is Effect.REDRAW and state.mode.tool == "spine"
+    assert state.tool.mode.tool == "stroke"
+    assert saver.obey("Escape") is Effect.REDRAW and not state.tool.holding
+    assert saver.obey("i") is Effect.REDRAW and state.tool.mode.tool == "spine"
 
 
 def left(folder: Path, source: PatternSource, name: str = "unnamed") -> tuple[Path, Editor]:
@@ -254,7 +256,7 @@ def test_what_a_crash_left_is_opened_by_a_key_and_goes_when_it_is_saved(
     assert state.message == "there is nothing that a crash left"
     path, editor = left(tmp_path, source)
     files = writer(tmp_path)
-    state.files = files
+    state.editing.files = files
     assert files.find_lost(state.ground, tmp_path).endswith("R opens it in place of what is here")
     # After something else was done it would be lost.
     keys(state, "d")
@@ -264,7 +266,7 @@ def test_what_a_crash_left_is_opened_by_a_key_and_goes_when_it_is_saved(
     assert len(state.network.patches) == 0
     keys(state, "u R")
     assert are_equal(state.network, editor.fill().network) and len(state.shown.body.mesh.quads) > 0
-    assert state.unsaved and not state.shown.undoable and path.exists()
+    assert state.editing.unsaved and not state.shown.undoable and path.exists()
     keys(state, "S")
     assert "did not begin from the bare surface" in state.message
     keys(state, "R")
@@ -287,12 +289,12 @@ def test_what_a_crash_left_and_cannot_be_opened_stays(
     said = files.find_lost(state.ground, tmp_path)
     assert said.startswith(f"a crash left {path.name}, which cannot be read: ")
     assert files.lost is None
-    state.files = files
+    state.editing.files = files
     square(state)
     keys(state, "s")
     assert path.exists()
     # What was found and not opened stays, too.
-    state.files = files = writer(tmp_path)
+    state.editing.files = files = writer(tmp_path)
     write_session(path, RetopoSession(sheet(), state.shown.state, ""))
     assert "R opens it" in files.find_lost(state.ground, tmp_path) and files.lost is not None
     keys(state, "s")

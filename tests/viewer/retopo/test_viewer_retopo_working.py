@@ -23,7 +23,7 @@ from viewer.retopo.keys import KEYS
 def test_refusals_are_told_and_change_nothing(state: RetopoState) -> None:
     keys(state, "c")
     drag(state, (-1.0, 0.0), (1.0, 0.0))
-    assert state.message and not state.shown.undoable and state.calls == ()
+    assert state.message and not state.shown.undoable and state.editing.calls == ()
     assert state.message in " ".join(texts(state)) or len(state.message) > 60
     keys(state, "u")
     assert state.message == "there is nothing to undo"
@@ -36,7 +36,7 @@ def test_refusals_are_told_and_change_nothing(state: RetopoState) -> None:
     hover(state, (0.0, 0.0))
     keys(state, "+")
     assert state.message == "put the pointer on a curve"
-    assert state.calls == ()
+    assert state.editing.calls == ()
 
 
 def test_the_script_of_a_session_gives_the_same_mesh(
@@ -53,12 +53,12 @@ def test_the_script_of_a_session_gives_the_same_mesh(
     keys(state, "u U")
     hover(state, (0.0, 0.0))
     keys(state, "n")
-    assert state.calls is not None
+    assert state.editing.calls is not None
     again = Editor(sheet(), source)
-    for call in state.calls:
-        assert again.do(call).changed
-        again.fill()
-    one, other = state.shown.body.mesh, weld_fills(again.fill())
+    for call in state.editing.calls:
+        assert again.editing.do(call).changed
+        again.camera.fill()
+    one, other = state.shown.body.mesh, weld_fills(again.camera.fill())
     assert np.array_equal(one.vertices, other.vertices)
     assert np.array_equal(one.quads, other.quads) and len(one.quads) > 0
 
@@ -90,29 +90,29 @@ def test_while_quads_are_made_all_else_goes_on(
         assert stale in old and "working …" in texts(state)
         hover_at = at(state, (0.0, 3.0))
         state.move(*hover_at)
-        assert state.patch_under() in set(old) - {stale}
+        assert state.tool.patch_under() in set(old) - {stale}
         # More calls wait, the view turns, and previews are of the network that is seen.
-        state.undo()
-        state.undo()
-        assert state.waiting == 3 and len(state.network.patches) == 3
+        state.editing.undo()
+        state.editing.undo()
+        assert state.editing.waiting == 3 and len(state.network.patches) == 3
         assert state.wheel(1.0) and state.drag_view(3.0, 0.0)
         KEYS.press(state, "a")
         state.move(*at(state, (1.6, 0.0)))
-        state._latest.wait()
+        state.tool._latest.wait()
         state.poll()
-        assert state.preview is not None and state.preview.network is state.network
-        assert state.preview.count > 0
-        state.save_mesh()
-        assert state.files is None or "still being made" in state.message
+        assert state.tool.preview is not None and state.tool.preview.network is state.network
+        assert state.tool.preview.count > 0
+        state.editing.save_mesh()
+        assert state.editing.files is None or "still being made" in state.message
     finally:
         slow.set()
     state.settle()
     assert state.shown.fresh and len(state.network.patches) == 1
-    assert state.shown.stale() == frozenset() and not state.waiting
+    assert state.shown.stale() == frozenset() and not state.editing.waiting
     # What was previewed on the network before is gone with it.
-    assert state.preview is None or state.preview.network is state.network
-    assert state.calls is not None
-    assert [call.tool for call in state.calls[-3:]] == ["stroke", "undo", "undo"]
+    assert state.tool.preview is None or state.tool.preview.network is state.network
+    assert state.editing.calls is not None
+    assert [call.tool for call in state.editing.calls[-3:]] == ["stroke", "undo", "undo"]
 
 
 def test_what_goes_wrong_in_a_thread_is_not_lost(
@@ -135,8 +135,8 @@ def test_a_session_that_has_patches_gets_its_quads(source: PatternSource) -> Non
     try:
         state.settle()
         assert quads_of(state) > 0 and state.shown.fresh
-        state.save_script()
-        assert state.calls is None, "it did not begin from the bare surface"
+        state.editing.save_script()
+        assert state.editing.calls is None, "it did not begin from the bare surface"
     finally:
         state.close()
 
@@ -147,23 +147,23 @@ def test_escape_drops_what_waits_and_quits_only_when_nothing_is_made(
     square(state)
     begun, slow = held_fill()
     KEYS.press(state, "C")
-    state.do("subdivide", at=[0.0, -1.5, 0.0], by=1)
+    state.editing.do("subdivide", at=[0.0, -1.5, 0.0], by=1)
     assert begun.wait(60.0)
-    state.do("undo")
-    state.do("undo")
+    state.editing.do("undo")
+    state.editing.do("undo")
     try:
-        assert state.working == ("subdivide", "undo", "undo")
+        assert state.editing.working == ("subdivide", "undo", "undo")
         said = texts(state)
         assert "count" in said and "undo, undo" in said and "Esc drops these 2" in said
         assert KEYS.press(state, "Escape") is Effect.REDRAW
         assert state.message == "dropped: 2 steps that had not begun"
-        assert state.working == ("subdivide",)
+        assert state.editing.working == ("subdivide",)
         assert KEYS.press(state, "Escape") is Effect.REDRAW
         assert state.message.startswith("what is being made cannot be stopped")
     finally:
         slow.set()
     state.settle()
-    assert state.calls is not None and [call.tool for call in state.calls[-2:]] == [
+    assert state.editing.calls is not None and [call.tool for call in state.editing.calls[-2:]] == [
         "stroke",
         "subdivide",
     ]
@@ -183,7 +183,7 @@ def test_which_fill_of_its_list_a_patch_has_is_told(
         (patch,) = state.network.patches.values()
         choice = filling_of(patch).choice
         assert choice is not None
-        place = state.place_in_list(patch.id)
+        place = state.editing.place_in_list(patch.id)
         assert place is not None and place.count == len(listed)
         assert place.number == listed.index(replace(choice, by="program"))
         of = f"the first {place.count}" if place.more else f"{place.count}"
@@ -196,7 +196,7 @@ def test_which_fill_of_its_list_a_patch_has_is_told(
     hover(state, (0.0, 0.1))
     (patch,) = state.network.patches.values()
     following = [Choice.of(fill) for fill in rank_fills(state.network, patch, source)]
-    choice, place = filling_of(patch).choice, state.place_in_list(patch.id)
+    choice, place = filling_of(patch).choice, state.editing.place_in_list(patch.id)
     assert choice is not None and place is not None and following != listed
     assert (place.number, place.count) == (following.index(choice), len(following))
 
@@ -207,7 +207,7 @@ def test_calls_come_after_a_list_that_is_being_found(state: RetopoState) -> None
     x, y = at(state, (0.0, 0.0))
     state.move(x, y)
     # The list may be on its way: calls come after it, and none is lost.
-    state.do("undo")
+    state.editing.do("undo")
     state.settle()
     assert len(state.network.patches) == 0 and not state.message
 
@@ -218,14 +218,14 @@ def test_what_waits_when_the_window_is_closed_is_dropped(
     state = opened(source)
     square(state)
     begun, slow = held_fill()
-    state.do("subdivide", at=[0.0, -1.5, 0.0], by=1)
+    state.editing.do("subdivide", at=[0.0, -1.5, 0.0], by=1)
     assert begun.wait(60.0)
-    state.do("undo")
+    state.editing.do("undo")
     over = at(state, (0.0, 0.0))
     KEYS.press(state, "y")
     state.move(*over)
     threading.Timer(0.2, slow.set).start()
     state.close()
-    state.take()
-    assert not state.waiting and state.calls is not None
-    assert [call.tool for call in state.calls[-2:]] == ["stroke", "subdivide"]
+    state.editing.take()
+    assert not state.editing.waiting and state.editing.calls is not None
+    assert [call.tool for call in state.editing.calls[-2:]] == ["stroke", "subdivide"]

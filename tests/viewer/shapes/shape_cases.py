@@ -65,7 +65,7 @@ def keys(state: ShapesState, text: str) -> None:
 
 
 def number(state: ShapesState, name: str, *, mirrored: bool = False) -> int:
-    lines = enumerate(state.skin.lines)
+    lines = enumerate(state.shaping.skin.lines)
     return next(i for i, one in lines if one.name == name and one.mirrored == mirrored)
 
 
@@ -92,4 +92,4 @@ def drag(
 def knob_at(state: ShapesState, name: int | str, value: float) -> tuple[float, float]:
     """Where a slider's knob is at a value, in points from the middle of the view."""
     rail = state.rails[name]
-    return rail.knob(value) - state.room[0] / 2.0, rail.y - state.room[1] / 2.0
+    return rail.knob(value) - state.camera.room[0] / 2.0, rail.y - state.camera.room[1] / 2.0

@@ -21,19 +21,19 @@ def test_dragging_a_knob_sets_its_mode_alone(state: ShapesState, sigmas: float) 
     start = knob_at(state, 2, 0.0)
     end = knob_at(state, 2, sigmas)
     drag(state, start, (end[0] - start[0], 4.0))
-    wanted = np.zeros(state.shapes.n_modes)
-    wanted[2] = sigmas * state.shapes.deviations[2]
-    assert state.choice.coefficients == pytest.approx(wanted)
-    assert state.points == pytest.approx(state.shapes.shape(wanted))
+    wanted = np.zeros(state.shaping.shapes.n_modes)
+    wanted[2] = sigmas * state.shaping.shapes.deviations[2]
+    assert state.shaping.choice.coefficients == pytest.approx(wanted)
+    assert state.shaping.points == pytest.approx(state.shaping.shapes.shape(wanted))
     assert state.chosen == 2
-    low, high = state.box
+    low, high = state.shaping.box
     beyond = sigmas > high[2] or sigmas < low[2]
-    assert abs(state.limits[2]) == (2 if beyond else 0)
+    assert abs(state.shaping.limits[2]) == (2 if beyond else 0)
     assert ("beyond the training shapes" in state.message) == beyond
     keys(state, "u")
-    assert not state.choice.coefficients.any()
+    assert not state.shaping.choice.coefficients.any()
     keys(state, "U")
-    assert state.sigmas[2] == pytest.approx(sigmas)
+    assert state.shaping.sigmas[2] == pytest.approx(sigmas)
 
 
 def test_the_numbers_of_pulls_have_sliders(state: ShapesState) -> None:
@@ -44,13 +44,13 @@ def test_the_numbers_of_pulls_have_sliders(state: ShapesState) -> None:
             drag(state, start, (end[0] - start[0], 0.0))
             assert state.value[name] == pytest.approx(value)
             keys(state, "u")
-    assert (state.choice.hold, state.choice.stiffness) == (1.0, KEEP)
+    assert (state.shaping.choice.hold, state.shaping.choice.stiffness) == (1.0, KEEP)
 
 
 def test_pages_of_modes() -> None:
     """Every mode has its slider on one page; keys turn pages and choose modes on them."""
     state = opened(16)
-    n = state.shapes.n_modes
+    n = state.shaping.shapes.n_modes
     assert n == 15
     shown = []
     for _ in range(2):
@@ -81,70 +81,77 @@ def test_the_help_lists_the_keys_there_are() -> None:
 
 def test_training_shapes_are_stepped_through(state: ShapesState) -> None:
     """n goes through all of them and round, b back; each as it was registered."""
-    shapes = state.shapes
+    shapes = state.shaping.shapes
     for turn in range(len(shapes.names) + 1):
         keys(state, "n")
         k = turn % len(shapes.names)
-        assert state.choice.origin == shapes.names[k]
-        assert state.points == pytest.approx(shapes.shape(shapes.coefficients[k]), abs=1e-12)
-        assert state.nearest == (shapes.names[k], pytest.approx(0.0, abs=1e-12))
+        assert state.shaping.choice.origin == shapes.names[k]
+        assert state.shaping.points == pytest.approx(
+            shapes.shape(shapes.coefficients[k]), abs=1e-12
+        )
+        assert state.shaping.nearest == (shapes.names[k], pytest.approx(0.0, abs=1e-12))
     keys(state, "b b")
-    assert state.choice.origin == shapes.names[-2]
+    assert state.shaping.choice.origin == shapes.names[-2]
     fresh = opened()
     keys(fresh, "b")
-    assert fresh.choice.origin == shapes.names[-1]
+    assert fresh.shaping.choice.origin == shapes.names[-1]
 
 
 def test_random_shapes_and_the_mean(state: ShapesState) -> None:
     keys(state, "r")
-    first = state.choice.coefficients
+    first = state.shaping.choice.coefficients
     keys(state, "r")
-    assert not np.allclose(first, state.choice.coefficients)
-    low, high = state.shapes.box
-    assert (state.choice.coefficients >= low).all() and (state.choice.coefficients <= high).all()
+    assert not np.allclose(first, state.shaping.choice.coefficients)
+    low, high = state.shaping.shapes.box
+    assert (state.shaping.choice.coefficients >= low).all() and (
+        state.shaping.choice.coefficients <= high
+    ).all()
     again = opened()
     keys(again, "r")
-    assert np.array_equal(again.choice.coefficients, first)
+    assert np.array_equal(again.shaping.choice.coefficients, first)
     keys(state, "0")
-    assert state.points == pytest.approx(state.shapes.mean) and state.choice.origin == "mean"
+    assert (
+        state.shaping.points == pytest.approx(state.shaping.shapes.mean)
+        and state.shaping.choice.origin == "mean"
+    )
 
 
 def test_arrow_keys_change_the_chosen_mode(state: ShapesState) -> None:
     keys(state, "Down Right Right Right Left")
     assert state.chosen == 1
-    assert state.sigmas[1] == pytest.approx(2 * NUDGE)
+    assert state.shaping.sigmas[1] == pytest.approx(2 * NUDGE)
     keys(state, "u")
-    assert state.sigmas[1] == pytest.approx(3 * NUDGE)
+    assert state.shaping.sigmas[1] == pytest.approx(3 * NUDGE)
 
 
 def test_ghosts(state: ShapesState) -> None:
-    assert state.ghost_coefficients() is None
+    assert state.shaping.ghost_coefficients() is None
     keys(state, "n n g")
-    assert state.ghost_name == "mean" and not np.any(state.ghost_coefficients())
+    assert state.shaping.ghost_name == "mean" and not np.any(state.shaping.ghost_coefficients())
     keys(state, "g")
-    assert state.ghost_name == state.shapes.names[1]
-    assert state.ghost_coefficients() == pytest.approx(state.shapes.coefficients[1])
+    assert state.shaping.ghost_name == state.shaping.shapes.names[1]
+    assert state.shaping.ghost_coefficients() == pytest.approx(state.shaping.shapes.coefficients[1])
     keys(state, "g")
-    assert state.ghost_coefficients() is None
+    assert state.shaping.ghost_coefficients() is None
     fresh = opened()
     keys(fresh, "g g")
-    assert fresh.ghost_name == fresh.nearest[0]
+    assert fresh.shaping.ghost_name == fresh.shaping.nearest[0]
 
 
 def test_escape_drops_what_is_dragged(state: ShapesState) -> None:
     keys(state, "n")
-    before = state.choice
+    before = state.shaping.choice
     drag(state, seen(state, "roof_rail"), (0.0, 30.0), drop=False)
     for key in ["n", "r", "0", "u", "U", "c", "a", "1", "v", ",", "Right", "Up"]:
         keys(state, key)
         assert "let go first" in state.message
     assert not state.wheel(1.0) and not state.drag_view(1.0, 1.0)
     keys(state, "Escape")
-    assert state.choice is before and not state.dragging and state.pulled is None
-    assert state.points == pytest.approx(state.shapes.shape(before.coefficients))
+    assert state.shaping.choice is before and not state.dragging and state.shaping.pulled is None
+    assert state.shaping.points == pytest.approx(state.shaping.shapes.shape(before.coefficients))
     assert not state.release(0.0, 0.0)
     keys(state, "u")
-    assert state.choice.origin == "mean"
+    assert state.shaping.choice.origin == "mean"
 
 
 STEPS = ["n", "b", "r", "Right", "Left", "0", "Down", "pull", "slide", "hold", "weigh"]
@@ -155,28 +162,28 @@ STEPS = ["n", "b", "r", "Right", "Left", "0", "Down", "pull", "slide", "hold", "
 def test_everything_can_be_taken_back_and_done_again(steps: list[str]) -> None:
     """After any steps: taking back all gives the beginning, doing again all gives the end."""
     state = opened()
-    first = state.choice
+    first = state.shaping.choice
     for step in steps:
         if step == "pull":
             drag(state, seen(state, "shoulder"), (7.0, 12.0))
         elif step == "slide":
             drag(state, knob_at(state, 1, state.value[1]), (17.0, 0.0))
         elif step == "hold":
-            state.toggle_held("roof_rail")
+            state.shaping.toggle_held("roof_rail")
         elif step == "weigh":
             drag(state, knob_at(state, "hold", state.value["hold"]), (-9.0, 0.0))
         else:
             keys(state, step)
-    last, points = state.choice, state.points.copy()
+    last, points = state.shaping.choice, state.shaping.points.copy()
     count = 0
-    while state.choice is not first:
+    while state.shaping.choice is not first:
         keys(state, "u")
         count += 1
         assert count <= len(steps)
-    assert state.points == pytest.approx(state.shapes.mean)
+    assert state.shaping.points == pytest.approx(state.shaping.shapes.mean)
     for _ in range(count):
         keys(state, "U")
-    assert state.choice.is_like(last) and state.points == pytest.approx(points)
+    assert state.shaping.choice.is_like(last) and state.shaping.points == pytest.approx(points)
     keys(state, "U")
     assert state.message == "nothing was taken back"
 
@@ -187,4 +194,4 @@ def test_what_does_not_fit_is_refused() -> None:
     with pytest.raises(InvalidFeatureError, match="must be 5 finite numbers"):
         ShapesState(car_shapes(), car_template(), [1.0, 2.0])
     state = ShapesState(car_shapes(), car_template(), car_shapes().coefficients[3])
-    assert state.choice.origin == "car 3"
+    assert state.shaping.choice.origin == "car 3"

@@ -49,27 +49,33 @@ def test_a_dragged_curve_gives_the_edit_of_its_pull(
 ) -> None:
     """The coefficients are those of equation 6 for the displacement that the pointer means; of
     a mirror image, for the mirrored displacement."""
-    state.set_mode(1, 0.7)
+    state.shaping.set_mode(1, 0.7)
     if mirrored:
         # Its own half hides the other.
-        state.aim(View(state.view.axes @ np.diag(MIRROR), state.view.focus, state.view.scale))
+        state.camera.aim(
+            View(
+                state.camera.view.axes @ np.diag(MIRROR),
+                state.camera.view.focus,
+                state.camera.view.scale,
+            )
+        )
     if bending:
         keys(state, "m")
-    start = state.choice.coefficients
+    start = state.shaping.choice.coefficients
     where = seen(state, "roof_rail", mirrored=mirrored)
     drag(state, where, (13.0, 21.0))
-    offset = find_displacement(state.view, 13.0, 21.0, None)
+    offset = find_displacement(state.camera.view, 13.0, 21.0, None)
     assert offset is not None
-    shapes = state.shapes
+    shapes = state.shaping.shapes
     place = len(shapes.feature("roof_rail").vertices) // 2 if bending else None
     pull = offset * MIRROR if mirrored else offset
     targets = pull_feature(shapes, "roof_rail", pull, start=start, vertex=place)
     wanted = edit(shapes, targets, start=start, stiffness=KEEP)
-    assert state.choice.coefficients == pytest.approx(wanted.coefficients, abs=1e-12)
-    assert state.points == pytest.approx(wanted.points)
-    assert state.choice.origin == "edited"
+    assert state.shaping.choice.coefficients == pytest.approx(wanted.coefficients, abs=1e-12)
+    assert state.shaping.points == pytest.approx(wanted.points)
+    assert state.shaping.choice.origin == "edited"
     keys(state, "u")
-    assert np.array_equal(state.choice.coefficients, start)
+    assert np.array_equal(state.shaping.choice.coefficients, start)
 
 
 def test_a_pull_shows_where_the_curve_should_be_and_how_far_it_is_short(
@@ -80,20 +86,22 @@ def test_a_pull_shows_where_the_curve_should_be_and_how_far_it_is_short(
     where = seen(state, "roof_rail")
     keys(state, "z")
     drag(state, where, (0.0, 240.0), drop=False)
-    pulled = state.pulled
+    pulled = state.shaping.pulled
     assert pulled is not None
-    line = state.skin.lines[number(state, "roof_rail")]
-    away = np.linalg.norm(state.points[line.vertices] - pulled.wanted, axis=1).max()
+    line = state.shaping.skin.lines[number(state, "roof_rail")]
+    away = np.linalg.norm(state.shaping.points[line.vertices] - pulled.wanted, axis=1).max()
     assert away == pytest.approx(pulled.miss) and away > 0.05
     found = re.search(r"short of the pull by up to (\S+) units; (\d+) mode", state.message)
     assert found is not None and float(found[1]) == pytest.approx(away, rel=0.01)
-    low, high = state.box
-    at = (state.sigmas <= low + 1e-9) | (state.sigmas >= high - 1e-9)
+    low, high = state.shaping.box
+    at = (state.shaping.sigmas <= low + 1e-9) | (state.shaping.sigmas >= high - 1e-9)
     assert at.any() and int(found[2]) == at.sum()
-    assert np.array_equal(state.limits != 0, at)
-    assert (state.sigmas >= low - 1e-9).all() and (state.sigmas <= high + 1e-9).all()
-    state.release(*state.pointer or (0.0, 0.0))
-    assert state.pulled is None and not state.dragging
+    assert np.array_equal(state.shaping.limits != 0, at)
+    assert (state.shaping.sigmas >= low - 1e-9).all() and (
+        state.shaping.sigmas <= high + 1e-9
+    ).all()
+    state.release(*state.camera.pointer or (0.0, 0.0))
+    assert state.shaping.pulled is None and not state.dragging
 
 
 def test_a_small_pull_is_followed(state: ShapesState) -> None:
@@ -101,13 +109,13 @@ def test_a_small_pull_is_followed(state: ShapesState) -> None:
     where the pointer is, and nothing is said."""
     keys(state, "x")
     where = seen(state, "front_corner")
-    line = state.skin.lines[number(state, "front_corner")]
-    before = state.points[line.vertices].copy()
+    line = state.shaping.skin.lines[number(state, "front_corner")]
+    before = state.shaping.points[line.vertices].copy()
     drag(state, where, (10.0, 0.0), drop=False)
-    assert state.pulled is not None
-    wanted = state.pulled.wanted - before
+    assert state.shaping.pulled is not None
+    wanted = state.shaping.pulled.wanted - before
     assert wanted[:, 1:] == pytest.approx(0.0) and np.ptp(wanted[:, 0]) == pytest.approx(0.0)
-    assert state.pulled.miss < 0.2 * np.abs(wanted[0, 0])
+    assert state.shaping.pulled.miss < 0.2 * np.abs(wanted[0, 0])
 
 
 def test_the_axis_and_the_way_of_pulling_change_while_a_curve_is_pulled(
@@ -119,14 +127,18 @@ def test_the_axis_and_the_way_of_pulling_change_while_a_curve_is_pulled(
     keys(other, "z m")
     drag(other, where, (5.0, 25.0), drop=False)
     drag(state, where, (5.0, 25.0), drop=False)
-    assert not np.allclose(state.choice.coefficients, other.choice.coefficients)
+    assert not np.allclose(state.shaping.choice.coefficients, other.shaping.choice.coefficients)
     keys(state, "z m")
-    assert state.choice.coefficients == pytest.approx(other.choice.coefficients, abs=1e-12)
+    assert state.shaping.choice.coefficients == pytest.approx(
+        other.shaping.choice.coefficients, abs=1e-12
+    )
     keys(state, "z m")
     assert state.axis is None and not state.bending
     other.axis, other.bending = None, False
-    other.move(*(other.pointer or (0.0, 0.0)))
-    assert state.choice.coefficients == pytest.approx(other.choice.coefficients, abs=1e-12)
+    other.move(*(other.camera.pointer or (0.0, 0.0)))
+    assert state.shaping.choice.coefficients == pytest.approx(
+        other.shaping.choice.coefficients, abs=1e-12
+    )
 
 
 def test_an_axis_that_points_at_the_viewer_pulls_nothing(state: ShapesState) -> None:
@@ -134,7 +146,7 @@ def test_an_axis_that_points_at_the_viewer_pulls_nothing(state: ShapesState) -> 
     keys(state, "2 y")
     drag(state, seen(state, "shoulder"), (30.0, 30.0))
     assert "y points at you" in state.message
-    assert not state.choice.coefficients.any()
+    assert not state.shaping.choice.coefficients.any()
 
 
 def test_an_edit_without_an_answer_is_told(
@@ -147,13 +159,13 @@ def test_an_edit_without_an_answer_is_told(
 
     monkeypatch.setattr(shaping, "edit", fail)
     drag(state, seen(state, "shoulder"), (30.0, 30.0))
-    assert "give nearer targets" in state.message and not state.choice.coefficients.any()
+    assert "give nearer targets" in state.message and not state.shaping.choice.coefficients.any()
 
 
 def test_held_curves_stay_the_more_the_more_they_weigh(state: ShapesState) -> None:
     """A click holds a curve; the shoulder then moves less the greater the weight is."""
     ways: list[float] = []
-    vertices = state.shapes.feature("shoulder").vertices
+    vertices = state.shaping.shapes.feature("shoulder").vertices
     for weight in (None, 0.3, 3.0, 30.0):
         fresh = opened()
         if weight is not None:
@@ -161,11 +173,11 @@ def test_held_curves_stay_the_more_the_more_they_weigh(state: ShapesState) -> No
             fresh.press(*at)
             fresh.move(at[0] + 1.0, at[1])
             fresh.release(*at)
-            assert fresh.choice.held == {"shoulder"}
-            fresh.set_hold(weight)
-        before = fresh.points[vertices]
+            assert fresh.shaping.choice.held == {"shoulder"}
+            fresh.shaping.set_hold(weight)
+        before = fresh.shaping.points[vertices]
         drag(fresh, seen(fresh, "roof_rail"), (0.0, 40.0))
-        ways.append(float(np.linalg.norm(fresh.points[vertices] - before)))
+        ways.append(float(np.linalg.norm(fresh.shaping.points[vertices] - before)))
     assert all(after < 0.999 * first for first, after in pairwise(ways))
 
 
@@ -180,35 +192,35 @@ def test_curves_are_held_and_let_go(state: ShapesState) -> None:
                 state.release(*at)
             else:
                 keys(state, way)
-            assert ("shoulder" in state.choice.held) == held
+            assert ("shoulder" in state.shaping.choice.held) == held
     keys(state, "c a")
-    assert not state.choice.held
+    assert not state.shaping.choice.held
     keys(state, "u")
-    assert state.choice.held == {"shoulder"}
+    assert state.shaping.choice.held == {"shoulder"}
     keys(state, "u u")
-    assert state.choice.held == {"shoulder"}
+    assert state.shaping.choice.held == {"shoulder"}
     keys(state, "U U U")
-    assert not state.choice.held
+    assert not state.shaping.choice.held
     keys(state, "a")
     assert state.message == "no curve is held"
-    state.move(-state.room[0] / 2.0 + 2.0, 300.0)
+    state.move(-state.camera.room[0] / 2.0 + 2.0, 300.0)
     keys(state, "c")
     assert "put the pointer on a curve" in state.message
 
 
 def test_a_held_curve_that_is_pulled_itself_follows(state: ShapesState) -> None:
-    state.toggle_held("roof_rail")
+    state.shaping.toggle_held("roof_rail")
     drag(state, seen(state, "roof_rail"), (0.0, 15.0))
-    assert state.choice.coefficients.any() and state.choice.held == {"roof_rail"}
+    assert state.shaping.choice.coefficients.any() and state.shaping.choice.held == {"roof_rail"}
 
 
 def test_the_stiffer_the_nearer_to_the_shape_before(state: ShapesState) -> None:
     ways: list[float] = []
     for stiffness in (STIFF[0], 0.01, 0.1, STIFF[1]):
         fresh = opened()
-        fresh.set_stiffness(stiffness)
+        fresh.shaping.set_stiffness(stiffness)
         drag(fresh, seen(fresh, "hood_edge"), (0.0, 15.0))
-        ways.append(float(np.linalg.norm(fresh.sigmas)))
+        ways.append(float(np.linalg.norm(fresh.shaping.sigmas)))
     assert ways == sorted(ways, reverse=True) and ways[-1] < 0.9 * ways[0]
 
 
@@ -232,7 +244,7 @@ def test_the_first_stiffness_costs_a_pull_little(name: str) -> None:
 
 
 def test_a_pull_from_beyond_the_known_shapes_draws_them_back(state: ShapesState) -> None:
-    state.set_mode(0, SIGMAS)
+    state.shaping.set_mode(0, SIGMAS)
     drag(state, seen(state, "shoulder"), (0.0, 8.0))
     assert "drawn back" in state.message
-    assert (state.sigmas <= state.box[1] + 1e-9).all()
+    assert (state.shaping.sigmas <= state.shaping.box[1] + 1e-9).all()

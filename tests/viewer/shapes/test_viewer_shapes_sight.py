@@ -23,19 +23,21 @@ def test_curves_in_sight_are_what_rays_meet_first(state: ShapesState) -> None:
     """Against rays through the triangles: a curve's vertex is in sight if nothing is in front
     of it, and not if something is, there and around. Beside the rim of what hides it, it may be
     either."""
-    model = Model.from_arrays(state.points, state.skin.vertices)
+    model = Model.from_arrays(state.shaping.points, state.shaping.skin.vertices)
     around = 7.0 * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1], [-1, -1]])
     for turn in ((0.0, 0.0), (250.0, 40.0), (-120.0, 180.0)):
-        state.aim(state.view.turned(*turn))
+        state.camera.aim(state.camera.view.turned(*turn))
         places = np.concatenate(state.sight.lines)
-        points = np.concatenate([state.points[one.vertices] for one in state.skin.lines])
-        axes, far = state.view.axes, 2.0 * state.size
+        points = np.concatenate(
+            [state.shaping.points[one.vertices] for one in state.shaping.skin.lines]
+        )
+        axes, far = state.camera.view.axes, 2.0 * state.shaping.size
         ahead = []
         for shift in around:
-            starts = points + far * axes[2] + shift @ axes[:2] / state.view.scale
+            starts = points + far * axes[2] + shift @ axes[:2] / state.camera.view.scale
             hits = model.first_hits(starts, np.tile(-axes[2], (len(points), 1)))
             # A ray beside the shape meets nothing: then nothing is in front.
-            ahead.append(np.where(hits.found, far - hits.lengths, 0.0) * state.view.scale)
+            ahead.append(np.where(hits.found, far - hits.lengths, 0.0) * state.camera.view.scale)
         shown = state.sight.visible(places)
         clear, hidden = ahead[0] < 0.5, np.min(ahead, axis=0) > 25.0
         assert clear.sum() > 20 and hidden.sum() > 20
@@ -56,7 +58,7 @@ def test_the_nearest_curve_in_sight_is_grabbed(state: ShapesState) -> None:
     state.move(*seen(state, "shoulder", mirrored=True))
     line = state.under()
     assert line is not None and not line.mirrored
-    state.move(state.room[0] / 2.0 + 40.0, 0.0)
+    state.move(state.camera.room[0] / 2.0 + 40.0, 0.0)
     assert state.under() is None
 
 
@@ -100,15 +102,17 @@ def test_the_nearest_point_of_a_polyline(seed: int) -> None:
 
 
 def test_views_and_switches(state: ShapesState) -> None:
-    first, scale = state.view.axes.copy(), state.view.scale
+    first, scale = state.camera.view.axes.copy(), state.camera.view.scale
     for key, axis, sign in (("1", 0, -1.0), ("2", 1, -1.0), ("3", 2, 1.0)):
         keys(state, key)
-        assert state.view.axes[2] == pytest.approx(sign * np.eye(3)[axis], abs=1e-12)
-        assert state.view.scale <= scale
+        assert state.camera.view.axes[2] == pytest.approx(sign * np.eye(3)[axis], abs=1e-12)
+        assert state.camera.view.scale <= scale
         # All of it is in the picture.
-        assert (np.abs(state.sight.seen[:, :2]).max(axis=0) < np.array(state.room) / 2.0).all()
+        assert (
+            np.abs(state.sight.seen[:, :2]).max(axis=0) < np.array(state.camera.room) / 2.0
+        ).all()
     keys(state, "v")
-    assert np.array_equal(state.view.axes, first)
+    assert np.array_equal(state.camera.view.axes, first)
     for key, name in (("e", "edges_shown"), ("w", "curves_shown"), ("h", "helping")):
         before = getattr(state, name)
         keys(state, key)
@@ -118,20 +122,20 @@ def test_views_and_switches(state: ShapesState) -> None:
 
 
 def test_the_view_turns_shifts_and_zooms(state: ShapesState) -> None:
-    nowhere = (0.0, state.room[1] / 2.0 - 8.0)
-    first = state.view
+    nowhere = (0.0, state.camera.room[1] / 2.0 - 8.0)
+    first = state.camera.view
     assert not state.press(*nowhere)
     assert state.move(40.0, nowhere[1] - 30.0)
     assert not state.release(40.0, nowhere[1] - 30.0)
-    assert state.view.axes == pytest.approx(first.turned(40.0, -30.0).axes)
-    assert not state.choice.coefficients.any()
+    assert state.camera.view.axes == pytest.approx(first.turned(40.0, -30.0).axes)
+    assert not state.shaping.choice.coefficients.any()
     # The other button turns even on a curve.
     at = seen(state, "shoulder")
     state.press(*at, turn=True)
     state.move(at[0] + 20.0, at[1])
     state.release(at[0] + 20.0, at[1])
-    assert not state.choice.coefficients.any() and not state.choice.held
-    assert state.wheel(2.0) and state.view.scale > first.scale
-    focus = state.view.focus
-    assert state.drag_view(10.0, 5.0) and not np.allclose(state.view.focus, focus)
+    assert not state.shaping.choice.coefficients.any() and not state.shaping.choice.held
+    assert state.wheel(2.0) and state.camera.view.scale > first.scale
+    focus = state.camera.view.focus
+    assert state.drag_view(10.0, 5.0) and not np.allclose(state.camera.view.focus, focus)
     assert not state.poll()

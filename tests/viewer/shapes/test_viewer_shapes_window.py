@@ -89,11 +89,13 @@ def test_switches_change_what_is_drawn() -> None:
     state = opened()
     plain = len(compose_shape(state, 1.6, bare=True).solid.corners)
     assert solid_colours(state, HELD) == 0
-    state.toggle_held("shoulder")
+    state.shaping.toggle_held("shoulder")
     assert solid_colours(state, HELD) > 0
     KEYS.press(state, "e")
-    assert len(compose_shape(state, 1.6, bare=True).solid.corners) > plain + len(state.skin.edges)
-    line = next(i for i, one in enumerate(state.skin.lines) if one.name == "roof_rail")
+    assert len(compose_shape(state, 1.6, bare=True).solid.corners) > plain + len(
+        state.shaping.skin.edges
+    )
+    line = next(i for i, one in enumerate(state.shaping.skin.lines) if one.name == "roof_rail")
     at = state.sight.lines[line][2, :2]
     assert solid_colours(state, GRABBED) == 0
     state.press(*at)
@@ -104,10 +106,10 @@ def test_switches_change_what_is_drawn() -> None:
 
 def test_the_panel_says_what_is_known() -> None:
     state = opened()
-    state.toggle_held("shoulder")
+    state.shaping.toggle_held("shoulder")
     for key in ["n", "g", "m", "z"]:
         KEYS.press(state, key)
-    line = next(i for i, one in enumerate(state.skin.lines) if one.name == "roof_rail")
+    line = next(i for i, one in enumerate(state.shaping.skin.lines) if one.name == "roof_rail")
     state.move(*state.sight.lines[line][2, :2])
     state.message = "a note " * 30
     drawn = compose_shape(state, 1.6)
@@ -116,8 +118,8 @@ def test_the_panel_says_what_is_known() -> None:
         assert wanted in texts
     assert sum(t.text.startswith("a note") for t in drawn.scene.texts) > 1
     for mode in range(5):
-        assert f"{state.sigmas[mode]:.2f} σ" in [t.replace("\u2212", "-") for t in texts]
-        assert f"{100.0 * state.shapes.shares[mode]:.3g} %" in texts
+        assert f"{state.shaping.sigmas[mode]:.2f} σ" in [t.replace("\u2212", "-") for t in texts]
+        assert f"{100.0 * state.shaping.shapes.shares[mode]:.3g} %" in texts
     KEYS.press(state, "h")
     drawn = compose_shape(state, 1.6)
     assert "this list; quit" in [t.text for t in drawn.scene.texts]
@@ -134,12 +136,12 @@ def test_saving(tmp_path: Path) -> None:
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["new-1.png", "new-2.png", "new.obj"]
     mesh = read_mesh(target)
-    assert np.array_equal(mesh.points, state.points)
-    assert np.array_equal(mesh.quads()[0], state.skin.quads) and mesh.n_faces == len(
-        state.skin.quads
+    assert np.array_equal(mesh.points, state.shaping.points)
+    assert np.array_equal(mesh.quads()[0], state.shaping.skin.quads) and mesh.n_faces == len(
+        state.shaping.skin.quads
     )
     saver.play(["r", "o"])
-    assert np.array_equal(read_mesh(target).points, state.points)
+    assert np.array_equal(read_mesh(target).points, state.shaping.points)
     ShapesSaver(state, tmp_path / "no" / "new.obj", (480, 300)).obey("o")
     assert "not saved" in state.message
     assert saver.play(["q", "h"]) is Effect.QUIT and not state.helping
@@ -163,7 +165,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
     drag, room = events.drag, events.room
 
     def middle(name: str) -> tuple[float, float]:
-        line = next(i for i, one in enumerate(state.skin.lines) if one.name == name)
+        line = next(i for i, one in enumerate(state.shaping.skin.lines) if one.name == name)
         seen = state.sight.lines[line]
         x, y = seen[len(seen) // 2, :2].tolist()
         return x, y
@@ -171,23 +173,23 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
     try:
         at = middle("shoulder")
         drag(at)
-        assert state.choice.held == {"shoulder"}
+        assert state.shaping.choice.held == {"shoulder"}
         at = middle("roof_rail")
         drag(at, (at[0] + 4.0, at[1] + 40.0))
-        pulled = state.choice.coefficients
+        pulled = state.shaping.choice.coefficients
         assert pulled.any()
         events.keys("u")
-        assert not state.choice.coefficients.any()
+        assert not state.shaping.choice.coefficients.any()
         events.keys("U")
-        assert np.array_equal(state.choice.coefficients, pulled)
+        assert np.array_equal(state.shaping.choice.coefficients, pulled)
         rail = state.rails[1]
         knob = (rail.knob(state.value[1]) - room / 2.0, rail.y - HEIGHT / 2.0)
         drag(knob, (rail.knob(-2.0) - room / 2.0, knob[1]))
-        assert state.sigmas[1] == pytest.approx(-2.0, abs=0.05)
+        assert state.shaping.sigmas[1] == pytest.approx(-2.0, abs=0.05)
         events.keys("n")
-        assert state.choice.origin == "car 0"
+        assert state.shaping.choice.origin == "car 0"
         events.keys("o")
-        assert np.array_equal(read_mesh(tmp_path / "car.obj").points, state.points)
+        assert np.array_equal(read_mesh(tmp_path / "car.obj").points, state.shaping.points)
         check_looking(events, state)
         events.keys("g")
         events.send("MouseMoveEvent", (-room / 2.0 + 4.0, 300.0))

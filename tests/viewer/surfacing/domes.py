@@ -84,7 +84,7 @@ def keys(state: SurfacingState, text: str) -> None:
 
 def at(state: SurfacingState, *point: float) -> tuple[float, float]:
     """Where a point of space is seen."""
-    x, y, _ = state.view.seen(np.array(point))
+    x, y, _ = state.camera.view.seen(np.array(point))
     return float(x), float(y)
 
 
@@ -104,8 +104,8 @@ def drag(state: SurfacingState, *places: tuple[float, float]) -> None:
 
 
 def pieces(state: SurfacingState) -> int:
-    return sum(len(patch.faces) for patch in state.patches)
+    return sum(len(patch.faces) for patch in state.surfaces.patches)
 
 
 def on_keys(state: SurfacingState) -> set[object]:
-    return {state.cycle_of(True, i).key for i in range(len(state.patches))}
+    return {state.surfaces.cycle_of(True, i).key for i in range(len(state.surfaces.patches))}

@@ -28,25 +28,29 @@ from viewer.surfacing.state import (
 
 def test_the_slider_changes_the_pieces(state: SurfacingState) -> None:
     counts = {}
-    left = state.room[0] / 2.0
-    y = SLIDER_Y - state.room[1] / 2.0
+    left = state.camera.room[0] / 2.0
+    y = SLIDER_Y - state.camera.room[1] / 2.0
     for share in (0.0, 0.5, 1.0):
         x = left + SLIDER[0] + share * (SLIDER[1] - SLIDER[0])
         drag(state, (left + SLIDER[0], y), (x, y + 40.0))
         state.settle()
-        assert state.settings.alpha == pytest.approx(to_alpha(share), abs=1e-3)
+        assert state.surfaces.settings.alpha == pytest.approx(to_alpha(share), abs=1e-3)
         counts[share] = pieces(state)
-        wanted = surface(dome(), settings=state.settings, spacing=state.made.wish.spacing)  # type: ignore[union-attr]
-        assert [len(p.faces) for p in wanted.patches] == [len(p.faces) for p in state.patches]
+        wanted = surface(
+            dome(), settings=state.surfaces.settings, spacing=state.surfaces.made.wish.spacing
+        )  # type: ignore[union-attr]
+        assert [len(p.faces) for p in wanted.patches] == [
+            len(p.faces) for p in state.surfaces.patches
+        ]
     assert counts[0.0] > counts[0.5] > counts[1.0]
-    axes = state.view.axes
+    axes = state.camera.view.axes
     assert (axes == opened_view()).all(), "sliding turns no view"
 
 
 def opened_view() -> np.ndarray:
     other = opened()
     other.close()
-    return other.view.axes
+    return other.camera.view.axes
 
 
 @given(st.floats(0.0, 1.0))
@@ -60,25 +64,25 @@ def test_the_slider_s_places_and_alphas_are_one_to_one(share: float) -> None:
 
 def test_keys_move_the_slider_and_stop_at_its_ends(state: SurfacingState) -> None:
     keys(state, "+ +")
-    assert state.settings.alpha > 0.1
+    assert state.surfaces.settings.alpha > 0.1
     for _ in range(40):
         KEYS.press(state, "-")
     state.settle()
-    assert state.settings.alpha == 0.0 and pieces(state) > 16
+    assert state.surfaces.settings.alpha == 0.0 and pieces(state) > 16
 
 
 def test_a_click_switches_a_patch_off_and_on(state: SurfacingState) -> None:
     every = on_keys(state)
     assert every == {cycle.key for cycle in CYCLES}
     click(state, 0.4, 0.4, 0.8)
-    assert on_keys(state) == every - {CYCLES[0].key} and len(state.off) == 1
-    assert state.edits.banned == (CYCLES[0],)
-    ring = state.rings()[0]
+    assert on_keys(state) == every - {CYCLES[0].key} and len(state.surfaces.off) == 1
+    assert state.surfaces.edits.banned == (CYCLES[0],)
+    ring = state.surfaces.rings()[0]
     click(state, *ring)
-    assert on_keys(state) == every and not state.off
+    assert on_keys(state) == every and not state.surfaces.off
     click(state, 0.4, 0.4, 0.8)
     click(state, -0.4, 0.4, 0.8)
-    assert len(state.patches) == 2
+    assert len(state.surfaces.patches) == 2
     keys(state, "a")
     assert on_keys(state) == every
     keys(state, "u u")
@@ -93,10 +97,10 @@ def test_what_is_seen_through_a_patch_that_is_off_can_be_clicked(state: Surfacin
         x, y = at(state, *(np.ones(3) / np.sqrt(3.0)))
         state.move(x, y + 40.0)
         under = state.under()
-        assert under is not None and state.cycle_of(*under) == CYCLES[0]
+        assert under is not None and state.surfaces.cycle_of(*under) == CYCLES[0]
         keys(state, "x")
         behind = state.under()
-        assert behind is not None and behind.on and state.cycle_of(*behind) != CYCLES[0]
+        assert behind is not None and behind.on and state.surfaces.cycle_of(*behind) != CYCLES[0]
         keys(state, "w")
         off = state.under()
         assert off is not None and not off.on
@@ -105,40 +109,42 @@ def test_what_is_seen_through_a_patch_that_is_off_can_be_clicked(state: Surfacin
 
 
 def test_a_drag_turns_and_is_no_click(state: SurfacingState) -> None:
-    before = state.view.axes.copy()
+    before = state.camera.view.axes.copy()
     x, y = at(state, 0.4, 0.4, 0.8)
     drag(state, (x, y), (x + 30.0, y + 10.0))
     state.settle()
-    assert len(state.patches) == 4 and not np.allclose(state.view.axes, before)
-    turned = state.view.axes.copy()
+    assert len(state.surfaces.patches) == 4 and not np.allclose(state.camera.view.axes, before)
+    turned = state.camera.view.axes.copy()
     state.press(x, y, turn=True)
     state.move(x + 2.0, y)
     state.release(x + 2.0, y)
-    assert not np.allclose(state.view.axes, turned) and len(state.patches) == 4
+    assert not np.allclose(state.camera.view.axes, turned) and len(state.surfaces.patches) == 4
 
 
 def test_cycles_that_are_found_are_banned_and_kept(growing: SurfacingState) -> None:
-    assert len(growing.patches) == 4
+    assert len(growing.surfaces.patches) == 4
     click(growing, 0.4, 0.4, 0.8)
-    assert len(growing.patches) == 3 and len(growing.off) == 1
-    assert growing.made is not None and growing.made.notes == ("found by the tests",)
-    click(growing, *growing.rings()[0])
-    assert len(growing.patches) == 4 and growing.edits.added == (CYCLES[0],)
+    assert len(growing.surfaces.patches) == 3 and len(growing.surfaces.off) == 1
+    assert growing.surfaces.made is not None and growing.surfaces.made.notes == (
+        "found by the tests",
+    )
+    click(growing, *growing.surfaces.rings()[0])
+    assert len(growing.surfaces.patches) == 4 and growing.surfaces.edits.added == (CYCLES[0],)
 
 
 def test_stages_are_stepped_through(growing: SurfacingState) -> None:
     counts = {}
     keys(growing, "Home")
     for stage in range(4):
-        assert growing.edits.stage == stage
-        counts[stage] = (len(growing.network.curves), len(growing.patches))
+        assert growing.surfaces.edits.stage == stage
+        counts[stage] = (len(growing.surfaces.network.curves), len(growing.surfaces.patches))
         keys(growing, "Right")
     # Meridians 4 and 6 are opposite: no quarter has both of its own before the last stage.
     assert counts == {0: (0, 0), 1: (4, 0), 2: (6, 0), 3: (8, 4)}
     keys(growing, "Left Left Left Left")
-    assert growing.edits.stage == 0
+    assert growing.surfaces.edits.stage == 0
     keys(growing, "End")
-    assert growing.edits.stage == 3
+    assert growing.surfaces.edits.stage == 3
     texts = " ".join(t.text for t in compose_surface(growing, 1.6).scene.texts)
     assert "3 of 3" in texts
 
@@ -148,10 +154,16 @@ def test_choices_survive_a_walk_through_the_stages(growing: SurfacingState) -> N
     x, y = at(growing, -0.4, 0.4, 0.8)
     growing.move(x, y)
     keys(growing, "n")
-    methods = {growing.cycle_of(True, i).key: p.method for i, p in enumerate(growing.patches)}
+    methods = {
+        growing.surfaces.cycle_of(True, i).key: p.method
+        for i, p in enumerate(growing.surfaces.patches)
+    }
     assert sorted(methods.values()) == ["area", "chords", "chords"]  # type: ignore[type-var]
     keys(growing, "Left Right")
-    again = {growing.cycle_of(True, i).key: p.method for i, p in enumerate(growing.patches)}
+    again = {
+        growing.surfaces.cycle_of(True, i).key: p.method
+        for i, p in enumerate(growing.surfaces.patches)
+    }
     assert again == methods
 
 
@@ -170,16 +182,16 @@ def test_cycles_are_not_looked_for_again_when_only_alpha_changes() -> None:
 def test_taking_a_stroke_back_makes_nothing_anew(state: SurfacingState) -> None:
     keys(state, "d")
     drag(state, at(state, 0.3, 0.3, 0.0), at(state, 0.5, 0.4, 0.0))
-    made = state.made
+    made = state.surfaces.made
     keys(state, "u")
-    assert state.made is made and state.edits.inks == ()
+    assert state.surfaces.made is made and state.surfaces.edits.inks == ()
     keys(state, "u")
     assert "nothing to take back" in state.message
 
 
 def test_a_drawing_without_stages_says_so(state: SurfacingState) -> None:
     keys(state, "Left")
-    assert "no stages" in state.message and len(state.patches) == 4
+    assert "no stages" in state.message and len(state.surfaces.patches) == 4
 
 
 def test_methods_for_all_and_for_one() -> None:
@@ -187,25 +199,27 @@ def test_methods_for_all_and_for_one() -> None:
         state = opened(db=db)
         try:
             keys(state, "m")
-            assert {patch.method for patch in state.patches} == {"area"}
+            assert {patch.method for patch in state.surfaces.patches} == {"area"}
             keys(state, "m")
-            assert {patch.method for patch in state.patches} == {"quads"} and state.edges_shown
-            assert all(p.shape[1] == 4 for patch in state.patches for p in patch.faces)
+            assert {patch.method for patch in state.surfaces.patches} == {
+                "quads"
+            } and state.edges_shown
+            assert all(p.shape[1] == 4 for patch in state.surfaces.patches for p in patch.faces)
             keys(state, "m")
-            assert {patch.method for patch in state.patches} == {"chords"}
+            assert {patch.method for patch in state.surfaces.patches} == {"chords"}
             state.move(*at(state, 0.4, 0.4, 0.8))
             keys(state, "n")
-            assert [patch.method for patch in state.patches].count("area") == 1
+            assert [patch.method for patch in state.surfaces.patches].count("area") == 1
             keys(state, "u u u")
-            assert {patch.method for patch in state.patches} == {"area"}
+            assert {patch.method for patch in state.surfaces.patches} == {"area"}
         finally:
             state.close()
 
 
 def test_without_a_database_there_are_no_quads(state: SurfacingState) -> None:
     keys(state, "m m")
-    assert {patch.method for patch in state.patches} == {"chords"}
-    state.move(-state.room[0] / 2.0 + 5.0, 0.0)
+    assert {patch.method for patch in state.surfaces.patches} == {"chords"}
+    state.move(-state.camera.room[0] / 2.0 + 5.0, 0.0)
     keys(state, "n")
     assert "pointer" in state.message
 
@@ -228,11 +242,11 @@ def test_what_fails_is_told_and_leaves_the_last_surface() -> None:
 
 def test_neighbours_differ_and_colours_stay(state: SurfacingState) -> None:
     def colours() -> dict[object, tuple[int, ...]]:
-        body = state.body
+        body = state.surfaces.body
         assert body is not None
-        return {state.cycle_of(True, i).key: t for i, t in enumerate(body.tint_of)}
+        return {state.surfaces.cycle_of(True, i).key: t for i, t in enumerate(body.tint_of)}
 
-    made = state.made
+    made = state.surfaces.made
     assert made is not None and made.surfacing is not None
     faces = [piece for patch in made.surfacing.patches for piece in patch.faces]
     owners = [i for i, patch in enumerate(made.surfacing.patches) for _ in patch.faces]

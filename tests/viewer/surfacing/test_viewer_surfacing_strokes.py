@@ -19,15 +19,15 @@ from viewer.surfacing.state import ACTIONS, EFFECTS, KEY_HELP, KEYS, SurfacingSt
 def test_a_stroke_lies_on_the_mesh(state: SurfacingState) -> None:
     keys(state, "d")
     drag(state, at(state, 0.1, 0.1, 0.9), at(state, 0.5, 0.4, 0.7), at(state, -0.4, 0.6, 0.7))
-    (ink,) = state.edits.inks
+    (ink,) = state.surfaces.edits.inks
     assert len(ink.parts) == 1 and ink.missed == 0 and len(ink.parts[0]) > 20
-    made = state.made
+    made = state.surfaces.made
     assert made is not None and made.surfacing is not None
     mesh = Surface.from_arrays(made.surfacing.points, made.surfacing.triangles)
     feet = mesh.nearest(ink.parts[0]).points
     assert np.abs(feet - ink.parts[0]).max() < 1e-6
     assert {int(patch) for patch in ink.owners[0]} == {0, 1}
-    seen = state.view.seen(ink.parts[0])[:, :2]
+    seen = state.camera.view.seen(ink.parts[0])[:, :2]
     assert np.hypot(*np.diff(seen, axis=0).T).max() <= 3.0 + 1e-6
 
 
@@ -36,14 +36,14 @@ def test_a_stroke_that_leaves_the_surface_is_split_and_says_so(state: SurfacingS
     keys(state, "d")
     assert state.drawing_mode
     drag(state, at(state, 0.5, -0.3, 0.0), at(state, 0.5, 0.5, 0.0), at(state, -0.4, 0.5, 0.0))
-    (ink,) = state.edits.inks
+    (ink,) = state.surfaces.edits.inks
     assert len(ink.parts) == 2 and ink.missed > 0
     assert sum(map(len, ink.parts)) + ink.missed == ink.rays
     assert f"{ink.missed} of {ink.rays}" in state.message and "2 parts" in state.message
     drag(state, (-400.0, -400.0), (-390.0, -400.0))
-    assert "beside" in state.message and len(state.edits.inks) == 1
+    assert "beside" in state.message and len(state.surfaces.edits.inks) == 1
     keys(state, "u")
-    assert state.edits.inks == () and len(state.patches) == 3
+    assert state.surfaces.edits.inks == () and len(state.surfaces.patches) == 3
     keys(state, "Escape")
     assert not state.drawing_mode and KEYS.press(state, "Escape") is Effect.QUIT
 
@@ -62,23 +62,23 @@ def test_a_stroke_becomes_curves_and_cuts_the_cycles_that_came_along(
 ) -> None:
     _across(state)
     keys(state, "Enter")
-    assert state.message == "" and state.edits.inks == ()
-    network = state.network
+    assert state.message == "" and state.surfaces.edits.inks == ()
+    network = state.surfaces.network
     # The rim's quarters and the meridian between are cut in two, the stroke is two curves.
     assert len(network.curves) == 8 + 3 + 2
     assert [curve.stroke for curve in network.curves].count("drawn 1") == 2
     assert {curve.id for curve in network.curves} >= {curve.id for curve in dome().curves}
-    assert len(state.patches) == 6
-    for cycle in state.edits.given or ():
+    assert len(state.surfaces.patches) == 6
+    for cycle in state.surfaces.edits.given or ():
         network.walk(cycle)
     uses = np.zeros(len(network.curves), int)
-    for cycle in state.edits.given or ():
+    for cycle in state.surfaces.edits.given or ():
         uses[list(cycle.curves)] += 1
     rim = [i for i, c in enumerate(network.curves) if c.id in ("0-1", "1-2", "2-3", "3-0")]
     assert all(uses[i] == (1 if i in rim else 2) for i in range(len(uses)))
     keys(state, "u")
-    assert len(state.network.curves) == 8 and len(state.patches) == 4
-    assert len(state.edits.inks) == 1
+    assert len(state.surfaces.network.curves) == 8 and len(state.surfaces.patches) == 4
+    assert len(state.surfaces.edits.inks) == 1
 
 
 def test_a_stroke_that_ends_on_no_curve_stays_a_stroke(state: SurfacingState) -> None:
@@ -88,7 +88,7 @@ def test_a_stroke_that_ends_on_no_curve_stays_a_stroke(state: SurfacingState) ->
     drag(state, at(state, 0.3, 0.3, 0.0), at(state, 0.5, 0.4, 0.0))
     keys(state, "Enter")
     assert "begin and end it on curves" in state.message
-    assert len(state.edits.inks) == 1 and len(state.network.curves) == 8
+    assert len(state.surfaces.edits.inks) == 1 and len(state.surfaces.network.curves) == 8
     keys(state, "+ + + + + + + + + + + + Enter")
     assert "has changed" in state.message
 
@@ -96,10 +96,10 @@ def test_a_stroke_that_ends_on_no_curve_stays_a_stroke(state: SurfacingState) ->
 def test_a_new_curve_is_a_stage_of_its_own(growing: SurfacingState) -> None:
     _across(growing)
     keys(growing, "Enter")
-    assert growing.n_stages == 4 and growing.edits.stage == 4
-    assert len(growing.network.curves) == 13
+    assert growing.surfaces.n_stages == 4 and growing.surfaces.edits.stage == 4
+    assert len(growing.surfaces.network.curves) == 13
     keys(growing, "Left")
-    assert len(growing.network.curves) == 11, "the new curves have cut those of before"
+    assert len(growing.surfaces.network.curves) == 11, "the new curves have cut those of before"
 
 
 def test_parts_of_a_cycle() -> None:

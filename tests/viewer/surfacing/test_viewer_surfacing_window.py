@@ -41,7 +41,7 @@ def test_an_off_screen_picture_shows_every_patch_in_its_colour(tmp_path: Path) -
     image = read(path)
     assert image.shape == (400, 480, 3)
     assert 0.3 < (image.min(axis=2) < 0.98).mean() < 0.9
-    body = state.body
+    body = state.surfaces.body
     assert body is not None
     wanted = {tint for tints in body.tint_of for tint in tints}
     assert len(wanted) > 4 and len({tints[0] for tints in body.tint_of}) == 4
@@ -72,11 +72,11 @@ def test_the_panel_says_what_is_known() -> None:
         state.settle()
         texts = [t.text for t in compose_surface(state, 1.6).scene.texts]
         assert "4 patches" in texts and "8, 5 nodes" in texts
-        assert f"{state.settings.alpha:.3g}" in texts
-        x, y, _ = state.view.seen(np.array([0.4, 0.4, 0.8]))
+        assert f"{state.surfaces.settings.alpha:.3g}" in texts
+        x, y, _ = state.camera.view.seen(np.array([0.4, 0.4, 0.8]))
         state.move(x, y)
         texts = [t.text for t in compose_surface(state, 1.6).scene.texts]
-        result = state.patches[0].surface
+        result = state.surfaces.patches[0].surface
         assert result is not None
         assert "Patch at the pointer" in texts and "0-1, 1-4, 0-4" in texts
         assert f"{result.area:.4g}" in texts
@@ -142,14 +142,14 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
     state.settle()
     events = Events(window, size, state.settle)
     try:
-        patch = tuple(state.view.seen(np.array([0.4, 0.4, 0.8]))[:2].tolist())
+        patch = tuple(state.camera.view.seen(np.array([0.4, 0.4, 0.8]))[:2].tolist())
         events.drag(patch)
-        assert len(state.patches) == 3
+        assert len(state.surfaces.patches) == 3
         events.keys("Left")
-        assert state.edits.stage == 2 and len(state.patches) == 0
+        assert state.surfaces.edits.stage == 2 and len(state.surfaces.patches) == 0
         events.keys("Right", "d")
         events.drag((-60.0, -60.0), (-150.0, -90.0))
-        assert len(state.edits.inks) == 1
+        assert len(state.surfaces.edits.inks) == 1
         check_looking(events, state)
         events.send("MouseMoveEvent", (-events.room / 2.0 + 4.0, 300.0))
         window.redraw()

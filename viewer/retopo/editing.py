@@ -1,27 +1,28 @@
-"""Work: calls of tools, one after another in a thread, so that whoever looks on need not wait.
-
-After every call all patches are filled, as scripts do: what is recorded gives the same mesh. A
-call that is made while another is obeyed waits its turn.
-"""
+"""The editing of a network of quads: an editor at work in a thread, the lists of fills, and what is
+asked of it, which makes a script."""
 
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Callable
 from concurrent.futures import Executor, Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 from patterndb.errors import PatternDBError
 from patterndb_sketch.retopo.editor import Call, Editor, Outcome, State
-from patterndb_sketch.retopo.filling import FilledNetwork
+from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
 from patterndb_sketch.retopo.filling.choice import Choice, Flow
 from patterndb_sketch.retopo.filling.edgecounts import side_lengths
 from patterndb_sketch.retopo.filling.fills import LISTED, filling_of, rank_fills
+from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, Patch
+from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Plane
 from patterndb_sketch.retopo.tool import ToolWork
 from query.engine import PatternSource
+from viewer.card import format_count
 from viewer.retopo.body import NetworkBody
 
 
@@ -81,24 +82,24 @@ class EditorWorker:
 
     def __init__(self, editor: Editor) -> None:
         self._editor = editor
-        self._worker = ThreadPoolExecutor(1, thread_name_prefix="retopology")
+        self.worker = ThreadPoolExecutor(1, thread_name_prefix="retopology")
         self._asked: deque[tuple[Call, Future[Outcome]]] = deque()
-        self.lists = FillLists(self._worker)
+        self.lists = FillLists(self.worker)
         empty = FilledNetwork(editor.network, {})
         body = NetworkBody.made_of(empty, editor.ground, editor.mesh(empty))
         self.shown = self._now(empty, body, editor.state.plane, not editor.network.patches)
         self._first: Future[None] | None = None
         if editor.network.patches:
-            self._first = self._worker.submit(self._fill)
+            self._first = self.worker.submit(self._fill)
 
     def ask(self, call: Call) -> None:
         """Have a call obeyed after those before it."""
-        self._asked.append((call, self._worker.submit(self._obey, call)))
+        self._asked.append((call, self.worker.submit(self._obey, call)))
 
     def begin(self, state: State) -> None:
         """Begin from another state on the same ground; nothing can be undone."""
         self.wait()
-        self._first = self._worker.submit(self._restore, state)
+        self._first = self.worker.submit(self._restore, state)
 
     def drop(self) -> int:
         """Drop the calls that were not begun; how many there were."""
@@ -140,7 +141,7 @@ class EditorWorker:
 
     def close(self) -> None:
         """Drop what was not begun, and wait for what was."""
-        self._worker.shutdown(wait=True, cancel_futures=True)
+        self.worker.shutdown(wait=True, cancel_futures=True)
 
     def _restore(self, state: State) -> None:
         before = self.shown
@@ -175,8 +176,6 @@ class EditorWorker:
         return Shown(work, filled, body, plane, fresh, editor.undoable, editor.redoable)
 
 
-# == Lists: which of the fills that a patch can have it has, found when there is time.
-
 #: What a list depends on: the patch, the edges of its sides, and its flow lines.
 Key = tuple[int, tuple[int, ...], tuple[Flow, ...]]
 
@@ -198,7 +197,7 @@ class FillLists:
     """Lists of patches, each found in a thread that also does all else with the database."""
 
     def __init__(self, worker: Executor) -> None:
-        self._worker = worker
+        self.worker = worker
         self._found: dict[Key, tuple[Choice, ...]] = {}
         self._wanted: tuple[Key, Future[tuple[Choice, ...]]] | None = None
 
@@ -206,7 +205,7 @@ class FillLists:
         """Have a patch's list found, if it is not known and no other is being found."""
         key = _key(network, patch)
         if key not in self._found and self._wanted is None:
-            self._wanted = key, self._worker.submit(_listed, network, patch, source)
+            self._wanted = key, self.worker.submit(_listed, network, patch, source)
 
     def take(self) -> bool:
         """Take the list that was wanted; True if there is a new one."""
@@ -245,3 +244,192 @@ def _listed(network: Network, patch: Patch, source: PatternSource) -> tuple[Choi
         return tuple(Choice.of(fill) for fill in rank_fills(network, patch, source))
     except PatternDBError:
         return ()
+
+
+#: Seconds that a call is waited for: what is done at once is shown at once.
+AT_ONCE = 0.05
+
+
+class RetopoFiles(Protocol):
+    """Writes what is worked on, and says where it is; ``tick`` is called often, and may write
+    what is to be found after a crash. OSError as writing does.
+
+    lost: what a crash left, on the same ground; None if it left nothing."""
+
+    lost: State | None
+
+    def save_session(self, ground: Ground, state: State) -> str: ...
+    def save_mesh(self, mesh: RetopoMesh) -> str: ...
+    def save_script(self, calls: tuple[Call, ...]) -> str: ...
+    def tick(self, state: State) -> None: ...
+
+
+class RetopoEditing:
+    """An editor, and calls of its tools.
+
+    message: what was refused last and why, or what should be known. calls: those that changed
+    something, in order; None if they do not begin from the bare surface, and are no script of
+    what there is. files: for keys that save.
+    """
+
+    def __init__(self, editor: Editor, files: RetopoFiles | None) -> None:
+        self.ground = editor.ground
+        self.message = ""
+        self.files = files
+        bare = all(chain.marked for chain in editor.network.chains.values())
+        self.calls: tuple[Call, ...] | None = () if bare and not editor.undoable else None
+        self.work = EditorWorker(editor)
+        self._seen = self.work.shown
+        self._saved = self._seen.state
+
+    def close(self) -> None:
+        """Wait until nothing is being made any more."""
+        self.work.close()
+
+    @property
+    def shown(self) -> Shown:
+        """What there is to see."""
+        return self.work.shown
+
+    @property
+    def network(self) -> Network:
+        return self.shown.state.network
+
+    @property
+    def sizes(self) -> Sizes:
+        return self.shown.state.sizes
+
+    @property
+    def waiting(self) -> int:
+        """Calls that are not done with."""
+        return self.work.waiting
+
+    @property
+    def working(self) -> tuple[str, ...]:
+        """Their tools, in order; the first is at work."""
+        return self.work.tools
+
+    @property
+    def unsaved(self) -> bool:
+        """Has anything changed since the session was saved?"""
+        return not self.shown.state.same(self._saved)
+
+    def list_empty(self) -> tuple[int, ...]:
+        """The patches that have no quads, none of them while quads are made."""
+        shown = self.shown
+        if not shown.fresh:
+            return ()
+        return tuple(sorted(shown.state.network.patches.keys() - shown.filled.placed.keys()))
+
+    def place_in_list(self, patch: int) -> ListPlace | None:
+        """Which of its fills a patch has; None while that is not known."""
+        return self.work.lists.place(self.network, self.network.patches[patch])
+
+    def do(self, tool: str, **arguments: object) -> None:
+        """Call a tool; what it comes to is shown as soon as it is there."""
+        self.work.ask(Call(tool, arguments))
+        self.work.wait(AT_ONCE)
+        self.take()
+
+    def take(self) -> bool:
+        """Take what has been done since this was asked last; True if there is something new."""
+        done = self.work.done()
+        for call, outcome in done:
+            self._told(call, outcome)
+        shown = self.work.shown
+        new, self._seen = shown is not self._seen, shown
+        return self.work.lists.take() or new or bool(done)
+
+    def tick(self) -> bool:
+        """Time goes on: what a crash would lose may be written. True if that cannot be."""
+        if self.files is None:
+            return False
+        try:
+            self.files.tick(self.shown.state)
+        except OSError as error:
+            self.message = f"nothing is kept in case of a crash: {error}"
+            return True
+        return False
+
+    def undo(self) -> None:
+        """One step back."""
+        self.do("undo")
+
+    def redo(self) -> None:
+        """One step forward again."""
+        self.do("redo")
+
+    def save_session(self) -> None:
+        """Save the session."""
+        state = self.shown.state
+        if self._save("sessions", lambda files: files.save_session(self.ground, state)):
+            self._saved = state
+
+    def save_mesh(self) -> None:
+        """Save the quads."""
+        shown = self.shown
+        if self.files is not None and not shown.fresh:
+            self.message = "the quads are still being made; save them in a moment"
+        elif self.files is not None and not shown.filled.placed:
+            self.message = "there are no quads to save; close a loop of curves"
+        else:
+            self._save("meshes", lambda files: files.save_mesh(shown.body.mesh))
+
+    def save_script(self) -> None:
+        """Save all calls since the window was opened."""
+        calls = self.calls
+        if self.files is not None and calls is None:
+            self.message = "this did not begin from the bare surface: a script would not make it"
+        elif self.files is not None and not calls:
+            self.message = "nothing has been done that a script could do again"
+        else:
+            self._save("scripts", lambda files: files.save_script(calls or ()))
+
+    def recover(self) -> None:
+        """Go on from what a crash left; only before anything else is done."""
+        found = None if self.files is None else self.files.lost
+        if self.files is None or found is None:
+            self.message = "there is nothing that a crash left"
+        elif self.shown.undoable or self.waiting:
+            self.message = "undo what has been done first: the recovered session replaces it"
+        else:
+            self.work.begin(found)
+            self.files.lost = None
+            self.calls = None
+            self.message = (
+                "this is what the crash left; s saves it, and its file goes then. A script would "
+                "not make it: none is recorded"
+            )
+
+    def drop_waiting(self) -> bool:
+        """Drop what was asked for and has not begun; False if nothing is being made."""
+        if not self.waiting:
+            return False
+        dropped = self.work.drop()
+        if dropped:
+            self.message = f"dropped: {format_count(dropped, 'step')} that had not begun"
+        else:
+            self.message = "what is being made cannot be stopped; u takes it back"
+        return True
+
+    def _save(self, what: str, save: Callable[[RetopoFiles], str]) -> bool:
+        """Save something, and say where or why not; True if it is saved."""
+        if self.files is None:
+            self.message = f"{what} cannot be saved here"
+            return False
+        try:
+            self.message = save(self.files)
+        except OSError as error:
+            self.message = f"not saved: {error}"
+            return False
+        return True
+
+    def _told(self, call: Call, outcome: Outcome) -> None:
+        if outcome.refused is not None:
+            self.message = outcome.refused
+        elif outcome.notes:
+            self.message = "; ".join(outcome.notes)
+        elif not outcome.changed:
+            self.message = f"{call.tool}: nothing changed"
+        if outcome.changed and self.calls is not None:
+            self.calls = (*self.calls, call)

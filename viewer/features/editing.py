@@ -1,0 +1,501 @@
+"""The editing of feature curves: what they snap to, what keys choose, and the way back."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import partial
+from typing import Protocol
+from weakref import WeakKeyDictionary, WeakSet
+
+import numpy as np
+
+from patterndb.errors import PatternDBError
+from patterndb.geometry.points import Points
+from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
+from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration import DrawnNetwork
+from patterndb_sketch.features.sessionfile import FeatureSession
+from patterndb_sketch.features.snap import Snap, SnapSettings
+from viewer.features.edits import (
+    CurveLook,
+    DrawnCurve,
+    FeatureEdits,
+    SnapMaker,
+    collect_session,
+    open_session_curves,
+    snap_curve,
+)
+from viewer.features.layout import AXIS_OF, DEGREES, RAILS, get_slider_value
+
+#: Seconds that a change waits for what it asks for: what is made at once is shown at once.
+AT_ONCE = 0.05
+
+#: Snaps that are kept to go on from: each has some megabytes of ribs. Others are made anew.
+KEPT = 24
+
+
+class FeatureFiles(Protocol):
+    """Writes what is worked on, and says where it is. OSError as writing does."""
+
+    def save_session(self, session: FeatureSession) -> str: ...
+    def save_network(self, network: DrawnNetwork) -> str: ...
+    def save_lines(self, lines: Mapping[str, Points]) -> str: ...
+
+
+class FeatureEditing:
+    """The curves on a model, the settings of the next one, and a curve while it is drawn.
+
+    edits: the curves. selected: the key of the one that sliders and keys change. settings: of
+    the next curve, which are those that were chosen last. message: what went wrong last.
+    ribs_shown: of the selected curve. files: for keys that save.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        session: FeatureSession,
+        settings: SnapSettings,
+        files: FeatureFiles | None,
+    ) -> None:
+        self.model = model
+        self.message = ""
+        self.ribs_shown = False
+        self._files = files
+        self._session = session
+        found, self.settings = open_session_curves(session, settings)
+        self.edits = FeatureEdits(tuple(curve for curve, _ in found))
+        self.selected: int | None = None
+        self._saved = self.edits
+        self._past: list[FeatureEdits] = []
+        self._future: list[FeatureEdits] = []
+        self._next = 1 + max((curve.key for curve in self.edits.curves), default=-1)
+        self._looks: WeakKeyDictionary[DrawnCurve, CurveLook] = WeakKeyDictionary(found)
+        self._failures: WeakKeyDictionary[DrawnCurve, PatternDBError] = WeakKeyDictionary()
+        self._last: dict[int, CurveLook] = {curve.key: look for curve, look in found}
+        self._snaps: OrderedDict[DrawnCurve, Snap] = OrderedDict()
+        self._parents: WeakKeyDictionary[DrawnCurve, DrawnCurve] = WeakKeyDictionary()
+        self._bases: WeakSet[DrawnCurve] = WeakSet()
+        self._maker = SnapMaker()
+        self.helping = False
+        #: The points clicked so far while a curve is drawn, None if none is.
+        self.clicks: tuple[Points, ...] | None = None
+        #: The name as far as it is typed, None if none is.
+        self.typed: str | None = None
+        self._preview: DrawnCurve | None = None
+
+    def close(self) -> None:
+        """Wait until nothing is being made any more."""
+        self._maker.close()
+
+    @property
+    def curve(self) -> DrawnCurve | None:
+        """The selected curve."""
+        return self.edits.find(self.selected)
+
+    @property
+    def making(self) -> bool:
+        """Is a curve still shown as it was before?"""
+        return self._maker.busy
+
+    @property
+    def unsaved(self) -> bool:
+        """Has anything changed since the session was saved?"""
+        return self.edits is not self._saved
+
+    def look(self, curve: DrawnCurve) -> CurveLook | None:
+        """What a curve looks like, or what it looked like last while it is being made."""
+        return self._looks.get(curve) or self._last.get(curve.key)
+
+    def snap_of(self, curve: DrawnCurve) -> Snap | None:
+        """What a curve was found by, if that is known."""
+        return self._snaps.get(curve)
+
+    def trouble(self, curve: DrawnCurve) -> str:
+        """Why a curve is not what was asked for, "" if it is."""
+        failure = self._failures.get(curve)
+        return "" if failure is None else str(failure)
+
+    def session(self) -> FeatureSession:
+        """The session as it is now; curves that could not be made are left out."""
+        looks = self.made()
+        made = [(one, looks[one.name]) for one in self.edits.curves if one.name in looks]
+        return collect_session(self._session, made, self.settings)
+
+    def made(self) -> dict[str, CurveLook]:
+        """The curves that are what was asked for, by name."""
+        looks = [(curve.name, self._looks.get(curve)) for curve in self.edits.curves]
+        return {name: look for name, look in looks if look is not None}
+
+    @property
+    def shown_settings(self) -> SnapSettings:
+        """What the sliders show: the settings of the curve that is drawn or selected, else of
+        the next one."""
+        curve = self.curve if self.clicks is None else None
+        return self.settings if curve is None else curve.settings
+
+    # Curves selected, named, deleted, changed, and saved
+
+    def toggle(self, name: str) -> None:
+        """Turn one of the switches, such as ribs_shown."""
+        setattr(self, name, not getattr(self, name))
+        self.ask_snap(self.curve)
+
+    def select(self, key: int | None) -> None:
+        """Select a curve; none while one is drawn."""
+        if self.clicks is None:
+            self.selected = key
+            self.ask_snap(self.curve)
+
+    def select_next(self, by: int) -> None:
+        """The next curve, or the one before; from the last on to the first."""
+        keys = [curve.key for curve in self.edits.curves]
+        if not keys:
+            self.message = "there is no curve yet"
+            return
+        if self.selected in keys:
+            self.select(keys[(keys.index(self.selected) + by) % len(keys)])
+        else:
+            self.select(keys[0 if by > 0 else -1])
+
+    def delete(self) -> None:
+        """Delete the selected curve, or forget the one that is drawn."""
+        curve = self.curve
+        if self.clicks is not None:
+            self._drop()
+        elif curve is None:
+            self.message = "select a curve first: click on it"
+        else:
+            self._step(self.edits.without(curve.key))
+            self.selected = None
+
+    def rename(self, name: str) -> None:
+        """Give the selected curve another name."""
+        curve = self.curve
+        if curve is None or name == curve.name:
+            return
+        if not name:
+            self.message = "a curve needs a name"
+        elif any(one.name == name for one in self.edits.curves):
+            self.message = f"there is another curve {name!r}"
+        else:
+            self.revise(replace(curve, name=name))
+
+    def snap_again(self) -> None:
+        """One more round: ribs about the selected curve as it is now."""
+        curve = self.curve
+        if curve is None:
+            self.message = "select a curve first: click on it"
+        else:
+            self.revise(replace(curve, again=curve.again + 1))
+
+    def change_degree(self, by: int) -> None:
+        """A higher or a lower degree of the spline."""
+        settings = self.shown_settings
+        degree = min(max(settings.degree + by, DEGREES[0]), DEGREES[1])
+        if degree == settings.degree:
+            self.message = f"the degree is from {DEGREES[0]} to {DEGREES[1]}"
+        else:
+            self.change(replace(settings, degree=degree))
+
+    def choose_axis(self, name: str) -> None:
+        """The axis, by its name, that normals are measured from."""
+        settings = self.shown_settings
+        if settings.alpha == 1.0:
+            self.message = "alpha is 1, so that angles do not count; make it less"
+        self.change(replace(settings, axis=AXIS_OF[name]))
+
+    def slide(self, name: str, by: float) -> None:
+        """Move a slider by a part of its length."""
+        slider = RAILS[name].slider
+        self.change(replace_value(self.shown_settings, name, slider.moved(
+            get_slider_value(self.shown_settings, name), by
+        )))  # fmt: skip
+
+    def change(self, settings: SnapSettings) -> None:
+        """Other settings for the curve that is drawn or selected, and for the next one."""
+        self.settings = settings
+        preview = self._preview
+        if self.clicks is not None:
+            if preview is not None and settings != preview.settings:
+                self._show_preview(replace(preview, settings=settings))
+            return
+        curve = self.curve
+        if curve is not None and settings != curve.settings:
+            self.revise(replace(curve, settings=settings))
+
+    def undo(self) -> None:
+        """Take the last step back."""
+        self._turn(self._past, self._future, "there is nothing to take back")
+
+    def redo(self) -> None:
+        """Do again what was taken back last; a curve being drawn is not affected."""
+        if self.clicks is None:
+            self._turn(self._future, self._past, "there is nothing to do again")
+        else:
+            self.message = "finish the curve first: Enter, or Escape to drop it"
+
+    def save_session(self) -> None:
+        """Save all curves, once they are what was asked for."""
+        if self._saved_by(lambda files: files.save_session(self.session())):
+            self._saved = self.edits
+
+    def save_network(self) -> None:
+        """Save the curves as a network, which templates are laid on."""
+        self._saved_by(
+            lambda files: files.save_network(
+                DrawnNetwork({name: look.spline for name, look in self.made().items()})
+            )
+        )
+
+    def save_lines(self) -> None:
+        """Save the curves as lines, for other programs."""
+        self._saved_by(
+            lambda files: files.save_lines({name: one.line for name, one in self.made().items()})
+        )
+
+    def _saved_by(self, save: Callable[[FeatureFiles], str]) -> bool:
+        self.settle()
+        if self._files is None:
+            self.message = "nothing can be saved here: no way to write files was given"
+            return False
+        try:
+            self.message = save(self._files)
+        except OSError as error:
+            self.message = f"not saved: {error}"
+            return False
+        made = self.made()
+        lost = [curve.name for curve in self.edits.curves if curve.name not in made]
+        if lost:
+            self.message += f", without what could not be made: {', '.join(lost)}"
+        return True
+
+    # A curve while it is drawn with clicks, and a name while it is typed
+
+    @property
+    def preview(self) -> DrawnCurve | None:
+        """The curve that would be made of the clicks so far."""
+        return self._preview
+
+    def sketched(self) -> Points | None:
+        """(k, 3) the line through the clicks, laid on the model, while it has not snapped."""
+        preview = self._preview
+        if preview is None or self.look(preview) is not None:
+            return None
+        return find_initial_curve(self.model, preview.clicked).samples
+
+    def begin_curve(self) -> None:
+        """Draw a curve with clicks, or begin it anew."""
+        self._drop()
+        self.clicks = ()
+
+    def finish_curve(self) -> None:
+        """Make a curve of the clicks."""
+        preview = self._preview
+        if self.clicks is None:
+            self.message = "press c to draw a curve, and click points on the model"
+        elif preview is None:
+            self.message = "click two points of the model at least"
+        elif self.trouble(preview):
+            self.message = self.trouble(preview)
+        else:
+            # The curve is the preview itself: what it snapped to is known, or will be.
+            self._step(self.edits.with_curve(preview))
+            self.clicks = self._preview = None
+            self.select(preview.key)
+
+    def take_back(self) -> None:
+        """Take the last click back, or the last step if no curve is drawn."""
+        if self.clicks is None:
+            self.undo()
+        elif not self.clicks:
+            self.message = "there is no click to take back; Escape leaves"
+        else:
+            self._click(self.clicks[:-1])
+
+    def leave(self) -> bool:
+        """Leave typing, the help, drawing or the selection; False if there is nothing to leave."""
+        if self.typed is not None:
+            self.typed = None
+        elif self.helping:
+            self.helping = False
+        elif self.clicks is not None:
+            self._drop()
+        elif self.selected is not None:
+            self.select(None)
+        else:
+            return False
+        return True
+
+    def begin_name(self) -> None:
+        """Type another name for the selected curve."""
+        curve = self.curve
+        if curve is None or self.clicks is not None:
+            self.message = "select a curve first: click on it"
+        else:
+            self.typed = curve.name
+
+    def end_name(self) -> None:
+        """The name is as it was typed."""
+        if self.typed is not None:
+            name, self.typed = self.typed.strip(), None
+            self.rename(name)
+
+    def click(self, point: Points | None) -> None:
+        """A point (3,) of the model was clicked, or a place beside it."""
+        if self.clicks is None:
+            self.select(None)
+            return
+        if point is None:
+            self.message = "there is no model under the pointer"
+            return
+        near = SAME_CLICK * self.model.diagonal
+        if self.clicks and np.linalg.norm(point - self.clicks[-1]) <= near:
+            self.message = "that point has been clicked already"
+            return
+        self._click((*self.clicks, point))
+
+    def _click(self, clicks: tuple[Points, ...]) -> None:
+        """The curve is drawn through these points."""
+        self.clicks = clicks
+        if len(clicks) < 2:
+            if self._preview is not None:
+                self._maker.forget(self._preview.key)
+                self._last.pop(self._preview.key, None)
+            self._preview = None
+            return
+        if self._preview is None:
+            key, self._next = self._next, self._next + 1
+            curve = DrawnCurve(key, self.edits.free_name(), np.stack(clicks), self.settings)
+        else:
+            curve = replace(self._preview, clicked=np.stack(clicks))
+        self._show_preview(curve)
+
+    def _show_preview(self, curve: DrawnCurve) -> None:
+        before, self._preview = self._preview, curve
+        self.make(curve, before)
+
+    def _drop(self) -> None:
+        """Forget the curve that is drawn."""
+        if self._preview is not None:
+            self._maker.forget(self._preview.key)
+        self.clicks = self._preview = None
+
+    # The clock
+
+    def poll(self) -> bool:
+        """Is there something new since the last time that this was asked?"""
+        return self._take()
+
+    def settle(self) -> None:
+        """Wait for all that was asked for."""
+        self._maker.wait()
+        self._take()
+
+    # How it is done
+
+    def ask_snap(self, curve: DrawnCurve | None) -> None:
+        """Have a curve snapped, if its ribs are not known: it will be changed. It is not shown."""
+        if curve is None or curve in self._snaps:
+            return
+        if curve not in self._failures and not self._maker.wants(curve):
+            self._bases.add(curve)
+            self._want(curve, None)
+
+    def revise(self, curve: DrawnCurve) -> None:
+        """An edited curve in place of that of its key, as one step."""
+        before = self.edits.find(curve.key)
+        self._step(self.edits.with_curve(curve))
+        self.make(curve, before)
+
+    def make(self, curve: DrawnCurve, before: DrawnCurve | None, patience: float = AT_ONCE) -> None:
+        """Have an edited curve made, unless that would give the same again."""
+        look = None if before is None else self._looks.get(before)
+        if before is not None and look is not None and _same(curve, before):
+            self._looks[curve] = look
+            if before in self._snaps:
+                self._keep(curve, self._snaps[before])
+            return
+        self._want(curve, before)
+        self._maker.wait(patience)
+        self._take()
+
+    def keep_step(self, before: FeatureEdits) -> None:
+        """Keep what there was before a change, to come back to it."""
+        self._past.append(before)
+        self._future.clear()
+
+    def _step(self, after: FeatureEdits) -> None:
+        """Another step that can be taken back."""
+        self.keep_step(self.edits)
+        self.edits = after
+
+    def _turn(self, source: list[FeatureEdits], target: list[FeatureEdits], otherwise: str) -> None:
+        if not source:
+            self.message = otherwise
+            return
+        target.append(self.edits)
+        before, self.edits = self.edits, source.pop()
+        for curve in self.edits.curves:
+            if curve not in self._looks and not self._maker.wants(curve):
+                self._want(curve, None)
+        changed = [one.key for one in self.edits.curves if before.find(one.key) is not one]
+        if changed:
+            self.selected = changed[-1]
+        elif self.curve is None:
+            self.selected = None
+        curve = self.curve
+        if curve is not None:
+            self.settings = curve.settings
+        self.ask_snap(self.curve)
+
+    def _want(self, curve: DrawnCurve, before: DrawnCurve | None) -> None:
+        # Edits may come faster than curves: all are made of the last that is known.
+        while before is not None and before not in self._snaps and before in self._parents:
+            before = self._parents[before]
+        if before is not None:
+            self._parents[curve] = before
+        known = None if before is None else self._snaps.get(before)
+        self._maker.want(curve, partial(snap_curve, self.model, curve, before, known))
+
+    def _keep(self, curve: DrawnCurve, snap: Snap) -> None:
+        self._snaps[curve] = snap
+        self._snaps.move_to_end(curve)
+        while len(self._snaps) > KEPT:
+            self._snaps.popitem(last=False)
+
+    def _take(self) -> bool:
+        """Show what has been made; False if there is nothing new."""
+        made = self._maker.made()
+        for curve, result in made:
+            if isinstance(result, Snap):
+                self._keep(curve, result)
+                found = result.curve
+                # What was read from a file, or made before, stays as it was.
+                look = self._looks.setdefault(
+                    curve, CurveLook.of(found.spline, found.samples, found)
+                )
+                if curve not in self._bases:
+                    self._last[curve.key] = look
+            else:
+                self._failures[curve] = result
+        return bool(made)
+
+
+def _same(curve: DrawnCurve, other: DrawnCurve) -> bool:
+    """Do two curves snap alike? Names are no matter."""
+    return (
+        curve.clicked is other.clicked
+        and curve.constraints is other.constraints
+        and (curve.settings, curve.again) == (other.settings, other.again)
+    )
+
+
+def replace_value(settings: SnapSettings, name: str, value: float) -> SnapSettings:
+    """Settings after a slider was moved to a value."""
+    if name == "angle":
+        return replace(settings, beta=float(np.deg2rad(value)))
+    if name == "alpha":
+        return replace(settings, alpha=value)
+    return replace(settings, stiffness=value)
