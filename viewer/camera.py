@@ -204,7 +204,7 @@ FILLED = 0.86
 
 
 def fit_view(points: Points, toward: ArrayLike, up: ArrayLike, width: float, height: float) -> View:
-    """Looking against ``toward`` (3,), ``up`` (3,) upright, with points (n, 3) in the middle of
+    """Look against ``toward`` (3,), ``up`` (3,) upright, with points (n, 3) in the middle of
     a picture of this size, in points."""
     z = np.asarray(toward, np.float64)
     z = z / np.linalg.norm(z)

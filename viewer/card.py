@@ -61,7 +61,7 @@ class Card:
 
 
 def format_valences(valences: Iterable[int]) -> str:
-    """The irregular valences as people write them: "3·3·5·5", "3×6 · 5×8", "regular"."""
+    """Format the irregular valences as people write them: "3·3·5·5", "3×6 · 5×8", "regular"."""
     counts = sorted(Counter(valences).items())
     if not counts:
         return "regular"
@@ -71,14 +71,14 @@ def format_valences(valences: Iterable[int]) -> str:
 
 
 def format_count(count: int, noun: str) -> str:
-    """ "1 quad", "2 quads", "1,200 quads"."""
+    """Format a count with its noun: "1 quad", "2 quads", "1,200 quads"."""
     return f"{count:,} {noun}" + ("" if count == 1 else "s")
 
 
 def collect_facts(
     pattern: Pattern, disk: Disk, widths: Sequence[int], meshes: Sequence[str] = ()
 ) -> list[tuple[str, str]]:
-    """All there is to say about a pattern, as (name, value) lines.
+    """Collect all there is to say about a pattern, as (name, value) lines.
 
     disk: the pattern at these widths. meshes: those it occurs in.
     """

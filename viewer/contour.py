@@ -136,7 +136,7 @@ class Contour:
 def make_flat_boundary(
     lengths: Sequence[int], corners: Sequence[CornerKind] | None = None
 ) -> Boundary:
-    """A boundary of these edge counts in the plane: a regular polygon; with reflex corners
+    """Make a boundary of these edge counts in the plane: a regular polygon; with reflex corners
     these drawn in, with two sides a lens, with one or none (``corners=()``) a circle.
 
     Raises InvalidBoundaryError as :class:`query.Boundary` does.

@@ -133,7 +133,7 @@ def _pieces(corner: Points) -> Points:
 
 
 def find_bundles(disk: Disk) -> Int32Array:
-    """Bundles of parallel polychords, as (q, 2) int32 through edges 0-2 and edges 1-3.
+    """Find bundles of parallel polychords, as (q, 2) int32 through edges 0-2 and edges 1-3.
 
     Two polychords are parallel if between them runs a regular chain: closed or from one
     flat boundary vertex to another, through interior vertices of valence 4 only. Bundles
@@ -159,7 +159,7 @@ def find_bundles(disk: Disk) -> Int32Array:
 
 
 def choose_tints(disk: Disk, bundle: Int32Array) -> Int32Array:
-    """(bundles,) int32 tint of every bundle, an index of style.TINTS.
+    """Choose (bundles,) int32 the tint of every bundle, an index of style.TINTS.
 
     All different as long as there are tints enough; then bundles that cross or run side by
     side differ as far as the tints go.
@@ -183,7 +183,7 @@ def choose_tints(disk: Disk, bundle: Int32Array) -> Int32Array:
 
 
 def find_boundary_bundles(disk: Disk, bundle: Int32Array) -> Int32Array:
-    """(P,) int32 bundle that meets every boundary edge, edge j leaving vertex j."""
+    """Find (P,) int32 bundle that meets every boundary edge, edge j leaving vertex j."""
     tail = disk.quads
     head = np.roll(tail, -1, axis=1)
     quad, edge = np.nonzero((tail < disk.perimeter) & (head == (tail + 1) % disk.perimeter))

@@ -67,7 +67,7 @@ class Outline:
 
 
 def make_outline(disk: Disk) -> Outline:
-    """The strictly convex outline, counter-clockwise, side 0 at the bottom."""
+    """Make the strictly convex outline, counter-clockwise, side 0 at the bottom."""
     n = disk.n_sides
     if n < 2:
         points = _teardrop(disk) if n == 1 and disk.corner_counts()[0] == 1 else _circle(disk)
@@ -186,7 +186,7 @@ ANGLES = (math.radians(25.0), math.radians(150.0))
 
 
 def embed_disk(disk: Disk, *, bend: bool = True) -> Points:
-    """Flat coordinates of a disk's vertices, for drawing.
+    """Embed a disk: flat coordinates of its vertices, for drawing.
 
     disk: any disk. bend: let the outline bend inward at reflex corners; otherwise it is
     strictly convex. Returns (n_vertices, 2) float64, side 0 at the bottom, boundary
@@ -210,7 +210,7 @@ def embed_disk(disk: Disk, *, bend: bool = True) -> Points:
 
 
 def find_flipped_quads(quads: NDArray[np.int32], points: Points) -> NDArray[np.bool_]:
-    """Which quads are drawn clockwise, crossing themselves, or without area.
+    """Find which quads are drawn clockwise, crossing themselves, or without area.
 
     quads: (q, 4) int32; points: (v, 2). Returns (q,) bool. A quad is sound if one of its
     diagonals cuts it into two counter-clockwise triangles; it may be concave.

@@ -36,7 +36,7 @@ LABEL_RIM = "#b9c1cb"
 
 
 def compose_explorer(state: ExplorerState, aspect: float) -> Drawn:
-    """The picture for a window of this width to height."""
+    """Compose the picture for a window of this width to height."""
     scene = Scene(HEIGHT * aspect, HEIGHT)
     room = scene.width - PANEL
     middle = (room / 2.0, HEIGHT / 2.0)

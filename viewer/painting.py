@@ -103,7 +103,7 @@ def paint_disk(
 
 
 def measure_scale(size: float) -> float:
-    """Points per unit of a drawing that is painted in a square of this size."""
+    """Measure the points per unit of a drawing that is painted in a square of this size."""
     return size / 2.0 - BLEED
 
 

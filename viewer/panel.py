@@ -89,13 +89,13 @@ def begin_panel(scene: Scene, *, names: float = NAMES) -> PanelWriter:
 
 
 def draw_hint(scene: Scene, text: str) -> None:
-    """A line above the picture beside the panel, of what is to be done now."""
+    """Draw a line above the picture beside the panel, of what is to be done now."""
     left = scene.width - PANEL
     scene.text(left / 2.0, HEIGHT - 40.0, text, 13.0, colour=style.MESSAGE)
 
 
 def draw_help(scene: Scene, keys: Sequence[tuple[str, str]], mouse: str) -> None:
-    """The list of keys, over the picture: (keys, what they do), and what the mouse does."""
+    """Draw the list of keys, over the picture: (keys, what they do), and what the mouse does."""
     step = 25.0
     width, height = 450.0, step * len(keys) + 96.0
     left, top = MARGIN, (HEIGHT + height) / 2.0
@@ -138,7 +138,7 @@ def draw_axes(scene: Scene, axes: Points, chosen: str) -> None:
 
 
 def draw_line(scene: Scene, begin: Points, end: Points, half: float, colour: str) -> None:
-    """A straight line in the picture between two places (2,), half so many points wide."""
+    """Draw a straight line in the picture between two places (2,), half so many points wide."""
     along = end - begin
     size = float(np.linalg.norm(along))
     if size > 0.0:

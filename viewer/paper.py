@@ -106,7 +106,7 @@ class Page:
 
 
 def check_suffix(path: Path) -> str:
-    """The picture's suffix, lower case; PictureFormatError if it is not one of SUFFIXES."""
+    """Return the picture's suffix, lower case; PictureFormatError if it is not one of SUFFIXES."""
     suffix = path.suffix.lower()
     if suffix not in SUFFIXES:
         raise PictureFormatError(

@@ -69,7 +69,7 @@ def save_drawn(path: Path | str, drawn: Drawn, height: int) -> Path:
 
 
 def check_png(path: Path | str) -> Path:
-    """The path; PictureFormatError if its name does not end in .png."""
+    """Return the path; PictureFormatError if its name does not end in .png."""
     path = Path(path)
     if path.suffix.lower() != ".png":
         raise PictureFormatError(f"{path}: an off-screen picture's name ends in .png")

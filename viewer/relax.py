@@ -42,7 +42,7 @@ def measure_energy(
     force: Complex,
     gradient: Complex,
 ) -> tuple[float, float]:
-    """Energy of the drawing; also its smallest relative triangle area.
+    """Measure the energy of the drawing; also its smallest relative triangle area.
 
     y: (handles + interior,) complex128 handles, then interior vertices; points and force:
     (v,) complex128 output and scratch; gradient: as y, output. quads: (q, 4) int32; angle:
@@ -104,7 +104,7 @@ def measure_energy(
 
 @kernel
 def multiply_dot(a: Complex, b: Complex) -> float:
-    """Real inner product of two vectors of points."""
+    """Multiply two vectors of points: their real inner product."""
     total = 0.0
     for i in range(len(a)):
         total += a[i].real * b[i].real + a[i].imag * b[i].imag

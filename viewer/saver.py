@@ -93,7 +93,7 @@ class Saver(ABC):
 
 
 def find_free_name(folder: Path, name: str, suffix: str) -> Path:
-    """A path in a folder that no file has: the name with a number and the suffix."""
+    """Find a path in a folder that no file has: the name with a number and the suffix."""
     count = 1
     while (path := folder / f"{name}-{count}{suffix}").exists():
         count += 1

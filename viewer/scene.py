@@ -109,7 +109,7 @@ class Scene:
 
 
 def compose_browser(state: BrowserState, aspect: float, meshes: Meshes | None = None) -> Scene:
-    """The whole picture for a window of this width to height.
+    """Compose the whole picture for a window of this width to height.
 
     meshes: names of the meshes that a pattern occurs in.
     """
@@ -123,7 +123,7 @@ def compose_browser(state: BrowserState, aspect: float, meshes: Meshes | None = 
 
 
 def find_cell(scene: Scene, state: BrowserState, x: float, y: float) -> int | None:
-    """Place among the filtered patterns of the thumbnail at (x, y), None if there is none."""
+    """Find the place among the filtered patterns of the thumbnail at (x, y), None if there is none."""
     width, height = _cell(scene)
     column, row = int((x - MARGIN) // width), int((scene.height - HEADER - y) // height)
     item = row * COLUMNS + column

@@ -37,7 +37,7 @@ class Skin:
 
 
 def smooth_normals(corners: Points, triangles: Int32Array) -> Points:
-    """(t, 3, 3) unit normals at the corners (t, 3, 3) of triangles (t, 3).
+    """Find (t, 3, 3) unit normals at the corners (t, 3, 3) of triangles (t, 3), smoothed.
 
     At each corner the mean, by area, of the triangles around that lie nearly flat beside its
     own; those that look the other way count as if they were turned.
@@ -126,7 +126,7 @@ class Shading:
 
 
 def shade_model(skin: Skin, view: View, middle: tuple[float, float], *, through: bool) -> Triangles:
-    """Corners (t, 3, 3) as they are seen, float64, and their colours (t, 3, 3) float32.
+    """Shade corners (t, 3, 3) as they are seen, float64, and their colours (t, 3, 3) float32.
 
     through: the model is pale and behind everything else.
     """

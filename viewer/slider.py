@@ -176,7 +176,8 @@ class Rail:
 
 
 def find_rail(rails: Mapping[Name, Rail], x: float, y: float) -> Name | None:
-    """The name of the slider at a place of the picture, the nearest of several; None without."""
+    """Find the name of the slider at a place of the picture, the nearest of several; None
+    without."""
     near = [(abs(y - rail.y), i) for i, rail in enumerate(rails.values()) if rail.holds(x, y)]
     return list(rails)[min(near)[1]] if near else None
 

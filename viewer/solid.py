@@ -34,7 +34,7 @@ NOTHING: Triangles = (np.zeros((0, 3, 3)), np.zeros((0, 3, 3), np.float32))
 
 
 def make_ribbons(lines: Sequence[Points], colour: str, width: float, lift: float) -> Triangles:
-    """Bands along polylines (k, 3) as they are seen, ``width`` points wide.
+    """Make bands along polylines (k, 3) as they are seen, ``width`` points wide.
 
     lift: how much nearer to the viewer they are than what they lie on, in points.
     """
@@ -77,7 +77,7 @@ def make_ribbons(lines: Sequence[Points], colour: str, width: float, lift: float
 def make_discs(
     places: Points, colour: str, radius: float, lift: float, inner: float = 0.0
 ) -> Triangles:
-    """Discs at places (n, 3) as they are seen, or rings with an inner radius."""
+    """Make discs at places (n, 3) as they are seen, or rings with an inner radius."""
     if not len(places):
         return NOTHING
     rim = make_circle()
@@ -94,7 +94,7 @@ def make_discs(
 
 
 def dash_line(line: Points, dash: float) -> list[Points]:
-    """A polyline (k, 3) as it is seen, in dashes of so many points with gaps as long."""
+    """Cut a polyline (k, 3) as it is seen into dashes of so many points with gaps as long."""
     along = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1))]
     if along[-1] <= dash:
         return [line]
@@ -171,7 +171,8 @@ def fill_triangles(corners: Points, colours: Grid, depth: Grid, image: Grid) -> 
 
 
 def spread_farthest(depth: Grid) -> Grid:
-    """(h, w) the least depth in the 3 x 3 pixels around: what a line beside a ridge is held to."""
+    """Find (h, w) the least depth in the 3 x 3 pixels around: what lines beside ridges are held
+    to."""
     padded = np.pad(depth, 1, mode="edge")
     rows = np.minimum(np.minimum(padded[:-2], padded[1:-1]), padded[2:])
     return np.minimum(np.minimum(rows[:, :-2], rows[:, 1:-1]), rows[:, 2:])

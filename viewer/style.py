@@ -47,12 +47,12 @@ VALENCE_COLOURS = {
 
 
 def format_valence(valence: int) -> str:
-    """What the legend says: "5", or "7+" for the last class."""
+    """Format what the legend says: "5", or "7+" for the last class."""
     return "7+" if valence == 7 else str(valence)
 
 
 def choose_valence_shape(valence: int) -> Points:
-    """(n, 2) float64 outline of a valence's marker, about the unit circle's size."""
+    """Choose (n, 2) float64 outline of a valence's marker, about the unit circle's size."""
     if valence == 2:
         return make_circle()
     if valence >= 7:
@@ -62,17 +62,17 @@ def choose_valence_shape(valence: int) -> Points:
 
 
 def make_circle() -> Points:
-    """(24, 2) float64 the marker of a convex corner, and of valence 2."""
+    """Make (24, 2) float64 the marker of a convex corner, and of valence 2."""
     return _regular(24)
 
 
 def make_diamond() -> Points:
-    """(4, 2) float64 the marker of a reflex corner."""
+    """Make (4, 2) float64 the marker of a reflex corner."""
     return _regular(4)
 
 
 def parse_colour(colour: str) -> NDArray[np.float64]:
-    """(3,) float64 red, green and blue of "#rrggbb", each 0 to 1."""
+    """Parse (3,) float64 red, green and blue of "#rrggbb", each 0 to 1."""
     return np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255.0
 
 

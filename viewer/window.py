@@ -87,7 +87,7 @@ class WindowStage:
 
 
 def layer_polygons(scene: Scene) -> Any:
-    """All polygons of a scene as one surface, later ones nearer to the camera."""
+    """Layer all polygons of a scene into one surface, later ones nearer to the camera."""
     import pyvista as pv
 
     points, faces, colours = [], [], []
@@ -107,7 +107,7 @@ def layer_polygons(scene: Scene) -> Any:
 
 
 def make_text(t: Text, scene: Scene, unit: float) -> Any:
-    """A line of text; unit: pixels per point."""
+    """Make a line of text; unit: pixels per point."""
     import pyvista as pv
     from matplotlib import get_data_path
 

@@ -493,7 +493,7 @@ def _same(curve: DrawnCurve, other: DrawnCurve) -> bool:
 
 
 def replace_value(settings: SnapSettings, name: str, value: float) -> SnapSettings:
-    """Settings after a slider was moved to a value."""
+    """Replace a value of the settings by that which a slider was moved to."""
     if name == "angle":
         return replace(settings, beta=float(np.deg2rad(value)))
     if name == "alpha":

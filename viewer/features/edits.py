@@ -45,7 +45,7 @@ def open_session_curves(
 def collect_session(
     session: FeatureSession, curves: Sequence[tuple[DrawnCurve, CurveLook]], settings: SnapSettings
 ) -> FeatureSession:
-    """The session with these curves, and the settings of the next one; all else stays."""
+    """Collect a session: these curves, and the settings of the next one; all else stays."""
     common = settings_numbers(settings)
     gone = {f"{one.name}: {name}" for one in session.curves for name in common}
     numbers = {name: value for name, value in session.settings.items() if name not in gone}
@@ -74,7 +74,7 @@ CURVES = (
 
 
 def choose_curve_colour(key: int) -> str:
-    """The colour of a curve by its key: it keeps it while others come and go."""
+    """Choose the colour of a curve by its key: it keeps it while others come and go."""
     return CURVES[key % len(CURVES)]
 
 
@@ -163,7 +163,7 @@ class FeatureEdits:
 def snap_curve(
     model: Model, wanted: DrawnCurve, before: DrawnCurve | None, known: Snap | None
 ) -> Snap:
-    """What a curve snaps to.
+    """Snap a curve, as far as that is needed after what it was before.
 
     before: the curve that it was edited from, None if it is new. known: what that one snapped
     to, if that is still known; else it is snapped anew. So is a curve with other clicks, or

@@ -49,24 +49,24 @@ RAILS = {
 
 
 def place_rails(left: float) -> dict[str, Rail]:
-    """The sliders in a panel that begins at x = left, in points of the picture."""
+    """Place the sliders in a panel that begins at x = left, in points of the picture."""
     return {name: rail.shifted(left, TOP_SLIDER) for name, rail in RAILS.items()}
 
 
 def find_slider(left: float, x: float, y: float) -> str | None:
-    """The slider at a place of the picture."""
+    """Find the slider at a place of the picture."""
     return find_rail(place_rails(left), x, y)
 
 
 def find_row(left: float, x: float, y: float) -> int | None:
-    """The row of the list at a place of the picture, from 0."""
+    """Find the row of the list at a place of the picture, from 0."""
     row = int((FIRST_ROW + ROW / 2.0 - y) // ROW)
     inside = left + MARGIN / 2.0 <= x <= left + PANEL - MARGIN / 2.0
     return row if inside and 0 <= row < ROWS else None
 
 
 def find_choice(left: float, x: float, y: float) -> str | int | None:
-    """The axis, or by how much the degree is changed, at a place of the picture."""
+    """Find the axis, or by how much the degree is changed, at a place of the picture."""
     if abs(y - CHOICES) > HALF_CHOICE[1]:
         return None
     for choice, at in (*AXES.items(), *DEGREE.items()):
@@ -76,7 +76,7 @@ def find_choice(left: float, x: float, y: float) -> str | int | None:
 
 
 def choose_rows(count: int, selected: int | None) -> range:
-    """Which of so many curves the list has, with the selected one among them."""
+    """Choose which of so many curves the list has, with the selected one among them."""
     first = 0
     if count > ROWS:
         middle = count - 1 if selected is None else selected
@@ -85,12 +85,12 @@ def choose_rows(count: int, selected: int | None) -> range:
 
 
 def get_slider_value(settings: SnapSettings, name: str) -> float:
-    """What a slider shows of the settings."""
+    """Get what a slider shows of the settings."""
     if name == "angle":
         return float(np.rad2deg(settings.beta))
     return float(getattr(settings, name))
 
 
 def name_axis(settings: SnapSettings) -> str | None:
-    """The name of the axis, None if it is another direction."""
+    """Name the axis of the settings, None if it is another direction."""
     return next((name for name, axis in AXIS_OF.items() if axis == settings.axis), None)

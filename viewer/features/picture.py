@@ -107,7 +107,7 @@ def _curves(state: FeatureState) -> list[Triangles]:
 
 
 def measure_lift(state: FeatureState) -> float:
-    """How much nearer than they are curves are drawn, in points."""
+    """Measure how much nearer than they are curves are drawn, in points."""
     return LIFT + LIFT_SHARE * state.editing.model.diagonal * state.camera.view.scale
 
 

@@ -43,7 +43,7 @@ class CurveUnderPointer(NamedTuple):
 
 
 def make_matrix_camera(view: View, model: Model, room: tuple[float, float]) -> MatrixCamera:
-    """The camera that sees the model as the picture of this size, in points, shows it."""
+    """Make the camera that sees the model as the picture of this size, in points, shows it."""
     middle = (model.points.min(axis=0) + model.points.max(axis=0)) / 2.0
     far = ROOM * (model.diagonal + float(np.linalg.norm(view.focus - middle)))
     eye = view.focus + far * view.axes[2]
@@ -59,7 +59,7 @@ def to_picture_place(room: tuple[float, float], x: float, y: float) -> NDArray[n
 def find_surface_point(
     view: View, model: Model, room: tuple[float, float], x: float, y: float
 ) -> Points | None:
-    """(3,) the front-most point of the model at a place of the picture.
+    """Find (3,) the front-most point of the model at a place of the picture.
 
     Features run along the borders of patches, and patches leave gaps: what is seen through a
     narrow gap does not count, but the surface beside it.
@@ -88,7 +88,7 @@ def find_under_pointer(
     *,
     through: bool,
 ) -> CurveUnderPointer | None:
-    """The pin, else the curve, at a place of the picture.
+    """Find the pin, else the curve, at a place of the picture.
 
     drawn: curves with their lines (k, 3). through: what the model hides counts, too.
     """

@@ -133,7 +133,7 @@ class FeatureWriter:
 
 
 def format_obj_lines(lines: Mapping[str, Points]) -> str:
-    """Polylines by name as an OBJ file has them; blanks in names become underscores."""
+    """Format polylines by name as an OBJ file; blanks in names become underscores."""
     text: list[str] = []
     count = 0
     for name, points in lines.items():

@@ -16,12 +16,12 @@ OPTION = 22.0
 
 
 def count_mode_rows(count: int) -> int:
-    """Rows of the list of so many tools."""
+    """Count the rows of the list of so many tools."""
     return -(-count // COLUMNS)
 
 
 def place_mode(left: float, number: int, count: int) -> tuple[float, float, float, float]:
-    """Of a tool: its box, (x, y) its lower left, width and height, in points."""
+    """Place a tool: its box, (x, y) its lower left, width and height, in points."""
     rows = count_mode_rows(count)
     width = (PANEL - MARGIN) / COLUMNS
     column, row = divmod(number, rows)
@@ -34,12 +34,12 @@ def place_mode(left: float, number: int, count: int) -> tuple[float, float, floa
 
 
 def place_options(count: int) -> float:
-    """Middle of the first row of options."""
+    """Place the options: the middle of their first row."""
     return FIRST_ROW - count_mode_rows(count) * ROW - BETWEEN
 
 
 def find_mode_number(left: float, x: float, y: float, count: int) -> int | None:
-    """The tool at a place of the picture."""
+    """Find the tool at a place of the picture."""
     for number in range(count):
         at_x, at_y, width, height = place_mode(left, number, count)
         if at_x <= x < at_x + width and at_y <= y < at_y + height:
@@ -48,7 +48,7 @@ def find_mode_number(left: float, x: float, y: float, count: int) -> int | None:
 
 
 def find_option_number(left: float, x: float, y: float, count: int, options: int) -> int | None:
-    """The option at a place of the picture."""
+    """Find the option at a place of the picture."""
     row = int((place_options(count) + OPTION / 2.0 - y) // OPTION)
     inside = left + MARGIN / 2.0 <= x <= left + PANEL - MARGIN / 2.0
     return row if inside and 0 <= row < options else None

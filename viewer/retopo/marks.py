@@ -70,12 +70,12 @@ OTHER_VALENCE = "#7a1fa2"
 
 
 def choose_side_colour(sides: int) -> str:
-    """The colour of a patch with so many sides."""
+    """Choose the colour of a patch with so many sides."""
     return SIDES.get(sides, MORE_SIDES)
 
 
 def choose_valence_colour(valence: int) -> str:
-    """The colour of an irregular vertex."""
+    """Choose the colour of an irregular vertex."""
     return VALENCES.get(valence, OTHER_VALENCE)
 
 
@@ -97,8 +97,8 @@ HALF = 13
 
 
 def project_chains(chains: Iterable[Chain], view: View, *, through: bool) -> list[Points]:
-    """Polylines (k, 3) of curves as they are seen, where they face the viewer; all of them where
-    one sees through."""
+    """Project chains: polylines (k, 3) as they are seen, where they face the viewer; all of them
+    where one sees through."""
     found: list[Points] = []
     for chain in chains:
         line = chain.round
@@ -110,7 +110,7 @@ def project_chains(chains: Iterable[Chain], view: View, *, through: bool) -> lis
 
 
 def cut_runs(seen: Points, shown: NDArray[np.bool_]) -> list[Points]:
-    """Parts (k, 3) of a polyline as it is seen that are shown, no finer than is of use."""
+    """Cut a polyline (k, 3) as it is seen into its shown parts, no finer than is of use."""
     if not shown.any():
         return []
     cuts = np.flatnonzero(np.diff(shown.astype(np.int8))) + 1
@@ -122,7 +122,7 @@ def cut_runs(seen: Points, shown: NDArray[np.bool_]) -> list[Points]:
 
 
 def thin_line(line: Points) -> Points:
-    """A polyline (k, 3) as it is seen without the samples that nobody tells apart."""
+    """Thin a polyline (k, 3) as it is seen: without the samples that nobody tells apart."""
     length = float(np.linalg.norm(np.diff(line[:, :2], axis=0), axis=1).sum())
     most = max(2, int(length / FINE) + 2)
     if len(line) <= most:
@@ -131,7 +131,7 @@ def thin_line(line: Points) -> Points:
 
 
 def make_node_marks(network: Network, view: View, lift: float, *, through: bool) -> list[Triangles]:
-    """Corners full, T-junctions half, open ends hollow."""
+    """Make marks of nodes: corners full, T-junctions half, open ends hollow."""
     corners: list[Points] = []
     ends: list[Points] = []
     halves: list[tuple[Points, Points]] = []
@@ -162,7 +162,7 @@ def make_node_marks(network: Network, view: View, lift: float, *, through: bool)
 def make_empty_marks(
     network: Network, empty: Iterable[int], view: View, lift: float, *, through: bool
 ) -> Triangles:
-    """A dashed line within the loops of patches that have no quads."""
+    """Make a dashed line within the loops of patches that have no quads."""
     dashes: list[Points] = []
     for number in empty:
         points, normals = trace_outline(network, network.patches[number].loop)
@@ -175,7 +175,7 @@ def make_empty_marks(
 
 
 def find_stem(network: Network, node: Node, view: View) -> Points:
-    """(2,) the direction, as it is seen, in which a T-junction's curves end on it."""
+    """Find (2,) the direction, as it is seen, in which a T-junction's curves end on it."""
     passed = {k for k, flag in enumerate(node.flagged) if not flag}
     straight = {k for wedge in passed for k in (wedge, (wedge + 1) % len(node.ends))}
     total = np.zeros(3)
@@ -193,7 +193,7 @@ def find_stem(network: Network, node: Node, view: View) -> Points:
 def make_half_discs(
     places: Points, ways: Points, colour: str, radius: float, lift: float
 ) -> Triangles:
-    """The halves of discs at places (n, 3) that lie in directions (n, 2), as they are seen."""
+    """Make the halves of discs at places (n, 3) that lie in directions (n, 2), as they are seen."""
     if not len(places):
         return NOTHING
     angle = np.linspace(-np.pi / 2.0, np.pi / 2.0, HALF)
@@ -210,7 +210,7 @@ def make_half_discs(
 
 
 def make_shapes(places: Points, outline: Points, colour: str, lift: float) -> Triangles:
-    """A convex outline (k, 2) about places (n, 3), as they are seen."""
+    """Make a convex outline (k, 2) about places (n, 3), as they are seen."""
     if not len(places):
         return NOTHING
     rim = np.concatenate([outline, np.zeros((len(outline), 1))], axis=1)

@@ -61,13 +61,13 @@ BRUSHES = ("width", "radius")
 
 
 def list_modes(tools: Mapping[str, Tool] = TOOLS) -> tuple[ToolMode, ...]:
-    """The modes of a table of tools, in its order."""
+    """List the modes of a table of tools, in its order."""
     made = [make_mode(tool) for tool in tools.values() if tool.control.mode]
     return tuple(mode for mode in made if mode is not None)
 
 
 def make_mode(tool: Tool) -> ToolMode | None:
-    """The mode of a tool; None if no gesture gives what it must have."""
+    """Make the mode of a tool; None if no gesture gives what it must have."""
     control = tool.control
     found = find_gesture(tool)
     if found is None:
@@ -100,7 +100,8 @@ def make_mode(tool: Tool) -> ToolMode | None:
 
 
 def find_gesture(tool: Tool) -> tuple[Gesture, tuple[str, ...]] | None:
-    """What the mouse can give a tool, from what it must have, and the names of what takes it."""
+    """Find what the mouse can give a tool, from what it must have, and the names of what takes
+    it."""
     control = tool.control
     needed = {n: a.kind for n, a in tool.arguments.items() if a.default is REQUIRED}
     if control.gesture is not None:
@@ -118,7 +119,7 @@ def find_gesture(tool: Tool) -> tuple[Gesture, tuple[str, ...]] | None:
 
 
 def list_options(tool: Tool) -> list[ToolOption]:
-    """What a tool may be told beside what gestures give: words, flags, and whole numbers."""
+    """List what a tool may be told beside what gestures give: words, flags, and whole numbers."""
     found: list[ToolOption] = []
     for name, argument in tool.arguments.items():
         default = argument.default

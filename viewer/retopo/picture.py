@@ -66,7 +66,7 @@ LIGHTER = 0.25
 
 
 def measure_lift(state: RetopoState) -> float:
-    """How much nearer than they are curves are drawn, in points."""
+    """Measure how much nearer than they are curves are drawn, in points."""
     own = LIFT_POINTS + LIFT * state.ground.diagonal * state.camera.view.scale
     if state.quads_shown:
         own += QUAD_LIFT * state.shown.body.edge * state.camera.view.scale
@@ -76,7 +76,7 @@ def measure_lift(state: RetopoState) -> float:
 def draw_quads(
     state: RetopoState, body: NetworkBody, stale: frozenset[int], lit: int | None
 ) -> list[Triangles]:
-    """Quads in the colours of their patches, their edges, and irregular vertices."""
+    """Draw quads in the colours of their patches, their edges, and irregular vertices."""
     view = state.camera.view
     gone = np.fromiter(stale, np.int64, len(stale))
     kept = ~np.isin(body.owner, gone)
@@ -115,7 +115,7 @@ def draw_quads(
 
 
 def draw_remade_quads(quads: Points, view: View, lift: float) -> list[Triangles]:
-    """Quads (q, 4, 3) that would be made, over those that are there."""
+    """Draw quads (q, 4, 3) that would be made, over those that are there."""
     seen = view.seen(quads)
     around = np.roll(seen, -1, axis=1)
     # Those that are seen from behind are on the far side.

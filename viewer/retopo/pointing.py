@@ -31,7 +31,7 @@ BENEATH = 0.004
 def pick_ground(
     view: View, ground: Ground, places: ArrayLike
 ) -> tuple[GroundPoints, NDArray[np.bool_]]:
-    """The front-most points of the ground at places (n, 2) of the picture, in points from its
+    """Pick the front-most points of the ground at places (n, 2) of the picture, in points from its
     middle, and (n,) whether there are any; the others are some points of the ground."""
     toward = view.axes[2]
     at = np.asarray(places, np.float64).reshape(-1, 2)
@@ -48,7 +48,7 @@ def pick_ground(
 
 
 def pick_foot(view: View, ground: Ground, x: float, y: float) -> GroundPoints | None:
-    """The front-most point of the ground at a place of the picture, as one foot."""
+    """Pick the front-most point of the ground at a place of the picture, as one foot."""
     feet, found = pick_ground(view, ground, [[x, y]])
     return feet if found[0] else None
 
@@ -56,7 +56,7 @@ def pick_foot(view: View, ground: Ground, x: float, y: float) -> GroundPoints | 
 def pick_line(
     view: View, ground: Ground, last: tuple[float, float], now: tuple[float, float]
 ) -> Points:
-    """(k, 3) points of the ground along the pointer's way from one place to another, the last
+    """Pick (k, 3) points of the ground along the pointer's way from one place to another, the last
     place included and the first not."""
     steps = max(1, round(float(np.hypot(now[0] - last[0], now[1] - last[1])) / STEP))
     share = (np.arange(1, steps + 1) / steps)[:, None]
@@ -67,7 +67,7 @@ def pick_line(
 
 
 def find_visible(view: View, ground: Ground, points: Points) -> NDArray[np.bool_]:
-    """(n,) which of points (n, 3) near the ground it does not hide."""
+    """Find (n,) which of points (n, 3) near the ground it does not hide."""
     if not len(points):
         return np.zeros(0, np.bool_)
     feet, found = pick_ground(view, ground, view.seen(points)[:, :2])
@@ -117,7 +117,7 @@ class NetworkPicker:
 
 
 def find_chain_point(network: Network, chain: int, place: float) -> Points:
-    """(3,) the point at a place of a chain."""
+    """Find (3,) the point at a place of a chain."""
     line = network.chains[chain].round
     first = min(int(place), len(line) - 2)
     return line[first] + (place - first) * (line[first + 1] - line[first])
@@ -137,8 +137,9 @@ BASE, MORE = 0.05, 3.0
 
 
 def find_upright(ground: Ground) -> str:
-    """The axis, y or z, that a surface seems to stand along: z if it is flat at its lower end there
-    and not along y. Most that were modelled stand along y, and some that were measured along z."""
+    """Find the axis, y or z, that a surface seems to stand along: z if it is flat at its lower end
+    there and not along y. Most that were modelled stand along y, and some that were measured along
+    z."""
     corners = ground.vertices[ground.triangles]
     area = 0.5 * np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     low, high = ground.vertices.min(axis=0), ground.vertices.max(axis=0)

@@ -33,7 +33,7 @@ from patterndb_sketch.retopo.tools.spine import preview_spine
 
 
 def pair_edges(quads: Int32Array) -> Int32Array:
-    """(4 q,) the half-edge on the other side of the same edge, for quads (q, 4); -1 for none.
+    """Pair (4 q,) half-edges with those on the other side, for quads (q, 4); -1 for none.
 
     Half-edge 4 i + k leads from corner k of quad i to the next. Of an edge with more than two
     quads only two are joined.
@@ -51,7 +51,8 @@ def pair_edges(quads: Int32Array) -> Int32Array:
 
 
 def find_nearest_edge(mesh: RetopoMesh, which: Int32Array, point: ArrayLike) -> int:
-    """The half-edge of some quads, (k,) their numbers, whose edge is nearest to a point (3,)."""
+    """Find the half-edge of some quads, (k,) their numbers, whose edge is nearest to a point
+    (3,)."""
     at = np.asarray(point, np.float64)
     corners = mesh.vertices[mesh.quads[which]]
     one, along = corners, np.roll(corners, -1, axis=1) - corners
@@ -63,8 +64,8 @@ def find_nearest_edge(mesh: RetopoMesh, which: Int32Array, point: ArrayLike) -> 
 
 
 def trace_strip(mesh: RetopoMesh, half: int) -> Points:
-    """(n, 3) the middles of the edges that the strip of quads through an edge crosses, in order;
-    the first again at the end where it comes back to it."""
+    """Trace (n, 3) the middles of the edges that the strip of quads through an edge crosses, in
+    order; the first again at the end where it comes back to it."""
     twin = pair_edges(mesh.quads)
     onward = _across(twin, half)
     if len(onward) > 1 and onward[-1] == half:
@@ -113,8 +114,8 @@ class Preview:
 
 
 def preview_completion(work: ToolWork, foot: GroundPoints, radius: float, number: int) -> Preview:
-    """A patch that could be completed around a foot; number: which of them, from 0 on, the last
-    if there are not so many."""
+    """Preview a patch that could be completed around a foot; number: which of them, from 0 on, the
+    last if there are not so many."""
     network, point = work.network, foot.points[0]
     sizes = replace(work.state.sizes, autocompletion=radius)
     try:
@@ -130,7 +131,7 @@ def preview_completion(work: ToolWork, foot: GroundPoints, radius: float, number
 
 
 def preview_spine_outline(work: ToolWork, line: Points, width: float) -> Preview:
-    """The outline of the patch about a line (k, 3)."""
+    """Preview the outline of the patch about a line (k, 3)."""
     network, sizes = work.network, replace(work.state.sizes, spine=width / 2.0)
     try:
         stroke = work.clean_stroke_here(line, "the spine", False)
@@ -141,7 +142,7 @@ def preview_spine_outline(work: ToolWork, line: Points, width: float) -> Preview
 
 
 def preview_cut(work: ToolWork, point: Points, normal: Points, limit: float) -> Preview:
-    """The curve in which a plane through a point (3,) cuts the ground."""
+    """Preview the curve in which a plane through a point (3,) cuts the ground."""
     network = work.network
     try:
         start = work.find_foot(point)
@@ -155,7 +156,7 @@ def preview_cut(work: ToolWork, point: Points, normal: Points, limit: float) -> 
 
 
 def preview_pull(work: ToolWork, begun: Points, point: Points) -> Preview:
-    """The curves that follow when what is at one point (3,) is pulled to another."""
+    """Preview the curves that follow when what is at one point (3,) is pulled to another."""
     network, sizes = work.network, work.state.sizes
     try:
         start, end = work.find_foot(begun), work.find_foot(point)
@@ -168,7 +169,7 @@ def preview_pull(work: ToolWork, begun: Points, point: Points) -> Preview:
 
 
 def preview_inserted_loop(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) -> Preview:
-    """Where a loop would run that is inserted at a foot, along a strip of the quads of a mesh."""
+    """Preview where a loop would run that is inserted at a foot, along a strip of a mesh."""
     network, point = work.network, foot.points[0]
     near = find_nearest_place(take_samples(network), point, foot.normals[0], work.state.sizes.snap)
     sides = network.patch_of()
@@ -190,8 +191,8 @@ def preview_inserted_loop(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) 
 
 
 def preview_call(work: ToolWork, mesh: RetopoMesh, call: Call, at: Points) -> Preview:
-    """The quads that would not be as those of a mesh after a call of a tool; at: (3,) where the
-    pointer is."""
+    """Preview the quads that would not be as those of a mesh after a call of a tool; at: (3,) where
+    the pointer is."""
     network, tool = work.network, TOOLS[call.tool]
     try:
         made = tool.act(work, read_arguments(call.tool, tool.arguments, call.arguments)).state

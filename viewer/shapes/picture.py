@@ -59,7 +59,7 @@ def compose_shape(
     caption: str = "",
     height: float = HEIGHT,
 ) -> Drawn:
-    """The picture for a window of this width to height.
+    """Compose the picture for a window of this width to height.
 
     bare: without the panel. caption: a line below the shape. height: of a bare picture, in
     points; one with the panel has always the same.
@@ -81,7 +81,7 @@ def compose_shape(
 
 
 def choose_line_colour(state: ShapesState, line: SkinLine) -> str:
-    """A curve's own colour, which says what part of the shape it belongs to."""
+    """Choose a curve's own colour, which says what part of the shape it belongs to."""
     return HELD if line.name in state.shaping.choice.held else PARTS[line.part % len(PARTS)]
 
 

@@ -160,7 +160,7 @@ class Grab:
 
 
 def find_displacement(view: View, dx: float, dy: float, axis: int | None) -> Points | None:
-    """(3,) what a pull by so many points of the picture means in space.
+    """Find (3,) what a pull by so many points of the picture means in space.
 
     In the plane of the screen, or along an axis: as far as the pull goes along the axis as it is
     seen. None if that points at the viewer.

@@ -186,7 +186,7 @@ def _lines(shapes: ShapeModel, template: Template, mirroring: Mirroring) -> tupl
 
 
 def find_nearest_place(lines: Sequence[Points], place: Points) -> tuple[Points, Int64Array, Points]:
-    """Of every polyline (k, 2 or more) as it is seen the point nearest to a place (2,).
+    """Find of every polyline (k, 2 or more) as it is seen the point nearest to a place (2,).
 
     Returns the distances (n,), the number (n,) of the piece, and how far along it (n,), 0 to 1.
     """

@@ -421,12 +421,12 @@ STIFFENING = Slider("keep the present shape", *STIFF, digits=2)
 
 
 def count_pages(n_modes: int) -> int:
-    """How many pages of modes there are."""
+    """Count the pages of modes."""
     return -(-n_modes // MODES)
 
 
 def place_rails(n_modes: int, page: int, left: float) -> dict[Knob, Rail]:
-    """The sliders of a page of the panel; left: of the panel, from the picture's left."""
+    """Place the sliders of a page of the panel; left: of the panel, from the picture's left."""
     start, end = left + MARGIN + 6.0, left + PANEL - MARGIN - 6.0
     found: dict[Knob, Rail] = {}
     for row, mode in enumerate(range(page * MODES, min((page + 1) * MODES, n_modes))):

@@ -23,7 +23,7 @@ BESIDE, NEARBY = 1_000_000, 50
 def choose_piece_tints(
     pieces: Sequence[Int64Array], owners: Sequence[int], kept: Mapping[int, int] | None = None
 ) -> Int64Array:
-    """(p,) the tint of every piece, an index of style.TINTS.
+    """Choose (p,) the tint of every piece, an index of style.TINTS.
 
     pieces: the faces (f, 3) or (f, 4) of each, of common vertices. owners: the patch of each;
     the first piece of every patch is served before the others. kept: tints that pieces have
@@ -53,7 +53,7 @@ def choose_piece_tints(
 
 
 def find_neighbours(pieces: Sequence[Int64Array]) -> list[set[int]]:
-    """For every piece those that share an edge with it, chords and curves alike."""
+    """Find for every piece those that share an edge with it, chords and curves alike."""
     keys: list[Int64Array] = [np.zeros((0, 2), np.int64)]
     names: list[Int64Array] = [np.zeros(0, np.int64)]
     for name, faces in enumerate(pieces):
@@ -137,7 +137,7 @@ class SurfaceBody:
 
 
 def renumber_cycle(cycle: Cycle, number: Mapping[int, int]) -> Cycle | None:
-    """The cycle with other numbers for its curves; None if one of them has none."""
+    """Renumber the curves of a cycle; None if one of them has no other number."""
     if not all(curve in number for curve in cycle.curves):
         return None
     return Cycle(tuple((number[curve], backward) for curve, backward in cycle.steps))

@@ -101,7 +101,7 @@ def choose_next_method(method: str, *, database: bool) -> str:
 
 
 def cut_cycle(network: CurveNetwork, cycle: Cycle, curves: Sequence[int]) -> list[Cycle]:
-    """The cycles that curves from side to side cut a cycle into; the cycle alone if none does.
+    """Cut a cycle along curves from side to side: the cycles; it alone if none cuts it.
 
     Each curve cuts the part that has both its ends.
     """

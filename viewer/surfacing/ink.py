@@ -88,7 +88,7 @@ class StrokePointer:
 
 
 def cast_ray(view: View, x: float, y: float, reach: float) -> tuple[Points, Points]:
-    """Origin (3,) and direction (3,) of what is seen at a place of the picture."""
+    """Cast a ray: origin (3,) and direction (3,) of what is seen at a place of the picture."""
     toward = view.axes[2]
     return view.under(x, y) + reach * toward, -toward
 
@@ -107,7 +107,7 @@ class Grown:
 
 
 def add_ink_curves(drawing: Drawing, ink: InkedStroke, reach: float, stage: int) -> Grown:
-    """The drawing with a stroke as new curves, which end on curves that are there.
+    """Add a stroke to a drawing as new curves, which end on curves that are there.
 
     The stroke is cut where it goes from one patch to the next, and its ends are moved onto the
     nearest place of the curves around their patch. drawing: the whole one. reach: how far an

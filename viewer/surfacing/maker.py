@@ -25,7 +25,7 @@ Find = Callable[
 def find_network_cycles(
     network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle]
 ) -> tuple[Sequence[Cycle], Sequence[str]]:
-    """As :func:`patterndb_sketch.surfacing.cycles.find_cycles`."""
+    """Find cycles as :func:`patterndb_sketch.surfacing.cycles.find_cycles` does."""
     # Its solver takes a second to import, which networks with cycles need not wait for.
     from patterndb_sketch.surfacing.cycles import find_cycles
 

@@ -67,7 +67,7 @@ def compose_surface(
     caption: str = "",
     height: float = HEIGHT,
 ) -> Drawn:
-    """The picture for a window of this width to height.
+    """Compose the picture for a window of this width to height.
 
     bare: without the panel. caption: a line below the network. height: of a bare picture, in
     points; one with the panel has always the same.

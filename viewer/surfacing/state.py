@@ -48,7 +48,7 @@ def to_alpha(share: float) -> float:
 
 
 def find_alpha(room: Room, x: float) -> float:
-    """The alpha at x points from the middle of the view; room: size of the view."""
+    """Find the alpha at x points from the middle of the view; room: size of the view."""
     left = room[0] / 2.0 + SLIDER[0]
     return to_alpha((x - left) / (SLIDER[1] - SLIDER[0]))
 
