@@ -299,10 +299,10 @@ def main() -> None:
             save(hand.image(WINDOW, bare=False), out / "retopo-viewer.png")
         with opened("head.obj", source, tools) as hand:
             head(hand)
-    missing = [mode.title for mode in hand.state.modes if mode.tool not in tools]
+    missing = [mode.title for mode in hand.state.tool.modes if mode.tool not in tools]
     if missing:
         sys.exit(f"no picture of: {', '.join(missing)}; draw one of each")
-    save(sheet(tools, hand.state.modes), out / "retopo-tools.png")
+    save(sheet(tools, hand.state.tool.modes), out / "retopo-tools.png")
 
 
 if __name__ == "__main__":

@@ -47,7 +47,11 @@ class Effect(Enum):
 class Spoken(Protocol):
     """A state that tells the user something."""
 
-    message: str
+    @property
+    def message(self) -> str: ...
+
+    @message.setter
+    def message(self, text: str) -> None: ...
 
 
 State = TypeVar("State", bound=Spoken)

@@ -123,7 +123,7 @@ def compose_browser(state: BrowserState, aspect: float, meshes: Meshes | None = 
 
 
 def find_cell(scene: Scene, state: BrowserState, x: float, y: float) -> int | None:
-    """Find the place among the filtered patterns of the thumbnail at (x, y), None if there is none."""
+    """Find the place of the thumbnail at (x, y) among the filtered patterns, None without."""
     width, height = _cell(scene)
     column, row = int((x - MARGIN) // width), int((scene.height - HEADER - y) // height)
     item = row * COLUMNS + column

@@ -85,14 +85,17 @@ def alike(one: Path, other: Path) -> bool:
     return a.shape == b.shape and float(np.abs(a - b).mean()) < 0.02
 
 
-def check_looking(events: Events, state: Any) -> None:
-    """A drag with the right button turns a state's view, the wheel zooms, the middle one shifts."""
-    axes, scale, focus = state.camera.view.axes, state.camera.view.scale, state.camera.view.focus
+def check_looking(events: Events, seer: Any) -> None:
+    """A drag with the right button turns the view, the wheel zooms, the middle one shifts.
+
+    seer: what has the view, a camera or the fill explorer's state.
+    """
+    axes, scale, focus = seer.view.axes, seer.view.scale, seer.view.focus
     events.drag((0.0, 0.0), (40.0, 30.0), button="Right")
-    assert not np.allclose(state.camera.view.axes, axes)
+    assert not np.allclose(seer.view.axes, axes)
     events.send("MouseWheelForwardEvent")
-    assert state.camera.view.scale > scale
+    assert seer.view.scale > scale
     events.drag((0.0, 0.0), (20.0, 10.0), button="Middle")
-    moved = state.camera.view.focus - focus
+    moved = seer.view.focus - focus
     # The wheel zooms about the pointer, and pixels are whole.
     assert np.linalg.norm(moved) > 0.0

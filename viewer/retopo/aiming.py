@@ -154,7 +154,7 @@ class ToolPointer:
         if mode.brush == "snap" and not mode.given_as:
             return self.reach
         size = float(getattr(self.editing.sizes, mode.brush))
-        return size * self._nearness * self._factors.get(mode.brush, 1.0) if mode.given_as else size
+        return size * self._nearness * self.factors.get(mode.brush, 1.0) if mode.given_as else size
 
     @property
     def reach(self) -> float:

@@ -51,8 +51,8 @@ def test_a_boundary_is_drawn_by_clicks(empty: ExplorerState, clockwise: bool) ->
     assert len(empty.pen.clicked) == 4 and len(empty.pen.paths) == 3
     last = corners[0] if clockwise else corners[-1]
     click(empty, last)
-    assert empty.mode is PointerMode.LOOK and empty.boundary is not None
-    boundary = empty.boundary
+    assert empty.mode is PointerMode.LOOK and empty.finder.boundary is not None
+    boundary = empty.finder.boundary
     assert boundary.n_sides == 4 and boundary.convex and boundary.points is not None
     found = empty.view.seen(boundary.points[list(boundary.side_starts[:-1])])[:, :2]
     wanted = {(round(x, 6), round(y, 6)) for x, y in corners}

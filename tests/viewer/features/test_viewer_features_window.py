@@ -39,7 +39,7 @@ def colours(state: FeatureState) -> dict[str, int]:
 
 def saver_of(state: FeatureState, folder: Path, path: Path | None = None) -> FeatureSaver:
     files = FeatureWriter(folder, path)
-    state._files = files
+    state.editing._files = files
     return FeatureSaver(state, files, SIZE)
 
 
@@ -50,7 +50,7 @@ def test_an_off_screen_picture_shows_the_model_and_its_curves(tmp_path: Path) ->
     state.close()
     path = tmp_path / "a.png"
     closed = draw(tent(), path, session=session, size=(480, 320), title="roof", keys="3")
-    assert [curve.name for curve in closed.edits.curves] == ["curve 1"]
+    assert [curve.name for curve in closed.editing.edits.curves] == ["curve 1"]
     image = read(path)
     assert image.shape == (320, 480, 3)
     # The curve's blue is on the roof, not only in the list of the panel.
@@ -95,7 +95,7 @@ def test_mended_and_failed_ribs_are_marked() -> None:
         assert f"{len(snap.ribs)}, {len(found.repaired)} mended" in " ".join(drawn(state))
         # As if some had failed.
         failed = replace(snap, curve=replace(found, failed=(3, 4)))
-        state._snaps[curve] = failed
+        state.editing._snaps[curve] = failed
         assert colours(state)["failed"] > 0 and any("2 failed" in text for text in drawn(state))
     finally:
         state.close()
@@ -238,7 +238,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         assert np.rad2deg(chosen.beta) == pytest.approx(45.0, abs=1.5)
         events.keys("r")
         assert state.editing.ribs_shown and state.editing.snap_of(curve) is not None
-        check_looking(events, state)
+        check_looking(events, state.camera)
         events.keys("s")
         (kept,) = read_session(tmp_path / "roof.session").curves
         assert kept.constraints[0][0] == curve.constraints[0][0]

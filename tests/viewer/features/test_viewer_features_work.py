@@ -68,7 +68,7 @@ def test_a_session_is_saved_and_opened_again(curved: FeatureState, tmp_path: Pat
     again = opened(session=read_session(tmp_path / "a"))
     try:
         for one, other in zip(curved.editing.edits.curves, again.editing.edits.curves, strict=True):
-            assert (one.name, one.settings) == (other.name, other.editing.settings)
+            assert (one.name, one.settings) == (other.name, other.settings)
             assert (one.clicked == other.clicked).all()
             assert [n for n, _ in one.constraints] == [n for n, _ in other.constraints]
             assert (line_of(curved, one) == line_of(again, other)).all()

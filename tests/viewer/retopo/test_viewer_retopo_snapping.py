@@ -86,10 +86,10 @@ def test_calls_from_nearer_by_give_the_same_in_a_script(
     assert sum("snap" in call.arguments for call in state.editing.calls) >= 3
     again = Editor(sheet(), source)
     for call in state.editing.calls:
-        assert again.editing.do(call).changed
-        again.camera.fill()
+        assert again.do(call).changed
+        again.fill()
     assert are_equal(again.network, state.network) and again.sizes == state.sizes
-    assert np.array_equal(weld_fills(again.camera.fill()).vertices, state.shown.body.mesh.vertices)
+    assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
     assert quads_of(state) > 0
 
 

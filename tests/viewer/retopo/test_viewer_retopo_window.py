@@ -53,7 +53,7 @@ def test_everything_is_saved(tmp_path: Path, state: RetopoState, source: Pattern
     assert script.surface == "sheet.obj"
     again = Editor(sheet(), source)
     assert len(list(play_script(script, again, lambda _path, _found: None))) == 4
-    assert np.array_equal(weld_fills(again.camera.fill()).vertices, state.shown.body.mesh.vertices)
+    assert np.array_equal(weld_fills(again.fill()).vertices, state.shown.body.mesh.vertices)
     assert read(tmp_path / "retopo-1.png").shape[:2] == (SIZE[1], SIZE[0])
     lost = writer(tmp_path / "no")
     state.editing.files = lost
@@ -150,7 +150,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path, state: Re
         events.send("MouseWheelBackwardEvent", at(state, (0.0, -1.5)), held=(0, 1))
         fewer = [c for c, chain in state.network.chains.items() if chain.count < before[c]]
         assert below in fewer and len(fewer) >= 2
-        check_looking(events, state)
+        check_looking(events, state.camera)
         events.keys("U")
         assert state.message == "there is nothing to redo"
         events.keys("s")

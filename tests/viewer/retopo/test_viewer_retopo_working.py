@@ -56,9 +56,9 @@ def test_the_script_of_a_session_gives_the_same_mesh(
     assert state.editing.calls is not None
     again = Editor(sheet(), source)
     for call in state.editing.calls:
-        assert again.editing.do(call).changed
-        again.camera.fill()
-    one, other = state.shown.body.mesh, weld_fills(again.camera.fill())
+        assert again.do(call).changed
+        again.fill()
+    one, other = state.shown.body.mesh, weld_fills(again.fill())
     assert np.array_equal(one.vertices, other.vertices)
     assert np.array_equal(one.quads, other.quads) and len(one.quads) > 0
 

@@ -190,7 +190,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         assert state.shaping.choice.origin == "car 0"
         events.keys("o")
         assert np.array_equal(read_mesh(tmp_path / "car.obj").points, state.shaping.points)
-        check_looking(events, state)
+        check_looking(events, state.camera)
         events.keys("g")
         events.send("MouseMoveEvent", (-room / 2.0 + 4.0, 300.0))
         window.redraw()

@@ -150,7 +150,7 @@ def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
         events.keys("Right", "d")
         events.drag((-60.0, -60.0), (-150.0, -90.0))
         assert len(state.surfaces.edits.inks) == 1
-        check_looking(events, state)
+        check_looking(events, state.camera)
         events.send("MouseMoveEvent", (-events.room / 2.0 + 4.0, 300.0))
         window.redraw()
         window.save(tmp_path / "window.png")
