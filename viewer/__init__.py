@@ -1,4 +1,14 @@
-"""Seeing patterns and fills: flat drawings, pictures, contact sheets and a browser."""
+"""Seeing patterns and fills: flat drawings, pictures, contact sheets, and the windows.
+
+Read in this order. Flat pictures: :mod:`~viewer.embedding` (with :mod:`~viewer.relax`) lays a disk
+out, :mod:`~viewer.drawing` cuts it into polygons, :mod:`~viewer.painting` paints these,
+:mod:`~viewer.paper` and :mod:`~viewer.gallery` write files. What all windows share:
+:mod:`~viewer.scene`, :mod:`~viewer.solid`, :mod:`~viewer.camera`, :mod:`~viewer.picture`,
+:mod:`~viewer.panel`, :mod:`~viewer.slider`, :mod:`~viewer.nearness`, :mod:`~viewer.keymap`,
+:mod:`~viewer.saver`, :mod:`~viewer.window`. The pattern browser: :mod:`~viewer.browser_state`,
+:mod:`~viewer.browse`. The fill explorer: :mod:`~viewer.finder`, :mod:`~viewer.explorer_state`,
+:mod:`~viewer.explorer_picture`, :mod:`~viewer.explore`. The folders hold a viewer each.
+"""
 
 from viewer.browse import browse
 from viewer.browser_state import BrowserSource, BrowserState

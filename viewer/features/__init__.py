@@ -1,4 +1,10 @@
-"""Feature curves on models: a window to draw them in, and pictures without one."""
+"""Feature curves on models: a window to draw them in, and pictures without one.
+
+Read :mod:`~viewer.features.edits` (curves and what they snap to), :mod:`~viewer.features.editing`
+(what is done to them), :mod:`~viewer.features.pointing`, :mod:`~viewer.features.state` (holds the
+editing, a camera and the pointer), then :mod:`~viewer.features.keys`,
+:mod:`~viewer.features.picture` and :mod:`~viewer.features.window`.
+"""
 
 from viewer.features.state import FeatureState
 from viewer.features.window import draw, show

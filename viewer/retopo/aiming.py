@@ -205,7 +205,7 @@ class ToolPointer:
             radius, number = self.brush, self.choice
             key = (tool, shown, self.reach, foot.points.tobytes(), radius, number)
             return key, lambda: preview_completion(work, foot, radius, number)
-        if tool == "preview_spine_outline" and held == "line" and len(self.line) > 2:
+        if tool == "spine" and held == "line" and len(self.line) > 2:
             line, width = np.stack(self.line), 2.0 * self.brush
             key = (tool, shown, self.reach, len(line), line[-1].tobytes(), width)
             return key, lambda: preview_spine_outline(work, line, width)
