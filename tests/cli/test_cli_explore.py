@@ -65,7 +65,7 @@ def test_it_needs_no_display(
     monkeypatch.delenv("DISPLAY", raising=False)
     assert_refused(run("explore", boundary, "--db", learned), 3, "no display")
     # No OpenGL is asked for, let alone needed.
-    monkeypatch.setattr("viewer.opengl.trial_window", lambda kind: None)
+    monkeypatch.setattr("viewer.opengl.try_window", lambda kind: None)
     picture = tmp_path / "a.png"
     assert run("explore", boundary, "--db", learned, "-o", picture, "--keys", "r h").code == 0
     assert picture.exists()

@@ -316,7 +316,7 @@ def test_a_window_needs_a_display() -> None:
 @pytest.mark.usefixtures("linux")
 def test_what_works_is_kept_for_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
     made = "vtkOSOpenGLRenderWindow"
-    monkeypatch.setattr("viewer.opengl.trial_window", lambda kind: made if kind else None)
+    monkeypatch.setattr("viewer.opengl.try_window", lambda kind: made if kind else None)
     opengl.prepare_opengl(off_screen=True)
     assert opengl.os.environ[opengl.VARIABLE] == made
     opengl._choose.cache_clear()

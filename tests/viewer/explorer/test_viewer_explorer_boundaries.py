@@ -61,7 +61,7 @@ def test_a_boundary_is_drawn_by_clicks(empty: ExplorerState, clockwise: bool) ->
     assert np.cross(boundary.points, after)[:, 2].sum() > 0.0
     assert np.abs(DOME.nearest(boundary.points).points - boundary.points).max() < 0.01
     empty.settle()
-    placed = empty.placed
+    placed = empty.finder.placed
     assert placed is not None and len(placed.placement.flipped) == 0
     assert placed.placement.off_surface < 1e-9
     inside = placed.placement.region_share
