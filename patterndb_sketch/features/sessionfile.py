@@ -65,7 +65,7 @@ JSON_NAME = "session.json"
 MeshReader = Callable[[Path], PolygonMesh]
 
 
-class CurveEntries(Entries):
+class FeatureCurveEntries(Entries):
     """constraints, spline: as :mod:`patterndb_sketch.features.files.curvesjson` has them."""
 
     name: str
@@ -75,13 +75,13 @@ class CurveEntries(Entries):
     spline: Any
 
 
-class SessionEntries(Entries):
+class FeatureSessionEntries(Entries):
     """networks, templates: as :mod:`patterndb_sketch.features.files` has them."""
 
     format: str
     version: int
     mesh: Annotated[str, Meta(description="the name of a mesh file")]
-    curves: list[CurveEntries]
+    curves: list[FeatureCurveEntries]
     settings: dict[str, Number]
     networks: dict[str, Any]
     templates: dict[str, Any]
@@ -210,7 +210,7 @@ def parse_session(data: bytes) -> FeatureSession:
     if JSON_NAME not in content:
         raise InvalidFeatureError(f"{JSON_NAME} is missing in the session's zip")
     document = _json(content.pop(JSON_NAME), "a session")
-    entries = document.read(SessionEntries)
+    entries = document.read(FeatureSessionEntries)
     if (entries.format, entries.version) != (FORMAT, VERSION):
         document.fail(
             f"the format is {entries.format!r} {entries.version}; this reads {FORMAT!r} {VERSION}"
@@ -253,7 +253,7 @@ def _curve_document(curve: SessionCurve) -> dict[str, object]:
     }
 
 
-def _curve(place: JsonValue, entries: CurveEntries) -> SessionCurve:
+def _curve(place: JsonValue, entries: FeatureCurveEntries) -> SessionCurve:
     clicked, samples = (
         np.array(complete_points(points)).reshape(-1, 3)
         for points in (entries.clicked, entries.samples)

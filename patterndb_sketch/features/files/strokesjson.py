@@ -68,7 +68,7 @@ class SettingsEntries(Entries):
     rounds: int | UnsetType = UNSET
 
 
-class StrokeEntries(Entries):
+class FeatureStrokeEntries(Entries):
     points: Annotated[Polyline, Meta(extra={"missing": "a list of two points or more"})]
     name: Annotated[str, Meta(description="the name of a curve")] | UnsetType = UNSET
     constraints: list[
@@ -78,7 +78,7 @@ class StrokeEntries(Entries):
 
 
 class StrokesEntries(Entries):
-    strokes: Annotated[list[StrokeEntries], Meta(extra={"missing": "a list of strokes"})]
+    strokes: Annotated[list[FeatureStrokeEntries], Meta(extra={"missing": "a list of strokes"})]
 
 
 def read_strokes(
