@@ -66,7 +66,7 @@ def fills(
     solver: SolverName = "kernel",
     threads: int | None = None,
 ) -> Fills:
-    """The fills of a boundary, best first, as an iterator that finds them as it goes.
+    """Find the fills of a boundary, best first, as an iterator that finds them as it goes.
 
     source: a database, or one class of patterns. boundary: a Boundary, or the lengths of
     sides between convex corners.

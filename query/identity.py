@@ -141,13 +141,13 @@ def is_mesh(quads: Int32Array) -> bool:
 
 
 def hash_fill(fill: Fill, closed: bool) -> bytes:
-    """:func:`hash_quads` of a fill."""
+    """Hash a fill: see :func:`hash_quads`."""
     twin, _ = weld_quads(fill.quads, fill.n_vertices, fill.perimeter)
     return hash_quads(fill.quads, twin, closed)
 
 
 def hash_quads(quads: Int32Array, twin: Int32Array, closed: bool) -> bytes:
-    """Equal exactly for equal fills of one boundary.
+    """Hash quads, such that equal fills of one boundary, and only those, have equal hashes.
 
     quads: (q, 4), twin: (4q,) their half-edges. A digest of the code as read from boundary
     vertex 0. A closed side has no first vertex: there it is the smallest code from any.

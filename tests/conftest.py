@@ -40,10 +40,12 @@ NEEDS_SHARED = re.compile(
 )
 
 
-def pytest_report_header() -> str:
-    if SHARED.is_dir():
-        return f"shared folder: {SHARED}"
-    return f"no shared folder at {SHARED}: the test modules that compare with it are skipped"
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say at the end, where -q leaves out the head, that there is no shared folder."""
+    if not SHARED.is_dir():
+        terminalreporter.write_line(
+            f"no shared folder at {SHARED}: the test modules that compare with it are skipped"
+        )
 
 
 class SkippedModule(pytest.Module):

@@ -77,7 +77,7 @@ def import_quads(vertices: ArrayLike, quads: ArrayLike, ground: Ground | None = 
 
     Raises InvalidRetopoError for what is no manifold mesh of quads all turned alike; see
     :func:`~patterndb_sketch.retopo.quadgrids.check_quads`. Source: the retopology program of
-    Takayama et al. 2013. Differs from it: see :mod:`.separatrices`; vertices are not projected
+    Takayama et al. 2013. Differs from it: see :mod:`.quadgrids`; vertices are not projected
     where the mesh is the ground.
     """
     mesh = check_quads(vertices, quads)

@@ -62,8 +62,8 @@ class Settings:
     method:          the name of one of :data:`patterndb_sketch.surfacing.methods.METHODS`.
     alpha:           the price of chords (section 3.2); more makes fewer, larger pieces.
     area_price:      the area that chords may add, see
-                     :func:`patterndb_sketch.surfacing.chords.affordable`; None, as in the paper:
-                     any.
+                     :func:`patterndb_sketch.surfacing.chords.find_affordable`; None, as in the
+                     paper: any.
     flatness:        "relative", or "printed" as in the paper: the product of eigenvalues.
     turning_bound:   radians by which a loop may turn between two chord endpoints.
     max_subproblems: what the search for chords may score.

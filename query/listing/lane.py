@@ -30,7 +30,7 @@ def list_loop_widths(n_loops: int, n_strokes: int) -> list[tuple[int, ...]]:
     A loop is as wide as it carries strokes, and at least 1; one strand carries one stroke.
     Narrowest first; none where there is a stroke and no loop.
 
-    >>> loop_widths(2, 2)
+    >>> list_loop_widths(2, 2)
     [(1, 1), (1, 2), (2, 1)]
     """
     found: set[tuple[int, ...]] = set()

@@ -65,7 +65,7 @@ class TableEntries:
 
 
 class Table(Protocol):
-    """See the module.
+    """Rows that a boundary can be matched with.
 
     labels:    of the rows.
     ids, frequency, uses: (r,) int64 of the rows' patterns; frequency is 0 for those that no

@@ -90,7 +90,7 @@ def is_soluble(
     n_classes: int,
     closed: NDArray[np.bool_],
 ) -> bool:
-    """Do the open classes meet the slack? Exact, where :func:`.halves.transport` has halves.
+    """Do the open classes meet the slack? Exact, where :func:`.halves.find_transport` has halves.
 
     slack: (w,) >= 0; class_i, class_j: (m,) int32, several may join the same sides; closed:
     (m,) bool.

@@ -108,7 +108,7 @@ def test_pictures_are_small_and_all_shown() -> None:
 
 def test_every_difference_from_the_paper_is_told() -> None:
     told = (ROOT / "docs" / "definitions.md").read_text(encoding="utf-8")
-    packages = ("patterndb", "ingest", "query", "sketch", "viewer")
+    packages = ("patterndb", "ingest", "query", "patterndb_sketch", "viewer", "patterndb_app")
     for source in (path for name in packages for path in ROOT.glob(f"{name}/**/*.py")):
         text = re.sub(r"\s+", " ", source.read_text(encoding="utf-8"))
         if "Differs from the paper" in text:

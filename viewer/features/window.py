@@ -44,7 +44,7 @@ def show(
 
     title: of the window and its panel. session: what has been worked on before. session_path:
     where it is saved; None for a new file in the folder. settings: of the next curve, see
-    :func:`viewer.features.window.opened`. keys: pressed first, with spaces between. folder: for
+    :func:`viewer.features.edits.opened`. keys: pressed first, with spaces between. folder: for
     what keys save. window_size: pixels.
 
     Returns the state at the end. Raises ValueError for a key there is not, InvalidFeatureError

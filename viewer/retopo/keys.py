@@ -43,7 +43,11 @@ ALIASES = (
     {name: key for name, key in ALIASES.items() if key in {*"+-[]."} or key == "h"}
     | {"Return": "Enter", "KP_Enter": "Enter", "ISO_Left_Tab": "BackTab", "space": "."}
     | {f"KP_{i}": str(i) for i in (1, 2, 3)}
-    | {k.upper(): k for k in [*MODE_KEYS, *"nbmxvopqh"] if k.upper() not in {*"ECUZFSMRP"}}
+    | {
+        k.upper(): k
+        for k in [*MODE_KEYS, *"nbmxvopqh"]
+        if k.upper() not in {*"ECUZFSR", *MODE_KEYS}
+    }
 )
 
 
@@ -89,7 +93,11 @@ EFFECTS = {"p": Effect.PICTURE, "q": Effect.QUIT}
 #: Keys that a tool may not have.
 RESERVED = frozenset(ACTIONS) - frozenset(MODE_KEYS) | frozenset(EFFECTS)
 
-if RESERVED & {tool.control.key for tool in TOOLS.values()}:
-    raise ValueError("a tool has a key that means something else")
+for _tool in TOOLS.values():
+    if _tool.control.key in RESERVED:
+        raise ValueError(
+            f"{_tool.name}: the key {_tool.control.key!r} means something else in the window; "
+            f"taken are {' '.join(sorted(RESERVED))}, and the keys of other tools"
+        )
 
 KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, lambda s: s.leave())

@@ -45,7 +45,7 @@ class CountsProblem:
     chains:      (k,) int32. A chain occurs twice at most, once a side of it; perhaps twice in
                  one patch.
     regularity:  what a patch without a regular fill costs beside errors of counts.
-    cheap:       whether side lengths have one, instead of :func:`rules.has_cheap_fill`. A rule in
+    cheap:       whether side lengths have one, instead of :func:`.rules.has_cheap_fill`. A rule in
                  Python takes the longer: several times as long in all.
     least:       (c,) int32, the fewest edges a chain may get: 1, or 2 where it alone is a side of
                  a patch with other than 4 sides (there a side of one edge has no strict fill), or

@@ -73,7 +73,7 @@ class GroundTopology:
 def _pair_sides(
     vertices: Points, triangles: Int32Array, start: Int32Array, sides: Int32Array
 ) -> Int32Array:
-    """(3t,) :attr:`Topology.across`: of the sides of an edge, the straightest pairs first."""
+    """(3t,) :attr:`GroundTopology.across`: of the sides of an edge, the straightest pairs first."""
     across = np.full(len(sides), -1, np.int32)
     for k in range(len(start) - 1):
         n = start[k + 1] - start[k]

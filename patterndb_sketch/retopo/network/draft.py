@@ -348,7 +348,7 @@ class Draft:
     # What old names mean now
 
     def locate(self, chain: int, place: float) -> tuple[int, float]:
-        """Find the chain and place that ones, perhaps of before a cut, are now."""
+        """Find where a place, perhaps taken before a cut, is now."""
         while chain in self.cuts:
             chain, place = self.cuts[chain].move_place(place)
         if chain not in self.chains:

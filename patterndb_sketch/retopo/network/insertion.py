@@ -257,7 +257,7 @@ def _add_piece(
 def _add_across(
     draft: Draft, line: Points, up: Points, first: int, last: int, gaps: Gaps, near: Nearness
 ) -> list[int]:
-    """Add a part (n, 3) from a node to another across what is between; see :mod:`.detour`."""
+    """Add a part (n, 3) from a node to another across what is between."""
     made: list[int] = []
     at, after = first, gaps[0]
     begin = 0

@@ -259,7 +259,7 @@ def is_patch(network: Network, loop: tuple[HalfChain, ...], corners: tuple[int, 
 
     Source: Takayama et al. 2013, section 5.1. Differs from the paper: any number of corners
     from two on, since any such loop has fills; and what equation 1 does not see: strips that are
-    bent far around a limb (:mod:`.spanned`), and the ends of limbs (:mod:`.caps`).
+    bent far around a limb (see the module), and the ends of limbs (:func:`is_cap`).
     """
     if not may_be_patch(network, loop, corners):
         return False

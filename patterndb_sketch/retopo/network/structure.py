@@ -183,7 +183,7 @@ class Network:
     longest: a loop longer than this never becomes a patch; the surface's own unit. Takayama et
              al.'s program takes twice the diagonal of the surface.
     ground:  the surface that it lies on, None for a plane. Tools that are given one put it here;
-             it is no part of what :func:`.invariants.equal` compares, nor of sessions.
+             it is no part of what :func:`.invariants.are_equal` compares, nor of sessions.
     """
 
     nodes: Mapping[int, Node] = field(default_factory=dict)

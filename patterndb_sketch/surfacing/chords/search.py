@@ -62,9 +62,9 @@ def search_cuts(
 
         Sub(K) = min(S(K), min over chords c in K: Sub(left) + Sub(right) + alpha len(c) / len(K))
 
-    where S is :func:`flatness` and K runs over all sub-cycles that cuts by the chords lead to. Of
-    equal costs (TIE) the one with fewer chords wins, then the one cut by the chord that comes
-    first. A planar cycle is never cut.
+    where S is :func:`.flatness.measure_flatness` and K runs over all sub-cycles that cuts by the
+    chords lead to. Of equal costs (TIE) the one with fewer chords wins, then the one cut by the
+    chord that comes first. A planar cycle is never cut.
 
     points: (n, 3) a closed loop. chords: (m, 2) positions i < j, not neighbours, no two alike.
     All sub-problems are solved, whatever alpha; each takes 16 bytes and less than 1 us.

@@ -81,8 +81,8 @@ def tessellate(
     joins a barred pair.
 
     Raises InvalidNetworkError for points that are none, fewer than three, a spacing that is not
-    above 0 or makes more than :data:`MAX_INNER` points, and as :func:`minimal_area` does where
-    that is used.
+    above 0 or makes more than :data:`.planar.MAX_INNER` points, and as :func:`minimal_area` does
+    where that is used.
 
     Source: Abbasinejad et al. 2013, section 2, on their method of 2011: "projects the cycle to
     the plane, meshes the interior, and then relaxes the vertex positions".
