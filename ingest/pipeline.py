@@ -134,11 +134,22 @@ def ingest(
     try:
         with run.pool() as pool:
             run.run(*_check(_work_of(paths), database, options, limits), pool)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, SystemError) as error:
+        if not _is_interrupt(error):
+            raise
         interrupted = True
     return IngestReport(
         [run.reports[i] for i in sorted(run.reports)], time.perf_counter() - started, interrupted
     )
+
+
+def _is_interrupt(error: BaseException | None) -> bool:
+    """Is it a Ctrl-C, or what compiled code makes of one that comes while it is being loaded?"""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def learn_mesh(

@@ -11,6 +11,7 @@ import pytest
 from commandline import PROGRAM, SMALL, content_hash, mesh_names, run
 from shared import EXAMPLES
 
+import patterndb
 from ingest import MeshReport
 from patterndb_app.cli import cli
 from patterndb_app.cli.failure import explain, was_interrupted
@@ -110,6 +111,23 @@ def test_an_interrupt_that_a_kernel_disguises() -> None:
         assert was_interrupted(error)
         assert explain(error) == 130
     assert not was_interrupted(SystemError())
+
+
+def test_learning_takes_a_disguised_interrupt_for_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def load(*_: object) -> None:
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as cause:
+            raise SystemError("returned a result with an exception set") from cause
+
+    with patterndb.open(tmp_path / "a.db", "create") as database:
+        monkeypatch.setattr("ingest.pipeline._check", load)
+        assert patterndb.ingest(database, [EXAMPLES / "jug.obj"]).interrupted
+        monkeypatch.setattr("ingest.pipeline._check", lambda *_: int("no number of files"))
+        with pytest.raises(ValueError, match="no number"):
+            patterndb.ingest(database, [EXAMPLES / "jug.obj"])
 
 
 def test_an_interrupt_anywhere_else(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:

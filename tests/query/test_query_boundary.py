@@ -8,8 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb.errors import InvalidBoundaryError, PatternDBError
-from query import Boundary
+from query import Boundary, fills
 from query.boundary import MAX_PERIMETER
+from query.engine import PatternSource
+from query.errors import InvalidQueryError
 
 NAN = float("nan")
 
@@ -84,3 +86,32 @@ def test_what_is_refused_says_why_and_what_would_mend_it(
 
 def test_the_largest_boundary_is_one() -> None:
     assert Boundary((MAX_PERIMETER // 4,) * 4).perimeter == MAX_PERIMETER
+
+
+def test_full_corners_have_four_quads(source: PatternSource) -> None:
+    kinds = {1: "convex", 3: "reflex", 4: "full"}
+    asked = 0
+    for n_sides in (4, 5, 6, 7):
+        patterns = source.pattern_class(n_sides)
+        rows = np.flatnonzero((patterns.corners == 4).any(axis=1) & (patterns.min_valence >= 3))
+        for row in rows[:3].tolist():
+            counts = patterns.corners[row].tolist()
+            if not set(counts) <= kinds.keys():
+                continue
+            pattern = patterns.pattern(row)
+            lengths = [len(side) for side in pattern.label]
+            if sum(lengths) % 2:
+                continue
+            boundary = Boundary(lengths, [kinds[k] for k in counts])
+            assert boundary.corner_counts == tuple(counts) and not boundary.convex
+            listed = list(fills(source, boundary, strict=True, limit=None))
+            assert pattern.id in {fill.pattern.id for fill in listed}
+            for fill in listed:
+                valence = np.bincount(fill.quads.ravel())
+                at = list(boundary.side_starts[:-1])
+                assert valence[at].tolist() == counts
+                assert fill.n_irregular_boundary == 0
+            asked += 1
+            with pytest.raises(InvalidQueryError, match="strict"):
+                fills(source, boundary)
+    assert asked >= 6
