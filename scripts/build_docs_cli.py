@@ -9,16 +9,25 @@ from collections.abc import Iterator
 import click
 from build_docs_markdown import NOTICE, anchors, fence
 
+from patterndb_app.cli.program import SECTIONS, SectionedCommand
+
 
 def cli_page() -> str:
     from ingest.formats import FORMATS
     from patterndb_app.cli import cli
 
     verbs = list(leaves(cli))
-    lines = [NOTICE, "# Command line\n", *help_text(cli.help), "| verb | |", "|---|---|"]
+    lines = [NOTICE, "# Command line\n", *help_text(cli.help)]
     names = [name for name, _ in verbs]
     links = dict(zip(names, anchors(["Mesh files", *names])[1:], strict=True))
-    lines += [f"| [{name}](#{links[name]}) | {summary(command.help)} |" for name, command in verbs]
+    for title, section in SECTIONS.items():
+        lines += [f"| {title} | |", "|---|---|"]
+        lines += [
+            f"| [{name}](#{links[name]}) | {summary(command.help)} |"
+            for name, command in verbs
+            if name.partition(" ")[0] in section
+        ]
+        lines.append("")
     lines += [
         "",
         "Every verb has `--help` (or `-h`). `python -m patterndb` is the same program.\n",
@@ -30,18 +39,19 @@ def cli_page() -> str:
     lines.append("")
     for name, command in verbs:
         lines += [f"## {name}\n", *fence("text", usage(name, command)), *help_text(command.help)]
-        options = [p for p in command.params if isinstance(p, click.Option)]
-        if not options:
-            continue
-        lines += ["| option | |", "|---|---|"]
-        lines += [f"| {option_name(o)} | {option_help(o)} |" for o in options]
-        lines.append("")
+        for title, options in group_options(command).items():
+            lines += [f"| {title} | |", "|---|---|"]
+            lines += [f"| {option_name(o)} | {option_help(o)} |" for o in options]
+            lines.append("")
     return "\n".join(lines).rstrip() + "\n"
 
 
 def leaves(group: click.Group, before: str = "") -> Iterator[tuple[str, click.Command]]:
     """All verbs by their names, those of a group after it."""
-    for word, command in group.commands.items():
+    context = click.Context(group)
+    for word in group.list_commands(context):
+        command = group.get_command(context, word)
+        assert command is not None
         yield before + word, command
         if isinstance(command, click.Group):
             yield from leaves(command, f"{before}{word} ")
@@ -49,13 +59,21 @@ def leaves(group: click.Group, before: str = "") -> Iterator[tuple[str, click.Co
 
 def usage(name: str, command: click.Command) -> str:
     if isinstance(command, click.Group):
-        return f"patterndb {name} {'|'.join(command.commands)} ..."
+        return f"patterndb {name} {'|'.join(command.list_commands(click.Context(command)))} ..."
     words = ["patterndb", name, "[OPTIONS]"]
     for param in command.params:
         if isinstance(param, click.Argument):
             word = param.metavar or (param.name or "").upper()
             words.append(word if param.required else f"[{word}]")
     return " ".join(words)
+
+
+def group_options(command: click.Command) -> dict[str, list[click.Option]]:
+    """Group a verb's options as its help does, but for --help; a group without options has none."""
+    if isinstance(command, SectionedCommand):
+        return command.group_options()
+    options = [p for p in command.params if isinstance(p, click.Option)]
+    return {"option": options} if options else {}
 
 
 def option_name(option: click.Option) -> str:

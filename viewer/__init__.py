@@ -6,17 +6,25 @@ out, :mod:`~viewer.drawing` cuts it into polygons, :mod:`~viewer.painting` paint
 :mod:`~viewer.scene`, :mod:`~viewer.solid`, :mod:`~viewer.camera`, :mod:`~viewer.picture`,
 :mod:`~viewer.panel`, :mod:`~viewer.slider`, :mod:`~viewer.nearness`, :mod:`~viewer.keymap`,
 :mod:`~viewer.saver`, :mod:`~viewer.window`. The pattern browser: :mod:`~viewer.browser_state`,
-:mod:`~viewer.browse`. The fill explorer: :mod:`~viewer.finder`, :mod:`~viewer.explorer_state`,
+:mod:`~viewer.browser`. The fill explorer: :mod:`~viewer.finder`, :mod:`~viewer.explorer_state`,
 :mod:`~viewer.explorer_picture`, :mod:`~viewer.explore`. The folders hold a viewer each.
+
+Names are loaded when they are asked for: who draws a sheet waits for no window's module.
 """
 
-from viewer.browse import browse
-from viewer.browser_state import BrowserSource, BrowserState
-from viewer.card import Card
-from viewer.embedding import embed_disk, find_flipped_quads
-from viewer.gallery import save_gallery
-from viewer.opengl import DisplayError
-from viewer.paper import PictureFormatError, save_picture
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from viewer.browser import browse
+    from viewer.browser_state import BrowserSource, BrowserState
+    from viewer.card import Card
+    from viewer.embedding import embed_disk, find_flipped_quads
+    from viewer.gallery import save_gallery
+    from viewer.opengl import DisplayError
+    from viewer.paper import PictureFormatError, save_picture
 
 __all__ = [
     "BrowserSource",
@@ -30,3 +38,28 @@ __all__ = [
     "save_gallery",
     "save_picture",
 ]
+
+_HOME = {
+    "BrowserSource": "viewer.browser_state",
+    "BrowserState": "viewer.browser_state",
+    "Card": "viewer.card",
+    "DisplayError": "viewer.opengl",
+    "PictureFormatError": "viewer.paper",
+    "browse": "viewer.browser",
+    "embed_disk": "viewer.embedding",
+    "find_flipped_quads": "viewer.embedding",
+    "save_gallery": "viewer.gallery",
+    "save_picture": "viewer.paper",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    found = getattr(import_module(_HOME[name]), name)
+    globals()[name] = found
+    return found
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -13,6 +13,7 @@ import subprocess
 import sys
 
 from patterndb.errors import PatternDBError
+from patterndb.system.extras import require_extra
 
 #: The variable by which VTK (9.4 and later) is told which kind of window to make.
 VARIABLE = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -45,8 +46,9 @@ def prepare_opengl(*, off_screen: bool) -> None:
     off_screen: into a file; otherwise into a window. Sets VARIABLE for this process to the
     kind of window that works, but tries no other than the user has set. Costs a child
     process of about half a second, once. Does nothing but on Linux: elsewhere OpenGL comes
-    with the system.
+    with the system. Raises MissingExtraError where VTK is not installed.
     """
+    require_extra("viewer", "a window")
     if not sys.platform.startswith("linux"):
         return
     display = bool(os.environ.get("DISPLAY"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -21,6 +21,19 @@ BOUNDARY_LINES = 2.4
 
 #: What markers and the boundary's width need beside the drawing itself, in points.
 BLEED = 3.0
+
+
+class Text(NamedTuple):
+    """A line of text, its baseline at y; size in points, align "left", "center" or "right"."""
+
+    x: float
+    y: float
+    text: str
+    size: float
+    colour: str
+    bold: bool
+    mono: bool
+    align: str
 
 
 class PaintTarget(Protocol):

@@ -1,24 +1,28 @@
-"""Paints drawings on a matplotlib page measured in points, and writes it to a file.
+"""Paints drawings on a page measured in points, and writes it to a file: PNG or SVG.
 
-A page is one axes over the whole figure whose data unit is 1/72 inch, so that positions,
-line widths and type are all in one unit. Nothing of matplotlib's global state is used.
+A page keeps what is painted on it, in order, positions, line widths and type all in points of 1/72
+inch. An SVG says the same in its own words, text as text; a PNG is painted by :mod:`viewer.raster`.
+Neither needs a drawing library.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
 from viewer import style
 from viewer.card import Card
 from viewer.drawing import draw_disk
-from viewer.painting import paint_disk, paint_legend
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
+from viewer.lettering import outline_text
+from viewer.painting import Text, paint_disk, paint_legend
+from viewer.raster import Raster
 
 #: Pixels of a PNG per inch.
 DPI = 160
@@ -28,25 +32,41 @@ POINTS_PER_INCH = 72.0
 #: Suffixes a picture may have.
 SUFFIXES = (".png", ".svg")
 
+#: Digits of a point that an SVG gives: a hundredth is far below what can be seen.
+SVG_DIGITS = 2
+
+#: What an SVG's text is set in: the first that there is.
+SVG_FONTS = {False: "'DejaVu Sans', Verdana, sans-serif", True: "'DejaVu Sans Mono', monospace"}
+
+#: Where along its width a line of text stands.
+ALIGNED = {"left": 0.0, "center": 0.5, "right": 1.0}
+
+SVG_ANCHORS = {"left": "start", "center": "middle", "right": "end"}
+
 
 class PictureFormatError(PatternDBError, ValueError):
     """A picture's file name does not say a format that pictures can have."""
+
+
+@dataclass(frozen=True, slots=True)
+class PaintedPolygons:
+    """Polygons of a page: (n, c, 2) corners; (n, 3) colours that fill them, if any do; the colour
+    and width of their outlines, if they have one; the name of their group."""
+
+    corners: Points
+    faces: NDArray[np.float64] | None
+    line: str
+    width: float
+    gid: str | None
 
 
 class Page:
     """A blank page, width and height in points, origin at the lower left."""
 
     def __init__(self, width: float, height: float) -> None:
-        # matplotlib takes a third of a second to import; most verbs draw nothing.
-        from matplotlib.figure import Figure
-
-        inches = (width / POINTS_PER_INCH, height / POINTS_PER_INCH)
-        self.figure = Figure(figsize=inches, dpi=DPI, facecolor=style.PAPER)
-        axes: Axes = self.figure.add_axes((0.0, 0.0, 1.0, 1.0))
-        axes.set_xlim(0.0, width)
-        axes.set_ylim(0.0, height)
-        axes.axis("off")
-        self.axes = axes
+        self.width = width
+        self.height = height
+        self.items: list[PaintedPolygons | Text] = []
 
     def text(
         self,
@@ -61,17 +81,7 @@ class Page:
         align: str = "center",
     ) -> None:
         """Write a line whose baseline is at y; align: "left", "center" or "right"."""
-        options: dict[str, Any] = {
-            "fontsize": size,
-            "color": colour,
-            "ha": align,
-            "va": "baseline",
-            "fontweight": "bold" if bold else "normal",
-            "family": "DejaVu Sans Mono" if mono else "DejaVu Sans",
-            # A dollar sign in a caption is a dollar sign.
-            "parse_math": False,
-        }
-        self.axes.text(x, y, text, **options)
+        self.items.append(Text(x, y, text, size, colour, bold, mono, align))
 
     def polygons(
         self,
@@ -84,25 +94,95 @@ class Page:
         gid: str | None = None,
     ) -> None:
         """Paint (n, c, 2) polygons, one colour for all or (n, 3) colours."""
-        from matplotlib.collections import PolyCollection
-
-        verts: Any = corners
-        paint: Any = face if faces is None else faces
-        collection = PolyCollection(
-            verts, facecolors=paint, edgecolors=line, linewidths=width, joinstyle="round"
-        )
-        collection.set_gid(gid)
-        self.axes.add_collection(collection, autolim=False)
+        corners = np.asarray(corners, np.float64)
+        if faces is None and face != "none":
+            faces = np.tile(style.parse_colour(face), (len(corners), 1))
+        self.items.append(PaintedPolygons(corners, faces, line, width, gid))
 
     def save(self, path: Path) -> None:
         """Write the page; the same page gives the same bytes."""
-        import matplotlib as mpl
-
         vector = check_suffix(path) == ".svg"
-        settings: dict[Any, Any] = {"svg.fonttype": "none", "svg.hashsalt": "patterndb"}
-        metadata: dict[str, None] = {"Date": None} if vector else {"Software": None}
-        with mpl.rc_context(settings):
-            self.figure.savefig(path, format=path.suffix[1:].lower(), metadata=metadata, dpi=DPI)
+        path.write_bytes(self.format_svg().encode() if vector else self.encode_png())
+
+    def encode_png(self) -> bytes:
+        """Return the page as the bytes of a PNG file, DPI pixels to the inch."""
+        scale = DPI / POINTS_PER_INCH
+        raster = Raster(round(self.width * scale), round(self.height * scale))
+        turn = np.array([scale, -scale])
+        for item in self.items:
+            if isinstance(item, Text):
+                write_text(raster, item, self.height, scale)
+                continue
+            corners = (item.corners - (0.0, self.height)) * turn
+            if item.faces is not None:
+                raster.fill(corners, item.faces)
+            if item.line != "none":
+                raster.outline(corners, item.width * scale, style.parse_colour(item.line))
+        return raster.encode_png(DPI)
+
+    def format_svg(self) -> str:
+        """Return the page as the text of an SVG file."""
+        size = f'width="{self.width:g}pt" height="{self.height:g}pt"'
+        lines = [
+            '<?xml version="1.0" encoding="utf-8"?>',
+            f'<svg xmlns="http://www.w3.org/2000/svg" {size} '
+            f'viewBox="0 0 {self.width:g} {self.height:g}">',
+            f'<rect width="100%" height="100%" fill="{style.PAPER}"/>',
+        ]
+        for item in self.items:
+            if isinstance(item, Text):
+                lines.append(self._format_text(item))
+            else:
+                lines += self._format_polygons(item)
+        return "\n".join((*lines, "</svg>", ""))
+
+    def _format_text(self, item: Text) -> str:
+        weight = ' font-weight="bold"' if item.bold else ""
+        return (
+            f'<text x="{_number(item.x)}" y="{_number(self.height - item.y)}" '
+            f'font-size="{_number(item.size)}" font-family="{SVG_FONTS[item.mono]}"{weight} '
+            f'text-anchor="{SVG_ANCHORS[item.align]}" fill="{item.colour}" '
+            f'xml:space="preserve">{escape(item.text)}</text>'
+        )
+
+    def _format_polygons(self, item: PaintedPolygons) -> Iterator[str]:
+        named = "" if item.gid is None else f" id={quoteattr(item.gid)}"
+        stroke = "" if item.line == "none" else f' stroke="{item.line}"'
+        if stroke:
+            stroke += f' stroke-width="{item.width:.3g}" stroke-linejoin="round"'
+        same = item.faces is None or bool((item.faces == item.faces[:1]).all())
+        shared = ""
+        if item.faces is None:
+            shared = ' fill="none"'
+        elif same and len(item.faces):
+            shared = f' fill="{_hex(item.faces[0])}"'
+        yield f"<g{named}{shared}{stroke}>"
+        places = (item.corners * (1.0, -1.0) + (0.0, self.height)).tolist()
+        for number, corners in enumerate(places):
+            own = ""
+            if not same and item.faces is not None:
+                own = f' fill="{_hex(item.faces[number])}"'
+            way = "L".join(f"{_number(x)} {_number(y)}" for x, y in corners)
+            yield f'<path{own} d="M{way}Z"/>'
+        yield "</g>"
+
+
+def _number(value: float) -> str:
+    """A length in an SVG, without zeros at its end."""
+    return f"{value:.{SVG_DIGITS}f}".rstrip("0").rstrip(".")
+
+
+def _hex(colour: NDArray[np.float64]) -> str:
+    return "#" + "".join(f"{round(part * 255.0):02x}" for part in colour.tolist())
+
+
+def write_text(raster: Raster, text: Text, height: float, scale: float) -> None:
+    """Write a line of text on a raster; height: of the page in points, scale: pixels to a point."""
+    contours, width = outline_text(text.text, text.size, bold=text.bold, mono=text.mono)
+    left = text.x - ALIGNED[text.align] * width
+    at = np.array([left, text.y - height])
+    turned = [(contour + at) * (scale, -scale) for contour in contours]
+    raster.fill_contours(turned, style.parse_colour(text.colour))
 
 
 def check_suffix(path: Path) -> str:

@@ -11,7 +11,8 @@ import numpy as np
 from viewer import style
 from viewer.camera import Camera
 from viewer.panel import PANEL
-from viewer.paper import POINTS_PER_INCH, Page, PictureFormatError
+from viewer.paper import POINTS_PER_INCH, PictureFormatError, write_text
+from viewer.raster import Raster
 from viewer.scene import HEIGHT, Scene
 from viewer.solid import NOTHING, Solid, Triangles
 
@@ -36,35 +37,20 @@ def save_drawn(path: Path | str, drawn: Drawn, height: int) -> Path:
     path = check_png(path)
     scene = drawn.scene
     scale = height / scene.height
-    page = Page(scene.width, scene.height)
+    raster = Raster(round(scene.width * scale), height)
     if len(drawn.solid.corners):
         fine, _ = drawn.solid.image(scene.width, scene.height, SAMPLES * scale)
-        rows, columns = (n // SAMPLES * SAMPLES for n in fine.shape[:2])
-        cut = fine[:rows, :columns].reshape(
-            rows // SAMPLES, SAMPLES, columns // SAMPLES, SAMPLES, 3
-        )
-        page.axes.imshow(
-            cut.mean(axis=(1, 3)),
-            extent=(0.0, scene.width, 0.0, scene.height),
-            interpolation="nearest",
-            aspect="auto",
-            zorder=0,
-        )
-        page.axes.set_xlim(0.0, scene.width)
-        page.axes.set_ylim(0.0, scene.height)
+        rows, columns = (n // SAMPLES for n in fine.shape[:2])
+        cut = fine[: SAMPLES * rows, : SAMPLES * columns]
+        raster.pixels[:rows, :columns] = cut.reshape(rows, SAMPLES, columns, SAMPLES, 3).mean(
+            axis=(1, 3)
+        )[: raster.pixels.shape[0], : raster.pixels.shape[1]]
     for patch in scene.patches:
-        page.polygons(patch.corners, faces=patch.colours)
-    for collection in page.axes.collections:
-        # Snapped to pixels, thin rims would vanish on one side.
-        collection.set_snap(False)
-    for t in scene.texts:
-        page.text(
-            t.x, t.y, t.text, t.size, colour=t.colour, bold=t.bold, mono=t.mono, align=t.align
-        )
-    dpi = POINTS_PER_INCH * scale
-    page.figure.savefig(
-        path, format="png", dpi=dpi, facecolor=style.PAPER, metadata={"Software": None}
-    )
+        corners = (patch.corners - (0.0, scene.height)) * (scale, -scale)
+        raster.fill(corners, patch.colours)
+    for text in scene.texts:
+        write_text(raster, text, scene.height, scale)
+    path.write_bytes(raster.encode_png(POINTS_PER_INCH * scale))
     return path
 
 

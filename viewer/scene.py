@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from viewer import style
 from viewer.browser_state import COLUMNS, KEY_HELP, ROWS, BrowserState
 from viewer.card import collect_facts, format_valences
 from viewer.drawing import DiskDrawing, draw_disk, find_boundary_bundles, find_bundles
-from viewer.painting import measure_scale, paint_disk, paint_legend
+from viewer.painting import Text, measure_scale, paint_disk, paint_legend
 
 Meshes = Callable[[Pattern], Sequence[str]]
 
@@ -34,19 +33,6 @@ GRID_PART = 0.6
 HIGHLIGHT = "#e8f0fa"
 HIGHLIGHT_LINE = "#7fa8d6"
 RULE = "#e3e6ea"
-
-
-class Text(NamedTuple):
-    """A line of text; size in points, align "left", "center" or "right"."""
-
-    x: float
-    y: float
-    text: str
-    size: float
-    colour: str
-    bold: bool
-    mono: bool
-    align: str
 
 
 @dataclass(slots=True)
@@ -75,7 +61,7 @@ class Scene:
         width: float = 0.0,
         gid: str | None = None,
     ) -> None:
-        """See viewer.painting.Canvas; outlines become polygons, too."""
+        """See viewer.painting.PaintTarget; outlines become polygons, too."""
         if faces is None and face != "none":
             faces = np.tile(style.parse_colour(face), (len(corners), 1))
         if faces is not None:
@@ -98,7 +84,7 @@ class Scene:
         mono: bool = False,
         align: str = "center",
     ) -> None:
-        """See viewer.painting.Canvas."""
+        """See viewer.painting.PaintTarget."""
         self.texts.append(Text(x, y, text, size, colour, bold, mono, align))
 
     def box(self, x: float, y: float, width: float, height: float, face: str, line: str) -> None:

@@ -11,8 +11,9 @@ import numpy as np
 
 from viewer import style
 from viewer.keymap import Effect, KeyMap
+from viewer.painting import Text
 from viewer.saver import Saver
-from viewer.scene import Scene, Text
+from viewer.scene import Scene
 from viewer.solid import Solid
 
 #: Distance between layers and from the camera to the first; any will do.

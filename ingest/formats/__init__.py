@@ -60,7 +60,7 @@ def read_mesh(path: str | Path, *, limits: ReadLimits = DEFAULT_LIMITS) -> Polyg
 
     Raises MeshFileError, with file, line and token, on a file that is damaged, over a limit
     or without faces; UnsupportedFormatError on a format that is unknown or cannot hold quads;
-    MissingExtraError on a USD file where usd-core is not installed.
+    MissingExtraError on a VTK or USD file where the extra that reads it is not installed.
 
     Example: ``quads, faces = read_mesh("penguin.obj").quads()``
     """

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from importlib import import_module
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +14,7 @@ from ingest.formats.grammar import quote_token
 from ingest.formats.isolated import LibraryError, Polygons, read_isolated
 from ingest.formats.meshformat import MeshFormat
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.errors import MissingExtraError
+from patterndb.system.extras import require_extra
 
 
 def read_usd(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
@@ -33,8 +32,7 @@ def read_usd(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
 
     Raises MissingExtraError without usd-core; MeshFileError on whatever the library reports.
     """
-    if find_spec("pxr") is None:
-        raise MissingExtraError('reading USD files needs usd-core: pip install "patterndb[usd]"')
+    require_extra("usd", "reading USD files")
     check_file(path, limits)
     return read_isolated("usd", path, limits)
 

@@ -1,7 +1,7 @@
 """VTK files, legacy (.vtk) and XML (.vtp), read by VTK itself.
 
-VTK comes with pyvista; its readers are called directly, because pyvista's print and log what
-they find wrong with a file, and take a second to import.
+VTK comes with the extra ``viewer``; its readers are called directly, because pyvista's print and
+log what they find wrong with a file, and take a second to import.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from ingest.formats.isolated import LibraryError, Polygons, read_isolated
 from ingest.formats.meshformat import MeshFormat
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError
+from patterndb.system.extras import require_extra
 
 # Cell types of VTK's vtkCellType.h
 _NOT_FACES = (0, 1, 2, 3, 4)  # empty, vertex, poly vertex, line, poly line: skipped, as in OBJ
@@ -48,8 +49,10 @@ def read_vtk(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
     Vertex and line cells are skipped. Triangle strips, volume cells, curved cells and
     structured grids are refused: reading part of a file would be reading another mesh.
 
-    Raises MeshFileError, also for whatever VTK reports; nothing is printed.
+    Raises MissingExtraError without VTK; MeshFileError, also for whatever VTK reports. Nothing is
+    printed.
     """
+    require_extra("viewer", "reading VTK files")
     _check_counts(data, path)
     return read_isolated("vtk", path, limits)
 
@@ -58,12 +61,16 @@ FORMATS = (
     MeshFormat(
         "VTK",
         (".vtk",),
-        "VTK's legacy files of poly data or unstructured grids, read only",
+        "VTK's legacy files of poly data or unstructured grids, read only; needs the extra viewer",
         read_vtk,
         from_bytes=False,
     ),
     MeshFormat(
-        "VTP", (".vtp",), "VTK's XML files of poly data, read only", read_vtk, from_bytes=False
+        "VTP",
+        (".vtp",),
+        "VTK's XML files of poly data, read only; needs the extra viewer",
+        read_vtk,
+        from_bytes=False,
     ),
 )
 

@@ -144,6 +144,3 @@ def _asked(
 
     named = boundary_of(sides, closed, corners)
     return make_flat_boundary(named.lengths, named.corners), []
-
-
-COMMANDS = (explore,)

@@ -21,7 +21,9 @@ from patterndb_app.cli.options import (
     as_json,
     picture_path,
     read_model,
+    require_viewer,
 )
+from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
 
 if TYPE_CHECKING:
@@ -32,7 +34,23 @@ if TYPE_CHECKING:
     from patterndb_sketch.features.strokes import FeatureStroke, RecoveredCurve
 
 
-@click.command()
+@click.command(
+    cls=SectionedCommand,
+    sections={
+        "Strokes": ("--strokes", "--session"),
+        "How curves are found": (
+            "--alpha",
+            "--beta",
+            "--axis",
+            "--stiffness",
+            "--degree",
+            "--reach",
+            "--rounds",
+            "--strict",
+        ),
+        "Output": ("-o", "--picture", "--view", "--json"),
+    },
+)
 @click.argument("model", type=FileName())
 @click.option("--strokes", type=FileName(), metavar="FILE", help="The strokes, JSON.")
 @click.option("-o", "--output", type=FileToWrite(".json"), metavar="FILE", help="The curves, JSON.")
@@ -88,7 +106,12 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="A session to go on with, if it is there, and to keep the curves in.",
 )
-@click.option("--view", is_flag=True, help="Draw in a window; the key h lists the keys.")
+@click.option(
+    "--view",
+    is_flag=True,
+    callback=require_viewer,
+    help="Draw in a window; the key h lists the keys.",
+)
 @click.option(
     "--picture",
     type=picture_path(".png"),
@@ -295,6 +318,3 @@ def _say_found(found: Sequence[RecoveredCurve], seconds: float) -> None:
                 "their ends; the feature may be farther from the stroke: see --reach"
             )
     say(f"{plural(len(found), 'curve')} recovered in {seconds:.2f} s")
-
-
-COMMANDS = (features,)

@@ -11,7 +11,14 @@ import click
 
 from patterndb.errors import NotFoundError
 from patterndb_app.cli.options import OBJ, FileName, as_json, db_to_read, open_database
-from patterndb_app.cli.search import search_arguments, search_options
+from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.search import (
+    FILTER_OPTIONS,
+    ORDER_OPTIONS,
+    SEARCH_OPTIONS,
+    search_arguments,
+    search_options,
+)
 from patterndb_app.cli.text import plural, say, write_json
 
 if TYPE_CHECKING:
@@ -25,7 +32,16 @@ if TYPE_CHECKING:
 MOST_OF_SURFACE = 0.5
 
 
-@click.command()
+@click.command(
+    cls=SectionedCommand,
+    sections={
+        "Place": ("--surface", "--strokes"),
+        "Which fills": ("--rank", *FILTER_OPTIONS),
+        "Order": ORDER_OPTIONS,
+        "Search": ("--db", *SEARCH_OPTIONS),
+        "Output": ("-o", "--json", "--record"),
+    },
+)
 @click.argument("boundary", type=FileName())
 @click.option(
     "--surface",
@@ -208,6 +224,3 @@ def _stroke_rows(
 
 def _finite(number: float) -> float | None:
     return float(number) if math.isfinite(number) else None
-
-
-COMMANDS = (fill,)

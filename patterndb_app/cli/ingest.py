@@ -15,6 +15,7 @@ from patterndb.errors import MeshFileError
 from patterndb_app.cli.database import count_patterns
 from patterndb_app.cli.failure import Interrupted, resumable
 from patterndb_app.cli.options import FileName, as_json, db_to_write, open_database
+from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.text import plural, printable, say, shorten, write, write_json
 
 if TYPE_CHECKING:
@@ -37,7 +38,14 @@ def _limit(name: str, default: int, what: str) -> Callable[[F], F]:
     )
 
 
-@click.command()
+@click.command(
+    cls=SectionedCommand,
+    sections={
+        "What is learned": ("--basic", "--side", "--convex", "--prepare"),
+        "What is kept with it": ("--db", "--author", "--source", "--licence"),
+        "How": ("--jobs", "--max-bytes", "--json"),
+    },
+)
 @click.argument("meshes", nargs=-1, required=True, metavar="MESH...", type=FileName())
 @db_to_write
 @_limit("basic", 7, "Learn all patches")
@@ -265,6 +273,3 @@ def learning_progress(*, talk: bool) -> Generator[LearningProgress]:
     )
     with bar:
         yield LearningProgress(bar, talk)
-
-
-COMMANDS = (ingest,)

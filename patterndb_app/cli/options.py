@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from patterndb.system.extras import require_extra
 from patterndb_app.cli.text import say
 
 if TYPE_CHECKING:
@@ -161,6 +162,13 @@ class Range(ParamType):
 def picture_path(*suffixes: str) -> ParamType:
     """A file to draw into, with one of the suffixes."""
     return FileToWrite(*suffixes, what="picture", doing="draw")
+
+
+def require_viewer(ctx: click.Context, param: click.Parameter, value: bool) -> bool:
+    """The callback of --view: what cannot open a window shall say so before it does its work."""
+    if value:
+        require_extra("viewer", f"{param.opts[0]}, a window,")
+    return value
 
 
 max_irregular_option = click.option(

@@ -19,6 +19,7 @@ from patterndb_app.cli.options import (
     picture_path,
     valence_option,
 )
+from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.text import plural, say
 
 if TYPE_CHECKING:
@@ -102,7 +103,21 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
     return expand_pattern(pattern, widths).disk()
 
 
-@click.command()
+@click.command(
+    cls=SectionedCommand,
+    sections={
+        "What is drawn": (
+            "--class",
+            "--sides",
+            "--closed",
+            "--convex",
+            "--max-irregular",
+            "--valence",
+            "--db",
+        ),
+        "Sheet": ("-o", "--limit", "--per-page", "--plain"),
+    },
+)
 @click.option(
     "--class", "n_sides", type=click.IntRange(0), metavar="N", help="Patterns with N sides."
 )
@@ -274,6 +289,3 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
     if output is not None:
         say(f"drawn: {output}")
     return 0
-
-
-COMMANDS = (show, gallery, browse)

@@ -20,8 +20,12 @@ from patterndb_app.cli.options import (
     open_database,
     picture_path,
 )
+from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.search import (
+    FILTER_OPTIONS,
     KINDS,
+    ORDER_OPTIONS,
+    SEARCH_OPTIONS,
     Corners,
     FlowParam,
     search_arguments,
@@ -37,7 +41,16 @@ if TYPE_CHECKING:
     from query import Boundary, Fill, Stroke
 
 
-@click.command()
+@click.command(
+    cls=SectionedCommand,
+    sections={
+        "Boundary": ("--sides", "--closed", "--corners", "--flow", "--loop", "--batch"),
+        "Which fills": FILTER_OPTIONS,
+        "Order and length": (*ORDER_OPTIONS, "--limit"),
+        "Search": ("--db", *SEARCH_OPTIONS),
+        "Output": ("--json", "--obj", "--image"),
+    },
+)
 @click.option("--sides", type=Numbers(), help="Edges of every side, counter-clockwise.")
 @click.option("--closed", is_flag=True, help="One closed side without a corner: --sides 12.")
 @click.option(
@@ -326,6 +339,3 @@ def _stroke(value: Any, at: int) -> Stroke:
             f"stroke {at} is {value!r}; write [[side, edge], [side, edge]]"
         ) from None
     return Stroke((ends[0], ends[1]), (ends[2], ends[3]))
-
-
-COMMANDS = (query,)

@@ -200,6 +200,3 @@ def _draw(made: Registration, template: Template, picture: Path) -> None:
         ("", ""), template.name,
     )  # fmt: skip
     draw(alone, template, picture, keys="e")
-
-
-COMMANDS = (register,)

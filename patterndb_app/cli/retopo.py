@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from patterndb.system.extras import require_extra
 from patterndb_app.cli.options import (
     OBJ,
     FileName,
@@ -17,7 +18,9 @@ from patterndb_app.cli.options import (
     db_to_read,
     open_database,
     picture_path,
+    require_viewer,
 )
+from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.text import plural, say, table, write, write_json
 
 if TYPE_CHECKING:
@@ -30,7 +33,13 @@ if TYPE_CHECKING:
     from patterndb_sketch.retopo.sessionfile import RetopoSession
 
 
-@click.command()
+@click.command(
+    cls=SectionedCommand,
+    sections={
+        "Input": ("--script", "--lenient", "--session", "--quads", "--db"),
+        "Output": ("-o", "--record", "--picture", "--view", "--json"),
+    },
+)
 @click.argument("surface", type=FileName(), required=False)
 @click.option("--script", type=FileName(), metavar="FILE", help="The script to play, JSON lines.")
 @click.option(
@@ -52,6 +61,7 @@ if TYPE_CHECKING:
 @click.option(
     "--view",
     is_flag=True,
+    callback=require_viewer,
     help="Open the window at the end; so does a SURFACE with nothing else to do.",
 )
 @click.option(
@@ -114,6 +124,9 @@ def retopo(
     asked.check()
     nothing_else = script is None and output is None and picture is None and not as_json
     view = view or nothing_else
+    require_extra("sketch", "retopology")
+    if view:
+        require_extra("viewer", "a window")
     if view and as_json:
         raise click.UsageError("--json tells what a script made; leave it or --view out")
     if lenient and script is None:
@@ -359,6 +372,3 @@ def _refuse_another(kept: RetopoSession, script: Script, beside: Path) -> None:
             f"{beside}: its surface, {path}, is not the session's, {kept.name or 'unnamed'}; "
             "name the surface that the session was begun on, or another session"
         )
-
-
-COMMANDS = (retopo,)

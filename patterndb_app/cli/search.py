@@ -180,6 +180,25 @@ _OPTIONS = (
 )
 
 
+#: The sections of the help that these options are in.
+FILTER_OPTIONS = (
+    "--tolerance",
+    "--strict",
+    "--max-boundary-irregular",
+    "--max-irregular",
+    "--valence",
+    "--max-quads",
+    "--pattern-corners",
+    "--has-loop",
+    "--min-frequency",
+    "--from-mesh",
+    "--from-licence",
+    "--learned-only",
+)
+ORDER_OPTIONS = ("--order", "--use-counts", "--per-pattern")
+SEARCH_OPTIONS = ("--time-limit", "--solver", "--jobs")
+
+
 def search_options(verb: F) -> F:
     """Give a verb the options that :func:`search_arguments` understands."""
     for option in reversed(_OPTIONS):

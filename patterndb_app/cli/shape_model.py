@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     as_json,
     picture_path,
     read_model,
+    require_viewer,
 )
 from patterndb_app.cli.register import (
     delta_option,
@@ -252,6 +253,7 @@ def _add_edit_options(command: Any) -> Any:
             click.option(
                 "--view",
                 is_flag=True,
+                callback=require_viewer,
                 help="Explore the shapes in a window; the key h lists the keys.",
             ),
             click.option(
@@ -433,6 +435,3 @@ def _report_shape(
         if view:
             show(model, laid_out, title=path.name, output=output, coefficients=coefficients)
     return 0
-
-
-COMMANDS = (shape_model,)

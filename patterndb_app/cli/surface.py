@@ -20,7 +20,9 @@ from patterndb_app.cli.options import (
     db_to_read,
     open_database,
     picture_path,
+    require_viewer,
 )
+from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, describe_methods
 
@@ -55,7 +57,14 @@ class CurveNames(ParamType):
         return names
 
 
-@click.command()
+@click.command(
+    cls=SectionedCommand,
+    sections={
+        "Cycles": ("--find-cycles", "--ban", "--keep", "--cycles-only", "--tolerance"),
+        "Surface": ("--method", "--alpha", "--any-chord", "--spacing", "--db"),
+        "Output": ("-o", "--picture", "--view", "--json"),
+    },
+)
 @click.argument("network", type=FileName())
 @click.option("-o", "--output", type=OBJ, metavar="FILE", help="The surface, OBJ.")
 @click.option(
@@ -94,7 +103,10 @@ class CurveNames(ParamType):
     help="Draw the surface into a PNG, without a window.",
 )
 @click.option(
-    "--view", is_flag=True, help="Look at the surface in a window; the key h lists the keys."
+    "--view",
+    is_flag=True,
+    callback=require_viewer,
+    help="Look at the surface in a window; the key h lists the keys.",
 )
 @click.option("--cycles-only", is_flag=True, help="Tell the cycles, make no surface.")
 @click.option(
@@ -392,6 +404,3 @@ def _say_made(made: Surfacing, seconds: float) -> None:
             f"faces that pass through each other: {plural(within, 'pair')} within patches, "
             f"{made.intersections:,} between patches; the method does not exclude them"
         )
-
-
-COMMANDS = (surface,)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.label import split_word
-from patterndb.errors import MissingExtraError
+from patterndb.system.extras import require_extra
 from query.errors import InvalidQueryError, SolverError
 from query.solving.batch import BestFits, Labels, Question
 from query.solving.evenness import OFF
@@ -27,12 +27,9 @@ from query.solving.systems import Chords
 
 def _cp_model() -> Any:
     """OR-Tools, imported only when this solver is asked for."""
-    try:
-        from ortools.sat.python import cp_model
-    except ImportError as error:
-        raise MissingExtraError(
-            'solver="cp-sat" needs OR-Tools: pip install ortools, or leave solver="kernel"'
-        ) from error
+    require_extra("sketch", 'solver="cp-sat" (not the default, "kernel")')
+    from ortools.sat.python import cp_model
+
     return cp_model
 
 

@@ -246,7 +246,12 @@ def _libraries(module: str) -> set[str]:
         ("import patterndb", {"click", "rich", "pyvista", "matplotlib", "ortools", "numba"}),
         (
             "import patterndb_app.cli",
-            {"query", "ingest", "viewer", "rich", "pyvista", "matplotlib"},
+            {"numpy", "query", "ingest", "viewer", "patterndb_sketch", "rich"},
+        ),
+        (
+            "from patterndb_app.cli import cli as c; "
+            "[c.get_command(c, v) for v in c.list_commands(c)]",
+            {"query", "ingest", "viewer", "rich", "pyvista", "ortools", "numba"},
         ),
         ("import ingest, ingest.formats", {"pyvista", "matplotlib", "pxr", "trimesh", "numba"}),
         ("import query", {"pyvista", "matplotlib", "ortools", "ingest", "viewer", "click"}),

@@ -8,10 +8,11 @@ from pathlib import Path
 
 import click
 import pytest
-from commandline import run
+from commandline import assert_refused, run
 
 from patterndb_app.cli import cli
 from patterndb_app.cli.failure import TRACEBACK
+from patterndb_app.cli.program import SECTIONS, SectionedCommand
 from patterndb_app.cli.text import WIDTH, plural, printable, shorten, table
 
 VERBS = (
@@ -45,16 +46,43 @@ def command_of(verb: str) -> click.Command:
     command: click.Command = cli
     for word in verb.split():
         assert isinstance(command, click.Group)
-        command = command.commands[word]
+        found = command.get_command(click.Context(command), word)
+        assert found is not None
+        command = found
     return command
 
 
 def test_the_verbs() -> None:
-    found = set(cli.commands)
-    for name, command in cli.commands.items():
+    found = set(cli.list_commands(click.Context(cli)))
+    for name in tuple(found):
+        command = command_of(name)
         if isinstance(command, click.Group):
             found |= {f"{name} {word}" for word in command.commands}
     assert found == set(VERBS)
+
+
+def test_the_help_lists_all_verbs_in_their_sections() -> None:
+    lines = run("--help").out.splitlines()
+    at = [lines.index(f"{title}:") for title in SECTIONS]
+    assert at == sorted(at)
+    for first, last, verbs in zip(at, (*at[1:], None), SECTIONS.values(), strict=True):
+        listed = [line.split()[0] for line in lines[first + 1 : last] if line[2:3].strip()]
+        assert listed == list(verbs)
+
+
+@pytest.mark.parametrize("verb", VERBS)
+def test_every_option_is_in_one_section(verb: str) -> None:
+    command = command_of(verb)
+    options = [p.name for p in command.params if isinstance(p, click.Option)]
+    if not isinstance(command, SectionedCommand):
+        assert len(options) <= 10, "a list as long as this has sections"
+        return
+    grouped = [p.name for group in command.group_options().values() for p in group]
+    assert sorted(map(str, grouped)) == sorted(map(str, options))
+
+
+def test_a_verb_that_there_is_not() -> None:
+    assert_refused(run("queery"), 2, "queery")
 
 
 @pytest.mark.parametrize("verb", VERBS)
@@ -105,7 +133,7 @@ def test_an_unforeseen_error_is_one_line(learned: Path, monkeypatch: pytest.Monk
     def fail(*_: object, **__: object) -> None:
         raise ValueError("the sky is green")
 
-    monkeypatch.setattr(cli.commands["stats"], "callback", fail)
+    monkeypatch.setattr(command_of("stats"), "callback", fail)
     result = run("stats", "--db", learned)
     assert (result.code, result.out) == (3, "")
     (line,) = result.err.splitlines()
@@ -119,7 +147,7 @@ def test_out_of_memory(learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object, **__: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr(cli.commands["query"], "callback", fail)
+    monkeypatch.setattr(command_of("query"), "callback", fail)
     result = run("query", "--sides=4,4", "--db", learned)
     assert result.code == 3
     assert "memory" in result.err and "fewer fills" in result.err

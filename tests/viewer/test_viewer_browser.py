@@ -18,7 +18,7 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import InvalidBoundaryError, NotFoundError
 from viewer import BrowserState, DisplayError, PictureFormatError, browse, opengl
-from viewer.browse import BrowserWindow
+from viewer.browser import BrowserWindow
 from viewer.browser_state import ACTIONS, COLUMNS, KEYS, MAX_WIDTH, PER_PAGE
 from viewer.keymap import Effect
 from viewer.scene import compose_browser, find_cell

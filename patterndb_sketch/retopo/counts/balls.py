@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.system.extras import require_extra
 from patterndb_sketch.retopo.counts.problem import MIN_PERIMETER, CountsProblem
 
 #: A chain may get so many edges more or fewer than nearest to its target.
@@ -83,6 +84,7 @@ def solve_ball(
     limit in the solver's deterministic seconds. changed_from: chains that have other counts
     than these cost ``change`` each beside their error.
     """
+    require_extra("sketch", "choosing the edge counts of patches")
     from ortools.sat.python import cp_model
 
     model = _BallModel(cp_model.CpModel(), problem, counts, {}, [])

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from ortools.sat.python import cp_model
+
+from patterndb.system.extras import require_extra
 
 #: Gains and costs become integers in this part of a median curve's length.
 UNIT = 1e-4
@@ -52,6 +53,10 @@ def choose_cycles(
 
     A cost as high as the gain of one of the two bars the pair: dropping that one is no worse.
     """
+    # A quarter of a second to import, with all that it brings; and it is an extra.
+    require_extra("sketch", "choosing the cycles of a network")
+    from ortools.sat.python import cp_model
+
     model: Any = cp_model.CpModel()
     must = set(forced)
     free = bool(full)

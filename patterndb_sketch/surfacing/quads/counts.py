@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from patterndb.geometry.polyline import MIN_EDGES, arc_length
+from patterndb.system.extras import require_extra
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import default_spacing, edges_at, stretches
 
@@ -159,6 +160,7 @@ def _chosen(
     """The place of every curve's choice, and whether it is proven that these cost least."""
     if all(_sound(choices, cycle, [0] * len(choices)) for cycle in cycles):
         return [0] * len(choices), True
+    require_extra("sketch", "choosing the edge counts of curves")
     from ortools.sat.python import cp_model
 
     model = cp_model.CpModel()
