@@ -35,7 +35,7 @@ SHARD_QUADS = 4096
 #: reach into two shards are found twice.
 SMALLEST_SHARD = 1024
 
-Outcome = Literal["learned", "replaced", "unchanged", "updated"]
+Outcome = Literal["learned", "replaced", "unchanged", "updated", "no quads"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,8 @@ class MeshReport:
 
     path: its file; None where it was given as arrays.
     outcome: "learned"; "replaced" (it had been learned with other options); "unchanged";
-    or "updated" (only its name or provenance changed).
+    "updated" (only its name or provenance changed); or "no quads" (nothing to learn from, and
+    nothing written).
     seconds: from reading to the end of writing; other meshes may have run beside it.
     """
 
@@ -65,11 +66,15 @@ class MeshReport:
 
 @dataclass(frozen=True, slots=True)
 class IngestReport:
-    """What an ingest did: one report a file, in the order given."""
+    """What an ingest did: one report a file that could be read, in the order given.
+
+    skipped: why the others could not be, where bad files were to be skipped.
+    """
 
     meshes: list[MeshReport]
     seconds: float
     interrupted: bool
+    skipped: tuple[MeshFileError, ...] = ()
 
 
 @dataclass(slots=True)
@@ -111,6 +116,7 @@ def ingest(
     jobs: int | None = None,
     provenance: Provenance | Callable[[Path], Provenance] | None = None,
     limits: ReadLimits | None = None,
+    skip_bad: bool = False,
     progress: Callable[[Progress], None] | None = None,
     report: Callable[[MeshReport], None] | None = None,
 ) -> IngestReport:
@@ -123,23 +129,32 @@ def ingest(
 
     All files are read and checked before anything is learned: if one cannot be read,
     MeshFileError is raised (InvalidMeshError, naming all, where there are several) and the
-    database is as before. On KeyboardInterrupt the tasks in work are broken off, what was
-    written stays, and the report says "interrupted".
+    database is as before. skip_bad: such files are left out, and told in the report; if none
+    can be read that is an error all the same. A mesh without quads leaves nothing.
+
+    On KeyboardInterrupt the tasks in work are broken off, what was written stays, and the report
+    says "interrupted".
     """
     started = time.perf_counter()
     options = options or LearningOptions()
     limits = limits or ReadLimits()
     run = _Run(database, options, jobs, limits, provenance, progress, report)
     interrupted = False
+    skipped: list[MeshFileError] = []
     try:
         with run.pool() as pool:
-            run.run(*_check(_work_of(paths), database, options, limits), pool)
+            checked = _check(_work_of(paths), database, options, limits, skip_bad)
+            skipped = checked.bad
+            run.run(checked, pool)
     except (KeyboardInterrupt, SystemError) as error:
         if not _is_interrupt(error):
             raise
         interrupted = True
     return IngestReport(
-        [run.reports[i] for i in sorted(run.reports)], time.perf_counter() - started, interrupted
+        [run.reports[i] for i in sorted(run.reports)],
+        time.perf_counter() - started,
+        interrupted,
+        tuple(skipped),
     )
 
 
@@ -191,10 +206,17 @@ def learn_mesh(
     here = database.find_mesh(w.sha256)
     if here is not None and here.options != options:
         w.outcome = "replaced"
-    known = here is not None and here.options == options
+    checked = _Checked()
+    if here is not None and here.options == options:
+        checked.known.append(w)
+    elif not len(mesh.quads()[0]):
+        w.outcome = "no quads"
+        checked.empty.append(w)
+    else:
+        checked.waiting.append(w)
     run = _Run(database, options, jobs, ReadLimits(), provenance, progress, None)
     with run.pool() as pool:
-        run.run([w] if known else [], [] if known else [w], [], pool)
+        run.run(checked, pool)
     return run.reports[0]
 
 
@@ -207,24 +229,44 @@ def check_files(
     paths: Sequence[Path | str],
     options: LearningOptions | None = None,
     limits: ReadLimits | None = None,
-) -> None:
+    *,
+    skip_bad: bool = False,
+) -> int:
     """Read the files as :func:`ingest` would, but for those the database has learned with
-    these options, and learn nothing. Raises what :func:`ingest` raises for a bad file."""
-    _check(_work_of(paths), database, options or LearningOptions(), limits or ReadLimits())
+    these options, and learn nothing.
+
+    Returns how many hold quads. Raises what :func:`ingest` raises for a bad file.
+    """
+    work = _work_of(paths)
+    checked = _check(work, database, options or LearningOptions(), limits or ReadLimits(), skip_bad)
+    return len(checked.known) + len(checked.waiting) + len(checked.twins)
+
+
+@dataclass(slots=True)
+class _Checked:
+    """What the files turned out to be before anything is learned.
+
+    known: those that the database has learned. waiting: to be learned. twins: that hold the same
+    bytes as one of these. empty: without quads. bad: that cannot be read.
+    """
+
+    known: list[_Work] = field(default_factory=list[_Work])
+    waiting: list[_Work] = field(default_factory=list[_Work])
+    twins: list[_Work] = field(default_factory=list[_Work])
+    empty: list[_Work] = field(default_factory=list[_Work])
+    bad: list[MeshFileError] = field(default_factory=list[MeshFileError])
 
 
 def _check(
-    work: list[_Work], database: Database | None, options: LearningOptions, limits: ReadLimits
-) -> tuple[list[_Work], list[_Work], list[_Work]]:
-    """Read every file once to find the bad ones before the long part begins.
-
-    Returns those that the database knows, those to be learned, and those that hold the same
-    bytes as one of them.
-    """
-    known: list[_Work] = []
-    waiting: list[_Work] = []
-    twins: list[_Work] = []
-    bad: list[MeshFileError] = []
+    work: list[_Work],
+    database: Database | None,
+    options: LearningOptions,
+    limits: ReadLimits,
+    skip_bad: bool,
+) -> _Checked:
+    """Read every file once to find the bad ones before the long part begins."""
+    checked = _Checked()
+    bad = checked.bad
     seen: set[str] = set()
     for w in work:
         w.started = time.perf_counter()
@@ -236,26 +278,31 @@ def _check(
             w.sha256 = hashlib.sha256(data).hexdigest()
             here = None if database is None else database.find_mesh(w.sha256)
             if here is not None and here.options == options:
-                known.append(w)
+                checked.known.append(w)
                 continue
-            parse(data, w.source, limits)
+            mesh = parse(data, w.source, limits)
         except MeshFileError as error:
             bad.append(error)
             continue
         if w.sha256 in seen:
-            twins.append(w)
+            checked.twins.append(w)
+            continue
+        if not len(mesh.quads()[0]):
+            w.outcome = "no quads"
+            checked.empty.append(w)
             continue
         seen.add(w.sha256)
         w.outcome = "learned" if here is None else "replaced"
-        waiting.append(w)
+        checked.waiting.append(w)
+    if not bad or (skip_bad and len(bad) < len(work)):
+        return checked
     if len(bad) == 1:
         raise bad[0]
-    if bad:
-        raise InvalidMeshError(
-            f"{len(bad)} of {len(work)} files cannot be read; nothing was ingested\n"
-            + "\n".join(str(error) for error in bad)
-        )
-    return known, waiting, twins
+    raise InvalidMeshError(
+        f"{len(bad)} of {len(work)} files cannot be read; nothing was ingested\n"
+        + "\n".join(str(error) for error in bad)
+        + ("" if len(bad) == len(work) else "\nskip_bad (--skip-bad) leaves such files out")
+    )
 
 
 def _check_name(path: Path) -> None:
@@ -304,17 +351,14 @@ class _Run:
                 self.pulse[0] = 1
                 pool.shutdown(cancel_futures=True)
 
-    def run(
-        self,
-        known: list[_Work],
-        waiting: list[_Work],
-        twins: list[_Work],
-        pool: ThreadPoolExecutor,
-    ) -> None:
+    def run(self, checked: _Checked, pool: ThreadPoolExecutor) -> None:
         """See to meshes that are there, to be learned, and to twins of these."""
-        self.state = Progress(sum(w.size for w in (*known, *waiting, *twins)))
-        for w in known:
+        waiting = checked.waiting
+        self.state = Progress(sum(w.size for w in (*checked.known, *waiting, *checked.twins)))
+        for w in checked.known:
             self._report_known(w)
+        for w in checked.empty:
+            self._report(w, 0, 0, (0, 0, 0, 0), 0, 0)
         waiting.sort(key=lambda w: (-w.size, w.index))
         open_meshes: list[_Work] = []
         while waiting or open_meshes:
@@ -334,7 +378,7 @@ class _Run:
                     self._finish(w)
                     open_meshes.remove(w)
             self._show(open_meshes)
-        for w in twins:
+        for w in checked.twins:
             self._report_known(w)
 
     def _begin(self, w: _Work, pool: ThreadPoolExecutor, *, alone: bool) -> None:

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from patterndb.errors import MeshFileError
+from patterndb.errors import MeshFileError, NotFoundError
 from patterndb_app.cli.database import count_patterns
-from patterndb_app.cli.failure import Interrupted, resumable
+from patterndb_app.cli.failure import EXIT_BAD_INPUT, Interrupted, resumable
 from patterndb_app.cli.options import FileName, as_json, db_to_write, open_database
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.text import plural, printable, say, shorten, write, write_json
@@ -43,7 +43,7 @@ def _limit(name: str, default: int, what: str) -> Callable[[F], F]:
     sections={
         "What is learned": ("--basic", "--side", "--convex", "--prepare"),
         "What is kept with it": ("--db", "--author", "--source", "--licence"),
-        "How": ("--jobs", "--max-bytes", "--json"),
+        "How": ("--jobs", "--max-bytes", "--skip-bad", "--json"),
     },
 )
 @click.argument("meshes", nargs=-1, required=True, metavar="MESH...", type=FileName())
@@ -69,6 +69,11 @@ def _limit(name: str, default: int, what: str) -> Callable[[F], F]:
     metavar="N",
     help="Refuse files larger than this.  [default: 512 MiB]",
 )
+@click.option(
+    "--skip-bad",
+    is_flag=True,
+    help="Leave out files that cannot be read, and tell them at the end; exit code 3 then.",
+)
 @as_json
 def ingest(
     meshes: tuple[Path, ...],
@@ -82,6 +87,7 @@ def ingest(
     source: str | None,
     licence: str | None,
     max_bytes: int | None,
+    skip_bad: bool,
     as_json: bool,
 ) -> int:
     """Learn the patterns of mesh files into a database.
@@ -90,8 +96,13 @@ def ingest(
     taken. A mesh that the database has learned with the same options is left as it is, so
     the same command goes on where an interrupted one stopped.
 
+    All files are read before anything is learned, and one that cannot be read stops it, but with
+    --skip-bad. A mesh without quads has nothing to learn, and leaves nothing; exit code 1 if none
+    has any.
+
     \b
     patterndb ingest meshes/ --db my.db --licence CC0-1.0
+    patterndb ingest downloads/ --db my.db --skip-bad
     patterndb ingest head.obj --db my.db --convex 60 --json
     """
     # Imported here because compiled kernels take a moment that --help need not wait for.
@@ -106,9 +117,9 @@ def ingest(
         raise click.UsageError(str(error)) from error
     files = [file for mesh in meshes for file in _files(mesh)]
     limits = ReadLimits() if max_bytes is None else ReadLimits(max_bytes=max_bytes)
-    if not db.exists():
-        # A bad file must not leave an empty database behind.
-        check_files(None, files, options, limits)
+    # A bad file must not leave an empty database behind, nor must meshes without quads.
+    if not db.exists() and not check_files(None, files, options, limits, skip_bad=skip_bad):
+        raise NotFoundError(_no_quads(files))
     with (
         resumable(f"what was learned is in {db}; the same command goes on from here"),
         open_database(db, "create") as database,
@@ -121,6 +132,7 @@ def ingest(
                 jobs=jobs,
                 provenance=Provenance(author, source, licence),
                 limits=limits,
+                skip_bad=skip_bad,
                 progress=progress.update,
                 report=progress.report,
             )
@@ -132,6 +144,9 @@ def ingest(
                 "patterns": patterns,
                 "seconds": round(report.seconds, 3),
                 "interrupted": report.interrupted,
+                "skipped": [
+                    {"file": str(error.path), "error": str(error)} for error in report.skipped
+                ],
             }
         )
     else:
@@ -145,7 +160,20 @@ def ingest(
             f"{len(report.meshes):,} of {plural(len(files), 'mesh', 'meshes')} done and in {db}; "
             "the same command goes on from here"
         )
+    if report.skipped:
+        say(f"{plural(len(report.skipped), 'file')} left out that could not be read:")
+        for error in report.skipped:
+            say(printable(str(error)))
+        return EXIT_BAD_INPUT
+    if all(mesh.outcome == "no quads" for mesh in report.meshes):
+        raise NotFoundError(_no_quads(files))
     return 0
+
+
+def _no_quads(files: list[Path]) -> str:
+    if len(files) == 1:
+        return f"{files[0]} holds no quads; nothing to learn"
+    return f"none of the {len(files):,} files can be read and holds quads; nothing to learn"
 
 
 def _entry(mesh: MeshReport) -> dict[str, object]:
@@ -233,8 +261,8 @@ class LearningProgress:
             )
             if mesh.outcome == "replaced":
                 text += " (had been learned with other options)"
-            if mesh.quads_read == 0:
-                text = f"{mesh.name}: holds no quads; nothing to learn"
+        elif mesh.outcome == "no quads":
+            text = f"{mesh.name}: no quads; nothing to learn, left out"
         else:
             text = f"{mesh.name}: {mesh.outcome}"
         if self._bar is not None:

@@ -179,12 +179,46 @@ def test_a_mesh_without_quads(tmp_path: Path) -> None:
     mesh = write_obj(tmp_path / "triangle.obj", [[0, 1, 2]])
     db = tmp_path / "a.db"
     result = run("ingest", mesh, "--db", db, *TINY)
+    assert_refused(result, 1, "holds no quads")
+    assert not db.exists()
+    # Beside others it is told, and leaves no row.
+    result = run("ingest", mesh, JUG, "--db", db, *TINY)
     assert result.code == 0
-    assert "holds no quads" in result.err
-    assert run("stats", "--db", db, "--json").document()["patterns"] == 0
-    assert run("verify", "--db", db).code == 0
-    # Tables without rows still read.
-    assert run("stats", "--db", db).out.startswith("0 patterns, 0 with mirror images\n1 mesh, ")
+    assert "triangle.obj: no quads" in result.err and "1 of 2 meshes learned" in result.out
+    assert mesh_names(db) == ["jug.obj"]
+    document = run("ingest", mesh, JUG, "--db", db, *TINY, "--json").document()
+    assert [m["outcome"] for m in document["meshes"]] == ["no quads", "unchanged"]
+    # A database that is there stays as it was.
+    before = db.read_bytes()
+    result = run("ingest", mesh, "--db", db, *TINY)
+    assert result.code == 1 and "holds no quads" in result.err
+    assert db.read_bytes() == before
+
+
+def test_tables_without_rows_still_read(tmp_path: Path) -> None:
+    db = tmp_path / "a.db"
+    run("ingest", JUG, "--db", db, *TINY)
+    run("remove", "jug.obj", "--db", db)
+    assert run("stats", "--db", db).out.startswith("0 patterns, 0 with mirror images\n0 meshes, ")
+
+
+def test_bad_files_are_left_out_where_that_is_asked(tmp_path: Path) -> None:
+    folder, db = tmp_path / "meshes", tmp_path / "a.db"
+    folder.mkdir()
+    shutil.copy(JUG, folder)
+    for name in ("cut.obj", "b.ply"):
+        (folder / name).write_text("v 0 0 0\nf 1 2 3 4\n")
+    result = run("ingest", folder, "--db", db, *TINY)
+    assert_refused(result, 3, "cut.obj", "b.ply", "--skip-bad")
+    assert not db.exists()
+    result = run("ingest", folder, "--db", db, *TINY, "--skip-bad")
+    assert result.code == 3
+    assert "1 of 3 meshes learned" in result.out
+    *_, said, one, other = result.err.splitlines()
+    assert said.startswith("2 files left out") and "b.ply" in one and "cut.obj:2" in other
+    assert mesh_names(db) == ["jug.obj"]
+    skipped = run("ingest", folder, "--db", db, *TINY, "--skip-bad", "--json").document()["skipped"]
+    assert [Path(entry["file"]).name for entry in skipped] == ["b.ply", "cut.obj"]
 
 
 class TestRefusals:

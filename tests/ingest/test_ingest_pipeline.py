@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from meshes import CUP, DOUBLET, ONE, SHAPES, examples, grid, star, write_obj
 
-from ingest import MeshReport, Progress, ingest, learn, learning, pipeline, read_mesh
+from ingest import MeshReport, Progress, ingest, learn, learn_mesh, learning, pipeline, read_mesh
 from patterndb.core.packing import unpack
 from patterndb.errors import DatabaseError, InvalidMeshError, MeshFileError
 from patterndb.store import Database, LearningOptions, Provenance
@@ -146,12 +146,32 @@ def test_a_file_that_changes_while_it_waits_is_refused(
     assert db.meshes() == []
 
 
-def test_a_mesh_without_quads_is_a_mesh(db: Database, tmp_path: Path) -> None:
+def test_a_mesh_without_quads_leaves_nothing(db: Database, tmp_path: Path) -> None:
     path = tmp_path / "triangle.obj"
     path.write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
-    (mesh,) = ingest(db, [path], SMALL).meshes
-    assert (mesh.quads_read, mesh.distinct, mesh.patterns) == (0, 0, 0)
+    cup = write_obj(tmp_path / "cup.obj", CUP)
+    triangle, other = ingest(db, [path, cup], SMALL).meshes
+    assert (triangle.quads_read, triangle.distinct, triangle.patterns) == (0, 0, 0)
+    assert (triangle.outcome, other.outcome) == ("no quads", "learned")
+    assert learn_mesh(db, [[0, 1, 2]], name="triangle").outcome == "no quads"
+    assert [mesh.name for mesh in db.meshes()] == ["cup.obj"]
     assert db.verify() == []
+
+
+def test_bad_files_are_skipped_where_that_is_asked(db: Database, tmp_path: Path) -> None:
+    cup = write_obj(tmp_path / "cup.obj", CUP)
+    bad = [tmp_path / "cut.obj", tmp_path / "b.ply"]
+    bad[0].write_text("v 0 0 0\nf 1 2 3 4\n")
+    bad[1].write_bytes(b"no mesh")
+    with pytest.raises(InvalidMeshError, match="2 of 3 files cannot be read"):
+        ingest(db, [bad[0], cup, bad[1]], SMALL)
+    assert db.meshes() == []
+    report = ingest(db, [bad[0], cup, bad[1]], SMALL, skip_bad=True)
+    assert [mesh.path for mesh in report.meshes] == [cup]
+    assert [error.path for error in report.skipped] == bad
+    assert [mesh.name for mesh in db.meshes()] == ["cup.obj"]
+    with pytest.raises(InvalidMeshError, match="2 of 2 files cannot be read"):
+        ingest(db, bad, SMALL, skip_bad=True)
 
 
 def test_examples_are_quads_as_the_file_numbers_its_faces(db: Database, tmp_path: Path) -> None:
