@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypedDict
 
 import numpy as np
 
@@ -13,6 +14,29 @@ from patterndb.core.halfedge import Int32Array, next_border_edge
 from patterndb.core.label import split_word
 from patterndb.core.polychord import Polychords, polychords
 from patterndb.errors import InvalidCodeError, InvalidMeshError
+
+
+class PatternJson(TypedDict):
+    """A pattern as JSON; see :class:`Pattern` for what the entries mean.
+
+    boundary: its first vertices are those of the boundary, in order. quads: counter-clockwise.
+    """
+
+    pattern: str
+    origin: str
+    frequency: int
+    n_sides: int
+    corners: list[int]
+    valences: list[int]
+    n_quads: int
+    n_chords: int
+    n_loops: int
+    self_crossing: bool
+    rotations: int
+    chiral: bool
+    label: list[list[int]]
+    boundary: int
+    quads: list[list[int]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -162,3 +186,24 @@ class Pattern:
     def disk(self) -> Disk:
         """The quads, with side 0 from boundary vertex 0."""
         return Disk.from_twin(self.twin(), 0)
+
+    def to_json(self) -> PatternJson:
+        """The pattern as JSON takes it, its quads as in :meth:`disk`."""
+        disk = self.disk()
+        return {
+            "pattern": self.name,
+            "origin": self.origin,
+            "frequency": self.frequency,
+            "n_sides": self.n_sides,
+            "corners": list(self.corners),
+            "valences": list(self.valences),
+            "n_quads": self.n_quads,
+            "n_chords": self.n_chords,
+            "n_loops": self.n_loops,
+            "self_crossing": self.self_crossing,
+            "rotations": self.rotations,
+            "chiral": self.chiral,
+            "label": [list(side) for side in self.label],
+            "boundary": disk.perimeter,
+            "quads": disk.quads.tolist(),
+        }

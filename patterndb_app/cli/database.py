@@ -103,10 +103,11 @@ def verify(db: Path | None, migrate: bool, as_json: bool) -> int:
 
 
 @click.command()
-@click.argument("others", nargs=-1, required=True, metavar="OTHER...", type=FileName())
+@click.argument("others", nargs=-1, metavar="OTHER...", type=FileName())
 @db_to_write
+@click.option("--starter", is_flag=True, help="Add the starter database, too.")
 @as_json
-def merge(others: tuple[Path, ...], db: Path, as_json: bool) -> int:
+def merge(others: tuple[Path, ...], db: Path, starter: bool, as_json: bool) -> int:
     """Add the meshes of other databases to --db, which is made if there is none.
 
     The result is what ingesting all their meshes would give. A mesh that both hold with
@@ -114,11 +115,15 @@ def merge(others: tuple[Path, ...], db: Path, as_json: bool) -> int:
 
     \b
     patterndb merge mine.db yours.db --db ours.db
+    patterndb merge --starter --db my.db
     """
+    if not others and not starter:
+        raise click.UsageError("name the databases to add, or give --starter")
     added = replaced = same = 0
     with contextlib.ExitStack() as stack:
         # All are opened before anything is written, so that a wrong name changes nothing.
-        sources = [stack.enter_context(open_database(path)) for path in others]
+        names = (*others, None) if starter else others
+        sources = [stack.enter_context(open_database(path)) for path in names]
         database = stack.enter_context(open_database(db, "create"))
         for other in sources:
             counts = database.merge(other)
@@ -157,6 +162,64 @@ def remove(meshes: tuple[str, ...], db: Path, as_json: bool) -> int:
             f"{plural(n_meshes, 'mesh', 'meshes')} and {plural(n_patterns, 'pattern')} removed; "
             f"{plural(patterns, 'pattern')} left in {db}"
         )
+    return 0
+
+
+@click.command()
+@click.argument("first", metavar="A", type=FileName())
+@click.argument("second", metavar="[B]", required=False, type=FileName())
+@as_json
+def diff(first: Path, second: Path | None, as_json: bool) -> int:
+    """Compare two databases: what only one of them holds, and what was counted differently.
+
+    B is the starter database if not given. Exit code 0 whether they differ or not; --json says in
+    "alike" whether they do.
+
+    \b
+    patterndb diff mine.db yours.db
+    patterndb diff mine.db --json
+    """
+    # Imported here because compiled kernels take a moment that --help need not wait for.
+    from patterndb.core.code import format_id
+    from patterndb.store.comparison import compare_databases
+
+    with open_database(first) as one, open_database(second) as other:
+        found = compare_databases(one, other)
+    names = [str(first), "the starter database" if second is None else str(second)]
+    if as_json:
+        alone = [
+            {
+                "database": name,
+                "meshes": [mesh.name for mesh in meshes],
+                "patterns": [format_id(number) for number in ids.tolist()],
+            }
+            for name, meshes, ids in zip(names, found.meshes, found.ids, strict=True)
+        ]
+        write_json(
+            {
+                "alike": found.alike,
+                "alone": alone,
+                "retaught": [mesh.name for mesh in found.retaught],
+                "patterns_of_both": found.both,
+                "recounted": [format_id(number) for number in found.recounted.tolist()],
+            }
+        )
+        return 0
+    if found.alike:
+        write(f"{names[0]} and {names[1]} hold the same")
+        return 0
+    for name, meshes, ids in zip(names, found.meshes, found.ids, strict=True):
+        write(
+            f"{name} alone: {plural(len(meshes), 'mesh', 'meshes')}, {plural(len(ids), 'pattern')}"
+        )
+        for mesh in meshes:
+            write(f"  {printable(mesh.name)}")
+    write(
+        f"both: {plural(found.both, 'pattern')}, {len(found.recounted):,} of them seen in "
+        "different numbers of patches"
+    )
+    for mesh in found.retaught:
+        write(f"  {printable(mesh.name)}: learned with different options")
     return 0
 
 

@@ -15,6 +15,7 @@ from patterndb_app.cli.text import printable
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from patterndb.core.disk import Disk
     from patterndb_sketch.surfacing import Surfacing
     from query import Boundary, Fill
 
@@ -22,16 +23,23 @@ if TYPE_CHECKING:
 def write_flat_fill(path: Path, fill: Fill, boundary: Boundary) -> None:
     """Write the fill in the plane z = 0, as pictures show it: boundary vertices first, from
     corner 0 on, then the interior ones; quads counter-clockwise."""
+    lengths = " ".join(str(n) for n in boundary.lengths)
+    comments = (
+        f"fill of a boundary with sides {lengths}",
+        f"pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
+    )
+    write_flat_disk(path, fill.disk(), comments)
+
+
+def write_flat_disk(path: Path, disk: Disk, comments: Sequence[str]) -> None:
+    """Write a disk in the plane z = 0, as pictures show it: boundary vertices first."""
     # Imported here because only pictures and files need places for vertices.
     from viewer import embed_disk
 
-    points = embed_disk(fill.disk())
-    lengths = " ".join(str(n) for n in boundary.lengths)
     lines = [
-        f"# fill of a boundary with sides {lengths}",
-        f"# pattern {fill.pattern.name}, widths {' '.join(str(w) for w in fill.widths)}",
-        *(f"v {x:.6f} {y:.6f} 0" for x, y in points.tolist()),
-        *face_lines(fill.quads.tolist()),
+        *(f"# {comment}" for comment in comments),
+        *(f"v {x:.6f} {y:.6f} 0" for x, y in embed_disk(disk).tolist()),
+        *face_lines(disk.quads.tolist()),
     ]
     replace_file(path, join_lines(lines))
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.shell_completion import CompletionItem
 
 from patterndb.system.extras import require_extra
 from patterndb_app.cli.text import say
@@ -37,6 +38,12 @@ class FileName(ParamType):
         if not is_text(str(value)):
             self.fail(f"{str(value)!r} is not UTF-8; rename the file", param, ctx)
         return Path(value)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        """Leave it to the shell, which knows its files; click alone would offer none."""
+        return [CompletionItem(incomplete, type="file")]
 
 
 class FileToWrite(FileName):

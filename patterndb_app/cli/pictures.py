@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import glob
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,7 +21,7 @@ from patterndb_app.cli.options import (
     valence_option,
 )
 from patterndb_app.cli.program import SectionedCommand
-from patterndb_app.cli.text import plural, say
+from patterndb_app.cli.text import plural, say, tell_left_over
 
 if TYPE_CHECKING:
     from patterndb.core.disk import Disk
@@ -211,9 +212,15 @@ def gallery(
                 title = f"the first {len(shown):,} of {title}"
             cards = [Card.of_pattern(chosen.pattern(row), k) for k, row in enumerate(shown, 1)]
             paths = save_gallery(output, cards, title=title, per_page=per_page, tinted=not plain)
-    for path in paths:
-        say(f"drawn: {path}")
+    tell_drawn(output, paths)
     return 0
+
+
+def tell_drawn(output: Path, pages: Sequence[Path]) -> None:
+    """Name the pages of a sheet, and those that an earlier and longer one left."""
+    for path in pages:
+        say(f"drawn: {path}")
+    tell_left_over(output.parent, f"{glob.escape(output.stem)}-[0-9]*{output.suffix}", pages)
 
 
 def fill_sheet(

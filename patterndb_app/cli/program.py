@@ -12,7 +12,7 @@ import click
 from patterndb_app.cli.failure import explain
 
 #: The verbs by what one wants, in the order of the help, and the module that each stands in. One
-#: more verb is one more entry, and a function of its name, with _ for -, in its module.
+#: more verb is one more entry.
 SECTIONS: Mapping[str, Mapping[str, str]] = {
     "Learn": {
         "ingest": "ingest",
@@ -23,6 +23,7 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
         "fill": "fill",
     },
     "Look": {
+        "list": "listing",
         "stats": "database",
         "meshes": "database",
         "show": "pictures",
@@ -34,6 +35,8 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
         "verify": "database",
         "merge": "database",
         "remove": "database",
+        "diff": "database",
+        "export": "listing",
         "export-ddq": "exchange",
     },
     "Sketch": {
@@ -72,8 +75,8 @@ class Program(click.Group):
         module = next((verbs[cmd_name] for verbs in SECTIONS.values() if cmd_name in verbs), None)
         if module is None:
             return None
-        home = import_module(f"patterndb_app.cli.{module}")
-        return getattr(home, cmd_name.replace("-", "_"))
+        held = vars(import_module(f"patterndb_app.cli.{module}")).values()
+        return next(c for c in held if isinstance(c, click.Command) and c.name == cmd_name)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the verbs, a list for each section."""

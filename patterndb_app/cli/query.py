@@ -32,7 +32,15 @@ from patterndb_app.cli.search import (
     search_options,
     strokes_of,
 )
-from patterndb_app.cli.text import plural, say, table, write, write_json, write_json_with
+from patterndb_app.cli.text import (
+    plural,
+    say,
+    table,
+    tell_left_over,
+    write,
+    write_json,
+    write_json_with,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -88,13 +96,13 @@ if TYPE_CHECKING:
     "--obj",
     type=FileName(),
     metavar="DIR",
-    help="Write every fill as DIR/fill-001.obj, flat.",
+    help="Write every fill as DIR/fill-001.obj, flat; those of a batch into DIR/line-001.",
 )
 @click.option(
     "--image",
     type=picture_path(".png", ".svg"),
     metavar="FILE",
-    help="Draw the fills as one sheet, PNG or SVG.",
+    help="Draw the fills as one sheet, PNG or SVG; a batch's line 3 as FILE with -line-3.",
 )
 def query(
     sides: tuple[int, ...] | None,
@@ -120,18 +128,18 @@ def query(
     patterndb query --sides 8,8,8,8,8,8 --limit 100 --json
     patterndb query --sides 5,4,6,5 --flow 0:2-2:3 --loop --image fills.png
     patterndb query --sides 6,2,4,4,2,4 --corners c,c,c,r,c,c --order regular
-    patterndb query --batch boundaries.jsonl --limit 5
+    patterndb query --batch boundaries.jsonl --limit 5 --obj fills
     """
     if (sides is None) == (batch is None):
         raise click.UsageError("give --sides or --batch, one of them")
-    if batch is not None and (closed or corners or flows or loops or obj or image):
+    if batch is not None and (closed or corners or flows or loops):
         raise click.UsageError("with --batch every line has its own corners, strokes and loops")
     if obj is not None and obj.exists() and not obj.is_dir():
         raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
     arguments = {"limit": limit, **search_arguments(search)}
     if batch is not None:
         with open_database(db) as database:
-            return run_batch(batch, database, arguments)
+            return run_batch(batch, database, arguments, obj, image)
     assert sides is not None
     return _one(
         db, boundary_of(sides, closed, corners), flows, loops, arguments, as_json, obj, image
@@ -174,13 +182,7 @@ def _one(
         fit = "pattern fits" if feasible == 1 else "patterns fit"
         more = "; there are more fills than these (--limit)" if found.truncated else ""
         say(f"{feasible:,} learned {fit} strictly ({seconds:.2f} s){more}")
-    if obj is not None and listed:
-        _write_objs(obj, listed, boundary)
-    if image is not None and listed:
-        from patterndb_app.cli.pictures import fill_sheet
-
-        for path in fill_sheet(image, listed, boundary):
-            say(f"drawn: {path}")
+    _keep(listed, boundary, obj, image)
     if not listed:
         say(f"no fill: {reason}")
         return EXIT_NOTHING
@@ -212,22 +214,41 @@ def _fill_table(fills: Sequence[Fill]) -> str:
     return table(heads, rows)
 
 
+def _keep(fills: Sequence[Fill], boundary: Boundary, obj: Path | None, image: Path | None) -> None:
+    """Write the fills as OBJ files, and draw them, where that was asked."""
+    if obj is not None and fills:
+        _write_objs(obj, fills, boundary)
+    if image is not None and fills:
+        from patterndb_app.cli.pictures import fill_sheet, tell_drawn
+
+        tell_drawn(image, fill_sheet(image, fills, boundary))
+
+
 def _write_objs(folder: Path, fills: Sequence[Fill], boundary: Boundary) -> None:
     from patterndb_app.cli.obj import write_flat_fill
 
     folder.mkdir(parents=True, exist_ok=True)
     digits = max(3, len(str(len(fills))))
-    for rank, fill in enumerate(fills, 1):
-        write_flat_fill(folder / f"fill-{rank:0{digits}}.obj", fill, boundary)
+    paths = [folder / f"fill-{rank:0{digits}}.obj" for rank in range(1, len(fills) + 1)]
+    for path, fill in zip(paths, fills, strict=True):
+        write_flat_fill(path, fill, boundary)
     say(f"written: {plural(len(fills), 'file')} in {folder}")
+    tell_left_over(folder, "fill-*.obj", paths)
 
 
-def run_batch(path: Path, database: Database, arguments: dict[str, Any]) -> int:
+def run_batch(
+    path: Path,
+    database: Database,
+    arguments: dict[str, Any],
+    obj: Path | None = None,
+    image: Path | None = None,
+) -> int:
     """Answer every line that is not empty with one line of JSON, in order.
 
-    A line that cannot be read gets a document with "error" instead of "fills". Returns the exit
-    code: that of bad input if there was such a line, that of nothing found if a boundary has
-    no fill.
+    A line that cannot be read gets a document with "error" instead of "fills". obj: the folder
+    for a folder of OBJ files for each line. image: the name of a sheet, to which each line adds
+    its number. Returns the exit code: that of bad input if there was such a line, that of nothing
+    found if a boundary has no fill.
     """
     from query import fills
     from query.errors import InvalidQueryError
@@ -257,6 +278,9 @@ def run_batch(path: Path, database: Database, arguments: dict[str, Any]) -> int:
                 "seconds": round(found.seconds, 4),
             }
             write_json_with(document, "fills", (fill.to_json() for fill in listed))
+            folder = None if obj is None else obj / f"line-{number:03}"
+            sheet = image and image.with_name(f"{image.stem}-line-{number}{image.suffix}")
+            _keep(listed, boundary, folder, sheet)
     say(
         f"{plural(asked, 'boundary', 'boundaries')}, {unanswered} without a fill, "
         f"{unreadable} that could not be read"

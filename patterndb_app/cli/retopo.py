@@ -33,8 +33,20 @@ if TYPE_CHECKING:
     from patterndb_sketch.retopo.sessionfile import RetopoSession
 
 
+class RetopoCommand(SectionedCommand):
+    """The verb, whose help lists the tools of a script."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the tools and what they do; docs/retopo.md has their arguments."""
+        # Imported here because the table imports every tool, and these compiled kernels.
+        from patterndb_sketch.retopo.table import TOOLS
+
+        with formatter.section("Tools (docs/retopo.md has their arguments)"):
+            formatter.write_dl([(name, tool.help) for name, tool in TOOLS.items()])
+
+
 @click.command(
-    cls=SectionedCommand,
+    cls=RetopoCommand,
     sections={
         "Input": ("--script", "--lenient", "--session", "--quads", "--db"),
         "Output": ("-o", "--record", "--picture", "--view", "--json"),

@@ -10,7 +10,8 @@ import contextlib
 import json
 import os
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from pathlib import Path
 
 import click
 
@@ -60,6 +61,25 @@ def _json(value: object) -> str:
 def plural(count: int, one: str, many: str | None = None) -> str:
     """ "1 mesh", "2,000 meshes": many is one and an s where it is not given."""
     return f"{count:,} {one if count == 1 else many or one + 's'}"
+
+
+def tell_left_over(folder: Path, names: str, written: Collection[Path]) -> None:
+    """Name the files of a folder that an earlier run left: they look like this run's.
+
+    names: a pattern of the names that this run gives. written: the files that it wrote.
+    """
+    left = sorted({path.name for path in folder.glob(names)} - {path.name for path in written})
+    if left:
+        shown = ", ".join(map(printable, left[:SHOWN_LEFT_OVER]))
+        more = ", …" if len(left) > SHOWN_LEFT_OVER else ""
+        say(
+            f"{plural(len(left), 'older file')} in {folder}, not of these: {shown}{more}; remove "
+            "them, or name another folder"
+        )
+
+
+#: Names of left-over files that are told.
+SHOWN_LEFT_OVER = 4
 
 
 def printable(text: str) -> str:

@@ -43,9 +43,11 @@ class Result:
         return json.loads(self.out)
 
 
-def run(*arguments: object) -> Result:
+def run(*arguments: object, environment: Mapping[str, str] | None = None) -> Result:
     """Run a verb in this process."""
-    result = CliRunner().invoke(cli, [str(a) for a in arguments], prog_name="patterndb")
+    result = CliRunner(env=environment).invoke(
+        cli, [str(a) for a in arguments], prog_name="patterndb"
+    )
     if result.exception is not None and not isinstance(result.exception, SystemExit):
         raise result.exception
     return Result(result.exit_code, result.stdout, result.stderr)

@@ -238,6 +238,18 @@ class TestQuery:
         assert query(learned, "2,2", "--strict", *wanted).code == 1
         assert list(tmp_path.iterdir()) == []
 
+    def test_files_of_an_earlier_run_are_named(self, learned: Path, tmp_path: Path) -> None:
+        folder, image = tmp_path / "fills", tmp_path / "sheet.svg"
+        first = query(learned, "3,5,4,6", "--limit=3", "--obj", folder)
+        assert "older" not in first.err
+        (tmp_path / "sheet-7.svg").write_text("")
+        (tmp_path / "sheet-of-mine.svg").write_text("")
+        again = query(learned, "3,5,4,6", "--limit=1", "--obj", folder, "--image", image)
+        assert again.code == 0
+        assert f"2 older files in {folder}, not of these: fill-002.obj, fill-003.obj" in again.err
+        assert f"1 older file in {tmp_path}, not of these: sheet-7.svg;" in again.err
+        assert len(list(folder.iterdir())) == 3
+
     def test_obj_files_hold_the_quads(self, learned: Path, tmp_path: Path) -> None:
         folder = tmp_path / "deep" / "fills"
         result = query(learned, "3,5,4,6", "--json", "--obj", folder)

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 from commandline import Result, assert_refused, program, run
 
+from ingest.formats import read_mesh
+
 #: Lines, and the options of the single query that asks the same.
 SAME = (
     ("3,5,4,6", ("--sides=3,5,4,6",)),
@@ -149,8 +151,6 @@ def test_nothing_asked(learned: Path, lines: Path) -> None:
         ("--corners=c,c",),
         ("--flow=0:0-1:0",),
         ("--loop",),
-        ("--obj=fills",),
-        ("--image=fills.png",),
     ],
     ids=str,
 )
@@ -159,6 +159,22 @@ def test_options_of_single_queries_are_refused(
 ) -> None:
     lines.write_text("2,2,2,2\n")
     assert_refused(run("query", "--batch", lines, "--db", learned, *option), 2, "--batch")
+
+
+def test_files_and_pictures_of_every_line(learned: Path, lines: Path, tmp_path: Path) -> None:
+    lines.write_text("2,2,2,2\n1,2\n\n3,3,2,2,2\n")
+    folder, image = tmp_path / "fills", tmp_path / "fills.svg"
+    _, answers = batch(learned, lines, "--limit=2", "--obj", folder, "--image", image)
+    answered = {a["line"]: a["fills"] for a in answers if "fills" in a}
+    assert list(answered) == [1, 4]
+    assert sorted(p.name for p in folder.iterdir()) == ["line-001", "line-004"]
+    for line, fills in answered.items():
+        files = sorted((folder / f"line-{line:03}").iterdir())
+        quads = [read_mesh(path).quads()[0].tolist() for path in files]
+        assert quads == [fill["quads"] for fill in fills]
+        text = (tmp_path / f"fills-line-{line}.svg").read_text()
+        assert all(fill["pattern"] in text for fill in fills)
+    assert not image.exists()
 
 
 def test_what_no_line_can_mend_ends_the_run(learned: Path, lines: Path) -> None:

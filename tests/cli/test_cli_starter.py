@@ -29,6 +29,16 @@ def cache(learned: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Pat
     return tmp_path / "cache"
 
 
+def test_merged_from_the_command_line(cache: Path, learned: Path, tmp_path: Path) -> None:
+    db = tmp_path / "mine.db"
+    assert_refused(run("merge", "--db", db), 2, "--starter")
+    assert not db.exists()
+    merged = run("merge", "--starter", "--db", db)
+    assert merged.code == 0 and "5 meshes added" in merged.out
+    assert content_hash(db) == content_hash(learned)
+    assert run("diff", db, "--json").document()["alike"] is True
+
+
 def test_asked_where_no_database_is_named(cache: Path, learned: Path, tmp_path: Path) -> None:
     first = run("stats", "--json")
     assert first.document()["content_hash"] == content_hash(learned)

@@ -14,9 +14,13 @@ from patterndb_app.cli import cli
 from patterndb_app.cli.failure import TRACEBACK
 from patterndb_app.cli.program import SECTIONS, SectionedCommand
 from patterndb_app.cli.text import WIDTH, plural, printable, shorten, table
+from patterndb_sketch.retopo.table import TOOLS
 
 VERBS = (
     "ingest",
+    "list",
+    "export",
+    "diff",
     "stats",
     "meshes",
     "query",
@@ -116,6 +120,26 @@ def test_examples_are_in_order(verb: str) -> None:
             named, rest = command.commands[rest[0]], rest[1:]
         context = named.make_context(verb, rest, resilient_parsing=True)
         assert not context.args
+
+
+def test_the_help_of_retopo_lists_every_tool() -> None:
+    lines = run("retopo", "--help").out.splitlines()
+    listed = {line.split()[0] for line in lines if line.startswith("  ") and line[2:3].strip()}
+    assert set(TOOLS) <= listed
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_the_shell_is_told_how_to_complete(shell: str) -> None:
+    told = run(environment={"_PATTERNDB_COMPLETE": f"{shell}_source"})
+    assert told.code == 0 and "_PATTERNDB_COMPLETE" in told.out
+    asked = {
+        "_PATTERNDB_COMPLETE": "fish_complete",
+        "COMP_WORDS": "patterndb que",
+        "COMP_CWORD": "que",
+    }
+    assert "query" in run(environment=asked).out
+    asked |= {"COMP_WORDS": "patterndb query --db ", "COMP_CWORD": ""}
+    assert run(environment=asked).out.startswith("file,")
 
 
 def test_the_program_names_its_exit_codes() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
+from fnmatch import fnmatch
 from pathlib import Path
 
 import pytest
@@ -65,8 +66,28 @@ def test_the_steps_of_a_page_work_and_write_what_it_shows(page: Path, tmp_path: 
             compare(step.shown, written)
         elif step.language == "sql":
             assert written, f"{page.name}:{step.line} finds nothing"
+    left = [path.name for path in tmp_path.iterdir() if path.name != "examples"]
+    assert list_unignored(left) == [], "git status of a clone would show this"
     for picture in pictures_of_steps(page.read_text(encoding="utf-8")):
         assert (tmp_path / picture).stat().st_size > 0, f"no step draws {picture}"
+
+
+def list_unignored(names: list[str]) -> list[str]:
+    """List those of the names, in a clone's folder, that its .gitignore does not name."""
+    lines = (ROOT / ".gitignore").read_text(encoding="utf-8").splitlines()
+    patterns = [line.strip("/") for line in lines if line and not line.startswith("#")]
+    return [name for name in names if not any(fnmatch(name, pattern) for pattern in patterns)]
+
+
+def test_readme_and_tutorial_make_different_files() -> None:
+    made: list[set[str]] = []
+    for page in PAGES[:2]:
+        text = "".join(step.text for step in walkthrough.steps(page))
+        found = re.findall(r'(?:--db|--obj|(?:-o|>)) (\S+)|open\("(\S+?)", "create"', text)
+        made.append({(one or other).strip("/") for one, other in found})
+    assert all(len(names) >= 3 for names in made)
+    # Of the sheet that both draw either may come last: they are of the same patterns.
+    assert made[0] & made[1] == {"five.png"}
 
 
 def test_the_pages_made_from_the_code_are_up_to_date() -> None:

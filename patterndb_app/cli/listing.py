@@ -1,0 +1,284 @@
+"""The verbs that give patterns away: list, export."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from patterndb.errors import NotFoundError
+from patterndb.system.files import replace_file
+from patterndb_app.cli.options import (
+    FileName,
+    as_json,
+    db_to_read,
+    max_irregular_option,
+    open_database,
+    valence_option,
+)
+from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.text import plural, say, table, tell_left_over, write, write_json_with
+
+if TYPE_CHECKING:
+    from patterndb.core.pattern import Pattern
+    from patterndb.store import Database
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True, slots=True)
+class ListedPattern:
+    """A pattern, and what the database knows of it beside its frequency.
+
+    meshes: in how many it occurs. uses: accepted fills that were recorded.
+    """
+
+    pattern: Pattern
+    meshes: int
+    uses: int
+
+    def to_json(self) -> dict[str, object]:
+        """The pattern as JSON takes it."""
+        return {**self.pattern.to_json(), "meshes": self.meshes, "uses": self.uses}
+
+
+_CHOICE = (
+    click.option(
+        "--class", "n_sides", type=click.IntRange(0), metavar="N", help="Only patterns of N sides."
+    ),
+    click.option("--convex", is_flag=True, help="Only patterns without reflex corner."),
+    max_irregular_option,
+    valence_option,
+    click.option("--max-quads", type=click.IntRange(1), metavar="N", help="Of at most N quads."),
+    click.option(
+        "--min-frequency",
+        type=click.IntRange(1),
+        metavar="N",
+        help="Only patterns seen in at least N patches.",
+    ),
+    click.option(
+        "--from-mesh",
+        multiple=True,
+        metavar="NAME",
+        help="Only patterns that this mesh has; may be given again.",
+    ),
+    click.option(
+        "--from-licence",
+        multiple=True,
+        metavar="LICENCE",
+        help="Only patterns of meshes under this licence, * for anything; may be given again.",
+    ),
+)
+
+#: The section of the help that these options are in.
+CHOICE_OPTIONS = (
+    "--class",
+    "--convex",
+    "--max-irregular",
+    "--valence",
+    "--max-quads",
+    "--min-frequency",
+    "--from-mesh",
+    "--from-licence",
+)
+
+
+def choice_options(verb: F) -> F:
+    """Give a verb the options that :func:`choose_patterns` understands."""
+    for option in reversed(_CHOICE):
+        verb = option(verb)
+    return verb
+
+
+def choose_patterns(database: Database, choice: dict[str, Any]) -> Iterator[ListedPattern]:
+    """Choose patterns by the options of :func:`choice_options`: class by class, the fewest
+    irregular vertices first, then the most frequent."""
+    # Imported here because compiled kernels take a moment that --help need not wait for.
+    from query.listing.filters import Filters
+
+    n_sides = choice["n_sides"]
+    ids = None
+    if choice["from_mesh"] or choice["from_licence"]:
+        ids = database.pattern_ids(
+            n_sides, choice["from_mesh"] or None, choice["from_licence"] or None
+        )
+    filters = Filters(
+        choice["max_irregular"],
+        choice["valence"],
+        choice["max_quads"],
+        min_frequency=choice["min_frequency"],
+        ids=ids,
+    )
+    for n in database.sides_histogram() if n_sides is None else (n_sides,):
+        held = database.pattern_class(n)
+        passes = filters.passing(held)
+        if choice["convex"]:
+            passes &= held.n_reflex == 0
+        for row in passes.nonzero()[0].tolist():
+            yield ListedPattern(held.pattern(row), int(held.n_meshes[row]), int(held.uses[row]))
+
+
+@click.command(
+    "list",
+    cls=SectionedCommand,
+    sections={
+        "Which patterns": (*CHOICE_OPTIONS, "--limit"),
+        "How": ("--db", "--json"),
+    },
+)
+@choice_options
+@click.option(
+    "--limit",
+    type=click.IntRange(1),
+    default=20,
+    show_default=True,
+    metavar="N",
+    help="List at most N.",
+)
+@db_to_read
+@as_json
+def list_(limit: int, db: Path | None, as_json: bool, **choice: Any) -> int:
+    """List patterns of a database: sides, irregular vertices, and how often they were seen.
+
+    Class by class, the fewest irregular vertices first, then the most frequent.
+
+    \b
+    patterndb list --class 5 --convex
+    patterndb list --max-irregular 1 --limit 100 --db my.db --json
+    """
+    with open_database(db) as database:
+        listed = list(islice(choose_patterns(database, choice), limit + 1))
+    more, listed = len(listed) > limit, listed[:limit]
+    if not listed:
+        raise NotFoundError("the database has no such pattern")
+    if as_json:
+        write_json_with({"truncated": more}, "patterns", (one.to_json() for one in listed))
+        return 0
+    heads = ("pattern", "sides", "irregular", "quads", "origin", "seen", "meshes", "valences")
+    rows = [
+        (
+            one.pattern.name,
+            one.pattern.n_sides,
+            one.pattern.n_irregular,
+            one.pattern.n_quads,
+            one.pattern.origin,
+            one.pattern.frequency,
+            one.meshes,
+            " ".join(map(str, one.pattern.valences)) or "-",
+        )
+        for one in listed
+    ]
+    write(table(heads, rows))
+    if more:
+        say("there are more patterns than these (--limit)")
+    return 0
+
+
+@click.command(
+    "export",
+    cls=SectionedCommand,
+    sections={"Which patterns": (*CHOICE_OPTIONS, "--limit"), "How": ("--db",)},
+)
+@click.argument("output", metavar="OUTPUT", type=FileName())
+@choice_options
+@click.option("--limit", type=click.IntRange(1), metavar="N", help="Write at most N.")
+@db_to_read
+def export(output: Path, limit: int | None, db: Path | None, **choice: Any) -> int:
+    """Write patterns of a database for other programs.
+
+    OUTPUT says how by its suffix: .jsonl for a JSON document a line, with the quads; .csv for a
+    table without them; without a suffix it is a folder, for an OBJ file of each, flat. What
+    another program of this kind reads is written by 'patterndb export-ddq'.
+
+    \b
+    patterndb export five.jsonl --class 5
+    patterndb export patterns.csv --db my.db
+    patterndb export five/ --class 5 --convex --limit 50
+    """
+    write_patterns = EXPORTS.get(output.suffix.lower())
+    if write_patterns is None:
+        known = ", ".join(suffix for suffix in EXPORTS if suffix)
+        raise click.BadParameter(
+            f"{output} ends in {output.suffix}; patterns are written as {known}, or into a folder",
+            param_hint="'OUTPUT'",
+        )
+    if output.suffix and not output.absolute().parent.is_dir():
+        raise click.BadParameter(
+            f"there is no folder {output.parent} to write into", param_hint="'OUTPUT'"
+        )
+    with open_database(db) as database:
+        chosen = islice(choose_patterns(database, choice), limit)
+        first = next(chosen, None)
+        if first is None:
+            raise NotFoundError("the database has no such pattern; nothing is written")
+
+        def every() -> Iterator[ListedPattern]:
+            yield first
+            yield from chosen
+
+        count = write_patterns(output, every())
+    say(f"written: {plural(count, 'pattern')} in {output}")
+    return 0
+
+
+def export_lines(path: Path, patterns: Iterator[ListedPattern]) -> int:
+    """Write a JSON document a line; return how many."""
+    lines = [json.dumps(one.to_json(), separators=(",", ":")) for one in patterns]
+    replace_file(path, "\n".join((*lines, "")))
+    return len(lines)
+
+
+def export_table(path: Path, patterns: Iterator[ListedPattern]) -> int:
+    """Write a table without the quads; return how many rows.
+
+    Lists are numbers with spaces between, the sides of a label with ``|`` between.
+    """
+    held = io.StringIO(newline="")
+    rows = csv.writer(held, lineterminator="\n")
+    count = 0
+    for count, one in enumerate(patterns, 1):
+        document = one.to_json()
+        del document["quads"]
+        document["corners"] = " ".join(map(str, one.pattern.corners))
+        document["valences"] = " ".join(map(str, one.pattern.valences))
+        document["label"] = "|".join(" ".join(map(str, side)) for side in one.pattern.label)
+        if count == 1:
+            rows.writerow(document)
+        rows.writerow(
+            int(value) if isinstance(value, bool) else value for value in document.values()
+        )
+    replace_file(path, held.getvalue())
+    return count
+
+
+def export_folder(folder: Path, patterns: Iterator[ListedPattern]) -> int:
+    """Write a flat OBJ file of each pattern into a folder, named by the pattern."""
+    from patterndb_app.cli.obj import write_flat_disk
+
+    if folder.exists() and not folder.is_dir():
+        raise click.BadParameter(f"{folder} is a file; name a folder", param_hint="'OUTPUT'")
+    folder.mkdir(parents=True, exist_ok=True)
+    written: list[Path] = []
+    for one in patterns:
+        path = folder / f"{one.pattern.name}.obj"
+        written.append(path)
+        seen = f"seen in {plural(one.pattern.frequency, 'patch', 'patches')}"
+        comments = (f"pattern {one.pattern.name}, {plural(one.pattern.n_sides, 'side')}", seen)
+        write_flat_disk(path, one.pattern.disk(), comments)
+    tell_left_over(folder, "*.obj", written)
+    return len(written)
+
+
+#: What writes patterns, by the suffix of the output; the folder has none.
+EXPORTS: dict[str, Callable[[Path, Iterator[ListedPattern]], int]] = {
+    ".jsonl": export_lines,
+    ".csv": export_table,
+    "": export_folder,
+}
