@@ -36,6 +36,7 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
         "merge": "database",
         "remove": "database",
         "diff": "database",
+        "report": "report",
         "export": "listing",
         "export-ddq": "exchange",
     },

@@ -21,6 +21,7 @@ VERBS = (
     "list",
     "export",
     "diff",
+    "report",
     "stats",
     "meshes",
     "query",
