@@ -14,7 +14,7 @@ WORKERS ?= auto
 # The folder of meshes, with INDEX.csv, that the starter database is learned from.
 MESHES ?= ../shared/data/meshes
 
-.PHONY: help demo test lint types docs docs-check docs-walk starter dist clean
+.PHONY: help demo test lint types docs docs-check docs-walk site constraints starter dist clean
 .DEFAULT_GOAL := help
 
 help:
@@ -25,6 +25,7 @@ help:
 	@echo "make docs        write docs/cli.md and docs/api.md anew"
 	@echo "make docs-check  are they up to date?"
 	@echo "make docs-walk   do what README, tutorial and queries say; keep their pictures and output"
+	@echo "make site        build the documentation site into build/site"
 	@echo "make starter     learn the starter database anew from MESHES=$(MESHES)"
 	@echo "make dist        build the sdist and the wheel into dist/"
 	@echo "make clean       remove what these have made, .venv included"
@@ -43,8 +44,10 @@ $(RUN): $(BIN)/python pyproject.toml
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
 	@touch $@
 
-$(DEV): $(BIN)/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable '.[dev]'
+# What developers and CI use is what was tried last: constraints.txt says which releases.
+$(DEV): $(BIN)/python pyproject.toml constraints.txt
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
+	  --editable '.[dev]'
 	@touch $(RUN) $@
 
 # Once, before anything runs in parallel: else every process compiles them all.
@@ -86,6 +89,17 @@ docs-check: $(DEV)
 
 docs-walk: $(DEV)
 	$(BIN)/python scripts/build_docs.py --walk
+
+site: $(DEV)
+	$(BIN)/python scripts/build_site.py
+
+# The newest releases, as an environment of their own gets them; run the tests before you keep it.
+constraints: | $(BIN)/python
+	rm -rf build/newest && $(BIN)/python -m venv build/newest
+	build/newest/bin/python -m pip install --quiet --disable-pip-version-check '.[dev]'
+	{ echo "# Releases that CI uses; 'make constraints' writes the newest."; \
+	  build/newest/bin/python -m pip freeze --exclude patterndb; } > constraints.txt
+	rm -rf build/newest
 
 starter: $(RUN)
 	$(BIN)/python scripts/build_starter.py $(MESHES)

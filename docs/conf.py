@@ -1,0 +1,21 @@
+"""Settings of the documentation site, which scripts/build_site.py builds (make site)."""
+
+project = "patterndb"
+author = "the patterndb contributors"
+project_copyright = author
+
+extensions = ["myst_parser"]
+source_suffix = {".md": "markdown"}
+root_doc = "index"
+
+# Anchors of headings are those that GitHub gives, so that a link works in both places.
+myst_heading_anchors = 6
+
+html_theme = "furo"
+html_title = "patterndb"
+# Nothing of a page is loaded from elsewhere, and its source is in the repository.
+html_copy_source = False
+html_show_sphinx = False
+html_use_index = False
+pygments_style = "friendly"
+pygments_dark_style = "monokai"
