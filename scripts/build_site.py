@@ -60,7 +60,8 @@ SECTIONS = {
     "Project": ("architecture", "contributing", "measurements", "security", "changelog"),
 }
 
-LINK = re.compile(r"\]\(([^)\s]+)\)")
+#: A link or, with the mark, a picture: its words and its target.
+LINK = re.compile(r"(!?)\[((?:[^\[\]]|\[[^\]]*\])*)\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^(#+) (.+)$")
 
 
@@ -187,7 +188,7 @@ def adapt_markdown(text: str, relink: Callable[[str], str | None]) -> str:
             fenced = not fenced
             line = re.sub(r"^(```\w+) (run|output)$", r"\1", line)
         elif not fenced:
-            line = LINK.sub(lambda found: _link(found[1], relink), line)
+            line = LINK.sub(lambda found: format_link(*found.groups(), relink), line)
         lines.append(line)
     return "\n".join((*lines, ""))
 
@@ -200,9 +201,10 @@ def format_sections() -> str:
     return "\n".join((*lines, ""))
 
 
-def _link(target: str, relink: Callable[[str], str | None]) -> str:
-    # A folder has no page; the words of the link stay, and lead to where they stand.
-    return f"]({relink(target) or '#'})"
+def format_link(mark: str, words: str, target: str, relink: Callable[[str], str | None]) -> str:
+    """A link or a picture of the site; of a link to a folder, which has no page, the words."""
+    found = relink(target)
+    return words if found is None else f"{mark}[{words}]({found})"
 
 
 def main() -> None:
