@@ -1,6 +1,7 @@
 """Models the example meshes and writes them as OBJ files, and the example network as JSON.
 
     python examples/make_examples.py [--out DIR]
+    python examples/make_examples.py --holes docs/meshes/head.obj
 
 The files are the same, byte for byte, on every run.
 """
@@ -11,6 +12,7 @@ import argparse
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+import numpy as np
 from dog import dog
 from hand import hand
 from head import head
@@ -31,9 +33,34 @@ EXAMPLES: dict[str, tuple[str, Callable[[], Mesh]]] = {
 }
 """Per file: what it is, and the function that models it."""
 
+#: Around these points of the head, in centimetres, as many rings of quads are taken out: on the
+#: bridge of the nose, which has no other side, and on a cheek.
+HOLES = (((0.0, 0.0, 10.0), 2), ((-5.5, -1.5, 6.0), 2))
+
 COMMENT = """{what}
 A coarse quad mesh, coordinates in centimetres, made by examples/make_examples.py.
 Licence: CC0-1.0 (https://creativecommons.org/publicdomain/zero/1.0/)"""
+
+
+def cut_hole(mesh: Mesh, place: Sequence[float], rings: int) -> Mesh:
+    """Take out the quads at the vertex nearest to a place, and as many rings around them."""
+    gone = np.zeros(len(mesh.quads), bool)
+    chosen = {int(np.linalg.norm(mesh.points - np.asarray(place), axis=1).argmin())}
+    for _ in range(rings):
+        gone |= np.isin(mesh.quads, list(chosen)).any(axis=1)
+        chosen = set(mesh.quads[gone].ravel().tolist())
+    kept = mesh.quads[~gone]
+    used, quads = np.unique(kept, return_inverse=True)
+    return Mesh(mesh.points[used], quads.reshape(-1, 4))
+
+
+def write_holes(path: Path) -> None:
+    """Write the head with holes: docs/meshes/head.obj."""
+    mesh = head()
+    for place, rings in HOLES:
+        mesh = cut_hole(mesh, place, rings)
+    write_obj(path, mesh, COMMENT.format(what="The head with two holes in it"))
+    print(f"{path}\t{len(mesh.quads)} quads")
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -44,7 +71,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument(
         "--out", type=Path, default=HERE, metavar="DIR", help="where to write (default: examples)"
     )
-    out: Path = parser.parse_args(arguments).out
+    parser.add_argument(
+        "--holes", type=Path, metavar="FILE", help="write the head with two holes in it, alone"
+    )
+    given = parser.parse_args(arguments)
+    if given.holes is not None:
+        write_holes(given.holes)
+        return
+    out: Path = given.out
     out.mkdir(parents=True, exist_ok=True)
     for name, (what, model) in EXAMPLES.items():
         mesh = model()

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from query.boundaryfile import read_boundary
     from query.engine import best, fills
     from query.fill import Fill
+    from query.holes import HoleFill, HoleFills, fill_holes, find_holes, weld_fills
     from query.listing.stream import Fills
     from query.placing import Placement, enclose_region, place
     from query.stroke import Stroke
@@ -48,6 +49,8 @@ __all__ = [
     "Database",
     "Fill",
     "Fills",
+    "HoleFill",
+    "HoleFills",
     "IngestReport",
     "LearningOptions",
     "MeshReport",
@@ -62,13 +65,16 @@ __all__ = [
     "Surface",
     "best",
     "enclose_region",
+    "fill_holes",
     "fills",
+    "find_holes",
     "ingest",
     "learn_mesh",
     "open",
     "place",
     "read_boundary",
     "read_mesh",
+    "weld_fills",
     "write_mesh",
 ]
 
@@ -78,6 +84,8 @@ _HOMES = {
     "Database": "patterndb.store",
     "Fill": "query",
     "Fills": "query",
+    "HoleFill": "query.holes",
+    "HoleFills": "query.holes",
     "IngestReport": "ingest.pipeline",
     "LearningOptions": "patterndb.store",
     "MeshReport": "ingest.pipeline",
@@ -91,12 +99,15 @@ _HOMES = {
     "Surface": "patterndb.geometry.surface",
     "best": "query",
     "enclose_region": "query.placing",
+    "fill_holes": "query.holes",
     "fills": "query",
+    "find_holes": "query.holes",
     "ingest": "ingest.pipeline",
     "learn_mesh": "ingest.pipeline",
     "place": "query.placing",
     "read_boundary": "query.boundaryfile",
     "read_mesh": "ingest.formats",
+    "weld_fills": "query.holes",
     "write_mesh": "ingest.formats",
 }
 

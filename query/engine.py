@@ -124,9 +124,10 @@ def fills(
         )
     for stroke in strokes:
         stroke.refuse_unless_on(boundary)
-    drawn = boundary.points is not None and any(s.points is not None for s in strokes)
-    chosen = ORDERS[order or default_order(drawn=drawn)]
-    if not chosen.is_usable(points=boundary.points is not None, strokes=drawn):
+    points = boundary.points is not None
+    drawn = points and any(s.points is not None for s in strokes)
+    chosen = ORDERS[order or default_order(points=points, drawn=drawn)]
+    if not chosen.is_usable(points=points, strokes=drawn):
         raise InvalidQueryError(f'order="{chosen.name}" needs {chosen.needs}')
     ids = None
     if meshes is not None or licences is not None:

@@ -32,6 +32,7 @@ DRAWN_APART = (
     "features-",
     "shapes-",
     "retopo-",
+    "holes-",
 )
 
 #: Bytes that a picture of the documentation may have.

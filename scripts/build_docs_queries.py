@@ -12,9 +12,12 @@ def queries_page(text: str) -> str:
     rows = ["| order | first comes | needs |", "|---|---|---|"]
     for order in ORDERS.values():
         first = order.first + (f", then {order.then}" if order.then else "")
-        if order.name == default_order(drawn=False):
-            first += " (default)"
-        if order.name == default_order(drawn=True):
-            first += " (default where strokes are drawn)"
+        for points, drawn, where in (
+            (False, False, ""),
+            (True, False, " where the boundary has points"),
+            (True, True, " where strokes are drawn"),
+        ):
+            if order.name == default_order(points=points, drawn=drawn):
+                first += f" (default{where})"
         rows.append(f"| `{order.name}` | {first} | {order.needs} |")
     return between(text, "Orders", rows)

@@ -53,7 +53,16 @@ API_PAGES = {
 
 #: The pages in the order of the site, by the titles of their sections.
 SECTIONS = {
-    "Guides": ("gallery", "tutorial", "queries", "placing", "surfacing", "features", "retopo"),
+    "Guides": (
+        "gallery",
+        "tutorial",
+        "queries",
+        "holes",
+        "placing",
+        "surfacing",
+        "features",
+        "retopo",
+    ),
     "Notebooks": ("notebooks/fills", "notebooks/learning", "notebooks/placing", "examples"),
     "Reference": ("definitions", "cli", "database", "names", "api"),
     "Python": tuple(page.removesuffix(".md") for page in sorted(set(API_PAGES.values()))),

@@ -7,8 +7,8 @@ A fenced block of a page is a step if its language is followed by the word ``run
     ```
 
 and a block ``text output`` after it shows what it writes, a line ``…`` standing for lines
-left out. The steps of a page are done in order, in a folder that holds a copy of examples/
-to begin with, as in a clone.
+left out. The steps of a page are done in order, in a folder that holds copies of examples/ and
+docs/meshes/ to begin with, as in a clone.
 """
 
 from __future__ import annotations
@@ -61,6 +61,7 @@ def begin(folder: Path) -> None:
     shutil.copytree(
         ROOT / "examples", folder / "examples", ignore=shutil.ignore_patterns("__pycache__")
     )
+    shutil.copytree(ROOT / "docs" / "meshes", folder / "docs" / "meshes")
 
 
 def perform(step: Step, folder: Path) -> str:

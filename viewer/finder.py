@@ -74,7 +74,7 @@ class FillFinder:
     @property
     def default_order(self) -> str:
         """The order of the fills where none is chosen; see :func:`query.fills`."""
-        return default_order(drawn=self._has_drawn_stroke)
+        return default_order(points=True, drawn=self._has_drawn_stroke)
 
     @property
     def _has_drawn_stroke(self) -> bool:

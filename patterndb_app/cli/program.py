@@ -21,6 +21,7 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
     "Ask and fill": {
         "query": "query",
         "fill": "fill",
+        "holes": "holes",
     },
     "Look": {
         "list": "listing",

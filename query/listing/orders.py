@@ -86,6 +86,18 @@ def measure_angles(
     return quality(fill.quads, lay_flat(fill, boundary.points)), fill
 
 
+def measure_fit(
+    fill: Fill, boundary: Boundary, strokes: Sequence[Stroke], tolerance: int
+) -> tuple[float, Fill]:
+    """Judge the whole as for holes: what artists did, how regular it is, how it lies in space."""
+    from query.holes.models import shipped_models
+    from query.holes.ranking import measure_plain_fill
+
+    assert boundary.points is not None, "the order needs points"
+    numbers = measure_plain_fill(fill, boundary.points)
+    return -float(shipped_models().plain.score(numbers[None])[0]), fill
+
+
 def measure_size(
     fill: Fill, boundary: Boundary, strokes: Sequence[Stroke], tolerance: int
 ) -> tuple[float, Fill]:
@@ -113,6 +125,7 @@ ORDERS: dict[str, FillOrder] = {
             then="the fewest of them on the boundary, then the pattern seen most",
         ),
         FillOrder("flow", "the strands nearest to the strokes", measure_flow, True, True),
+        FillOrder("fit", "what artists did most in such a shape", measure_fit, True),
         FillOrder("quality", "the squarest quads", measure_angles, True),
         FillOrder("small", "the fewest quads", measure_size),
         FillOrder("symmetric", "the most symmetries", measure_symmetry),
@@ -120,9 +133,10 @@ ORDERS: dict[str, FillOrder] = {
 }
 
 
-def default_order(*, drawn: bool) -> str:
-    """The order where none is asked for. drawn: have boundary and a stroke points?"""
-    return "flow" if drawn else "artist"
+def default_order(*, points: bool, drawn: bool) -> str:
+    """The order where none is asked for. points: has the boundary points? drawn: have it and a
+    stroke?"""
+    return "flow" if drawn else "fit" if points else "artist"
 
 
 def describe_orders() -> str:
@@ -130,5 +144,7 @@ def describe_orders() -> str:
     first = [order.first for order in ORDERS.values()]
     return (
         f"What comes first: {', '.join(first[:-1])}, or {first[-1]}.  [default: "
-        f"{default_order(drawn=True)} where strokes are drawn, else {default_order(drawn=False)}]"
+        f"{default_order(points=True, drawn=True)} where strokes are drawn, "
+        f"{default_order(points=True, drawn=False)} where the boundary has points, else "
+        f"{default_order(points=False, drawn=False)}]"
     )

@@ -55,7 +55,7 @@ WORLDLY_MODULES += (
     "patterndb_sketch.features.files.shapearrays",
     "patterndb_sketch.features.files.strokesjson",
 )
-WORLDLY_MODULES += ("patterndb_sketch.features.files.curvesjson",)
+WORLDLY_MODULES += ("patterndb_sketch.features.files.curvesjson", "query.holes.models")
 WORLDLY_MODULES += (
     "patterndb_sketch.retopo.sessionfile",
     "patterndb_sketch.retopo.autosave",

@@ -26,7 +26,9 @@ from build_docs_queries import queries_page  # noqa: E402
 from build_docs_retopo import retopo_page  # noqa: E402
 
 PAGES = [ROOT / "README.md"]
-PAGES += [ROOT / "docs" / f"{name}.md" for name in ("tutorial", "queries", "database", "retopo")]
+PAGES += [
+    ROOT / "docs" / f"{name}.md" for name in ("tutorial", "queries", "holes", "database", "retopo")
+]
 ALL_PAGES = [ROOT / "README.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").glob("*.md"))]
 
 
@@ -66,7 +68,7 @@ def test_the_steps_of_a_page_work_and_write_what_it_shows(page: Path, tmp_path: 
             compare(step.shown, written)
         elif step.language == "sql":
             assert written, f"{page.name}:{step.line} finds nothing"
-    left = [path.name for path in tmp_path.iterdir() if path.name != "examples"]
+    left = [path.name for path in tmp_path.iterdir() if path.name not in ("examples", "docs")]
     assert list_unignored(left) == [], "git status of a clone would show this"
     for picture in pictures_of_steps(page.read_text(encoding="utf-8")):
         assert (tmp_path / picture).stat().st_size > 0, f"no step draws {picture}"

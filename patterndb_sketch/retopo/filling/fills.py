@@ -60,7 +60,9 @@ def rank_fills(
     with _refuse_errors(patch):
         boundary = Boundary(sides, points=points)
         strokes = [_stroke_of(boundary, flow) for flow in filling_of(patch).flows]
-        return fills(source, boundary, strokes=strokes, limit=limit)
+        # Placed on the surface and judged there (:func:`fill_patch`), so not by how they lie flat.
+        order = "flow" if strokes else "artist"
+        return fills(source, boundary, strokes=strokes, limit=limit, order=order)
 
 
 def fill_patch(

@@ -100,7 +100,7 @@ def fill_with_quads(
 
 
 def _best(db: PatternSource, boundary: Boundary, region: Region) -> tuple[Fill, Placement]:
-    pool = list(fills(db, boundary, limit=POOL))
+    pool = list(fills(db, boundary, limit=POOL, order="artist"))
     at = boundary.points
     assert pool and at is not None, "every boundary of even length has a fill"
     costs = [

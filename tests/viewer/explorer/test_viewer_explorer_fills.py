@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
 from query import Stroke, fills
+from query.listing.orders import ORDERS
 from query.placing import find_strand
 from viewer.contour import PointerMode, make_flat_boundary
 from viewer.explorer_picture import compose_explorer
@@ -33,11 +34,12 @@ def test_the_fills_are_the_library_s(state: ExplorerState) -> None:
     keys(state, "r")
     state.settle()
     assert state.finder.strict and state.finder.fills and all(f.strict for f in state.finder.fills)
+    usable = [name for name, order in ORDERS.items() if order.is_usable(points=True, strokes=False)]
     names = []
-    for _ in range(7):
+    for _ in range(len(usable) + 2):
         names.append(state.finder.order)
         keys(state, "o")
-    assert names == [None, "artist", "regular", "quality", "small", "symmetric", None]
+    assert names == [None, *usable, None]
     with pytest.raises(NotFoundError, match="there is no fill 9999, only "):
         state.settle(9998)
 
@@ -148,7 +150,7 @@ def test_strokes_snap_to_boundary_edges_and_are_had(state: ExplorerState) -> Non
     keys(state, "o o o")
     assert state.finder.order == "flow"
     keys(state, "x")
-    assert state.finder.strokes == [] and state.finder.default_order == "artist"
+    assert state.finder.strokes == [] and state.finder.default_order == "fit"
     state.settle()
     assert state.finder.fills and state.finder.fills[0].flow_distance is None
 

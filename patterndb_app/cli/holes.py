@@ -1,0 +1,485 @@
+"""The verb that finds and fills the holes of a mesh: holes."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import click
+from msgspec import Meta
+
+from patterndb.errors import InvalidMeshError, NotFoundError, PatternDBError
+from patterndb.system.documents import Entries, parse_json
+from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
+from patterndb_app.cli.options import (
+    FileName,
+    FileToWrite,
+    ParamType,
+    as_json,
+    db_to_read,
+    open_database,
+    picture_path,
+)
+from patterndb_app.cli.text import plural, say, table, write, write_json
+
+if TYPE_CHECKING:
+    from patterndb.core.polygonmesh import PolygonMesh
+    from patterndb.store import Database
+    from query import Stroke
+    from query.holes import Hole, HoleFill, HoleFills, MeshTopology
+
+#: A line of a batch file longer than this is no question about a hole.
+LONGEST_LINE = 1_000_000
+
+#: Fills of a hole that are listed unless told otherwise.
+LISTED = 20
+
+#: Numbers that --loop and --faces may name.
+MOST_NUMBERS = 1_000_000
+
+WAYS = ("triangle", "lead", "split", "merge")
+
+
+class IndexRanges(ParamType):
+    """Whole numbers and ranges of them with commas between: 3,17,20-25."""
+
+    name = "n,n-n,..."
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, ...]:
+        if isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        found: list[int] = []
+        for part in str(value).replace(" ", "").split(","):
+            match = re.fullmatch(r"([0-9]{1,9})(?:-([0-9]{1,9}))?", part)
+            if match is None:
+                self.fail(f"{part!r} is no number and no range; write 3,17,20-25", param, ctx)
+            first, last = int(match[1]), int(match[2] or match[1])
+            if last < first:
+                self.fail(f"the range {part} runs backwards; write {last}-{first}", param, ctx)
+            if len(found) + last - first >= MOST_NUMBERS:
+                self.fail(f"more than {MOST_NUMBERS:,} numbers", param, ctx)
+            found.extend(range(first, last + 1))
+        return tuple(found)
+
+
+class VertexCorners(ParamType):
+    """Quads at vertices, 17:1,23:3."""
+
+    name = "v:k,..."
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> dict[int, int]:
+        if isinstance(value, dict):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        found: dict[int, int] = {}
+        for part in str(value).replace(" ", "").split(","):
+            match = re.fullmatch(r"([0-9]{1,9}):([1-4])", part)
+            if match is None:
+                self.fail(f"{part!r} is no vertex with 1 to 4 quads; write 17:1,23:3", param, ctx)
+            found[int(match[1])] = int(match[2])
+        return found
+
+
+class VertexFlow(ParamType):
+    """A strand between two edges of a loop, named by the vertices where they begin, or "loop"."""
+
+    name = "v-w|loop"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int, int] | str:
+        if value == "loop" or isinstance(value, tuple):
+            return value  # pyright: ignore[reportUnknownVariableType]
+        match = re.fullmatch(r"([0-9]{1,9})-([0-9]{1,9})", str(value).strip())
+        if match is None:
+            self.fail(
+                f"{value!r} is no strand like 17-23, from the edge after vertex 17 to that after "
+                "23, and not loop",
+                param,
+                ctx,
+            )
+        return int(match[1]), int(match[2])
+
+
+class HoleQuestion(Entries, forbid_unknown_fields=False):
+    """A line of a batch file. What else a line says is no question."""
+
+    mesh: Annotated[str, Meta(extra={"missing": "the name of a mesh file"})]
+    loop: list[int] | None = None
+    faces: list[int] | None = None
+
+
+@click.command()
+@click.argument("mesh", type=FileName(), required=False)
+@click.option(
+    "-o",
+    "--output",
+    type=FileToWrite(".obj", ".ply", ".off"),
+    metavar="FILE",
+    help="The whole mesh with the hole filled.",
+)
+@click.option("--loop", type=IndexRanges(), help="Vertices of the hole's rim, one or more, from 0.")
+@click.option("--faces", type=IndexRanges(), help="Faces to be made anew instead, from 0.")
+@click.option("--all", "every", is_flag=True, help="Fill every hole, each with its best fill.")
+@click.option(
+    "--rank",
+    type=click.IntRange(1),
+    default=1,
+    show_default=True,
+    metavar="K",
+    help="Take the K-th fill.",
+)
+@click.option(
+    "--limit",
+    type=click.IntRange(1),
+    metavar="K",
+    help=f"List at most K fills of a hole.  [default: {LISTED}]",
+)
+@click.option(
+    "--corners",
+    type=VertexCorners(),
+    help="Quads that shall meet within at vertices of the rim: 1 a corner, 2 none, 3, 4.",
+)
+@click.option(
+    "--flow",
+    "flows",
+    type=VertexFlow(),
+    multiple=True,
+    help="A strand from the rim's edge after vertex V to that after W, or a loop of quads; may be "
+    "given again.",
+)
+@click.option(
+    "--odd",
+    type=click.Choice(WAYS),
+    help="How to fill a hole with an odd number of edges, which quads alone cannot.",
+)
+@click.option(
+    "--no-twin", is_flag=True, help="Do not copy the other side of a mesh that is symmetric."
+)
+@click.option("--surface", type=FileName(), metavar="FILE", help="Lay new vertices on this mesh.")
+@click.option(
+    "--picture",
+    type=picture_path(".png"),
+    metavar="FILE",
+    help="Draw the mesh before and after.",
+)
+@click.option(
+    "--batch",
+    type=FileName(),
+    metavar="FILE",
+    help='Questions, one a line: {"mesh": "a.obj", "loop": [3, 17]}, or with "faces". One JSON '
+    "document a line out.",
+)
+@db_to_read
+@as_json
+def holes(
+    mesh: Path | None,
+    output: Path | None,
+    loop: tuple[int, ...] | None,
+    faces: tuple[int, ...] | None,
+    every: bool,
+    rank: int,
+    limit: int | None,
+    corners: dict[int, int] | None,
+    flows: tuple[tuple[int, int] | str, ...],
+    odd: str | None,
+    no_twin: bool,
+    surface: Path | None,
+    picture: Path | None,
+    batch: Path | None,
+    db: Path | None,
+    as_json: bool,
+) -> int:
+    """Fill holes of a mesh with quads, joined vertex for vertex, as an artist would.
+
+    With MESH alone its holes are listed: edges, place, size, and a vertex to name each by. With a
+    hole named its fills are, best first; -o writes the whole mesh with one of them. A mesh with a
+    single hole needs no name. A list of faces is taken out and made anew.
+
+    Old vertices and faces stay as they are, in their order; new ones come after. Vertices and faces
+    count from 0. Where the mesh is symmetric and the other side has no hole, its mirror image
+    comes first.
+
+    Exit code 1 where a mesh has no hole, 3 where no quads fit: an odd number of edges, an island.
+
+    \b
+    patterndb holes head.obj
+    patterndb holes head.obj --loop 211
+    patterndb holes head.obj --loop 211 -o filled.obj --rank 2 --picture filled.png
+    patterndb holes head.obj --faces 12-40,57 -o anew.obj --json
+    patterndb holes torso.obj --all -o closed.obj
+    patterndb holes --batch questions.jsonl --limit 5 > answers.jsonl
+    """
+    if (mesh is None) == (batch is None):
+        raise click.UsageError("name a mesh, or a file of questions with --batch")
+    if batch is not None:
+        others = [output, loop, faces, corners, surface, picture, odd]
+        if every or flows or rank > 1 or any(value is not None for value in others):
+            raise click.UsageError("--batch goes with --limit, --no-twin and --db alone")
+        with open_database(db) as database:
+            return _answer_batch(database, batch, limit or LISTED, not no_twin)
+    assert mesh is not None
+    if sum([loop is not None, faces is not None, every]) > 1:
+        raise click.UsageError("--loop, --faces and --all exclude each other")
+    if every and (rank > 1 or corners or flows):
+        raise click.UsageError(
+            "--all takes the best fill of each hole; leave --rank, --corners and --flow out"
+        )
+    # Imported here because compiled kernels take a moment that --help need not wait for.
+    from ingest.formats import read_mesh
+    from query.holes import MeshTopology, find_holes
+
+    topology = MeshTopology.of(read_mesh(mesh))
+    named = loop is not None or faces is not None or every
+    if not (named or output or picture or limit or corners or flows or odd):
+        found = find_holes(topology)
+        if as_json:
+            write_json({"mesh": str(mesh), "holes": [_describe(hole) for hole in found]})
+        else:
+            _list_holes(mesh, found)
+        return 0 if found else EXIT_NOTHING
+    writing = output is not None or picture is not None
+    most = max(rank, limit or (rank if writing and not as_json else LISTED))
+    options: dict[str, Any] = {"limit": 1 if every and not limit else most, "twins": not no_twin}
+    if surface is not None:
+        from patterndb.geometry.surface import Surface
+
+        options["surface"] = Surface.from_polygons(read_mesh(surface))
+    chosen, left = _choose_holes(topology, loop, faces, every, odd)
+    with open_database(db) as database:
+        answered = _answer(database, chosen, corners or {}, flows, options)
+    if not every and len(answered[0][1]) < rank:
+        count = plural(len(answered[0][1]), "fill")
+        raise NotFoundError(f"the hole has no fill {rank}, only {count}")
+    fills = [listed[rank - 1] for _, listed in answered if len(listed) >= rank]
+    if output is not None:
+        from ingest.formats import write_mesh
+        from query.holes import weld_fills
+
+        write_mesh(output, weld_fills(fills))
+    if picture is not None:
+        from viewer.holes import draw_holes
+
+        draw_holes(picture, fills)
+    if as_json:
+        documents = [_document(found, listed) for found, listed in answered]
+        write_json({"mesh": str(mesh), "holes": documents, "left": left})
+    elif not writing:
+        for found, listed in answered:
+            _list_fills(found, listed)
+    if writing:
+        for fill, (found, _) in zip(fills, answered, strict=True):
+            _tell(fill, found)
+    for told in left:
+        say(f"left open: {told}")
+    for doing, path in (("written", output), ("drawn", picture)):
+        if path is not None:
+            say(f"{doing}: {path}")
+    return 0
+
+
+def _choose_holes(
+    topology: MeshTopology,
+    loop: tuple[int, ...] | None,
+    faces: tuple[int, ...] | None,
+    every: bool,
+    odd: str | None,
+) -> tuple[list[Hole], list[str]]:
+    """The holes that are meant, made even where --odd tells how; and what --all leaves open."""
+    from query.holes import choose_hole, find_holes
+
+    if not every:
+        hole = choose_hole(topology, loop=loop, faces=faces)
+        return [_make_even(hole, odd) if odd and len(hole) % 2 else hole], []
+    if odd:
+        raise click.UsageError("--odd changes the mesh for one hole; name it, leave --all out")
+    chosen: list[Hole] = []
+    left: list[str] = []
+    for hole in find_holes(topology):
+        where = f"the hole of {plural(len(hole), 'edge')} at vertex {int(hole.loop[0])}"
+        try:
+            chosen.append(choose_hole(hole))
+        except PatternDBError as error:
+            left.append(f"{where}: {error}")
+            continue
+        if len(hole) % 2:
+            left.append(f"{where}: an odd number; name it and give --odd")
+            chosen.pop()
+    if not chosen:
+        raise NotFoundError("; ".join(["there is no hole that quads can fill", *left]))
+    return chosen, left
+
+
+def _make_even(hole: Hole, kind: str) -> Hole:
+    """The hole after the best of the ways of a kind, which is told."""
+    from query.holes import list_even_ways
+
+    ways = list_even_ways(hole)
+    for way in ways:
+        if way.kind == kind:
+            say(f"made even: {way.told}")
+            return way.apply()
+    there = ", ".join(way.kind for way in ways) or "none"
+    raise NotFoundError(f"the hole has no way {kind!r}; there is: {there}")
+
+
+def _answer(
+    database: Database,
+    chosen: list[Hole],
+    corners: dict[int, int],
+    flows: tuple[tuple[int, int] | str, ...],
+    options: dict[str, Any],
+) -> list[tuple[HoleFills, list[HoleFill]]]:
+    """The fills of holes, with the iterators that they came from."""
+    from query.holes import fill_holes
+
+    answered: list[tuple[HoleFills, list[HoleFill]]] = []
+    for hole in chosen:
+        strokes = [_stroke_on(hole, flow) for flow in flows]
+        found = fill_holes(database, hole, corners=corners, strokes=strokes, **options)
+        answered.append((found, list(found)))
+    return answered
+
+
+def _stroke_on(hole: Hole, flow: tuple[int, int] | str) -> Stroke:
+    """The strand between two edges of a loop, as a stroke."""
+    from query import Stroke
+
+    if isinstance(flow, str):
+        return Stroke.loop()
+    place = {int(v): i for i, v in enumerate(hole.loop)}
+    for v in flow:
+        if v not in place:
+            raise click.UsageError(f"vertex {v} of --flow is not on the loop")
+    return Stroke((0, place[flow[0]]), (0, place[flow[1]]))
+
+
+def _answer_batch(database: Database, path: Path, limit: int, twins: bool) -> int:
+    """Answer questions, a line each. Returns the exit code: that of bad input if a line could not
+    be read, that of nothing found if a hole could not be filled."""
+    from ingest.formats import read_mesh
+    from query.holes import MeshTopology, fill_holes
+
+    asked = unreadable = unanswered = 0
+    last: tuple[str, MeshTopology] | None = None
+    for number, line in _read_lines(path):
+        asked += 1
+        try:
+            question = parse_json(line, InvalidMeshError, "a question").read(HoleQuestion)
+            if last is None or last[0] != question.mesh:
+                mesh: PolygonMesh = read_mesh(_beside(path, question.mesh))
+                last = question.mesh, MeshTopology.of(mesh)
+            found = fill_holes(
+                database,
+                last[1],
+                loop=question.loop,
+                faces=question.faces,
+                limit=limit,
+                twins=twins,
+            )
+            fills = list(found)
+        except (PatternDBError, OSError) as error:
+            unreadable += 1
+            write_json({"line": number, "error": str(error)})
+            continue
+        unanswered += not fills
+        document = {"line": number, "mesh": question.mesh, "holes": [_document(found, fills)]}
+        write_json(document)
+    say(
+        f"{plural(asked, 'question')}, {unanswered} without a fill, "
+        f"{unreadable} that could not be answered"
+    )
+    if unreadable:
+        return EXIT_BAD_INPUT
+    return EXIT_NOTHING if unanswered else 0
+
+
+def _beside(batch: Path, name: str) -> Path:
+    """A mesh that a batch names: beside the batch file, or as seen from here."""
+    near = batch.parent / name
+    return near if near.exists() else Path(name)
+
+
+def _read_lines(path: Path) -> Iterator[tuple[int, bytes]]:
+    """The lines of a file that are not blank, with their numbers."""
+    with path.open("rb") as file:
+        number = 0
+        while line := file.readline(LONGEST_LINE + 1):
+            number += 1
+            if len(line) > LONGEST_LINE:
+                raise InvalidMeshError(
+                    f"{path}: line {number} has more than {LONGEST_LINE:,} characters"
+                )
+            if line.strip():
+                yield number, line.removeprefix(b"\xef\xbb\xbf")
+
+
+def _describe(hole: Hole) -> dict[str, object]:
+    return {
+        "loop": hole.loop.tolist(),
+        "edges": len(hole),
+        "centre": hole.centre.tolist(),
+        "length": hole.length,
+    }
+
+
+def _document(found: HoleFills, fills: list[HoleFill]) -> dict[str, object]:
+    return {
+        "loop": found.hole.loop.tolist(),
+        "corners": fills[0].corners.tolist() if fills else [],
+        "twin": found.twin,
+        "seconds": round(found.seconds, 4),
+        "fills": [fill.to_json() for fill in fills],
+    }
+
+
+def _list_holes(mesh: Path, found: list[Hole]) -> None:
+    if not found:
+        say(f"{mesh} has no border; name faces to be made anew with --faces")
+        return
+    rows = [
+        (
+            len(hole),
+            # What rounding left of a zero would be different elsewhere.
+            " ".join(f"{x if abs(x) > 1e-9 * hole.length else 0.0:.4g}" for x in hole.centre),
+            f"{hole.length:.4g}",
+            str(hole.loop[0]),  # a name, to be typed: no commas
+        )
+        for hole in found
+    ]
+    write(table(("edges", "around", "length", "--loop"), rows))
+
+
+def _list_fills(found: HoleFills, fills: list[HoleFill]) -> None:
+    where = f"hole of {plural(len(found.hole), 'edge')} at vertex {int(found.hole.loop[0])}"
+    say(f"{where}: {plural(len(fills), 'fill')} in {found.seconds:.2f} s")
+    rows = [
+        (
+            number,
+            fill.pattern,
+            fill.origin,
+            fill.n_quads,
+            fill.n_irregular,
+            fill.flipped,
+            "" if fill.twin else f"{fill.score:.2f}",
+        )
+        for number, fill in enumerate(fills, 1)
+    ]
+    head = ("--rank", "pattern", "origin", "quads", "irregular", "flipped", "score")
+    write(table(head, rows))
+
+
+def _tell(fill: HoleFill, found: HoleFills) -> None:
+    what = "a mirror twin" if fill.twin else f"pattern {fill.pattern} ({fill.origin})"
+    flipped = f", {plural(fill.flipped, 'flipped quad')}" if fill.flipped else ""
+    say(
+        f"hole of {plural(len(fill.hole), 'edge')} at vertex {int(fill.hole.loop[0])}: {what}, "
+        f"{plural(fill.n_quads, 'quad')}, "
+        f"{plural(fill.n_irregular, 'irregular vertex', 'irregular vertices')}{flipped}, "
+        f"found in {found.seconds:.2f} s"
+    )

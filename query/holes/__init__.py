@@ -1,0 +1,27 @@
+"""Holes of meshes: found, filled with quads vertex for vertex, and welded.
+
+Read :mod:`loops` (where a mesh is open), :mod:`surroundings` (what is known around a loop),
+:mod:`corners` (how many quads each loop vertex will get), :mod:`candidates` (fills for the likely
+assignments), :mod:`shape` (placing and measuring one), :mod:`twin` (the mirror image of a hole),
+:mod:`odd` (ways out where no quads fit),
+and :mod:`filling` (all of it, in order).
+"""
+
+from query.holes.filling import HoleFill, HoleFills, choose_hole, fill_holes, weld_fills
+from query.holes.loops import Hole, MeshTopology, find_holes, hole_of_faces, hole_of_loop
+from query.holes.odd import EvenWay, list_even_ways
+
+__all__ = [
+    "EvenWay",
+    "Hole",
+    "HoleFill",
+    "HoleFills",
+    "MeshTopology",
+    "choose_hole",
+    "fill_holes",
+    "find_holes",
+    "hole_of_faces",
+    "hole_of_loop",
+    "list_even_ways",
+    "weld_fills",
+]

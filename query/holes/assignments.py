@@ -1,0 +1,191 @@
+"""Assignments of quads to the vertices of a loop, most likely first.
+
+The corner model (:mod:`query.holes.corners`) judges every vertex by itself. What an artist does at
+one tells of the others: loops turn by four corners more often than not, irregular vertices come in
+pairs of three and five quads, opposite sides are equally long. So the assignments that are likely
+vertex by vertex are listed first, and then put in order by the whole.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Floats
+from patterndb.system.kernels import kernel
+
+#: Quads that a loop vertex may get: 1 (a convex corner) to 4.
+MOST_QUADS = 4
+
+#: Assignments that are listed vertex by vertex and put in order by the whole.
+LISTED = 300
+
+#: What is looked at, in order; see :func:`measure_assignments`.
+TRAITS = (
+    "log_corners",
+    "turns_by_four",
+    "turns_off",
+    "turns_off_squared",
+    "turns_more",
+    "turns_even",
+    "irregular",
+    "valence_2",
+    "valence_3",
+    "valence_5",
+    "valence_6",
+    "all_regular",
+    "convex",
+    "reflex",
+    "full",
+    "irregular_pairs",
+    "dipoles",
+    "corner_pairs",
+    "convex_pairs",
+    "rectangle",
+    "four_sides",
+    "closed_side",
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class AssignmentModel:
+    """A linear score of assignments, fitted by scripts/train_holes.py: a conditional logit.
+
+    mean, spread: (TRAITS,) by which traits are standardised. weights: (TRAITS,).
+    """
+
+    mean: Floats
+    spread: Floats
+    weights: Floats
+
+    def score(self, logs: Floats, due: Int32Array, assignments: Int32Array) -> Floats:
+        """(c,) scores of assignments (c, L): the greater, the likelier."""
+        traits = measure_assignments(logs, due, assignments)
+        return ((traits - self.mean) / self.spread) @ self.weights
+
+    def rank(self, logs: Floats, due: Int32Array) -> tuple[Int32Array, Floats]:
+        """List (c, L) int32 assignments by their scores (c,), greatest first."""
+        listed = rank_listed(logs)
+        scores = self.score(logs, due, listed)
+        order = np.argsort(-scores, kind="stable")
+        return listed[order], scores[order]
+
+
+def rank_listed(logs: Floats) -> Int32Array:
+    """(c, L) int32 the LISTED assignments most probable vertex by vertex, in that order."""
+    return np.array([quads for _, quads in islice(list_assignments(logs), LISTED)], np.int32)
+
+
+def list_assignments(logs: Floats) -> Iterator[tuple[float, Int32Array]]:
+    """Yield (L,) quads for every loop vertex, most probable first, with the log probability.
+
+    logs: (L, 4), vertices independent of each other. Each assignment comes once; all of them would
+    be 4 ** L. Lazy: the next one is a single change from some that came before (Lawler's partition
+    of the rest).
+    """
+    n = len(logs)
+    order = np.argsort(-logs, axis=1, kind="stable")
+    ordered = np.take_along_axis(logs, order, axis=1)
+    losses = ordered[:, :1] - ordered  # (L, 4), 0 first, ascending
+    # Places by the loss of their first change, so that a step is to the next place or rank.
+    by_loss = np.argsort(losses[:, 1], kind="stable")
+    cost = losses[by_loss].tolist()
+    best = float(ordered[:, 0].sum())
+    first = (order[:, 0] + 1).astype(np.int32)
+    yield best, first
+    if not n:
+        return
+    # A state is the changed places, as (place in by_loss, rank), the last of which may move on.
+    heap: list[tuple[float, int, tuple[tuple[int, int], ...]]] = [(cost[0][1], 0, ((0, 1),))]
+    serial = 1
+    while heap:
+        loss, _, changed = heapq.heappop(heap)
+        chosen = first.copy()
+        for place, rank in changed:
+            at = by_loss[place]
+            chosen[at] = order[at, rank] + 1
+        yield best - loss, chosen
+        place, rank = changed[-1]
+        rest = changed[:-1]
+        following: list[tuple[float, tuple[tuple[int, int], ...]]] = []
+        if rank + 1 < MOST_QUADS:
+            more = loss - cost[place][rank] + cost[place][rank + 1]
+            following.append((more, (*rest, (place, rank + 1))))
+        if place + 1 < n:
+            following.append((loss + cost[place + 1][1], (*changed, (place + 1, 1))))
+            if rank == 1:
+                more = loss - cost[place][1] + cost[place + 1][1]
+                following.append((more, (*rest, (place + 1, 1))))
+        for more, state in following:
+            heapq.heappush(heap, (more, serial, state))
+            serial += 1
+
+
+def measure_assignments(logs: Floats, due: Int32Array, assignments: Int32Array) -> Floats:
+    """Measure the traits (c, TRAITS) of assignments (c, L).
+
+    logs: (L, 4) log probabilities of 1 to 4 quads at each vertex. due: (L,) quads that would make
+    each vertex regular.
+    """
+    return _measure(
+        np.ascontiguousarray(logs),
+        np.ascontiguousarray(due, np.int32),
+        np.ascontiguousarray(assignments, np.int32),
+    )
+
+
+@kernel
+def _measure(logs: Floats, due: Int32Array, assignments: Int32Array) -> Floats:
+    n = len(due)
+    rows = np.zeros((len(assignments), 22))
+    best = 0.0
+    for i in range(n):
+        best += logs[i].max()
+    corners = np.empty(n, np.int64)
+    for c in range(len(assignments)):
+        quads = assignments[c]
+        row = rows[c]
+        turning = 0
+        n_corners = 0
+        row[0] = -best
+        for i in range(n):
+            k = quads[i]
+            before = quads[i - 1] if i else quads[n - 1]
+            off = k - due[i]
+            off_before = before - (due[i - 1] if i else due[n - 1])
+            row[0] += logs[i, k - 1]
+            turning += 2 - k
+            if k != 2:
+                corners[n_corners] = i
+                n_corners += 1
+                row[17] += before != 2
+                row[18] += k == 1 and before == 1
+            row[12] += k == 1
+            row[13] += k == 3
+            row[14] += k == 4
+            row[6] += off != 0
+            row[7] += off <= -2
+            row[8] += off == -1
+            row[9] += off == 1
+            row[10] += off >= 2
+            row[15] += off != 0 and off_before != 0
+            row[16] += off * off_before < 0
+        more = turning - 4
+        row[1] = more == 0
+        row[2] = abs(more)
+        row[3] = more * more / 10.0
+        row[4] = more > 0
+        row[5] = turning % 2 == 0
+        row[11] = row[6] == 0
+        if n_corners == 4 and more == 0:
+            row[20] = 1.0
+            a, b = corners[1] - corners[0], corners[2] - corners[1]
+            d = corners[3] - corners[2]
+            row[19] = a == d and b == n - a - b - d
+        row[21] = n_corners == 0
+    return rows

@@ -1,0 +1,327 @@
+"""Fills of a loop for the likely assignments of its corners, each once, in the loop's own
+numbering."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Floats
+from query.boundary import MAX_PERIMETER, MIN_PERIMETER, Boundary, CornerKind
+from query.engine import PatternSource, fills
+from query.expand import expand_pattern
+from query.fill import Fill
+from query.holes.assignments import MOST_QUADS, AssignmentModel
+from query.holes.corners import LEAST_LOG
+from query.identity import hash_quads, weld_quads
+from query.listing.filters import NO_DOUBLETS, Filters
+from query.listing.lane import More, Search, search_table
+from query.listing.ranking import Listing, Ranking
+from query.listing.table import get_strict_table
+from query.solving.batch import pose_question
+from query.stroke import Stroke
+
+#: Assignments that are asked for, likeliest first, and the fills taken of each.
+ASSIGNMENTS = 60
+PER_ASSIGNMENT = 8
+
+#: Of so many assignments fills are listed that no artist made, too; and of the first so many that
+#: have this many corners or more, for which fills are seldom learned.
+ASKED_WHOLE, ASKED_WHOLE_WIDE, WIDE = 3, 12, 8
+
+#: Beyond so many corners whole lists are constructed, which takes up to a second each: the
+#: likeliest assignment alone has one.
+MOST_CONSTRUCTED = 16
+
+#: Fills of the relaxed lists, whose corners may lie elsewhere.
+RELAXED = 30
+
+#: Loop polychords are tried this wide: rings of a finger tip.
+WIDEST_LOOP = 4
+
+#: And fills with up to so many loop polychords are widened at all.
+MOST_LOOPS = 2
+
+KINDS: dict[int, CornerKind] = {1: "convex", 3: "reflex", 4: "full"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HoleCandidate:
+    """A fill of a loop.
+
+    fill:    as the query found it; its own numbering begins at a corner.
+    quads:   (q, 4) int32, loop vertices 0..L-1 in the loop's numbering, inner ones after.
+    n_vertices: loop and inner vertices.
+    log_corners: log probability of the quads at the loop's vertices, one by one, less that of the
+             most probable numbers.
+    assignment: how likely they are together, less the likeliest: see AssignmentModel.
+    n_meshes, n_symmetries: of the pattern; 0 and 1 where no mesh has shown it.
+    place:   among the fills of its pattern, from 1.
+    key:     tells it from any other fill of the loop.
+    """
+
+    fill: Fill
+    quads: Int32Array
+    n_vertices: int
+    log_corners: float
+    assignment: float
+    n_meshes: int
+    n_symmetries: int
+    place: int
+    key: bytes
+
+
+@dataclass(slots=True)
+class HoleSearch:
+    """The candidates of one loop, found assignment by assignment.
+
+    source: a database. logs: (L, 4) log probabilities of 1 to 4 quads at each vertex.
+    due: (L,) the quads that make the loop regular. ranked: (c, L) assignments, likeliest first, of
+    scores (c,). strokes: strands that fills shall have.
+    known: keys of what was found. assignments: how many were asked.
+    """
+
+    source: PatternSource
+    logs: Floats
+    due: Int32Array
+    model: AssignmentModel
+    ranked: Int32Array
+    scores: Floats
+    strokes: Sequence[Stroke]
+    tolerance: int
+    time_limit: float | None
+    threads: int | None
+    known: set[bytes]
+    assignments: int
+    _facts: dict[int, dict[int, tuple[int, int]]]
+    _listings: dict[tuple[CornerKind, ...], Listing]
+
+    @classmethod
+    def begin(
+        cls,
+        source: PatternSource,
+        logs: Floats,
+        due: Int32Array,
+        model: AssignmentModel,
+        *,
+        fixed: dict[int, int] | None = None,
+        strokes: Sequence[Stroke] = (),
+        tolerance: int = 0,
+        time_limit: float | None = None,
+        threads: int | None = None,
+    ) -> HoleSearch:
+        """Prepare a search; fixed corners get probability one."""
+        logs = logs.copy()
+        for at, quads in (fixed or {}).items():
+            logs[at] = 4 * LEAST_LOG
+            logs[at, quads - 1] = 0.0
+        ranked, scores = model.rank(logs, due)
+        return cls(
+            source,
+            logs,
+            due,
+            model,
+            ranked,
+            scores,
+            strokes,
+            tolerance,
+            time_limit,
+            threads,
+            set(),
+            0,
+            {},
+            {},
+        )
+
+    def all(self) -> Iterator[HoleCandidate]:
+        """All candidates, those of likely assignments first."""
+        yield from self.likely()
+        self.assignments = ASSIGNMENTS + 1
+        yield from self.relaxed()
+
+    def take_new(self, quads: Int32Array, n_vertices: int, n: int) -> bytes | None:
+        """Remember quads in the loop's numbering: their key; None for no fill, or one that is
+        known."""
+        twin, fault = weld_quads(quads, n_vertices, n)
+        if fault:
+            return None
+        key = hash_quads(quads, twin, False)
+        if key in self.known:
+            return None
+        self.known.add(key)
+        return key
+
+    def likely(self, most: int = ASSIGNMENTS) -> Iterator[HoleCandidate]:
+        """Candidates of the likeliest assignments, strictly with their corners."""
+        for number, quads in enumerate(self.ranked[:most]):
+            self.assignments = number + 1
+            n_corners = int((quads != 2).sum())
+            whole = ASKED_WHOLE_WIDE if n_corners >= WIDE else ASKED_WHOLE
+            limit = PER_ASSIGNMENT
+            if n_corners > MOST_CONSTRUCTED:
+                whole, limit = 1, 2
+            yield from self.ask(quads, limit, strict=True, learned=number >= whole)
+
+    def relaxed(self, most: int = RELAXED) -> Iterator[HoleCandidate]:
+        """Candidates whose corners may lie elsewhere than the most probable, and the asked,
+        ones."""
+        best = (self.logs[:, :3].argmax(axis=1) + 1).astype(np.int32)
+        yield from self.ask(best, most, strict=False)
+        if int((best != 2).sum()) > MOST_CONSTRUCTED:
+            return
+        clamped = np.clip(self.due, 1, 3)
+        if (clamped != best).any():
+            yield from self.ask(clamped, most, strict=False)
+
+    def ask(
+        self, quads_at: Int32Array, limit: int, *, strict: bool, learned: bool = False
+    ) -> Iterator[HoleCandidate]:
+        """Candidates with these quads (L,) at the loop's vertices; learned: of learned patterns
+        alone."""
+        n = len(quads_at)
+        if n % 2 or not MIN_PERIMETER <= n <= MAX_PERIMETER:
+            return
+        corners = np.flatnonzero(quads_at != 2)
+        first = int(corners[0]) if len(corners) else 0
+        if len(corners):
+            lengths = np.diff(np.r_[corners, first + n]).tolist()
+            boundary = Boundary(lengths, [KINDS[int(quads_at[c])] for c in corners])
+        else:
+            boundary = Boundary.closed(n)
+        moved = [_move_stroke(stroke, boundary, first, n) for stroke in self.strokes]
+        if strict and learned and not self.strokes:
+            found = self._learned_fills(boundary, limit)
+        else:
+            found = fills(
+                self.source,
+                boundary,
+                limit=limit,
+                strict=strict,
+                strokes=moved,
+                tolerance=self.tolerance,
+                time_limit=self.time_limit,
+                threads=self.threads,
+            )
+        places: dict[int, int] = {}
+        for fill in found:
+            for variant in (fill, *_widen_loops(fill)):
+                places[fill.pattern.id] = places.get(fill.pattern.id, 0) + 1
+                yield from self._turn(variant, first, n, not len(corners), places[fill.pattern.id])
+
+    def _learned_fills(self, boundary: Boundary, limit: int) -> Iterator[Fill]:
+        """The strict fills of learned patterns that artists used most.
+
+        A whole query looks at the complete family and at constructions as well, which costs three
+        times as much, and most assignments are asked only in case.
+        """
+        table = get_strict_table(self.source.pattern_class(boundary.n_sides))
+        key = boundary.corners
+        if key not in self._listings:
+            passing = Filters(valence=NO_DOUBLETS).admitted(table, table.n_corners)
+            entries = table.entries(boundary, passing)
+            self._listings[key] = Ranking(True, False).list_entries(table, entries)
+        search = Search(
+            boundary=boundary,
+            question=pose_question(boundary, (), 0),
+            ranking=Ranking(True, False),
+            keep=2,
+            n_loops=0,
+            cancelled=np.zeros(1, np.uint8),
+            by_cpsat=False,
+            threads=1,
+        )
+        count = 0
+        for step in search_table(table, self._listings[key], search, 0):
+            for _, found in sorted(step.found, key=lambda one: one[0]):
+                if isinstance(found, More):
+                    continue
+                yield found.fill()
+                count += 1
+                if count == limit:
+                    return
+
+    def _turn(
+        self, fill: Fill, first: int, n: int, closed: bool, place: int
+    ) -> Iterator[HoleCandidate]:
+        """The fill in the loop's numbering; of a closed side, every way it can lie there."""
+        if not closed:
+            yield from self._new(fill, first, n, place)
+            return
+        for turn in range(n):
+            yield from self._new(fill, turn, n, place)
+
+    def _new(self, fill: Fill, first: int, n: int, place: int) -> Iterator[HoleCandidate]:
+        quads = np.where(fill.quads < n, (fill.quads + first) % n, fill.quads).astype(np.int32)
+        at_loop = np.bincount(quads.ravel(), minlength=n)[:n]
+        if (at_loop > MOST_QUADS).any() or (at_loop < 1).any():
+            return
+        key = self.take_new(quads, fill.n_vertices, n)
+        if key is None:
+            return
+        log = float(self.logs[np.arange(n), at_loop - 1].sum() - self.logs.max(axis=1).sum())
+        together = float(self.model.score(self.logs, self.due, at_loop[None].astype(np.int32))[0])
+        meshes, symmetries = self._fact(fill)
+        yield HoleCandidate(
+            fill,
+            quads,
+            fill.n_vertices,
+            log,
+            together - float(self.scores[0]),
+            meshes,
+            symmetries,
+            place,
+            key,
+        )
+
+    def _fact(self, fill: Fill) -> tuple[int, int]:
+        """In how many meshes a pattern was seen, and its symmetries."""
+        sides = fill.pattern.n_sides
+        if sides not in self._facts:
+            patterns = self.source.pattern_class(sides)
+            symmetries = patterns.rotations * np.where(patterns.chiral, 1, 2)
+            self._facts[sides] = dict(
+                zip(
+                    patterns.ids.tolist(),
+                    zip(patterns.n_meshes.tolist(), symmetries.tolist(), strict=True),
+                    strict=True,
+                )
+            )
+        return self._facts[sides].get(fill.pattern.id, (0, 1))
+
+
+def _widen_loops(fill: Fill) -> list[Fill]:
+    """The same fill with wider loop polychords: rings that no boundary tells the number of."""
+    loops = fill.pattern.n_loops
+    if not loops or loops > MOST_LOOPS or not fill.strict:
+        return []
+    open_ones = fill.widths[: fill.pattern.n_chords]
+    now = fill.widths[fill.pattern.n_chords :]
+    found: list[Fill] = []
+    for loop in range(loops):
+        for width in range(now[loop] + 1, WIDEST_LOOP + 1):
+            widths = (*open_ones, *now[:loop], width, *now[loop + 1 :])
+            made = expand_pattern(
+                fill.pattern, widths, rotation=fill.rotation, mirrored=fill.mirrored
+            )
+            found.append(
+                replace(made, n_irregular=fill.n_irregular, flow_distance=fill.flow_distance)
+            )
+    return found
+
+
+def _move_stroke(stroke: Stroke, boundary: Boundary, first: int, n: int) -> Stroke:
+    """A stroke whose ends are edges of the loop, side 0, as edges of the boundary's sides."""
+    if stroke.is_loop:
+        return stroke
+    starts = boundary.side_starts
+
+    def moved(end: tuple[int, int]) -> tuple[int, int]:
+        edge = (end[1] - first) % n
+        side = int(np.searchsorted(starts, edge, side="right")) - 1
+        return side, edge - starts[side]
+
+    assert stroke.start is not None and stroke.end is not None
+    return replace(stroke, start=moved(stroke.start), end=moved(stroke.end))

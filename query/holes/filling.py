@@ -1,0 +1,461 @@
+"""Fill the holes of a mesh: likely corners, candidates, placing, ranking, welding."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import islice
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.errors import InvalidMeshError
+from query.boundary import MAX_PERIMETER, MIN_PERIMETER
+from query.engine import PatternSource
+from query.errors import InvalidQueryError
+from query.fill import Fill
+from query.holes.assignments import MOST_QUADS
+from query.holes.candidates import HoleCandidate, HoleSearch
+from query.holes.loops import (
+    Hole,
+    MeshTopology,
+    find_holes,
+    find_islands,
+    hole_of_faces,
+    hole_of_loop,
+)
+from query.holes.models import HoleModels, shipped_models
+from query.holes.odd import list_even_ways
+from query.holes.ranking import RankingModel, list_facts
+from query.holes.shape import PlacedFill, place_fill
+from query.holes.surroundings import (
+    Surroundings,
+    find_border_places,
+    look_around,
+    measure_loop,
+)
+from query.holes.twin import prepare_twins
+from query.stroke import Stroke
+
+if TYPE_CHECKING:
+    from patterndb.geometry.surface import Surface
+
+#: Candidates that are placed before they are ranked by the whole.
+PLACED = 48
+
+#: But no more than have so many new vertices together, beyond the first.
+PLACED_VERTICES = 12_000
+
+#: Assignments of corners after which the first fill is told; the rest is asked while it is looked
+#: at.
+ASKED_FIRST = 12
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HoleFill:
+    """A fill of a hole, in numbers of the mesh.
+
+    hole:     what it fills.
+    quads:    (q, 4) int32, vertices of the mesh; new ones from the mesh's number of vertices on.
+    points:   (k, 3) float64, where the new vertices lie.
+    local:    (q, 4) int32, the same quads with the loop's vertices as 0..L-1.
+    corners:  (L,) int32 quads at each loop vertex.
+    score:    the greater, the likelier that an artist made it; inf for a twin.
+    twin:     is it the mirror image of the other side of the mesh?
+    flipped:  quads that are turned over where they lie.
+    valences: (L + k,) int32 faces around the loop's vertices and the new ones; 0 on the border that
+              stays, where no number of them is regular.
+    fill:     what the database gave; None for a twin.
+    """
+
+    hole: Hole
+    quads: Int32Array
+    points: NDArray[np.float64]
+    local: Int32Array
+    corners: Int32Array
+    score: float
+    twin: bool
+    flipped: int
+    valences: Int32Array
+    fill: Fill | None
+
+    @property
+    def n_quads(self) -> int:
+        """How many quads fill the hole."""
+        return len(self.quads)
+
+    @property
+    def n_irregular(self) -> int:
+        """Vertices of the fill and its loop around which there are not 4 faces."""
+        return int(((self.valences != 4) & (self.valences != 0)).sum())
+
+    @property
+    def pattern(self) -> str:
+        """The name of the pattern, or "twin"."""
+        return "twin" if self.fill is None else self.fill.pattern.name
+
+    @property
+    def origin(self) -> str:
+        """Where the pattern comes from; "twin" for a mirror image."""
+        return "twin" if self.fill is None else self.fill.origin
+
+    def weld(self) -> PolygonMesh:
+        """The whole mesh: see :func:`weld_fills`."""
+        return weld_fills([self])
+
+    def to_json(self) -> dict[str, Any]:
+        """The fill as JSON takes it."""
+        return {
+            "pattern": self.pattern,
+            "origin": self.origin,
+            "score": None if self.twin else round(self.score, 6),
+            "quads": self.quads.tolist(),
+            "points": self.points.tolist(),
+            "n_irregular": self.n_irregular,
+            "flipped": self.flipped,
+        }
+
+
+class HoleFills(Iterator[HoleFill]):
+    """An iterator over the fills of a hole, best first.
+
+    hole: what they fill. twin: was a mirror twin found? seconds: spent so far.
+    """
+
+    def __init__(self, hole: Hole, found: Iterator[HoleFill]) -> None:
+        self.hole = hole
+        self.twin = False
+        self.seconds = 0.0
+        self._found = found
+
+    def __iter__(self) -> HoleFills:
+        return self
+
+    def __next__(self) -> HoleFill:
+        begin = time.perf_counter()
+        try:
+            fill = next(self._found)
+        finally:
+            self.seconds += time.perf_counter() - begin
+        self.twin = self.twin or fill.twin
+        return fill
+
+
+def fill_holes(
+    db: PatternSource,
+    mesh: PolygonMesh | MeshTopology | Hole,
+    *,
+    loop: Sequence[int] | None = None,
+    faces: Iterable[int] | None = None,
+    limit: int | None = 20,
+    corners: Mapping[int, int] | None = None,
+    strokes: Sequence[Stroke] = (),
+    tolerance: int = 1,
+    surface: Surface | None = None,
+    twins: bool = True,
+    time_limit: float | None = None,
+    threads: int | None = None,
+    models: HoleModels | None = None,
+) -> HoleFills:
+    """The fills of one hole of a mesh, placed, best first, as an iterator.
+
+    db: a database. mesh: a polygon mesh (or what is known of one: its topology, or a hole).
+    loop: one or more vertices of a border loop; without it, and without faces, the mesh must have
+    exactly one. faces: quads, triangles or n-gons to be made anew instead. limit: the most fills.
+    corners: loop vertices (of the mesh) whose quads within the caller fixes, 1 to 4.
+    strokes: strands that every fill shall have; their ends are edges of side 0 of the loop, from
+    the hole's first vertex. tolerance: edges that a strand's end may be off.
+    surface: new vertices are laid on it. twins: is a mirror image of the other side proposed first?
+    models: of what artists do; by default those that come with the package.
+
+    Every even loop of 4 to 2,000 edges has fills. Raises InvalidMeshError for what is no loop and
+    for a hole with an island, InvalidQueryError for an odd loop (:func:`list_even_ways`
+    has the nearest ways out) and corners that are none.
+    """
+    hole = choose_hole(mesh, loop=loop, faces=faces)
+    _refuse_loop(hole)
+    fixed = _fixed_corners(hole, corners or {})
+    used = models or shipped_models()
+    listed = _list_fills(
+        db, hole, fixed, tuple(strokes), tolerance, surface, twins, time_limit, threads, used
+    )
+    return HoleFills(hole, islice(listed, limit))
+
+
+def weld_fills(fills: Sequence[HoleFill]) -> PolygonMesh:
+    """Weld fills of different holes of one mesh into it.
+
+    All old vertices keep their numbers and places to the bit; faces that stay keep their order,
+    less those that the fills replace; new vertices and quads come after, fill by fill. Raises
+    InvalidMeshError for fills of different meshes.
+    """
+    if not fills:
+        raise InvalidMeshError("give one fill or more")
+    mesh = fills[0].hole.topology.mesh
+    if any(fill.hole.topology.mesh is not mesh for fill in fills):
+        raise InvalidMeshError("the fills are of different meshes; weld those of one mesh")
+    stays = np.ones(mesh.n_faces, np.bool_)
+    for fill in fills:
+        stays[fill.hole.removed] = False
+    arity = mesh.arities()
+    kept = mesh.corners[np.repeat(stays, arity)]
+    points = [mesh.points]
+    quads: list[Int32Array] = []
+    n = len(mesh.points)
+    for fill in fills:
+        first = len(mesh.points)
+        moved = np.where(fill.quads >= first, fill.quads - first + n, fill.quads)
+        backwards = fill.hole.runs_backwards()
+        quads.append((moved[:, ::-1] if backwards else moved).astype(np.int32))
+        points.append(fill.points)
+        n += len(fill.points)
+    new = np.concatenate(quads) if quads else np.zeros((0, 4), np.int32)
+    lengths = np.concatenate([arity[stays], np.full(len(new), 4, np.int64)])
+    return PolygonMesh(
+        np.concatenate(points),
+        np.concatenate([kept, new.ravel()]).astype(np.int32),
+        np.concatenate([[0], np.cumsum(lengths)]).astype(np.int64),
+    )
+
+
+def choose_hole(
+    mesh: PolygonMesh | MeshTopology | Hole,
+    *,
+    loop: Sequence[int] | None = None,
+    faces: Iterable[int] | None = None,
+) -> Hole:
+    """Find the hole that is meant: see :func:`fill_holes`.
+
+    Raises InvalidMeshError where that cannot be told, and for a hole with an island.
+    """
+    if isinstance(mesh, Hole):
+        if loop is not None or faces is not None:
+            raise InvalidMeshError("a hole is given; loop and faces would name another")
+        if not len(mesh.removed):
+            _refuse_islands(mesh, find_holes(mesh.topology))
+        return mesh
+    topology = mesh if isinstance(mesh, MeshTopology) else MeshTopology.of(mesh)
+    if loop is not None and faces is not None:
+        raise InvalidMeshError("name a loop or faces, not both")
+    if faces is not None:
+        return hole_of_faces(topology, faces)
+    holes = find_holes(topology)
+    if loop is not None:
+        hole = hole_of_loop(topology, loop)
+    elif len(holes) == 1:
+        (hole,) = holes
+    elif not holes:
+        raise InvalidMeshError("the mesh is closed: it has no border loop; name faces to make anew")
+    else:
+        sizes = ", ".join(f"{len(h)} edges at vertex {int(h.loop[0])}" for h in holes[:6])
+        raise InvalidMeshError(
+            f"the mesh has {len(holes)} border loops ({sizes}{', ...' if len(holes) > 6 else ''}); "
+            "name a vertex of the one to be filled"
+        )
+    _refuse_islands(hole, holes)
+    return hole
+
+
+def _refuse_islands(hole: Hole, others: Sequence[Hole]) -> None:
+    islands = find_islands(hole, others)
+    if islands:
+        at = int(islands[0].loop[0])
+        raise InvalidMeshError(
+            f"the hole at vertex {int(hole.loop[0])} has an island within: another part of "
+            f"the mesh, with vertex {at}; join it to the rim by a face, or take it out"
+        )
+
+
+def _refuse_loop(hole: Hole) -> None:
+    n = len(hole)
+    if n % 2:
+        raise InvalidQueryError(
+            f"the loop at vertex {int(hole.loop[0])} has {n} edges, an odd number, and quads alone "
+            f"cannot fill it; {_tell_ways(hole)}"
+        )
+    if not MIN_PERIMETER <= n <= MAX_PERIMETER:
+        raise InvalidQueryError(
+            f"the loop has {n} edges; loops of {MIN_PERIMETER} to {MAX_PERIMETER} can be filled"
+        )
+
+
+def _tell_ways(hole: Hole) -> str:
+    """The nearest way of each kind, in words."""
+    ways = list_even_ways(hole)
+    if not ways:
+        return "nor is there a way to change it by one edge"
+    return "nearest ways: " + "; ".join(f"{way.kind}: {way.told}" for way in ways)
+
+
+def _fixed_corners(hole: Hole, corners: Mapping[int, int]) -> dict[int, int]:
+    place = {int(v): i for i, v in enumerate(hole.loop)}
+    fixed: dict[int, int] = {}
+    for vertex, quads in corners.items():
+        if vertex not in place:
+            raise InvalidQueryError(f"vertex {vertex} is not on the loop")
+        if not 1 <= quads <= MOST_QUADS:
+            raise InvalidQueryError(
+                f"{quads} quads at vertex {vertex}; a loop vertex has 1 to {MOST_QUADS} within"
+            )
+        fixed[place[vertex]] = quads
+    return fixed
+
+
+def _list_fills(
+    db: PatternSource,
+    hole: Hole,
+    fixed: dict[int, int],
+    strokes: tuple[Stroke, ...],
+    tolerance: int,
+    surface: Surface | None,
+    twins: bool,
+    time_limit: float | None,
+    threads: int | None,
+    models: HoleModels,
+) -> Iterator[HoleFill]:
+    around = look_around(hole)
+    n = len(hole)
+    logs = models.corners.log_probabilities(measure_loop(hole, around))
+    search = HoleSearch.begin(
+        db,
+        logs,
+        around.due,
+        models.assignments,
+        fixed=fixed,
+        strokes=strokes,
+        tolerance=tolerance,
+        time_limit=time_limit,
+        threads=threads,
+    )
+    if twins and not strokes and not fixed:
+        found = prepare_twins(hole.topology).find(hole)
+        if found is not None:
+            quads, points = found
+            if search.take_new(quads, n + len(points), n) is not None:
+                yield _twin_fill(hole, around, quads, points)
+    known: list[HoleCandidate] = []
+    source = search.all()
+    for candidate in source:
+        known.append(candidate)
+        if search.assignments > ASKED_FIRST:
+            break
+    if not known:
+        return
+    board = _CandidateBoard(around, models.facts, models.whole)
+    board.add(known)
+    best = board.take_best()
+    yield _hole_fill(hole, around, *best, surface)
+    board.add(list(source))
+    while board:
+        yield _hole_fill(hole, around, *board.take_best(), surface)
+
+
+class _CandidateBoard:
+    """Candidates, of which those that look best are placed and ranked by the whole."""
+
+    def __init__(self, around: Surroundings, first: RankingModel, whole: RankingModel) -> None:
+        self._around = around
+        self._first, self._whole = first, whole
+        self._placed: list[tuple[float, int, HoleCandidate, PlacedFill]] = []
+        self._waiting: list[tuple[float, int, HoleCandidate]] = []
+        self._number = 0
+
+    def __bool__(self) -> bool:
+        return bool(self._placed or self._waiting)
+
+    def add(self, candidates: list[HoleCandidate]) -> None:
+        """Place the PLACED best by their facts, and those that wait already among them."""
+        if not candidates:
+            return
+        scores = self._first.score_facts(list_facts(candidates, self._around))
+        for score, candidate in zip(scores.tolist(), candidates, strict=True):
+            self._waiting.append((-score, self._number, candidate))
+            self._number += 1
+        self._waiting.sort(key=lambda one: one[:2])
+        self._place_next()
+
+    def take_best(self) -> tuple[HoleCandidate, PlacedFill, float]:
+        """Take the best off the board; where none is placed any more, more are."""
+        if not self._placed:
+            self._place_next()
+        best = min(self._placed, key=lambda one: one[:2])
+        self._placed.remove(best)
+        return best[2], best[3], -best[0]
+
+    def _place_next(self) -> None:
+        """Place the first of those that wait: PLACED of them, or fewer large ones."""
+        count = vertices = 0
+        for _, _, candidate in self._waiting[:PLACED]:
+            vertices += candidate.n_vertices
+            if count and vertices > PLACED_VERTICES:
+                break
+            count += 1
+        self._place(self._waiting[:count])
+        del self._waiting[:count]
+
+    def _place(self, chosen: list[tuple[float, int, HoleCandidate]]) -> None:
+        candidates = [candidate for _, _, candidate in chosen]
+        placed = [place_fill(self._around, c.quads, c.n_vertices) for c in candidates]
+        facts = list_facts(candidates, self._around)
+        scores = self._whole.score(np.hstack([facts, np.array([p.measures for p in placed])]))
+        for (_, number, candidate), lies, score in zip(
+            chosen, placed, scores.tolist(), strict=True
+        ):
+            self._placed.append((-score, number, candidate, lies))
+
+
+def _hole_fill(
+    hole: Hole,
+    around: Surroundings,
+    candidate: HoleCandidate,
+    placed: PlacedFill,
+    score: float,
+    surface: Surface | None,
+) -> HoleFill:
+    points = placed.points
+    if surface is not None and len(points):
+        points = surface.nearest(points).points
+    return _renumber(
+        hole, around, candidate.quads, points, score, False, placed.flipped, candidate.fill
+    )
+
+
+def _twin_fill(
+    hole: Hole, around: Surroundings, quads: Int32Array, points: NDArray[np.float64]
+) -> HoleFill:
+    flipped = place_fill(around, quads, len(hole) + len(points)).flipped
+    return _renumber(hole, around, quads, points, float("inf"), True, flipped, None)
+
+
+def _renumber(
+    hole: Hole,
+    around: Surroundings,
+    local: Int32Array,
+    points: NDArray[np.float64],
+    score: float,
+    twin: bool,
+    flipped: int,
+    fill: Fill | None,
+) -> HoleFill:
+    n = len(hole)
+    first_new = len(hole.topology.mesh.points)
+    quads = np.where(local < n, hole.loop[np.minimum(local, n - 1)], local - n + first_new)
+    counts = np.bincount(local.ravel(), minlength=n + len(points))
+    valences = counts.copy()
+    valences[:n] = np.where(find_border_places(hole), 0, counts[:n] - around.due + 4)
+    return HoleFill(
+        hole,
+        quads.astype(np.int32),
+        points,
+        local,
+        counts[:n].astype(np.int32),
+        score,
+        twin,
+        flipped,
+        valences.astype(np.int32),
+        fill,
+    )

@@ -1,0 +1,453 @@
+"""Where a mesh is open: border loops, and the loops around faces that are to be made anew."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.errors import InvalidMeshError
+from patterndb.system.kernels import kernel
+
+#: Faces of a mesh that are no island may share a loop's plane by chance; only loops that lie within
+#: another, seen along its normal, and nearer to its plane than this part of its diameter, are told.
+NEAR_PLANE = 0.25
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeshTopology:
+    """The half-edges of a polygon mesh whose faces are turned alike, component by component.
+
+    mesh:    as it was given; nothing of it is changed.
+    tail, head, face: (h,) int32 of every half-edge, face after face, corner after corner.
+    next, previous: (h,) int32 half-edges of the same face.
+    twin:    (h,) int32 the half-edge that runs the other way, -1 at the border and at edges with
+             more than two faces.
+    flipped: (f,) bool, faces that were read backwards so that neighbours agree.
+    crowded: (h,) bool, half-edges of edges that more than two faces share.
+    start:   (f + 1,) int64 the first half-edge of each face.
+    """
+
+    mesh: PolygonMesh
+    tail: Int32Array
+    head: Int32Array
+    face: Int32Array
+    next: Int32Array
+    previous: Int32Array
+    twin: Int32Array
+    flipped: NDArray[np.bool_]
+    crowded: NDArray[np.bool_]
+    start: NDArray[np.int64]
+
+    @classmethod
+    def of(cls, mesh: PolygonMesh) -> MeshTopology:
+        """Join the faces of a mesh along their edges.
+
+        Faces that a file gives backwards are turned as the first face of their component is,
+        or as most of them are. Raises InvalidMeshError where no two sides can be told apart (a
+        Moebius strip).
+        """
+        arity = mesh.arities()
+        face = np.repeat(np.arange(mesh.n_faces, dtype=np.int32), arity)
+        start = mesh.offsets
+        tail = mesh.corners.astype(np.int32)
+        at = np.arange(len(tail))
+        first, last = start[face], start[face + 1] - 1
+        following = np.where(at == last, first, at + 1)
+        head = tail[following]
+        partner, same_sense, crowded = _pair_edges(tail, head, len(mesh.points))
+        flip, torn = _turn_alike(face, partner, same_sense, start)
+        if torn >= 0:
+            raise InvalidMeshError(
+                f"the faces around face {int(face[torn])} cannot all be turned the same way: the "
+                "mesh is one-sided there (a Moebius strip); cut it along an edge"
+            )
+        back = flip[face]
+        preceding = np.empty_like(following)
+        preceding[following] = at
+        return cls(
+            mesh,
+            np.where(back, head, tail).astype(np.int32),
+            np.where(back, tail, head).astype(np.int32),
+            face,
+            np.where(back, preceding, following).astype(np.int32),
+            np.where(back, following, preceding).astype(np.int32),
+            partner,
+            flip,
+            crowded,
+            start,
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Hole:
+    """A loop to be filled, and what stays around it.
+
+    topology: the whole mesh.
+    loop:     (L,) int32 vertices of the mesh, such that quads within run along it.
+    edges:    (L,) int32 the half-edge outside that runs from loop vertex i + 1 to i, -1 where
+              the loop runs along the border of the mesh.
+    removed:  (k,) int32 faces that the fill replaces, ascending; none for a border loop.
+    """
+
+    topology: MeshTopology
+    loop: Int32Array
+    edges: Int32Array
+    removed: Int32Array
+
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """(L, 3) where the loop's vertices lie."""
+        return self.topology.mesh.points[self.loop]
+
+    @property
+    def length(self) -> float:
+        """How long the loop is, in units of the mesh."""
+        points = self.points
+        return float(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).sum())
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """(3,) the mean of the loop's vertices."""
+        return self.points.mean(axis=0)
+
+    def __len__(self) -> int:
+        return len(self.loop)
+
+    def runs_backwards(self) -> bool:
+        """Must quads of a fill be turned over to agree with most faces beside the loop, as the file
+        has them?"""
+        beside = self.topology.face[self.edges[self.edges >= 0]]
+        if not len(beside):
+            beside = self.removed
+        return len(beside) > 0 and 2 * int(self.topology.flipped[beside].sum()) > len(beside)
+
+
+def find_holes(mesh: PolygonMesh | MeshTopology) -> list[Hole]:
+    """List the border loops of a mesh, shortest number of edges first.
+
+    A loop that runs through a vertex twice is one loop; an open mesh's outer rim is listed too:
+    which of the loops are holes only the user can know. Raises InvalidMeshError for a one-sided
+    mesh, and for a border that branches at an edge of more than two faces.
+    """
+    topology = mesh if isinstance(mesh, MeshTopology) else MeshTopology.of(mesh)
+    border = np.flatnonzero((topology.twin < 0) & ~topology.crowded)
+    loops, starts = _walk_borders(
+        border.astype(np.int32), topology.twin, topology.previous, topology.crowded
+    )
+    holes: list[Hole] = []
+    nothing = np.zeros(0, np.int32)
+    for first, last in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True):
+        edges = loops[first:last]
+        if (edges < 0).any():
+            continue  # it ends at an edge of more than two faces, as no loop
+        holes.append(Hole(topology, topology.head[edges].copy(), edges, nothing))
+    holes.sort(key=lambda hole: (len(hole), int(hole.loop.min())))
+    return holes
+
+
+def hole_of_loop(topology: MeshTopology, vertices: Sequence[int]) -> Hole:
+    """The border loop through the vertices named: all of them, in either sense, or one or more.
+
+    Raises InvalidMeshError where no border loop, or more than one, runs through all of them.
+    """
+    named = {int(v) for v in vertices}
+    if not named:
+        raise InvalidMeshError("name one or more vertices of the loop")
+    unknown = [v for v in named if not 0 <= v < len(topology.mesh.points)]
+    if unknown:
+        raise InvalidMeshError(
+            f"vertex {unknown[0]} is not in the mesh, which has {len(topology.mesh.points)} "
+            "vertices, counted from 0"
+        )
+    found = [hole for hole in find_holes(topology) if named <= set(hole.loop.tolist())]
+    whole = [hole for hole in found if len(hole) == len(named)]
+    found = whole or found
+    if not found:
+        raise InvalidMeshError(
+            f"no border loop runs through vertices {sorted(named)[:8]}; list the loops first"
+        )
+    if len(found) > 1:
+        raise InvalidMeshError(
+            f"{len(found)} border loops run through vertices {sorted(named)[:8]}; name more of them"
+        )
+    return _turned_to(found[0], [int(v) for v in vertices])
+
+
+def hole_of_faces(topology: MeshTopology, faces: Iterable[int]) -> Hole:
+    """The loop around faces that are to be made anew.
+
+    Raises InvalidMeshError for faces that are not in the mesh, do not hang together, or enclose
+    others (an island): their border would be several loops.
+    """
+    chosen = np.unique(np.fromiter((int(f) for f in faces), np.int64))
+    n_faces = topology.mesh.n_faces
+    if not len(chosen):
+        raise InvalidMeshError("name one or more faces")
+    if chosen[0] < 0 or chosen[-1] >= n_faces:
+        wrong = int(chosen[0] if chosen[0] < 0 else chosen[-1])
+        raise InvalidMeshError(
+            f"face {wrong} is not in the mesh, which has {n_faces} faces, counted from 0"
+        )
+    inside = np.zeros(n_faces, np.bool_)
+    inside[chosen] = True
+    twin = topology.twin
+    mine = inside[topology.face]
+    rim = np.flatnonzero(mine & ((twin < 0) | ~inside[topology.face[twin]]))
+    loops = _loops_within(topology, inside, rim)
+    pieces = _count_pieces(topology, inside, chosen)
+    if pieces > 1:
+        raise InvalidMeshError(
+            f"the {len(chosen)} faces are {pieces} separate pieces; fill them one after the other"
+        )
+    if len(loops) != 1:
+        sizes = ", ".join(str(len(loop)) for loop in loops)
+        raise InvalidMeshError(
+            f"the faces enclose an island: their border is {len(loops)} loops, of {sizes} edges, "
+            "and a fill has one; take the island's faces too, or leave a bridge to it"
+            if loops
+            else "the faces are a closed surface: they have no border to be filled"
+        )
+    (edges,) = loops
+    # The loop runs as the removed faces did, so the outside half-edge is the twin.
+    outside = np.where(twin[edges] >= 0, twin[edges], -1).astype(np.int32)
+    return Hole(topology, topology.tail[edges].copy(), outside, chosen.astype(np.int32))
+
+
+def hole_on_loop(topology: MeshTopology, loop: Sequence[int]) -> Hole:
+    """The hole whose loop runs through these vertices in order.
+
+    Where no face is beside one of its edges, the mesh keeps its border there.
+    """
+    half = {
+        (int(topology.tail[h]), int(topology.head[h])): h
+        for h in np.flatnonzero(np.isin(topology.tail, loop)).tolist()
+    }
+    edges = [half.get((b, a), -1) for a, b in zip(loop, [*loop[1:], loop[0]], strict=True)]
+    return Hole(
+        topology, np.array(loop, np.int32), np.array(edges, np.int32), np.zeros(0, np.int32)
+    )
+
+
+def find_islands(hole: Hole, others: Sequence[Hole]) -> list[Hole]:
+    """Loops of other components that lie within a hole, near its plane: what a fill would cover."""
+    points = hole.points
+    centre = points.mean(axis=0)
+    _, _, axes = np.linalg.svd(points - centre, full_matrices=False)
+    flat = (points - centre) @ axes[:2].T
+    size = float(np.ptp(flat, axis=0).max())
+    piece = _component_of(hole)
+    found: list[Hole] = []
+    for other in others:
+        if other is hole or _component_of(other) == piece:
+            continue
+        at = other.points - centre
+        near = np.abs(at @ axes[2]).max() < NEAR_PLANE * size
+        if near and all(_is_within(flat, p) for p in at @ axes[:2].T):
+            found.append(other)
+    return found
+
+
+def _component_of(hole: Hole) -> int:
+    """The smallest face reached from the loop's outside by way of edges."""
+    start = (
+        int(hole.topology.face[hole.edges[hole.edges >= 0][0]]) if (hole.edges >= 0).any() else -1
+    )
+    if start < 0:
+        return -1
+    return int(_flood(start, hole.topology.face, hole.topology.twin, hole.topology.start).min())
+
+
+def _is_within(polygon: NDArray[np.float64], point: NDArray[np.float64]) -> bool:
+    """Is a point (2,) inside a polygon (n, 2)? By the parity of crossings."""
+    a, b = polygon, np.roll(polygon, -1, axis=0)
+    spans = (a[:, 1] > point[1]) != (b[:, 1] > point[1])
+    height = np.where(spans, b[:, 1] - a[:, 1], 1.0)
+    x = a[:, 0] + (point[1] - a[:, 1]) * (b[:, 0] - a[:, 0]) / height
+    return bool((spans & (x > point[0])).sum() % 2)
+
+
+def _turned_to(hole: Hole, vertices: list[int]) -> Hole:
+    """The same loop, beginning at the first vertex that was named."""
+    at = int(np.flatnonzero(hole.loop == vertices[0])[0])
+    return Hole(hole.topology, np.roll(hole.loop, -at), np.roll(hole.edges, -at), hole.removed)
+
+
+def _loops_within(
+    topology: MeshTopology, inside: NDArray[np.bool_], rim: NDArray[np.int64]
+) -> list[Int32Array]:
+    """The loops that the rim half-edges of chosen faces form, as the faces run."""
+    on_rim = np.zeros(len(topology.tail), np.bool_)
+    on_rim[rim] = True
+    loops: list[Int32Array] = []
+    left = on_rim.copy()
+    for first in rim.tolist():
+        if not left[first]:
+            continue
+        loop: list[int] = []
+        h = first
+        while left[h]:
+            left[h] = False
+            loop.append(h)
+            h = int(topology.next[h])
+            while not on_rim[h]:
+                h = int(topology.next[topology.twin[h]])
+        loops.append(np.array(loop, np.int32))
+    return loops
+
+
+def _count_pieces(
+    topology: MeshTopology, inside: NDArray[np.bool_], chosen: NDArray[np.int64]
+) -> int:
+    """How many pieces faces form, joined by edges."""
+    left = set(chosen.tolist())
+    pieces = 0
+    while left:
+        pieces += 1
+        stack = [left.pop()]
+        while stack:
+            f = stack.pop()
+            for h in range(int(topology.start[f]), int(topology.start[f + 1])):
+                g = int(topology.twin[h])
+                other = int(topology.face[g]) if g >= 0 else -1
+                if other in left:
+                    left.remove(other)
+                    stack.append(other)
+    return pieces
+
+
+def _pair_edges(
+    tail: Int32Array, head: Int32Array, n_points: int
+) -> tuple[Int32Array, NDArray[np.bool_], NDArray[np.bool_]]:
+    """Pair the half-edges of every edge that two faces share.
+
+    Returns (h,) the partner or -1, (h,) whether both run the same way, (h,) whether more than
+    two share the edge.
+    """
+    low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
+    key = low * max(n_points, 1) + high
+    order = np.argsort(key, kind="stable")
+    ordered = key[order]
+    first = np.flatnonzero(np.r_[True, ordered[1:] != ordered[:-1]]) if len(key) else order
+    count = np.diff(np.r_[first, len(key)])
+    partner = np.full(len(key), -1, np.int32)
+    pairs = first[count == 2]
+    one, two = order[pairs], order[pairs + 1]
+    partner[one], partner[two] = two, one
+    crowded = np.zeros(len(key), np.bool_)
+    crowded[order[np.repeat(count > 2, count)]] = True
+    same = np.zeros(len(key), np.bool_)
+    paired = partner >= 0
+    same[paired] = tail[paired] == tail[partner[paired]]
+    return partner, same, crowded
+
+
+@kernel
+def _turn_alike(
+    face: Int32Array, partner: Int32Array, same: NDArray[np.bool_], start: NDArray[np.int64]
+) -> tuple[NDArray[np.bool_], int]:
+    """(f,) which faces to read backwards so that neighbours agree; a half-edge where none can."""
+    n = len(start) - 1
+    flip = np.zeros(n, np.bool_)
+    seen = np.zeros(n, np.bool_)
+    stack = np.empty(n, np.int64)
+    members = np.empty(n, np.int64)
+    for root in range(n):
+        if seen[root]:
+            continue
+        seen[root] = True
+        stack[0] = root
+        top = 1
+        k = 0
+        turned = 0
+        while top:
+            top -= 1
+            f = stack[top]
+            members[k] = f
+            k += 1
+            turned += flip[f]
+            for h in range(start[f], start[f + 1]):
+                g = partner[h]
+                if g < 0:
+                    continue
+                other = face[g]
+                wanted = flip[f] != same[h]
+                if not seen[other]:
+                    seen[other] = True
+                    flip[other] = wanted
+                    stack[top] = other
+                    top += 1
+                elif flip[other] != wanted:
+                    return flip, h
+        if 2 * turned > k:  # most of them know better than the first
+            for i in range(k):
+                flip[members[i]] = not flip[members[i]]
+    return flip, -1
+
+
+@kernel
+def _walk_borders(
+    border: Int32Array, twin: Int32Array, previous: Int32Array, crowded: NDArray[np.bool_]
+) -> tuple[Int32Array, NDArray[np.int64]]:
+    """Loops of border half-edges, each with the hole on its right, in the order of the hole.
+
+    Returns the half-edges, loop after loop, and where each begins. Loop vertex i is the head of
+    half-edge i. A loop that reaches an edge of more than two faces ends with -1.
+    """
+    n = len(twin)
+    left = np.zeros(n, np.bool_)
+    for h in border:
+        left[h] = True
+    loops = np.empty(2 * len(border) + 1, np.int32)
+    starts = np.empty(len(border) + 1, np.int64)
+    starts[0] = 0
+    n_loops = 0
+    at = 0
+    for first in border:
+        if not left[first]:
+            continue
+        h = first
+        while True:
+            left[h] = False
+            loops[at] = h
+            at += 1
+            # Around the tail of h, by the faces outside, to the half-edge that arrives there.
+            h = previous[h]
+            while twin[h] >= 0:
+                h = previous[twin[h]]
+            if crowded[h]:
+                loops[at] = -1
+                at += 1
+                break
+            if not left[h]:
+                break
+        n_loops += 1
+        starts[n_loops] = at
+    return loops[:at].copy(), starts[: n_loops + 1].copy()
+
+
+@kernel
+def _flood(
+    root: int, face: Int32Array, twin: Int32Array, start: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    """The faces of a component."""
+    n = len(start) - 1
+    seen = np.zeros(n, np.bool_)
+    stack = np.empty(n, np.int64)
+    stack[0] = root
+    seen[root] = True
+    top = 1
+    while top:
+        top -= 1
+        f = stack[top]
+        for h in range(start[f], start[f + 1]):
+            g = twin[h]
+            if g >= 0 and not seen[face[g]]:
+                seen[face[g]] = True
+                stack[top] = face[g]
+                top += 1
+    return np.flatnonzero(seen)

@@ -1,0 +1,130 @@
+"""Rank the candidates of a hole by the whole: corners, what artists did, how regular, how it lies.
+
+A linear score, whose weights are those of a conditional logit model: the chance that a candidate is
+the artist's own is proportional to exp(score). Trained with the corner model by
+scripts/train_holes.py.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from patterndb.geometry.points import Floats
+from query.holes.shape import MEASURES, place_fill
+from query.holes.surroundings import Surroundings, surround_with_nothing
+
+if TYPE_CHECKING:
+    from query.fill import Fill
+    from query.holes.candidates import HoleCandidate
+
+#: What is known of a candidate before it is placed.
+FACTS = (
+    "log_corners",
+    "assignment",
+    "log_frequency",
+    "log_meshes",
+    "log_symmetries",
+    "log_place",
+    "unseen",
+    "inner_irregular",
+    "loop_irregular",
+    "valence_3",
+    "valence_5",
+    "valence_far",
+    "log_quads",
+    "asked_corners",
+)
+
+NAMES = FACTS + MEASURES
+
+#: What is measured where no mesh is around.
+PLAIN = (
+    "log_frequency",
+    "unseen",
+    "inner_irregular",
+    "boundary_irregular",
+    "valence_3",
+    "valence_5",
+    "valence_far",
+    "log_quads",
+    *MEASURES,
+)
+
+#: Measures beyond this are as bad as this: single quads without area shall not outweigh all else.
+CLIP = 30.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RankingModel:
+    """mean, spread: (f,) by which numbers are standardised. weights: (f,); see NAMES and PLAIN."""
+
+    mean: Floats
+    spread: Floats
+    weights: Floats
+
+    def score(self, numbers: Floats) -> Floats:
+        """(c,) scores of candidates from their numbers (c, f): the greater, the likelier."""
+        return ((tame_numbers(numbers) - self.mean) / self.spread) @ self.weights
+
+    def score_facts(self, facts: Floats) -> Floats:
+        """(c,) the part of the score that is known before placing."""
+        k = len(FACTS)
+        return ((tame_numbers(facts) - self.mean[:k]) / self.spread[:k]) @ self.weights[:k]
+
+
+def tame_numbers(numbers: Floats) -> Floats:
+    """Clip what is out of range, and what is no number."""
+    return np.clip(np.nan_to_num(numbers, nan=0.0, posinf=CLIP, neginf=-CLIP), -CLIP, CLIP)
+
+
+def list_facts(candidates: list[HoleCandidate], around: Surroundings) -> Floats:
+    """(c, len(FACTS)) float64 of every candidate."""
+    n = len(around.outside)
+    rows = np.empty((len(candidates), len(FACTS)))
+    for i, candidate in enumerate(candidates):
+        valence = np.bincount(candidate.quads.ravel(), minlength=candidate.n_vertices)
+        inner = valence[n:]
+        total = valence[:n] - around.due + 4
+        everywhere = np.concatenate([inner, total])
+        frequency = candidate.fill.pattern.frequency
+        rows[i] = (
+            candidate.log_corners,
+            candidate.assignment,
+            np.log1p(frequency),
+            np.log1p(candidate.n_meshes),
+            np.log(max(candidate.n_symmetries, 1)),
+            np.log(candidate.place),
+            float(frequency == 0),
+            float((inner != 4).sum()),
+            float((total != 4).sum()),
+            float((everywhere == 3).sum()),
+            float((everywhere == 5).sum()),
+            float(np.maximum(np.abs(everywhere - 4) - 1, 0).sum()),
+            np.log(len(candidate.quads)),
+            float((valence[:n] != around.asked).sum()),
+        )
+    return rows
+
+
+def measure_plain_fill(fill: Fill, points: Floats) -> Floats:
+    """Measure (len(PLAIN),) a fill of a boundary in space (n, 3) that no mesh surrounds."""
+    n = len(points)
+    valence = np.bincount(fill.quads.ravel(), minlength=fill.n_vertices)
+    around = surround_with_nothing(points, valence[:n].astype(np.int32))
+    inner = valence[n:]
+    frequency = fill.pattern.frequency
+    irregular = int((inner != 4).sum())
+    facts = (
+        np.log1p(frequency),
+        float(frequency == 0),
+        float(irregular),
+        float(fill.n_irregular - irregular),
+        float((inner == 3).sum()),
+        float((inner == 5).sum()),
+        float(np.maximum(np.abs(inner - 4) - 1, 0).sum()),
+        np.log(len(fill.quads)),
+    )
+    return np.concatenate([facts, place_fill(around, fill.quads, fill.n_vertices).measures])

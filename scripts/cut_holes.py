@@ -1,0 +1,133 @@
+"""Cut holes into artists' meshes, as an artist selects faces to make anew; what was there is kept.
+
+Used by scripts/train_holes.py and benchmarks/holes.py.
+"""
+
+from __future__ import annotations
+
+import random
+import zlib
+from dataclasses import dataclass
+
+import numpy as np
+
+from ingest.formats import read_mesh
+from patterndb.core.halfedge import Int32Array
+from query.holes.loops import Hole, MeshTopology, hole_of_faces
+from query.identity import hash_quads, weld_quads
+
+#: Quads of a hole; below, there is nothing to choose, above, an artist would not select at once.
+LEAST_QUADS, MOST_QUADS = 6, 120
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Cut:
+    """A hole and the artist's own fill of it.
+
+    quads: (q, 4) int32, loop vertices 0..L-1, inner ones after. inner: (k,) mesh vertices.
+    counts: (L,) quads at each loop vertex. valences: (L,) quads outside and inside together.
+    irregular: vertices, on the loop and inside, whose number of quads is not 4.
+    key: tells the fill from any other of the loop.
+    """
+
+    mesh: str
+    hole: Hole
+    quads: Int32Array
+    inner: Int32Array
+    counts: Int32Array
+    valences: Int32Array
+    irregular: int
+    key: bytes
+
+
+def read_topology(path: str) -> MeshTopology:
+    """Read a mesh file and join its faces."""
+    return MeshTopology.of(read_mesh(path))
+
+
+def cut_holes(name: str, topology: MeshTopology, most: int, seed: int) -> list[Cut]:
+    """Cut up to ``most`` different holes: a face, or those around a vertex, grown one to three
+    times.
+
+    Half of the larger ones have the faces around a vertex taken off again. Regions that are no
+    disk, touch the border or hold no irregular vertex are left out.
+    """
+    draw = random.Random(seed * 1_000_003 + zlib.crc32(name.encode()))
+    t = topology
+    arity = t.mesh.arities()
+    faces_at: dict[int, list[int]] = {}
+    corners = [t.mesh.corners[a:b].tolist() for a, b in zip(t.start[:-1], t.start[1:], strict=True)]
+    for f, face in enumerate(corners):
+        for v in face:
+            faces_at.setdefault(v, []).append(f)
+    rim = set(t.tail[t.twin < 0].tolist()) | set(t.head[t.twin < 0].tolist())
+    found: list[Cut] = []
+    seen: set[frozenset[int]] = set()
+    for _ in range(120 * most):
+        if len(found) >= most:
+            break
+        first = draw.randrange(len(corners))
+        region = {first} if draw.random() < 0.5 else set(faces_at[draw.choice(corners[first])])
+        for _ in range(draw.randint(1, 3)):
+            region |= {g for f in region for v in corners[f] for g in faces_at[v]}
+            if len(region) > 2 * MOST_QUADS:
+                break
+        if draw.random() < 0.5 and len(region) > 8:
+            region -= set(faces_at[draw.choice(corners[draw.choice(sorted(region))])])
+        chosen = frozenset(region)
+        if chosen in seen or not LEAST_QUADS <= len(chosen) <= MOST_QUADS:
+            continue
+        seen.add(chosen)
+        if (arity[sorted(chosen)] != 4).any() or any(v in rim for f in chosen for v in corners[f]):
+            continue
+        cut = make_cut(name, t, chosen, faces_at)
+        if cut is not None and cut.irregular:
+            found.append(cut)
+    return found
+
+
+def make_cut(
+    name: str, topology: MeshTopology, faces: frozenset[int], faces_at: dict[int, list[int]]
+) -> Cut | None:
+    """The cut of a set of quads; None where they are no disk with at least 6 edges around."""
+    try:
+        hole = hole_of_faces(topology, faces)
+    except ValueError:
+        return None
+    n = len(hole)
+    if n < 6 or len(set(hole.loop.tolist())) != n or (hole.edges < 0).any():
+        return None
+    number = {int(v): i for i, v in enumerate(hole.loop)}
+    inner: list[int] = []
+    quads: list[list[int]] = []
+    for f in sorted(faces):
+        begin = int(topology.start[f])
+        h = begin
+        quad: list[int] = []
+        for _ in range(4):
+            v = int(topology.tail[h])
+            if v not in number:
+                number[v] = n + len(inner)
+                inner.append(v)
+            quad.append(number[v])
+            h = int(topology.next[h])
+        quads.append(quad)
+    array = np.array(quads, np.int32)
+    twin, fault = weld_quads(array, n + len(inner), n)
+    if fault:
+        return None
+    counts = np.bincount(array.ravel(), minlength=n + len(inner)).astype(np.int32)
+    if counts[:n].max() > 4:
+        return None
+    total = np.array([len(faces_at[int(v)]) for v in hole.loop], np.int32)
+    irregular = int((total != 4).sum() + (counts[n:] != 4).sum())
+    return Cut(
+        name,
+        hole,
+        array,
+        np.array(inner, np.int32),
+        counts[:n],
+        total,
+        irregular,
+        hash_quads(array, twin, False),
+    )

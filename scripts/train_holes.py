@@ -1,0 +1,390 @@
+"""Train the models that fill holes: quads at a loop's vertices, one by one and together, and the
+ranking of fills.
+
+    python scripts/train_holes.py MESHES --db ALL.db -o patterndb/data/holes.npz
+    python scripts/train_holes.py MESHES --db ALL.db --leave-out NAMES.txt -o left_out.npz
+    python scripts/train_holes.py MESHES --corners-only holes.npz -o patterndb/data/holes.npz
+
+Needs scikit-learn, which the package itself does not. ALL.db is a database of the meshes. They are
+dealt into folds, meshes of one family (INDEX.csv, shares_topology_with) into one; what is asked of
+the holes of a fold is asked of a corner model and a database that have seen none of its meshes.
+Meshes left out are seen by nothing. Last, the corner model is trained on all that are not; with
+--corners-only it alone is, and the other models of that file are kept.
+
+The corner model: gradient boosting of decision trees on the holes that scripts/cut_holes.py cuts,
+and on their mirror images. All else: conditional logits, fitted by L-BFGS.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import random
+import re
+import shutil
+import sys
+import tempfile
+import time
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from cut_holes import Cut, cut_holes, read_topology
+from numpy.typing import NDArray
+from scipy.optimize import minimize
+
+import patterndb
+from patterndb.errors import InvalidBoundaryError
+from query import Boundary, fills
+from query.boundary import CornerKind
+from query.holes.assignments import AssignmentModel, measure_assignments, rank_listed
+from query.holes.candidates import HoleCandidate, HoleSearch
+from query.holes.corners import CornerModel
+from query.holes.ranking import list_facts, measure_plain_fill, tame_numbers
+from query.holes.shape import place_fill
+from query.holes.surroundings import (
+    Surroundings,
+    look_around,
+    measure_loop,
+    mirror_features,
+)
+from query.identity import hash_quads, weld_quads
+
+#: Holes cut from each mesh for the corners; of these, so many are asked of the database.
+PER_MESH, PER_MESH_ASKED = 130, 20
+
+#: Trees of each number of quads, and their leaves.
+ROUNDS, LEAVES = 300, 16
+
+FOLDS = 3
+
+#: Candidates that are placed for the second stage of the ranking.
+PLACED = 48
+
+#: Fills of a plain boundary that its ranking is trained on.
+PLAIN_FILLS = 60
+
+#: Strength of the logits' ridge.
+RIDGE = 3.0
+
+Arrays = dict[str, NDArray[Any]]
+
+
+@dataclass(slots=True)
+class Example:
+    """A hole for training. features: (L, f). logs: (L, 4) of a model that has not seen it."""
+
+    cut: Cut
+    around: Surroundings
+    features: NDArray[np.float64]
+    logs: NDArray[np.float64] | None = None
+
+
+def list_families(folder: Path) -> list[list[Path]]:
+    """The meshes of a folder in families of shared topology, as its INDEX.csv tells."""
+    paths = {path.name: path for path in sorted(folder.glob("*.obj"))}
+    family = {name: name for name in paths}
+
+    def root_of(name: str) -> str:
+        while family[name] != name:
+            name = family[name]
+        return name
+
+    index = folder / "INDEX.csv"
+    if index.exists():
+        with index.open(newline="") as file:
+            for row in csv.DictReader(file):
+                for other in re.findall(r"([\w.\-]+?)\(\d+\)", row["shares_topology_with"] or ""):
+                    name = other if other in paths else f"{other}.obj"
+                    if name in paths and row["file"] in paths:
+                        family[root_of(name)] = root_of(row["file"])
+    groups: dict[str, list[Path]] = {}
+    for name, path in paths.items():
+        groups.setdefault(root_of(name), []).append(path)
+    return list(groups.values())
+
+
+def deal_folds(families: list[list[Path]], n: int, seed: int) -> list[list[Path]]:
+    """Deal families into n folds of about equally many meshes."""
+    folds: list[list[Path]] = [[] for _ in range(n)]
+    shuffled = sorted(families)
+    random.Random(seed).shuffle(shuffled)
+    for family in shuffled:
+        min(folds, key=len).extend(family)
+    return folds
+
+
+def gather_examples(paths: list[Path], per_mesh: int, seed: int) -> list[Example]:
+    """Cut holes from meshes, and measure what is around them."""
+    found: list[Example] = []
+    for path in paths:
+        for cut in cut_holes(path.name, read_topology(str(path)), per_mesh, seed):
+            around = look_around(cut.hole)
+            found.append(Example(cut, around, measure_loop(cut.hole, around)))
+        print(f"{path.name}: {len(found)} holes so far", file=sys.stderr, flush=True)
+    return found
+
+
+def fit_corners(examples: list[Example]) -> CornerModel:
+    """Fit the trees to holes and their mirror images, and turn them into arrays."""
+    from sklearn.ensemble import HistGradientBoostingClassifier
+
+    features = [one.features.astype(np.float32) for one in examples]
+    mirrored = [mirror_features(one.features).astype(np.float32) for one in examples]
+    counts = [one.cut.counts for one in examples]
+    model = HistGradientBoostingClassifier(
+        max_iter=ROUNDS,
+        learning_rate=0.08,
+        max_leaf_nodes=LEAVES,
+        min_samples_leaf=40,
+        l2_regularization=1.0,
+        early_stopping=False,
+        random_state=1,
+    )
+    model.fit(np.vstack(features + mirrored), np.concatenate(counts + counts))
+    return export_trees(model)
+
+
+def export_trees(model: Any) -> CornerModel:
+    """The arrays of a fitted model of scikit-learn, for the classes 1 to 4."""
+    assert list(model.classes_) == [1, 2, 3, 4], "holes with one to four quads at a vertex"
+    starts, features, thresholds, children, values = [0], [], [], [], []
+    for round_ in model._predictors:
+        for tree in round_:
+            nodes = tree.nodes
+            order = _breadth_first(nodes)
+            place = {old: new for new, old in enumerate(order)}
+            for old in order:
+                node = nodes[old]
+                leaf = bool(node["is_leaf"])
+                features.append(-1 if leaf else int(node["feature_idx"]))
+                thresholds.append(0.0 if leaf else float(node["num_threshold"]))
+                children.append(0 if leaf else place[int(node["left"])])
+                values.append(float(node["value"]) if leaf else 0.0)
+                if not leaf:
+                    assert place[int(node["right"])] == place[int(node["left"])] + 1
+            starts.append(len(features))
+    return CornerModel(
+        np.array(starts, np.int32),
+        np.array(features, np.int16),
+        np.nextafter(np.array(thresholds, np.float32), np.float32(np.inf)),
+        np.array(children, np.int16),
+        np.array(values, np.float32),
+        model._baseline_prediction.ravel().astype(np.float64),
+    )
+
+
+def _breadth_first(nodes: Any) -> list[int]:
+    order = [0]
+    for old in order:
+        if not nodes[old]["is_leaf"]:
+            order += [int(nodes[old]["left"]), int(nodes[old]["right"])]
+    return order
+
+
+def fit_logit(lists: list[tuple[NDArray[Any], int]]) -> list[NDArray[np.float64]]:
+    """Fit mean, spread and weights of a conditional logit on (numbers (c, f), the chosen one)."""
+    stacked = np.vstack([numbers for numbers, _ in lists])
+    mean, spread = stacked.mean(axis=0), stacked.std(axis=0)
+    spread[spread < 1e-9] = 1.0
+    scaled = [((numbers - mean) / spread, own) for numbers, own in lists]
+
+    def loss(weights: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]]:
+        total, slope = RIDGE * float(weights @ weights) / 2, RIDGE * weights
+        for numbers, own in scaled:
+            scores = numbers @ weights
+            top = scores.max()
+            chance = np.exp(scores - top)
+            chance /= chance.sum()
+            total -= float(np.log(max(chance[own], 1e-300)))
+            slope = slope + numbers.T @ chance - numbers[own]
+        return total, slope
+
+    found = minimize(loss, np.zeros(stacked.shape[1]), jac=True, method="L-BFGS-B")
+    return [mean, spread, found.x]
+
+
+def fit_assignments(examples: list[Example]) -> AssignmentModel:
+    """Fit what tells the artist's quads at all vertices from those likely one by one."""
+    lists: list[tuple[NDArray[Any], int]] = []
+    for one in examples:
+        assert one.logs is not None
+        listed = rank_listed(one.logs)
+        own = np.flatnonzero((listed == one.cut.counts).all(axis=1))
+        if len(own):
+            lists.append((measure_assignments(one.logs, one.around.due, listed), int(own[0])))
+    print(f"assignments: {len(lists)} of {len(examples)} holes", file=sys.stderr)
+    return AssignmentModel(*fit_logit(lists))
+
+
+def ask_lists(
+    examples: list[Example], database: Any, model: AssignmentModel
+) -> list[tuple[Example, list[HoleCandidate], int | None]]:
+    """For every hole its candidates, and the artist's own place among them or None."""
+    lists: list[tuple[Example, list[HoleCandidate], int | None]] = []
+    begin = time.perf_counter()
+    for number, one in enumerate(examples, 1):
+        assert one.logs is not None
+        search = HoleSearch.begin(database, one.logs, one.around.due, model)
+        candidates = list(search.all())
+        keys = [candidate.key for candidate in candidates]
+        own = keys.index(one.cut.key) if one.cut.key in keys else None
+        lists.append((one, candidates, own))
+        if number % 40 == 0 or number == len(examples):
+            known = sum(one[2] is not None for one in lists) / number
+            seconds = time.perf_counter() - begin
+            print(f"{number} holes, {seconds:.0f} s, recall {known:.3f}", file=sys.stderr)
+    return lists
+
+
+def measure_lists(
+    lists: list[tuple[Example, list[HoleCandidate], int | None]],
+) -> list[tuple[NDArray[Any], Surroundings, list[HoleCandidate], int]]:
+    """Facts of the candidates of those holes whose own fill is among them."""
+    return [
+        (tame_numbers(list_facts(candidates, one.around)), one.around, candidates, own)
+        for one, candidates, own in lists
+        if own is not None
+    ]
+
+
+def ask_plainly(examples: list[Example], database: Any) -> list[tuple[NDArray[Any], int]]:
+    """For every hole that a plain query knows: numbers of its fills with the artist's corners, as
+    if no mesh were around, and the artist's own place among them."""
+    lists: list[tuple[NDArray[Any], int]] = []
+    for one in examples:
+        counts, n = one.cut.counts, len(one.cut.counts)
+        corners = np.flatnonzero(counts != 2)
+        if counts.max() > 3 or not len(corners):
+            continue
+        start = int(corners[0])
+        points = np.roll(one.cut.hole.points, -start, axis=0)
+        kinds: list[CornerKind] = ["convex" if counts[c] == 1 else "reflex" for c in corners]
+        try:
+            boundary = Boundary(np.diff(np.r_[corners, start + n]).tolist(), kinds, points=points)
+        except InvalidBoundaryError:
+            continue  # two vertices of the mesh lie in one place
+        own, rows = None, []
+        for place, fill in enumerate(fills(database, boundary, order="artist", limit=PLAIN_FILLS)):
+            quads = np.where(fill.quads < n, (fill.quads + start) % n, fill.quads).astype(np.int32)
+            twin, fault = weld_quads(quads, fill.n_vertices, n)
+            if not fault and hash_quads(quads, twin, False) == one.cut.key:
+                own = place
+            rows.append(measure_plain_fill(fill, points))
+        if own is not None:
+            lists.append((tame_numbers(np.array(rows)), own))
+    print(f"plain boundaries: {len(lists)} of {len(examples)} holes", file=sys.stderr)
+    return lists
+
+
+def fit_ranking(known: list[tuple[NDArray[Any], Surroundings, list[HoleCandidate], int]]) -> Arrays:
+    """Fit both stages: by facts alone, then by all numbers of those that the first puts first."""
+    facts_model = fit_logit([(facts, own) for facts, _, _, own in known])
+    mean, spread, weights = facts_model
+    second: list[tuple[NDArray[Any], int]] = []
+    for facts, around, candidates, own in known:
+        scores = ((facts - mean) / spread) @ weights
+        order = np.argsort(-scores, kind="stable")[:PLACED]
+        if own not in order:
+            continue
+        placed = [place_fill(around, candidates[i].quads, candidates[i].n_vertices) for i in order]
+        numbers = np.hstack([facts[order], np.array([one.measures for one in placed])])
+        second.append((tame_numbers(numbers), int(np.flatnonzero(order == own)[0])))
+    print(f"ranking: {len(known)} and {len(second)} holes in its two stages", file=sys.stderr)
+    return name_logit("facts", facts_model) | name_logit("whole", fit_logit(second))
+
+
+def name_logit(name: str, parts: list[NDArray[np.float64]]) -> Arrays:
+    """The arrays of a logit, as HoleModels reads them."""
+    names = (f"{name}_{part}" for part in ("mean", "spread", "weights"))
+    return dict(zip(names, parts, strict=True))
+
+
+def name_corners(model: CornerModel) -> Arrays:
+    """The arrays of a corner model, as HoleModels reads them."""
+    return {one.name: getattr(model, one.name) for one in fields(model)}
+
+
+def thin_out(examples: list[Example], per_mesh: int) -> list[Example]:
+    """The first ``per_mesh`` holes of each mesh."""
+    count: dict[str, int] = {}
+    kept: list[Example] = []
+    for one in examples:
+        count[one.cut.mesh] = count.get(one.cut.mesh, 0) + 1
+        if count[one.cut.mesh] <= per_mesh:
+            kept.append(one)
+    return kept
+
+
+def train_all(given: argparse.Namespace, families: list[list[Path]], left_out: set[str]) -> Arrays:
+    """Train everything but the last corner model, fold by fold."""
+    folds = deal_folds(families, given.folds, given.seed)
+    by_fold = [gather_examples(fold, given.per_mesh, given.seed) for fold in folds]
+    for i, held in enumerate(by_fold):
+        others = [one for j, fold in enumerate(by_fold) if j != i for one in fold]
+        model = fit_corners(others)
+        loss, right = 0.0, 0
+        for one in held:
+            one.logs = model.log_probabilities(one.features)
+            loss -= float(one.logs[np.arange(len(one.logs)), one.cut.counts - 1].mean())
+            right += bool((one.logs.argmax(axis=1) + 1 == one.cut.counts).all())
+        print(
+            f"fold {i + 1}: {len(others)} holes for training, {len(held)} held back: loss "
+            f"{loss / len(held):.4f}, all right {right / len(held):.3f}",
+            file=sys.stderr,
+        )
+    together = fit_assignments([one for fold in by_fold for one in fold])
+    lists: list[tuple[NDArray[Any], Surroundings, list[HoleCandidate], int]] = []
+    plain: list[tuple[NDArray[Any], int]] = []
+    with tempfile.TemporaryDirectory(dir=given.output.parent) as work:
+        for fold, examples in zip(folds, by_fold, strict=True):
+            path = Path(work) / "without.db"
+            path.unlink(missing_ok=True)
+            shutil.copyfile(given.db, path)
+            unseen = left_out | {mesh.name for mesh in fold}
+            with patterndb.open(path, "write") as database:
+                database.remove([m.name for m in database.meshes() if m.name in unseen])
+            with patterndb.open(path) as database:
+                asked = thin_out(examples, given.per_mesh_asked)
+                lists += measure_lists(ask_lists(asked, database, together))
+                plain += ask_plainly(asked, database)
+    arrays = name_logit("assignments", [together.mean, together.spread, together.weights])
+    return arrays | fit_ranking(lists) | name_logit("plain", fit_logit(plain))
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--db", type=Path, help="a database of all the meshes")
+    parser.add_argument("--leave-out", type=Path, help="a file of names: meshes not to be seen")
+    parser.add_argument("--corners-only", type=Path, metavar="FILE")
+    parser.add_argument("--per-mesh", type=int, default=PER_MESH)
+    parser.add_argument("--per-mesh-asked", type=int, default=PER_MESH_ASKED)
+    parser.add_argument("--folds", type=int, default=FOLDS)
+    parser.add_argument("--seed", type=int, default=5)
+    parser.add_argument("-o", "--output", type=Path, required=True)
+    given = parser.parse_args()
+    if (given.db is None) == (given.corners_only is None):
+        parser.error("give --db to train all models, or --corners-only to keep those of a file")
+    left_out = set(given.leave_out.read_text().split()) if given.leave_out else set[str]()
+    families = [
+        kept
+        for family in list_families(given.folder)
+        if (kept := [path for path in family if path.name not in left_out])
+    ]
+    if given.corners_only is None:
+        arrays = train_all(given, families, left_out)
+    else:
+        with np.load(given.corners_only) as old:
+            arrays = {name: old[name] for name in old.files}
+    paths = [path for family in families for path in family]
+    arrays |= name_corners(fit_corners(gather_examples(paths, given.per_mesh, given.seed)))
+    np.savez_compressed(given.output, **arrays)
+    print(f"{given.output}: {given.output.stat().st_size:,} bytes")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,198 @@
+"""patterndb holes: holes listed, filled, welded and drawn; what cannot be filled is told."""
+
+from __future__ import annotations
+
+import json
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from commandline import assert_refused, run
+from shared import CHECKOUT
+
+from ingest.formats import read_mesh, write_mesh
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb_app.cli import EXIT_BAD_INPUT, EXIT_NOTHING, EXIT_USAGE
+from query.holes import MeshTopology, find_holes
+
+HEAD = CHECKOUT / "docs" / "meshes" / "head.obj"
+
+#: A vertex of each of the head's holes: on the nose, on a cheek, at the neck.
+NOSE, CHEEK, NECK = 36, 475, 390
+
+
+def check_document(hole: dict[str, Any], mesh: PolygonMesh) -> None:
+    """The fills of a document are disks on the loop, in numbers of the mesh."""
+    loop, first = hole["loop"], len(mesh.points)
+    assert len(hole["corners"]) == len(loop) and hole["fills"] and hole["seconds"] >= 0
+    for fill in hole["fills"]:
+        quads = np.array(fill["quads"])
+        assert quads.shape[1] == 4 and np.array(fill["points"]).reshape(-1, 3).shape[1] == 3
+        new = set(range(first, first + len(fill["points"])))
+        assert set(quads.ravel().tolist()) == set(loop) | new
+        assert {"pattern", "origin", "score", "n_irregular", "flipped"} <= set(fill)
+        half = {(int(q[k]), int(q[(k + 1) % 4])) for q in quads for k in range(4)}
+        assert len(half) == 4 * len(quads)
+        rim = {(a, b) for a, b in half if (b, a) not in half}
+        assert rim == set(zip(loop, [*loop[1:], loop[0]], strict=True))
+    corners = np.bincount(np.array(hole["fills"][0]["quads"]).ravel(), minlength=first)[loop]
+    assert corners.tolist() == hole["corners"]
+
+
+def test_holes_are_listed(learned: Path) -> None:
+    result = run("holes", HEAD)
+    lines = result.out.splitlines()
+    assert result.code == 0 and [line.split()[0] for line in lines[1:]] == ["16", "18", "36"]
+    assert [int(line.split()[-1]) for line in lines[1:]] == [NOSE, CHEEK, NECK]
+    holes = run("holes", HEAD, "--json").document()["holes"]
+    assert [(len(h["loop"]), h["edges"]) for h in holes] == [(16, 16), (18, 18), (36, 36)]
+    assert holes[0]["length"] > 0 and len(holes[0]["centre"]) == 3
+
+
+def test_a_hole_is_filled_and_welded(learned: Path, tmp_path: Path) -> None:
+    output = tmp_path / "filled.obj"
+    result = run("holes", HEAD, "--loop", NOSE, "-o", output, "--db", learned, "--json")
+    assert result.code == 0 and f"written: {output}" in result.err
+    document = result.document()
+    old, new = read_mesh(HEAD), read_mesh(output)
+    (hole,) = document["holes"]
+    assert document["mesh"] == str(HEAD) and hole["twin"] is False
+    check_document(hole, old)
+    assert new.points[: len(old.points)].tobytes() == old.points.tobytes()
+    assert list(islice(new.faces(), old.n_faces)) == old.faces()
+    best = hole["fills"][0]
+    assert new.faces()[old.n_faces :] == best["quads"]
+    assert np.allclose(new.points[len(old.points) :], best["points"])
+    assert [len(h) for h in find_holes(new)] == [18, 36]
+
+
+def test_ranks_are_the_list(learned: Path, tmp_path: Path) -> None:
+    (hole,) = run("holes", HEAD, "--loop", NOSE, "--db", learned, "--json").document()["holes"]
+    output = tmp_path / "third.obj"
+    assert run("holes", HEAD, "--loop", NOSE, "--rank", 3, "-o", output, "--db", learned).code == 0
+    old, new = read_mesh(HEAD), read_mesh(output)
+    assert new.faces()[old.n_faces :] == hole["fills"][2]["quads"]
+    table = run("holes", HEAD, "--loop", NOSE, "--limit", 3, "--db", learned)
+    rows = [line.split() for line in table.out.splitlines()[1:]]
+    assert [row[1] for row in rows] == [fill["pattern"] for fill in hole["fills"][:3]]
+
+
+def test_the_other_cheek_is_copied(learned: Path, tmp_path: Path) -> None:
+    arguments = ("holes", HEAD, "--loop", CHEEK, "--db", learned)
+    (hole,) = run(*arguments, "--json").document()["holes"]
+    first = hole["fills"][0]
+    assert hole["twin"] is True and (first["pattern"], first["score"]) == ("twin", None)
+    check_document(hole, read_mesh(HEAD))
+    (hole,) = run(*arguments, "--json", "--no-twin").document()["holes"]
+    assert hole["twin"] is False and hole["fills"][0]["origin"] != "twin"
+    assert "a mirror twin" in run(*arguments, "-o", tmp_path / "a.obj").err
+
+
+def test_all_holes_are_filled(learned: Path, tmp_path: Path) -> None:
+    output, picture = tmp_path / "closed.ply", tmp_path / "closed.png"
+    result = run("holes", HEAD, "--all", "-o", output, "--picture", picture, "--db", learned)
+    assert result.code == 0 and picture.read_bytes().startswith(b"\x89PNG")
+    assert find_holes(read_mesh(output)) == [] and result.err.count("hole of") == 3
+
+
+def test_faces_are_made_anew(learned: Path, tmp_path: Path) -> None:
+    old = read_mesh(HEAD)
+    topology = MeshTopology.of(old)
+    at = int(topology.start[300])
+    faces = sorted({300, *(int(topology.face[topology.twin[at + k]]) for k in range(4))})
+    text = ",".join(map(str, faces))
+    output = tmp_path / "anew.obj"
+    result = run("holes", HEAD, "--faces", text, "-o", output, "--db", learned, "--json")
+    (hole,) = result.document()["holes"]
+    check_document(hole, old)
+    new = read_mesh(output)
+    assert new.n_faces == old.n_faces - len(faces) + len(hole["fills"][0]["quads"])
+    assert len(find_holes(new)) == 3
+
+
+def test_strands_and_corners_as_asked(learned: Path) -> None:
+    loop = run("holes", HEAD, "--json").document()["holes"][0]["loop"]
+    arguments = ("holes", HEAD, "--loop", NOSE, "--db", learned, "--json")
+    (hole,) = run(*arguments, "--flow", f"{loop[1]}-{loop[9]}", "--limit", 2).document()["holes"]
+    check_document(hole, read_mesh(HEAD))
+    (hole,) = run(*arguments, "--corners", f"{loop[1]}:1,{loop[2]}:2").document()["holes"]
+    assert hole["corners"][1:3] == [1, 2]
+    (hole,) = run(*arguments, "--flow", "loop", "--limit", 1).document()["holes"]
+    assert hole["fills"]
+
+
+def test_batches_are_answered_line_by_line(learned: Path, tmp_path: Path) -> None:
+    mesh = tmp_path / "head.obj"
+    mesh.write_bytes(HEAD.read_bytes())
+    lines = [
+        json.dumps({"mesh": "head.obj", "loop": [NOSE], "case": 7}),
+        "",
+        json.dumps({"mesh": "head.obj", "faces": [300, 301]}),
+        json.dumps({"mesh": "head.obj", "loop": [99999]}),
+        json.dumps({"mesh": "nowhere.obj", "loop": [1]}),
+        json.dumps({"loop": [1]}),
+        "[",
+    ]
+    batch = tmp_path / "questions.jsonl"
+    batch.write_text("\n".join(lines))
+    result = run("holes", "--batch", batch, "--limit", 3, "--db", learned)
+    rows = [json.loads(line) for line in result.out.splitlines()]
+    assert result.code == EXIT_BAD_INPUT and [row["line"] for row in rows] == [1, 3, 4, 5, 6, 7]
+    for row in rows[:2]:
+        check_document(row["holes"][0], read_mesh(mesh))
+        assert len(row["holes"][0]["fills"]) == 3
+    for row, word in zip(rows[2:], ("99999", "nowhere", "mesh", "JSON"), strict=True):
+        assert word in row["error"]
+    assert "6 questions" in result.err
+
+
+def test_odd_holes_have_ways_out(learned: Path, tmp_path: Path) -> None:
+    mesh = read_mesh(HEAD)
+    faces = mesh.faces()
+    beside = int(find_holes(mesh)[0].edges[0])
+    face = int(MeshTopology.of(mesh).face[beside])
+    odd = tmp_path / "odd.obj"
+    # Half of a quad at the hole is gone, too: 17 edges.
+    loop = set(find_holes(mesh)[0].loop.tolist())
+    corners = faces[face]
+    k = next(k for k in range(4) if corners[k] in loop and corners[k - 1] in loop)
+    faces[face] = [corners[k], corners[(k + 1) % 4], corners[(k + 2) % 4]]
+    write_mesh(odd, PolygonMesh.from_faces(mesh.points, faces))
+    result = run("holes", odd, "--loop", NOSE, "-o", tmp_path / "out.obj", "--db", learned)
+    assert_refused(result, EXIT_BAD_INPUT, "odd number")
+    assert not (tmp_path / "out.obj").exists()
+    for kind in ("triangle", "lead", "split", "merge"):
+        output = tmp_path / f"{kind}.obj"
+        result = run("holes", odd, "--loop", NOSE, "--odd", kind, "-o", output, "--db", learned)
+        assert result.code == 0 and "made even" in result.err
+        assert len(find_holes(read_mesh(output))) == 2
+    result = run("holes", odd, "--all", "-o", tmp_path / "all.obj", "--db", learned)
+    assert result.code == 0 and "left open: the hole of 17 edges" in result.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "words"),
+    [
+        ((), EXIT_USAGE, "name a mesh"),
+        ((HEAD, "--loop", "1", "--faces", "2"), EXIT_USAGE, "exclude"),
+        ((HEAD, "--all", "--rank", "2"), EXIT_USAGE, "--all takes the best"),
+        ((HEAD, "--loop", "5-2"), EXIT_USAGE, "runs backwards"),
+        ((HEAD, "--loop", "x"), EXIT_USAGE, "3,17,20-25"),
+        ((HEAD, "--corners", "3:7"), EXIT_USAGE, "1 to 4 quads"),
+        ((HEAD, "--flow", "3"), EXIT_USAGE, "strand"),
+        ((HEAD, "--limit", "2"), EXIT_BAD_INPUT, "3 border loops"),
+        ((HEAD, "--faces", "99999"), EXIT_BAD_INPUT, "not in the mesh"),
+        ((HEAD, "--loop", NOSE, "--rank", "9999"), EXIT_NOTHING, "no fill 9999"),
+    ],
+)
+def test_what_is_refused(
+    learned: Path, arguments: tuple[object, ...], code: int, words: str
+) -> None:
+    assert_refused(run("holes", *arguments, "--db", learned), code, words)
+
+
+def test_a_closed_mesh_has_no_holes() -> None:
+    result = run("holes", CHECKOUT / "examples" / "dog.obj")
+    assert result.code == EXIT_NOTHING and "no border" in result.err

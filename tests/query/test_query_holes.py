@@ -1,0 +1,433 @@
+"""Holes: loops, surroundings, corners, candidates, placing, twins, welding."""
+
+from __future__ import annotations
+
+from itertools import islice, product
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from shared import CHECKOUT
+
+from ingest.formats import read_mesh
+from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.errors import InvalidMeshError
+from query import Stroke
+from query.engine import PatternSource
+from query.errors import InvalidQueryError
+from query.holes import (
+    HoleFill,
+    MeshTopology,
+    fill_holes,
+    find_holes,
+    hole_of_faces,
+    hole_of_loop,
+    list_even_ways,
+    weld_fills,
+)
+from query.holes.assignments import TRAITS, list_assignments, measure_assignments
+from query.holes.models import shipped_models
+from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirror_features
+from query.identity import hash_quads, weld_quads
+
+HEAD = CHECKOUT / "examples" / "head.obj"
+
+
+def grid(n: int, without: set[tuple[int, int]] = frozenset()) -> PolygonMesh:  # type: ignore[assignment]
+    """n x n unit quads in the plane, less some, by column and row."""
+    points = [(x, y, 0.0) for y in range(n + 1) for x in range(n + 1)]
+    faces = [
+        [y * (n + 1) + x, y * (n + 1) + x + 1, (y + 1) * (n + 1) + x + 1, (y + 1) * (n + 1) + x]
+        for y in range(n)
+        for x in range(n)
+        if (x, y) not in without
+    ]
+    return PolygonMesh.from_faces(np.array(points), faces)
+
+
+HOLED = grid(6, {(2, 2), (3, 2), (2, 3), (3, 3)})
+
+
+def check_weld(fills: list[HoleFill]) -> PolygonMesh:
+    """Nothing old has changed, and the holes are closed by quads."""
+    old = fills[0].hole.topology.mesh
+    new = weld_fills(fills)
+    assert new.points[: len(old.points)].tobytes() == old.points.tobytes()
+    removed = np.concatenate([fill.hole.removed for fill in fills])
+    stays = [f for i, f in enumerate(old.faces()) if i not in set(removed.tolist())]
+    assert [list(f) for f in islice(new.faces(), len(stays))] == [list(f) for f in stays]
+    assert (new.arities()[len(stays) :] == 4).all()
+    before, after = MeshTopology.of(old), MeshTopology.of(new)
+    assert not after.crowded.any()
+    assert not after.flipped[len(stays) :].any() or before.flipped.any()
+    edges = np.concatenate([f.hole.edges for f in fills if not len(f.hole.removed)] or [[]])
+    closed = (edges >= 0).sum() - (edges < 0).sum()
+    assert (after.twin < 0).sum() == (before.twin < 0).sum() - closed
+    used = np.unique(new.corners)
+    assert set(range(len(old.points), len(new.points))) <= set(used.tolist())
+    return new
+
+
+def check_fill(fill: HoleFill) -> None:
+    """The quads are a disk on the loop, in both numberings."""
+    n = len(fill.hole)
+    _, fault = weld_quads(fill.local, n + len(fill.points), n)
+    assert not fault
+    first = len(fill.hole.topology.mesh.points)
+    names = np.concatenate([fill.hole.loop, first + np.arange(len(fill.points))])
+    assert (names[fill.local] == fill.quads).all()
+    assert (np.bincount(fill.local.ravel())[:n] == fill.corners).all()
+    assert np.isfinite(fill.points).all()
+
+
+def test_loops_of_a_grid() -> None:
+    inner, rim = find_holes(HOLED)
+    assert (len(inner), len(rim)) == (8, 24)
+    # As the quads within will run: counter-clockwise, while the rim runs clockwise.
+    area = np.cross(inner.points, np.roll(inner.points, -1, axis=0)).sum(axis=0)[2]
+    assert area > 0 and inner.length == 8.0 and inner.centre.tolist() == [3.0, 3.0, 0.0]
+    around = look_around(inner)
+    assert sorted(around.asked.tolist()) == [1, 1, 1, 1, 2, 2, 2, 2]
+    assert around.scale == 1.0 and measure_loop(inner, around).shape == (8, N_FEATURES)
+    turned = hole_of_loop(MeshTopology.of(HOLED), [int(inner.loop[3]), int(inner.loop[1])])
+    assert turned.loop[0] == inner.loop[3] and set(turned.loop) == set(inner.loop)
+
+
+def test_a_regular_hole_gets_what_was_there(source: PatternSource) -> None:
+    fills = list(fill_holes(source, HOLED, loop=[16], limit=5))
+    assert len(fills) == 5 and fills[0].n_quads == 4 and fills[0].n_irregular == 0
+    assert np.allclose(fills[0].points, [[3.0, 3.0, 0.0]]) and fills[0].flipped == 0
+    for fill in fills:
+        check_fill(fill)
+        check_weld([fill])
+    assert len({hash_of(fill) for fill in fills}) == 5
+
+
+def hash_of(fill: HoleFill) -> bytes:
+    n = len(fill.hole)
+    twin, _ = weld_quads(fill.local, n + len(fill.points), n)
+    return hash_quads(fill.local, twin, False)
+
+
+def test_faces_are_made_anew_and_all_else_stays(source: PatternSource) -> None:
+    mesh = grid(6)
+    hole = hole_of_faces(MeshTopology.of(mesh), [14, 15, 20, 21, 26, 27])
+    assert len(hole) == 10 and hole.removed.tolist() == [14, 15, 20, 21, 26, 27]
+    fill = next(fill_holes(source, mesh, faces=[14, 15, 20, 21, 26, 27]))
+    assert fill.n_quads == 6 and fill.n_irregular == 0
+    new = check_weld([fill])
+    assert new.n_faces == 36
+
+
+def test_faces_at_the_border_and_all_faces(source: PatternSource) -> None:
+    mesh = grid(3)
+    for faces in ([0, 1], [0, 1, 2, 3, 4, 5, 6, 7, 8]):
+        fill = next(fill_holes(source, mesh, faces=faces))
+        check_fill(fill)
+        assert fill.n_quads == len(faces) and fill.n_irregular == 0
+        assert fill.weld().n_faces == 9
+
+
+@settings(max_examples=25)
+@given(st.data())
+def test_any_disk_of_faces_is_filled(source: PatternSource, data: st.DataObject) -> None:
+    topology = MeshTopology.of(read_mesh(HEAD))
+    draw = st.integers(0, topology.mesh.n_faces - 1)
+    faces = {data.draw(draw)}
+    for _ in range(data.draw(st.integers(0, 12))):
+        f = data.draw(st.sampled_from(sorted(faces)))
+        at = int(topology.start[f]) + data.draw(st.integers(0, 3))
+        if at < topology.start[f + 1] and topology.twin[at] >= 0:
+            faces.add(int(topology.face[topology.twin[at]]))
+    try:
+        hole = hole_of_faces(topology, faces)
+    except InvalidMeshError as error:
+        assert "island" in str(error)
+        return
+    if len(hole) % 2:
+        with pytest.raises(InvalidQueryError, match="odd"):
+            fill_holes(source, hole)
+        return
+    fills = list(fill_holes(source, hole, limit=6))
+    assert fills, "every even loop has a fill"
+    for fill in fills:
+        check_fill(fill)
+    if len(set(hole.loop.tolist())) == len(hole):
+        check_weld(fills[:1])
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_mirror_twin_comes_first(source: PatternSource, turned: bool) -> None:
+    mesh = read_mesh(HEAD)
+    topology = MeshTopology.of(mesh)
+    points = topology.mesh.points
+    middle = np.array([points[f].mean(axis=0) for f in topology.mesh.faces()])
+    axis = int(np.argmin(np.abs(middle.mean(axis=0)) / np.ptp(points, axis=0)))
+    side = np.flatnonzero(middle[:, axis] > 0.25 * np.ptp(points[:, axis]))
+    seed = int(side[len(side) // 2])
+    faces = {seed} | {
+        int(topology.face[g])
+        for h in range(int(topology.start[seed]), int(topology.start[seed + 1]))
+        if (g := int(topology.twin[h])) >= 0
+    }
+    if turned:
+        # Symmetric in a plane that is none of the axes' and goes not through the origin.
+        axes = np.linalg.qr(np.random.default_rng(5).normal(size=(3, 3)))[0]
+        points = points @ axes + [3.0, -2.0, 7.0]
+        topology = MeshTopology.of(PolygonMesh(points, mesh.corners, mesh.offsets))
+    fills = fill_holes(source, topology, faces=sorted(faces), limit=3)
+    first = next(fills)
+    assert first.twin and fills.twin and first.pattern == "twin"
+    check_fill(first)
+    # The other side's quads, mirrored, lie where the removed ones did.
+    new = first.weld()
+    placed = new.points[new.corners[-4 * first.n_quads :]].reshape(-1, 4, 3).mean(axis=1)
+    removed = np.array([points[mesh.faces()[f]].mean(axis=0) for f in sorted(faces)])
+    apart = np.linalg.norm(placed[:, None] - removed[None], axis=2)
+    assert first.n_quads == len(faces) and apart.min(axis=1).max() < 1e-3
+    assert not next(fill_holes(source, topology, faces=sorted(faces), twins=False)).twin
+
+
+def test_corners_may_be_fixed(source: PatternSource) -> None:
+    inner = find_holes(HOLED)[0]
+    at = int(inner.loop[1])
+    for quads in (1, 2, 3):
+        fill = next(fill_holes(source, inner, corners={at: quads}))
+        assert fill.corners[1] == quads
+    with pytest.raises(InvalidQueryError, match="not on the loop"):
+        fill_holes(source, inner, corners={0: 1})
+    with pytest.raises(InvalidQueryError, match="1 to 4"):
+        fill_holes(source, inner, corners={at: 5})
+
+
+def test_strokes_are_followed(source: PatternSource) -> None:
+    inner = find_holes(HOLED)[0]
+    for start, end in ((0, 5), (1, 4)):
+        stroke = Stroke((0, start), (0, end))
+        fill = next(fill_holes(source, inner, strokes=[stroke], tolerance=0))
+        check_fill(fill)
+        assert end in follow_strand(fill, start)
+
+
+def follow_strand(fill: HoleFill, edge: int) -> list[int]:
+    """The loop edges at which the strand through a loop edge ends."""
+    n = len(fill.hole)
+    half = {
+        (int(q[k]), int(q[(k + 1) % 4])): (i, k) for i, q in enumerate(fill.local) for k in range(4)
+    }
+    at = half[edge, (edge + 1) % n]
+    while True:
+        i, k = at
+        k = (k + 2) % 4
+        a, b = int(fill.local[i][k]), int(fill.local[i][(k + 1) % 4])
+        if (b, a) not in half:
+            return [a if (a + 1) % n == b else -1]
+        at = half[b, a]
+
+
+def test_all_holes_are_welded_together(source: PatternSource) -> None:
+    mesh = grid(9, {(1, 1), (2, 1), (5, 5), (6, 5), (6, 6)})
+    holes = [hole for hole in find_holes(mesh) if len(hole) < 30]
+    assert [len(hole) for hole in holes] == [6, 8]
+    fills = [next(fill_holes(source, hole)) for hole in holes]
+    new = check_weld(fills)
+    assert new.n_faces == 81
+    with pytest.raises(InvalidMeshError, match="different meshes"):
+        weld_fills([fills[0], next(fill_holes(source, HOLED, loop=[16]))])
+
+
+def test_what_is_refused(source: PatternSource) -> None:
+    with pytest.raises(InvalidMeshError, match="2 border loops"):
+        fill_holes(source, HOLED)
+    with pytest.raises(InvalidMeshError, match="no border loop"):
+        hole_of_loop(MeshTopology.of(HOLED), [0, 16])
+    with pytest.raises(InvalidMeshError, match="not in the mesh"):
+        hole_of_loop(MeshTopology.of(HOLED), [1000])
+    with pytest.raises(InvalidMeshError, match="not in the mesh"):
+        hole_of_faces(MeshTopology.of(HOLED), [-1])
+    with pytest.raises(InvalidMeshError, match="separate pieces"):
+        hole_of_faces(MeshTopology.of(HOLED), [0, 20])
+    ring = [6, 7, 8, 11, 13, 16, 17, 18]
+    with pytest.raises(InvalidMeshError, match="island"):
+        hole_of_faces(MeshTopology.of(grid(5)), ring)
+    island = grid(9, {(x, y) for x in range(2, 7) for y in range(2, 7)} - {(4, 4)})
+    wide = next(hole for hole in find_holes(island) if len(hole) == 20)
+    with pytest.raises(InvalidMeshError, match="island within"):
+        fill_holes(source, island, loop=wide.loop.tolist())
+    cube = [[0, 3, 2, 1], [4, 5, 6, 7], [0, 1, 5, 4], [1, 2, 6, 5], [2, 3, 7, 6], [3, 0, 4, 7]]
+    closed = PolygonMesh.from_faces(np.array(list(product((0.0, 1.0), repeat=3))), cube)
+    with pytest.raises(InvalidMeshError, match="closed"):
+        fill_holes(source, closed)
+    strip = [[2 * i, 2 * i + 1, 2 * i + 3, 2 * i + 2] for i in range(4)] + [[8, 9, 0, 1]]
+    twisted = PolygonMesh.from_faces(np.random.default_rng(1).normal(size=(10, 3)), strip)
+    with pytest.raises(InvalidMeshError, match="one-sided"):
+        find_holes(twisted)
+
+
+def test_faces_turned_backwards_are_read_alike(source: PatternSource) -> None:
+    faces = [list(face) for face in HOLED.faces()]
+    mixed = [face[::-1] if i % 3 == 0 else face for i, face in enumerate(faces)]
+    mesh = PolygonMesh.from_faces(HOLED.points, mixed)
+    fill = next(fill_holes(source, mesh, loop=[16]))
+    assert fill.n_quads == 4 and fill.n_irregular == 0
+    new = fill.weld()
+    assert [list(face) for face in islice(new.faces(), len(mixed))] == mixed
+
+
+def test_assignments_come_in_order_and_none_is_left_out() -> None:
+    logs = np.log(np.random.default_rng(3).dirichlet(np.ones(4), size=4))
+    listed = list(list_assignments(logs))
+    expected = sorted(
+        (sum(logs[i, k - 1] for i, k in enumerate(one)) for one in product(range(1, 5), repeat=4)),
+        reverse=True,
+    )
+    assert np.allclose([log for log, _ in listed], expected)
+    assert len({tuple(one.tolist()) for _, one in listed}) == 4**4
+    for log, one in listed:
+        assert np.isclose(log, logs[np.arange(4), one - 1].sum())
+
+
+def test_trees_are_walked_as_in_plain_python() -> None:
+    model = shipped_models().corners
+    features = np.random.default_rng(5).normal(size=(7, N_FEATURES)) * 3
+    logs = model.log_probabilities(features)
+    for row, log in zip(features, logs, strict=True):
+        scores = model.base.copy()
+        for t, first in enumerate(model.start[:-1].tolist()):
+            at = first
+            while model.feature[at] >= 0:
+                above = row[model.feature[at]] > model.threshold[at]
+                at = first + int(model.child[at]) + int(above)
+            scores[t % 4] += model.value[at]
+        chance = np.exp(scores - scores.max())
+        assert np.allclose(np.exp(log), np.maximum(chance / chance.sum(), np.exp(-12.0)))
+
+
+def test_triangles_and_larger_faces_around(source: PatternSource, tmp_path: Path) -> None:
+    faces = [list(face) for face in HOLED.faces()]
+    a, b, c, d = faces[7]
+    faces[7:8] = [[a, b, c], [a, c, d]]
+    mesh = PolygonMesh.from_faces(HOLED.points, faces)
+    fill = next(fill_holes(source, mesh, loop=[16]))
+    check_fill(fill)
+    check_weld([fill])
+
+
+def turn_loop(mesh: PolygonMesh) -> PolygonMesh:
+    """The mirror image of a mesh, its faces turned over."""
+    faces = [list(face)[::-1] for face in mesh.faces()]
+    return PolygonMesh.from_faces(mesh.points * [-1.0, 1.0, 1.0], faces)
+
+
+def test_numbers_of_a_mirror_image_are_the_mirrored_numbers() -> None:
+    mesh = read_mesh(HEAD)
+    faces = [40, 41, 42, 100]
+    for chosen in ([f] for f in faces):
+        hole = hole_of_faces(MeshTopology.of(mesh), chosen)
+        other = hole_of_faces(MeshTopology.of(turn_loop(mesh)), chosen)
+        place = {int(v): i for i, v in enumerate(other.loop)}
+        order = [place[int(v)] for v in hole.loop]
+        own = measure_loop(hole, look_around(hole))
+        mirrored = measure_loop(other, look_around(other))[order]
+        assert np.allclose(mirror_features(own), mirrored, atol=1e-9)
+
+
+@given(st.data())
+def test_traits_of_assignments_as_in_plain_python(data: st.DataObject) -> None:
+    n = data.draw(st.integers(3, 14))
+    quads = st.lists(st.integers(1, 4), min_size=n, max_size=n)
+    due, assigned = data.draw(quads), data.draw(quads)
+    logs = np.log(np.random.default_rng(n).dirichlet(np.ones(4), size=n))
+    arrays = np.array(due, np.int32), np.array([assigned], np.int32)
+    (row,) = measure_assignments(logs, *arrays)
+    found = dict(zip(TRAITS, row.tolist(), strict=True))
+    off = [k - d for k, d in zip(assigned, due, strict=True)]
+    turns = sum(2 - k for k in assigned)
+    corners = [i for i, k in enumerate(assigned) if k != 2]
+    around = [(assigned[i - 1], assigned[i], off[i - 1], off[i]) for i in range(n)]
+    lengths = [(b - a) % n for a, b in zip(corners, corners[1:] + corners[:1], strict=True)]
+    best = logs.max(axis=1).sum()
+    expected = {
+        "log_corners": sum(logs[i, k - 1] for i, k in enumerate(assigned)) - best,
+        "turns_by_four": turns == 4,
+        "turns_off": abs(turns - 4),
+        "turns_off_squared": (turns - 4) ** 2 / 10,
+        "turns_more": turns > 4,
+        "turns_even": turns % 2 == 0,
+        "irregular": sum(o != 0 for o in off),
+        "valence_2": sum(o <= -2 for o in off),
+        "valence_3": off.count(-1),
+        "valence_5": off.count(1),
+        "valence_6": sum(o >= 2 for o in off),
+        "all_regular": not any(off),
+        "convex": assigned.count(1),
+        "reflex": assigned.count(3),
+        "full": assigned.count(4),
+        "irregular_pairs": sum(x != 0 and y != 0 for _, _, x, y in around),
+        "dipoles": sum(x * y < 0 for _, _, x, y in around),
+        "corner_pairs": sum(a != 2 and b != 2 for a, b, _, _ in around),
+        "convex_pairs": sum(a == 1 and b == 1 for a, b, _, _ in around),
+        "rectangle": len(corners) == 4 and turns == 4 and lengths[:2] == lengths[2:],
+        "four_sides": len(corners) == 4 and turns == 4,
+        "closed_side": not corners,
+    }
+    assert set(expected) == set(TRAITS)
+    for name, value in expected.items():
+        assert np.isclose(found[name], float(value)), name
+
+
+def odd_grid() -> PolygonMesh:
+    """A grid with a hole of nine edges: half of a quad beside it is gone, too."""
+    faces = [list(face) for face in HOLED.faces()]
+    at = next(i for i, face in enumerate(faces) if face[0] == 9)
+    faces[at] = faces[at][:3]
+    return PolygonMesh.from_faces(HOLED.points, faces)
+
+
+@pytest.mark.parametrize("kind", ["triangle", "lead", "split", "merge"])
+def test_odd_loops_have_ways_out(source: PatternSource, kind: str) -> None:
+    mesh = odd_grid()
+    hole = find_holes(mesh)[0]
+    assert len(hole) == 9
+    with pytest.raises(InvalidQueryError, match=r"odd number.*triangle:.*lead:.*split:.*merge:"):
+        fill_holes(source, hole)
+    ways = [way for way in list_even_ways(hole, 50) if way.kind == kind]
+    assert ways and [way.cost for way in ways] == sorted(way.cost for way in ways)
+    for way in ways:
+        even = way.apply()
+        new = even.topology.mesh
+        assert len(even) in (8, 10) and not even.topology.crowded.any()
+        assert new.points[: len(mesh.points)].tobytes() == mesh.points.tobytes()
+        changed = [
+            i
+            for i, (a, b) in enumerate(zip(mesh.faces(), new.faces(), strict=False))
+            if list(a) != list(b)
+        ]
+        assert changed == list(way.changes)
+        assert sorted(len(h) for h in find_holes(even.topology))[0] == len(even)
+        fill = next(fill_holes(source, even))
+        check_fill(fill)
+        welded = check_weld([fill])
+        triangles = int((welded.arities() != 4).sum())
+        assert triangles <= int((mesh.arities() != 4).sum()) + 1
+    best = ways[0]
+    if kind == "split":
+        assert "becomes a quad" in best.told  # the triangle outside is mended by it
+    if kind == "lead":
+        assert "border edge" in best.told
+
+
+def test_an_odd_selection_of_faces_has_ways_out(source: PatternSource) -> None:
+    mesh = odd_grid()
+    triangle = next(i for i, face in enumerate(mesh.faces()) if len(face) == 3)
+    topology = MeshTopology.of(mesh)
+    outside = int(topology.face[topology.twin[topology.start[triangle]]])
+    hole = hole_of_faces(topology, [triangle, outside])
+    assert len(hole) == 5
+    for way in list_even_ways(hole, 3):
+        even = way.apply()
+        assert not len(even.removed) and even.topology.mesh.n_faces >= mesh.n_faces - 2
+        check_weld([next(fill_holes(source, even))])
+    assert list_even_ways(find_holes(HOLED)[0]) == []
