@@ -65,7 +65,10 @@ class AssignmentModel:
 
     def score(self, logs: Floats, due: Int32Array, assignments: Int32Array) -> Floats:
         """(c,) scores of assignments (c, L): the greater, the likelier."""
-        traits = measure_assignments(logs, due, assignments)
+        return self.score_traits(measure_assignments(logs, due, assignments))
+
+    def score_traits(self, traits: Floats) -> Floats:
+        """(c,) scores of assignments whose traits (c, TRAITS) are measured."""
         return ((traits - self.mean) / self.spread) @ self.weights
 
     def rank(self, logs: Floats, due: Int32Array) -> tuple[Int32Array, Floats]:

@@ -14,7 +14,7 @@ from query.boundary import MAX_PERIMETER, MIN_PERIMETER, Boundary, CornerKind
 from query.engine import PatternSource, fills
 from query.expand import expand_pattern
 from query.fill import Fill
-from query.holes.assignments import MOST_QUADS, AssignmentModel
+from query.holes.assignments import MOST_QUADS, AssignmentModel, measure_assignments
 from query.holes.corners import LEAST_LOG
 from query.identity import hash_quads, weld_quads
 from query.listing.filters import NO_DOUBLETS, Filters
@@ -30,7 +30,7 @@ PER_ASSIGNMENT = 8
 
 #: Of so many assignments fills are listed that no artist made, too; and of the first so many that
 #: have this many corners or more, for which fills are seldom learned.
-ASKED_WHOLE, ASKED_WHOLE_WIDE, WIDE = 3, 12, 8
+ASKED_WHOLE, ASKED_WHOLE_WIDE, WIDE = 3, 8, 8
 
 #: Beyond so many corners whole lists are constructed, which takes up to a second each: the
 #: likeliest assignment alone has one.
@@ -96,7 +96,7 @@ class HoleSearch:
     threads: int | None
     known: set[bytes]
     assignments: int
-    _facts: dict[int, dict[int, tuple[int, int]]]
+    _facts: dict[int, tuple[int, int]]
     _listings: dict[tuple[CornerKind, ...], Listing]
 
     @classmethod
@@ -261,15 +261,14 @@ class HoleSearch:
         key = self.take_new(quads, fill.n_vertices, n)
         if key is None:
             return
-        log = float(self.logs[np.arange(n), at_loop - 1].sum() - self.logs.max(axis=1).sum())
-        together = float(self.model.score(self.logs, self.due, at_loop[None].astype(np.int32))[0])
+        traits = measure_assignments(self.logs, self.due, at_loop[None])
         meshes, symmetries = self._fact(fill)
         yield HoleCandidate(
             fill,
             quads,
             fill.n_vertices,
-            log,
-            together - float(self.scores[0]),
+            float(traits[0, 0]),
+            float(self.model.score_traits(traits)[0] - self.scores[0]),
             meshes,
             symmetries,
             place,
@@ -278,18 +277,16 @@ class HoleSearch:
 
     def _fact(self, fill: Fill) -> tuple[int, int]:
         """In how many meshes a pattern was seen, and its symmetries."""
-        sides = fill.pattern.n_sides
-        if sides not in self._facts:
-            patterns = self.source.pattern_class(sides)
-            symmetries = patterns.rotations * np.where(patterns.chiral, 1, 2)
-            self._facts[sides] = dict(
-                zip(
-                    patterns.ids.tolist(),
-                    zip(patterns.n_meshes.tolist(), symmetries.tolist(), strict=True),
-                    strict=True,
-                )
-            )
-        return self._facts[sides].get(fill.pattern.id, (0, 1))
+        name = fill.pattern.id
+        if name not in self._facts:
+            patterns = self.source.pattern_class(fill.pattern.n_sides)
+            at = np.flatnonzero(patterns.ids == name)
+            known = 0, 1
+            if len(at):
+                ways = int(patterns.rotations[at[0]]) * (1 if patterns.chiral[at[0]] else 2)
+                known = int(patterns.n_meshes[at[0]]), ways
+            self._facts[name] = known
+        return self._facts[name]
 
 
 def _widen_loops(fill: Fill) -> list[Fill]:

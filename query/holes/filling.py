@@ -52,7 +52,7 @@ PLACED_VERTICES = 12_000
 
 #: Assignments of corners after which the first fill is told; the rest is asked while it is looked
 #: at.
-ASKED_FIRST = 12
+ASKED_FIRST = 10
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -361,7 +361,7 @@ class _CandidateBoard:
         self._around = around
         self._first, self._whole = first, whole
         self._placed: list[tuple[float, int, HoleCandidate, PlacedFill]] = []
-        self._waiting: list[tuple[float, int, HoleCandidate]] = []
+        self._waiting: list[tuple[float, int, HoleCandidate, NDArray[np.float64]]] = []
         self._number = 0
 
     def __bool__(self) -> bool:
@@ -371,9 +371,10 @@ class _CandidateBoard:
         """Place the PLACED best by their facts, and those that wait already among them."""
         if not candidates:
             return
-        scores = self._first.score_facts(list_facts(candidates, self._around))
-        for score, candidate in zip(scores.tolist(), candidates, strict=True):
-            self._waiting.append((-score, self._number, candidate))
+        facts = list_facts(candidates, self._around)
+        scores = self._first.score_facts(facts)
+        for score, candidate, row in zip(scores.tolist(), candidates, facts, strict=True):
+            self._waiting.append((-score, self._number, candidate, row))
             self._number += 1
         self._waiting.sort(key=lambda one: one[:2])
         self._place_next()
@@ -389,20 +390,17 @@ class _CandidateBoard:
     def _place_next(self) -> None:
         """Place the first of those that wait: PLACED of them, or fewer large ones."""
         count = vertices = 0
-        for _, _, candidate in self._waiting[:PLACED]:
+        for _, _, candidate, _ in self._waiting[:PLACED]:
             vertices += candidate.n_vertices
             if count and vertices > PLACED_VERTICES:
                 break
             count += 1
-        self._place(self._waiting[:count])
+        chosen = self._waiting[:count]
         del self._waiting[:count]
-
-    def _place(self, chosen: list[tuple[float, int, HoleCandidate]]) -> None:
-        candidates = [candidate for _, _, candidate in chosen]
-        placed = [place_fill(self._around, c.quads, c.n_vertices) for c in candidates]
-        facts = list_facts(candidates, self._around)
+        placed = [place_fill(self._around, c.quads, c.n_vertices) for _, _, c, _ in chosen]
+        facts = np.array([row for *_, row in chosen])
         scores = self._whole.score(np.hstack([facts, np.array([p.measures for p in placed])]))
-        for (_, number, candidate), lies, score in zip(
+        for (_, number, candidate, _), lies, score in zip(
             chosen, placed, scores.tolist(), strict=True
         ):
             self._placed.append((-score, number, candidate, lies))
