@@ -133,12 +133,14 @@ def open(
     mode: Mode = "read",
     *,
     say: Callable[[str], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Database:
     """Open a pattern database; without a path, the starter database that comes along.
 
     mode: "read", "write" (it must exist) or "create" (made if it does not). The starter
-    database can only be read, and is unpacked by its first use, which takes some time;
-    ``say`` is told so. Raises DatabaseError, saying what would mend it.
+    database can only be read. Queries read it as it was shipped; whatever else is asked first,
+    unpacks it into an SQLite file, which takes seconds: ``say`` is told so, and ``progress`` how
+    much is done, of how much. Raises DatabaseError, saying what would mend it.
 
     Example: ``patterndb.open().statistics().patterns``
     """
@@ -148,6 +150,6 @@ def open(
         return Database(path, mode)
     if mode != "read":
         raise ValueError("the starter database is never written to; give a path of your own")
-    from patterndb.store.starter import starter_path
+    from patterndb.store.starter import StarterDatabase
 
-    return Database(starter_path(say), immutable=True)
+    return StarterDatabase(say, progress)

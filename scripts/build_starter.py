@@ -3,7 +3,7 @@
     python scripts/build_starter.py ../shared/data/meshes
 
 Takes the meshes that INDEX.csv gives as CC0 or public domain, learns them at the default
-limits, and writes patterndb/data/starter.xz. Author, licence and origin of each mesh go in.
+limits, and writes patterndb/data/starter.compact. Author, licence and origin of each mesh go in.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from query.engine import PatternSource
 
 # Tests that name another cache folder shall not compile all kernels again.
-os.environ.setdefault(KERNELS_VARIABLE, str(kernel_folder()))
+os.environ.setdefault(KERNELS_VARIABLE, str(kernel_folder() or ""))
 
 # No test asserts a time, nor does hypothesis for it.
 settings.register_profile(

@@ -123,9 +123,10 @@ def join_matrices(
     A polychord with both ends on side i counts once in n_ii (and twice in the length).
     """
     width = max(n_sides, 1)
-    matrix = np.zeros((n, width, width), np.int32)
-    i, j = pairs[:, 0], pairs[:, 1]
-    np.add.at(matrix, (owner, i, j), 1)
+    i, j = pairs[:, 0].astype(np.int64), pairs[:, 1].astype(np.int64)
     across = i != j
-    np.add.at(matrix, (owner[across], j[across], i[across]), 1)
-    return matrix
+    cells = np.concatenate(
+        [(owner * width + i) * width + j, ((owner * width + j) * width + i)[across]]
+    )
+    counts = np.bincount(cells, minlength=n * width * width)
+    return counts.astype(np.int32).reshape(n, width, width)

@@ -6,8 +6,9 @@ import difflib
 import json
 import sqlite3
 from collections.abc import Sequence
+from dataclasses import dataclass
 from fnmatch import fnmatchcase
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,6 +20,8 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS, PatternClass
 from patterndb.errors import NotFoundError
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance, Statistics
+
+T = TypeVar("T")
 
 
 def get_id_range(n_sides: int) -> tuple[int, int]:
@@ -113,22 +116,31 @@ def find_pattern(connection: sqlite3.Connection, name: str) -> Pattern:
 
     Raises NotFoundError if there is none, or more than one.
     """
+    rows = connection.execute(_PATTERN + "BETWEEN ? AND ? LIMIT 2", parse_name(name)).fetchall()
+    code, frequency, origin = choose_only(rows, name)
+    return Pattern.from_trusted_code(
+        unpack(code).astype(np.uint16), frequency=frequency, origin=origin
+    )
+
+
+def parse_name(name: str) -> tuple[int, int]:
+    """The smallest and the largest id of patterns whose name begins so; NotFoundError for what
+    begins no name."""
     text = name.strip().lower()
     if not text or len(text) > 16 or set(text) - set("0123456789abcdef"):
         raise NotFoundError(f"{name!r} is no pattern name: give 2 to 16 hexadecimal digits")
     low = int(text.ljust(16, "0"), 16)
     high = min(int(text.ljust(16, "f"), 16), 2**63 - 1)
-    rows = connection.execute(
-        _PATTERN + "BETWEEN ? AND ? LIMIT 2", (min(low, 2**63 - 1), high)
-    ).fetchall()
-    if not rows:
+    return min(low, 2**63 - 1), high
+
+
+def choose_only(found: Sequence[T], name: str) -> T:
+    """The one that was found under a name; NotFoundError if there are none or several."""
+    if not found:
         raise NotFoundError(f"no pattern's name begins with {name}")
-    if len(rows) > 1:
+    if len(found) > 1:
         raise NotFoundError(f"more than one pattern's name begins with {name}; give more digits")
-    code, frequency, origin = rows[0]
-    return Pattern.from_trusted_code(
-        unpack(code).astype(np.uint16), frequency=frequency, origin=origin
-    )
+    return found[0]
 
 
 def list_occurrences(connection: sqlite3.Connection, pattern_id: int) -> list[Occurrence]:
@@ -154,27 +166,45 @@ FROM mesh
 
 def list_meshes(connection: sqlite3.Connection) -> list[Mesh]:
     """All meshes, by name."""
-    return [_mesh(row) for row in connection.execute(_MESHES + "ORDER BY name, sha256")]
+    return [make_mesh(row) for row in connection.execute(_MESHES + "ORDER BY name, sha256")]
 
 
 def find_mesh(connection: sqlite3.Connection, sha256: bytes) -> Mesh | None:
     """The mesh of a file with this hash."""
     row = connection.execute(_MESHES + "WHERE sha256 = ?", (sha256,)).fetchone()
-    return None if row is None else _mesh(row)
+    return None if row is None else make_mesh(row)
+
+
+@dataclass(frozen=True, slots=True)
+class KnownMesh:
+    """What a mesh can be chosen by: number is its id, or its place in a compact file."""
+
+    number: int
+    name: str
+    sha256: bytes
+    licence: str | None
 
 
 def find_mesh_ids(connection: sqlite3.Connection, name: str) -> list[int]:
     """Ids of the meshes of this name, or whose SHA-256 begins with it (8 digits and more)."""
-    rows = connection.execute("SELECT id FROM mesh WHERE name = ?", (name,)).fetchall()
-    if not rows and len(name) >= 8:
-        rows = connection.execute(
-            "SELECT id FROM mesh WHERE substr(lower(hex(sha256)), 1, ?) = ?",
-            (len(name), name.lower()),
-        ).fetchall()
-    return [row[0] for row in rows]
+    return choose_named(_list_known(connection), name)
 
 
-def _mesh(row: tuple[object, ...]) -> Mesh:
+def choose_named(known: Sequence[KnownMesh], name: str) -> list[int]:
+    """Numbers of the meshes of this name, or whose SHA-256 begins with it (8 digits and more)."""
+    found = [mesh.number for mesh in known if mesh.name == name]
+    if not found and len(name) >= 8:
+        found = [m.number for m in known if m.sha256.hex().startswith(name.lower())]
+    return found
+
+
+def _list_known(connection: sqlite3.Connection) -> list[KnownMesh]:
+    rows = connection.execute("SELECT id, name, sha256, licence FROM mesh ORDER BY id")
+    return [KnownMesh(*row) for row in rows]
+
+
+def make_mesh(row: tuple[object, ...]) -> Mesh:
+    """A mesh of its row: name, hash, provenance, options, what was found, patterns, origin."""
     name, sha256, author, source, licence, basic, side, convex, prepared, *counts = row
     return Mesh(
         str(name),
@@ -256,7 +286,7 @@ def find_pattern_ids(
             (low, high, n_sides),
         )
     else:
-        chosen = _chosen(connection, meshes, licences)
+        chosen = choose_meshes(_list_known(connection), meshes, licences)
         # The rows of one class lie together; only the last class holds several numbers of sides.
         rows = connection.execute(
             "SELECT DISTINCT pattern_id FROM occurrence WHERE pattern_id BETWEEN ? AND ? "
@@ -278,26 +308,25 @@ def _of_any_class(
         rows = connection.execute(
             "SELECT DISTINCT pattern_id FROM occurrence "
             "WHERE mesh_id IN (SELECT value FROM json_each(?)) ORDER BY pattern_id",
-            (json.dumps(sorted(_chosen(connection, meshes, licences))),),
+            (json.dumps(sorted(choose_meshes(_list_known(connection), meshes, licences))),),
         )
     return np.array([row[0] for row in rows.fetchall()], np.int64)
 
 
-def _chosen(
-    connection: sqlite3.Connection,
+def choose_meshes(
+    known: Sequence[KnownMesh],
     meshes: Sequence[str] | None,
     licences: Sequence[str] | None,
 ) -> set[int]:
-    """Ids of the meshes that meet both."""
-    known = connection.execute("SELECT id, name, licence FROM mesh").fetchall()
-    chosen = {row[0] for row in known}
+    """Numbers of the meshes that meet both, as :func:`find_pattern_ids` says."""
+    chosen = {mesh.number for mesh in known}
     if meshes is not None:
         named: set[int] = set()
         for name in meshes:
-            found = find_mesh_ids(connection, name)
+            found = choose_named(known, name)
             if not found:
                 raise NotFoundError(
-                    f"no mesh {name!r}{_near(name, {row[1] for row in known})}; "
+                    f"no mesh {name!r}{_near(name, {mesh.name for mesh in known})}; "
                     "'patterndb meshes' lists them"
                 )
             named.update(found)
@@ -307,10 +336,10 @@ def _chosen(
         for pattern in licences:
             wanted = pattern.strip().lower()
             found = [
-                number
-                for number, _, licence in known
-                if licence is not None
-                and (licence.lower() == wanted or fnmatchcase(licence.lower(), wanted))
+                mesh.number
+                for mesh in known
+                if mesh.licence is not None
+                and (mesh.licence.lower() == wanted or fnmatchcase(mesh.licence.lower(), wanted))
             ]
             if not found:
                 raise NotFoundError(
@@ -331,9 +360,9 @@ def _near(name: str, known: set[str]) -> str:
     return " (did you mean " + " or ".join(repr(lower[one]) for one in near[:OFFERED]) + "?)"
 
 
-def _licences(known: Sequence[tuple[int, str, str | None]]) -> str:
-    told = sorted({licence for _, _, licence in known if licence})
-    unknown = sum(licence is None for _, _, licence in known)
+def _licences(known: Sequence[KnownMesh]) -> str:
+    told = sorted({mesh.licence for mesh in known if mesh.licence})
+    unknown = sum(mesh.licence is None for mesh in known)
     return ", ".join([*told, *([f"{unknown} meshes without any"] if unknown else [])]) or "none"
 
 

@@ -1,54 +1,222 @@
 """The starter database: learned from CC0 and public-domain meshes, shipped in compact form.
 
-The first use unpacks it into the user's cache folder; that copy is opened as immutable, and
-its name tells the content, so a newer package brings a new one.
+What a query asks is read from the compact file in the package (:mod:`patterndb.store.compact`), a
+block a class. An SQLite file is made of it in the user's cache folder when something else is asked:
+statistics, the content hash, a merge, SQL. That copy is opened as immutable, and its name tells the
+content, so a newer package brings a new one.
 """
 
 from __future__ import annotations
 
 import contextlib
 import hashlib
+import sqlite3
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
+from patterndb.core.code import MAX_CLASS, pattern_id
+from patterndb.core.pattern import Pattern
+from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError
-from patterndb.store import compact
+from patterndb.store import compact, reading
+from patterndb.store.classblocks import parse_class, parse_columns, split_codes
+from patterndb.store.connection import Mode, connect
+from patterndb.store.database import Database
 from patterndb.store.migrations import SCHEMA_VERSION
-from patterndb.system.caches import cache_folders
+from patterndb.store.records import Mesh
+from patterndb.system.caches import cache_folders, is_trusted, make_trusted
 
-PACKED_NAME = "starter.xz"
+PACKED_NAME = "starter.compact"
+
+#: Bytes that hold the head of the file.
+_HEAD = 65536
 
 
-def starter_path(say: Callable[[str], None] | None = None) -> Path:
-    """The unpacked starter database; ``say`` is told before a first use takes its seconds.
+class StarterDatabase(Database):
+    """The starter database, as any other that is open for reading.
 
-    Raises DatabaseError if the package was built without one, if it is damaged, or if there
-    is no folder to unpack it into.
+    Classes, frequencies, names of patterns and the choice of meshes come out of the package;
+    whatever else is asked makes the SQLite file, if it is not there yet.
     """
-    packed = files("patterndb") / "data" / PACKED_NAME
-    if not packed.is_file():
-        raise DatabaseError(
-            "this installation has no starter database; give --db FILE, or reinstall patterndb"
+
+    def __init__(
+        self,
+        say: Callable[[str], None] | None = None,
+        progress: compact.Progress | None = None,
+    ) -> None:
+        """Open it; ``say`` and ``progress`` are told while the SQLite file is made, which takes
+        seconds. Raises DatabaseError if the package was built without one, or it is damaged."""
+        packed = files("patterndb") / "data" / PACKED_NAME
+        if not packed.is_file():
+            raise DatabaseError(
+                "this installation has no starter database; give --db FILE, or reinstall patterndb"
+            )
+        self.path = Path(str(packed))
+        self.mode: Mode = "read"
+        self._packed = packed
+        self._say = say
+        self._progress = progress
+        self._immutable = True
+        self._classes: dict[int, PatternClass] = {}
+        with packed.open("rb") as file:
+            self._head = compact.parse_head(file.read(_HEAD))
+
+    @cached_property
+    def _connection(self) -> sqlite3.Connection:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The SQLite file, made if need be: the methods of Database that ask it find it here."""
+        self.path = unpack_starter(self._packed.read_bytes(), self._say, self._progress)
+        return connect(self.path, immutable=True)
+
+    def close(self) -> None:
+        """Close the file; the object is of no use afterwards."""
+        if "_connection" in self.__dict__:
+            self._connection.close()
+
+    def __enter__(self) -> StarterDatabase:
+        return self
+
+    # Asking
+
+    def sides_histogram(self) -> dict[int, int]:
+        """Number of patterns by number of sides."""
+        return {n_sides: count for n_sides, (count, _, _) in self._head.classes.items()}
+
+    def meshes(self) -> list[Mesh]:
+        """All meshes, by name."""
+        counts = [len(self._meshes.places(k)) for k in range(len(self._meshes.rows))]
+        rows = [
+            reading.make_mesh((name, bytes.fromhex(str(sha256)), *fields, count, origin))
+            for (sha256, name, *fields, origin), count in zip(
+                self._meshes.rows, counts, strict=True
+            )
+        ]
+        return sorted(rows, key=lambda mesh: (mesh.name, mesh.sha256))
+
+    def pattern(self, name: str) -> Pattern:
+        """The pattern whose name begins with ``name``; NotFoundError if not exactly one."""
+        low, high = reading.parse_name(name)
+        found: list[Pattern] = []
+        for n_sides in self._head.classes:
+            first, last = reading.get_id_range(n_sides)
+            if low <= last and first <= high:
+                patterns = self.pattern_class(n_sides)
+                rows = np.flatnonzero((patterns.ids >= low) & (patterns.ids <= high))[:2]
+                found += [patterns.pattern(row) for row in rows.tolist()]
+        return reading.choose_only(found, name)
+
+    def pattern_class(self, n_sides: int) -> PatternClass:
+        """All patterns of ``n_sides`` sides, in default order."""
+        if n_sides not in self._classes:
+            if n_sides in self._head.classes:
+                patterns = parse_class(n_sides, self._read(*self._head.classes[n_sides][1:]))
+            else:
+                patterns = PatternClass.from_patterns(n_sides, [])
+            self._classes[n_sides] = patterns
+        return self._classes[n_sides]
+
+    def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
+        """(k,) int64 patches that reduce to the patterns of these ids (k,); 0 for unknown ones."""
+        result = np.zeros(len(ids), np.int64)
+        for top in np.unique(ids >> 56).tolist():
+            for n_sides in self._head.classes:
+                if min(n_sides, MAX_CLASS) == top:
+                    patterns = self.pattern_class(n_sides)
+                    order = np.argsort(patterns.ids)
+                    held = patterns.ids[order]
+                    at = np.minimum(np.searchsorted(held, ids), len(held) - 1)
+                    here = held[at] == ids
+                    result[here] = patterns.frequency[order][at[here]]
+        return result
+
+    def pattern_ids(
+        self,
+        n_sides: int | None,
+        meshes: Sequence[str] | None = None,
+        licences: Sequence[str] | None = None,
+    ) -> NDArray[np.int64]:
+        """As :meth:`Database.pattern_ids`."""
+        every = np.concatenate(
+            [np.zeros(0, np.int64), *(self._class_ids(n) for n in self._head.classes)]
+            if n_sides is None
+            else [np.zeros(0, np.int64), self._class_ids(n_sides)]
         )
-    data = packed.read_bytes()
+        if meshes is None and licences is None:
+            return np.sort(every)
+        known = [
+            reading.KnownMesh(number, str(name), bytes.fromhex(str(sha256)), licence)  # pyright: ignore[reportArgumentType]
+            for number, (sha256, name, _, _, licence, *_) in enumerate(self._meshes.rows)
+        ]
+        chosen = reading.choose_meshes(known, meshes, licences)
+        # Patterns are numbered class by class.
+        before = 0
+        for n, (count, _, _) in self._head.classes.items():
+            if n_sides is None or n >= n_sides:
+                break
+            before += count
+        places = np.concatenate([np.zeros(0, np.int64), *map(self._meshes.places, sorted(chosen))])
+        places = np.unique(places) - before
+        return np.sort(every[places[(places >= 0) & (places < len(every))]])
+
+    def uses(self) -> dict[int, int]:
+        """How often fills were accepted: never, for nothing is recorded in the starter."""
+        return {}
+
+    def _change(self) -> AbstractContextManager[sqlite3.Connection]:
+        # The message names the file that can be copied: it shall be there.
+        assert self._connection
+        return super()._change()
+
+    @cached_property
+    def _meshes(self) -> compact.PackedMeshes:
+        return compact.parse_meshes(self._read(*self._head.meshes))
+
+    def _class_ids(self, n_sides: int) -> NDArray[np.int64]:
+        """(p,) ids of the patterns of a class, in the order in which they are numbered."""
+        if n_sides not in self._head.classes:
+            return np.zeros(0, np.int64)
+        codes = split_codes(parse_columns(self._read(*self._head.classes[n_sides][1:])))
+        return np.array([pattern_id(code, n_sides) for code in codes], np.int64)
+
+    def _read(self, begin: int, end: int) -> bytes:
+        with self._packed.open("rb") as file:
+            file.seek(begin)
+            return file.read(end - begin)
+
+
+def unpack_starter(
+    data: bytes,
+    say: Callable[[str], None] | None = None,
+    progress: compact.Progress | None = None,
+) -> Path:
+    """The SQLite file of a compact one, in the user's cache folder, made where it is not there.
+
+    ``say`` and ``progress`` are told before and while it is made. Raises DatabaseError if the data
+    is damaged, or if there is no folder to make it in.
+    """
     name = f"starter-{hashlib.sha256(data).hexdigest()[:16]}-{SCHEMA_VERSION}.db"
     folders = cache_folders()
     failure: Exception | None = None
     for folder in folders:
-        if (folder / name).is_file():
+        if is_trusted(folder) and (folder / name).is_file():
             return folder / name
     for folder in folders:
+        if not make_trusted(folder):
+            continue
         try:
-            folder.mkdir(parents=True, exist_ok=True)
             work = Path(tempfile.mkdtemp(dir=folder, prefix=".unpacking-"))
         except OSError:
             continue
         if say is not None:
             say(f"unpacking the starter database into {folder} (once)")
         try:
-            compact.load(data, work / name)
+            compact.load(data, work / name, progress)
             # Another process may have been first; theirs is the same.
             (work / name).replace(folder / name)
         except (OSError, DatabaseError) as error:
@@ -64,5 +232,5 @@ def starter_path(say: Callable[[str], None] | None = None) -> Path:
     reason = "" if failure is None else f" ({failure})"
     raise DatabaseError(
         f"no folder to unpack the starter database into{reason}; set PATTERNDB_CACHE to one "
-        "that can be written, with 100 MB to spare"
+        "of your own that can be written, with 100 MB to spare"
     )

@@ -54,6 +54,11 @@ INSERT_PATTERN = (
     f"INSERT INTO pattern (id, code, {_DERIVED}, origin) "  # noqa: S608
     f"VALUES (?, ?, {_marks(_DERIVED)}, ?)"
 )
+#: As INSERT_PATTERN, with the frequency, for who writes occurrences without the triggers.
+INSERT_COUNTED_PATTERN = (
+    f"INSERT INTO pattern (id, code, {_DERIVED}, origin, frequency) "  # noqa: S608
+    f"VALUES (?, ?, {_marks(_DERIVED)}, ?, ?)"
+)
 INSERT_OCCURRENCE = (
     "INSERT INTO occurrence (pattern_id, mesh_id, patches, mirrored_patches, example) "
     "VALUES (?, ?, ?, ?, ?)"

@@ -1,11 +1,16 @@
 """The user's cache folder: what can be made again at any time, kept between runs.
 
-``PATTERNDB_CACHE`` names another place for it.
+``PATTERNDB_CACHE`` names another place for it. What is read from it is run (kernels) or believed
+(arrays, the starter's database), so a folder counts only where nobody else can have written:
+it belongs to this user, and others may not write into it. In a folder that all share, such as
+``/tmp``, another user may have made the name first; then it is passed over.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
+import stat
 import tempfile
 from pathlib import Path
 
@@ -16,9 +21,12 @@ from patterndb.system.files import replace_file
 #: The environment variable that names the folder of compiled kernels.
 KERNELS_VARIABLE = "PATTERNDB_KERNELS"
 
+#: Root's files are trusted as this user's own: root can change those as well.
+_ROOT = 0
+
 
 def cache_folders() -> list[Path]:
-    """Where to keep things, best first; none of the folders need exist."""
+    """Where to keep things, best first; none of the folders need exist, or be ours."""
     named = os.environ.get("PATTERNDB_CACHE")
     if named:
         return [Path(named)]
@@ -26,30 +34,62 @@ def cache_folders() -> list[Path]:
     return [own, Path(tempfile.gettempdir()) / f"patterndb-{_user()}"]
 
 
-def kernel_folder() -> Path:
-    """The folder that this process keeps compiled kernels in; it need not exist."""
+def is_trusted(folder: Path) -> bool:
+    """Is this a folder that only this user can have written into?
+
+    Systems without owners of files (Windows) keep a user's folders apart by other means.
+    """
+    try:
+        # lstat: a link that another user has laid is theirs, wherever it leads.
+        found = folder.lstat()
+        if stat.S_ISLNK(found.st_mode) and _is_ours(found):
+            found = folder.stat()
+    except OSError:
+        return False
+    if not stat.S_ISDIR(found.st_mode):
+        return False
+    return _is_ours(found) and (os.name == "nt" or not found.st_mode & stat.S_IWOTH)
+
+
+def make_trusted(folder: Path) -> bool:
+    """Make a folder that only this user can read and write, with those above it; return
+    whether it is there now and trusted."""
+    with contextlib.suppress(OSError):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+    return is_trusted(folder)
+
+
+def kernel_folder() -> Path | None:
+    """The folder that this process keeps compiled kernels in, made where it was not there.
+
+    One that can only be read is taken where there is none to write; None where there is
+    neither, or only such as others may have written into.
+    """
     named = os.environ.get(KERNELS_VARIABLE)
     folders = [Path(named)] if named else [folder / "kernels" for folder in cache_folders()]
+    readable: Path | None = None
     for folder in folders:
-        try:
-            folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-        except OSError:
-            continue
-        if os.access(folder, os.W_OK):
-            return folder
-    return folders[-1]
+        # What lies in another's folder can be exchanged, whoever owns it.
+        above = named or make_trusted(folder.parent)
+        if above and make_trusted(folder):
+            if os.access(folder, os.W_OK):
+                return folder
+            readable = readable or folder
+    return readable
 
 
 def read_cached(name: str) -> bytes | None:
     """What :func:`write_cached` kept under that name; None where there is nothing.
 
-    Whoever reads it must make sure that it is whole and theirs.
+    Whoever reads it must make sure that it is whole.
     """
     for folder in cache_folders():
-        try:
-            return (folder / name).read_bytes()
-        except OSError:
-            continue
+        if is_trusted(folder):
+            try:
+                return (folder / name).read_bytes()
+            except OSError:
+                continue
     return None
 
 
@@ -59,13 +99,17 @@ def write_cached(name: str, content: bytes) -> bool:
     Returns False where no folder can be written: a cache may fail.
     """
     for folder in cache_folders():
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            replace_file(folder / name, content)
-        except OSError:
-            continue
-        return True
+        if make_trusted(folder):
+            try:
+                replace_file(folder / name, content)
+            except OSError:
+                continue
+            return True
     return False
+
+
+def _is_ours(found: os.stat_result) -> bool:
+    return not hasattr(os, "getuid") or found.st_uid in (os.getuid(), _ROOT)
 
 
 def _user() -> str:

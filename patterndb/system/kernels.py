@@ -6,8 +6,9 @@ it was made of: its code and that of all kernels it calls, the constants they re
 arguments, the compiler and the processor. A clone, a second environment or a renamed module finds
 what another has compiled.
 
-The folder is ``kernels`` in the user's cache folder; ``PATTERNDB_KERNELS`` names another. Where
-none can be written, kernels are compiled by every process that uses them.
+Looked for first in the pack that comes with the package (:mod:`patterndb.system.kernelpack`), then
+in the user's folder: ``kernels`` in the user's cache folder; ``PATTERNDB_KERNELS`` names another.
+Where none can be written, kernels are compiled by every process that uses them.
 """
 
 # numba has few types, and the hooks of its cache are private: their names are in one place, here.
@@ -25,10 +26,10 @@ from functools import cache, partial
 from types import CodeType, FunctionType, ModuleType
 from typing import Any, TypeVar, overload
 
-import llvmlite
+import llvmlite.binding
 import numba
 import numpy as np
-from numba.core import config
+from numba.core import config, event
 from numba.core.caching import CompileResultCacheImpl
 from numba.core.caching import _Cache as CacheProtocol
 from numba.core.compiler import CompileResult
@@ -37,6 +38,8 @@ from numba.core.environment import _rebuild_env
 from numba.core.serialize import dumps
 
 from patterndb.system.caches import kernel_folder
+from patterndb.system.compiling import COMPILED
+from patterndb.system.kernelpack import KernelPack, find_pack
 
 #: Changed when files of an earlier version can no longer be read.
 FORMAT = 1
@@ -76,14 +79,15 @@ class ContentCache(CacheProtocol):
 
     def __init__(self, dispatcher: Any, options: dict[str, Any]) -> None:
         self._function: FunctionType = dispatcher.py_func
+        self._target: Any = dispatcher.targetctx
         self._options = repr(sorted((name, _plain(value)) for name, value in options.items()))
         self._digest: bytes | None = None
         self._enabled = True
 
     @property
     def cache_path(self) -> str:  # pyright: ignore[reportIncompatibleMethodOverride]
-        """The folder of the files."""
-        return str(kernel_folder())
+        """The folder of the files; empty where there is none."""
+        return str(kernel_folder() or "")
 
     def enable(self) -> None:
         """Read and keep compiled versions."""
@@ -107,15 +111,41 @@ class ContentCache(CacheProtocol):
         target_context.refresh()
         if not self._enabled:
             return None
-        key = self._key(sig, target_context.codegen())
+        codegen = target_context.codegen()
+        content = self._find(sig, codegen)
+        # Within another's compiling nothing is compiled ahead: that one holds all of it up.
+        if content is None and not COMPILED.is_compiling() and COMPILED.compile_ahead():
+            content = self._find(sig, codegen)
+        if content is None or not isinstance(content, bytes):
+            return content
+        made = CompileResultCacheImpl.rebuild(_REBUILDER, target_context, pickle.loads(content))
+        _loaded[self._key(sig, codegen)] = made
+        return made
+
+    def _find(self, sig: Any, codegen: Any) -> Any:
+        """A version that this process has, or the bytes of one that is kept; None without."""
+        key = self._key(sig, codegen)
         if key in _loaded:
             return _loaded[key]
-        content = _read(key)
-        if content is None:
-            return None
-        made = CompileResultCacheImpl.rebuild(_REBUILDER, target_context, pickle.loads(content))
-        _loaded[key] = made
-        return made
+        pack, _ = find_shipped()
+        content = None if pack is None else pack.read(self.pack_key(sig))
+        return _read(key) if content is None else content
+
+    def is_kept(self, sig: Any) -> bool:
+        """Is there a version for argument types, in the pack or the user's folder?"""
+        codegen = self._target.codegen()
+        pack, _ = find_shipped()
+        if pack is not None and self.pack_key(sig) in pack.entries:
+            return True
+        return _has(self._key(sig, codegen))
+
+    def read_kept(self, sig: Any) -> bytes | None:
+        """The bytes that the user's folder keeps of the version for argument types."""
+        return _read(self._key(sig, self._target.codegen()))
+
+    def pack_key(self, sig: Any) -> str:
+        """What a pack, which is for one compiler and processor as a whole, calls the version."""
+        return hashlib.sha256(self.digest() + _spell_types(sig)).hexdigest()[:40]
 
     def save_overload(self, sig: Any, data: CompileResult) -> None:
         """Keep a version that has just been compiled."""
@@ -143,9 +173,8 @@ class ContentCache(CacheProtocol):
         _write(key, dumps(payload))
 
     def _key(self, sig: Any, codegen: Any) -> str:
-        named = "".join(f"\n{name}" for name in _name_tuples(sig))
-        asked = f"{sig!r}{named}\n{codegen.magic_tuple()!r}\n{_stamp()}".encode()
-        return hashlib.sha256(self.digest() + asked).hexdigest()[:40]
+        made_for = f"\n{codegen.magic_tuple()!r}\n{get_stamp()}".encode()
+        return hashlib.sha256(self.digest() + _spell_types(sig) + made_for).hexdigest()[:40]
 
 
 class _Portable:
@@ -165,6 +194,11 @@ _REBUILDER: Any = CompileResultCacheImpl.__new__(CompileResultCacheImpl)
 #: Versions of this process by key. Two kernels of the same content share one: their symbols have
 #: the same names, which the linker takes once.
 _loaded: dict[str, Any] = {}
+
+
+def find_shipped() -> tuple[KernelPack | None, str]:
+    """The pack that came along and that this process can use, or None and the reason."""
+    return find_pack(get_stamp(), llvmlite.binding.get_process_triple())
 
 
 def digest_function(function: FunctionType, options: str, within: tuple[Any, ...]) -> bytes:
@@ -234,6 +268,10 @@ def _digest_value(value: Any, names: tuple[str, ...], within: tuple[Any, ...]) -
     return f"{type(value).__name__} {value!r}".encode()
 
 
+def _spell_types(sig: Any) -> bytes:
+    return (repr(sig) + "".join(f"\n{name}" for name in _name_tuples(sig))).encode()
+
+
 def _name_tuples(types: Any) -> Iterator[str]:
     """Name the named tuples among argument types, with the modules that they are loaded from.
 
@@ -252,26 +290,53 @@ def _plain(value: Any) -> Any:
 
 
 @cache
-def _stamp() -> str:
-    """Compiled code is for one compiler; the processor is in numba's own key."""
+def get_stamp() -> str:
+    """What compiled code depends on beside its source, its types and the processor."""
     compiler = (sys.implementation.cache_tag, numba.__version__, llvmlite.__version__)
     asked: Any = config
     settings = (asked.OPT, asked.BOUNDSCHECK, asked.DEBUGINFO_DEFAULT)
     return repr((FORMAT, np.__version__.split(".")[0], compiler, settings))
 
 
+class CompileListener(event.Listener):
+    """Notes what numba compiles; numba's own functions count as part of the kernel's time."""
+
+    def on_start(self, event: Any) -> None:
+        """Called as something begins to be compiled."""
+        COMPILED.begin()
+
+    def on_end(self, event: Any) -> None:
+        """Called as it has been compiled, or could not be."""
+        held = getattr(event.data["dispatcher"], "_cache", None)
+        COMPILED.end(int(isinstance(held, ContentCache)))
+
+
+event.register("numba:compile", CompileListener())
+
+
 def _read(key: str) -> bytes | None:
     """Read what :func:`_write` kept; None for a file that is not there or not whole."""
+    folder = kernel_folder()
+    if folder is None:
+        return None
     try:
-        content = (kernel_folder() / key[:2] / key[2:]).read_bytes()
+        content = (folder / key[:2] / key[2:]).read_bytes()
     except OSError:
         return None
     digest, rest = content[:_DIGEST], content[_DIGEST:]
     return rest if hashlib.sha256(rest).digest() == digest else None
 
 
+def _has(key: str) -> bool:
+    folder = kernel_folder()
+    return folder is not None and (folder / key[:2] / key[2:]).is_file()
+
+
 def _write(key: str, content: bytes) -> None:
-    path = kernel_folder() / key[:2] / key[2:]
+    folder = kernel_folder()
+    if folder is None:
+        return
+    path = folder / key[:2] / key[2:]
     half = path.with_name(f"{path.name}.{os.getpid()}")
     try:
         path.parent.mkdir(mode=0o700, exist_ok=True)

@@ -12,6 +12,7 @@ import click
 from click.shell_completion import CompletionItem
 
 from patterndb.system.extras import require_extra
+from patterndb_app.cli.progressline import ProgressLine
 from patterndb_app.cli.text import say
 
 if TYPE_CHECKING:
@@ -96,7 +97,25 @@ def open_database(path: Path | None, mode: Mode = "read") -> Database:
     # Imported here because --help and wrong usage need not wait for compiled kernels.
     import patterndb
 
-    return patterndb.open(path, mode, say=say)
+    if path is not None:
+        return patterndb.open(path, mode)
+    return patterndb.open(None, mode, say=say, progress=UnpackingLine().update)
+
+
+class UnpackingLine:
+    """Tells how much of the starter database is unpacked, from the first that is until the last."""
+
+    def __init__(self) -> None:
+        self._line: ProgressLine | None = None
+        self._share = 0.0
+
+    def update(self, done: int, total: int) -> None:
+        """Note how much is done, of how much."""
+        self._share = done / max(total, 1)
+        if self._line is None:
+            self._line = ProgressLine(lambda: f"unpacking the starter database: {self._share:.0%}")
+        if done >= total:
+            self._line.close()
 
 
 def boundary_of(

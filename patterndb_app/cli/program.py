@@ -9,6 +9,7 @@ from typing import Any
 
 import click
 
+from patterndb_app.cli.compiletalk import told_compiling
 from patterndb_app.cli.failure import explain
 
 #: The verbs by what one wants, in the order of the help, and the module that each stands in. One
@@ -40,6 +41,7 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
         "report": "report",
         "export": "listing",
         "export-ddq": "exchange",
+        "warmup": "warmup",
     },
     "Sketch": {
         "surface": "surface",
@@ -67,6 +69,11 @@ class Program(click.Group):
         else:
             code = result if isinstance(result, int) else 0
         sys.exit(code)
+
+    def invoke(self, ctx: click.Context) -> Any:
+        """As click's; what the verb has to compile is told."""
+        with told_compiling(lambda: ctx.invoked_subcommand):
+            return super().invoke(ctx)
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         """List the verbs in the order of their sections."""

@@ -1,0 +1,144 @@
+"""The list of kernels that the verbs call, with the types of arguments that they call them with.
+
+``data/kernels.jsonl``, written by ``scripts/record_kernels.py``, a line each: packs are made of it, and
+it tells what to compile before a verb runs. A list that has fallen behind the code does no harm:
+what it names and is no more is passed over, and what it does not name is compiled when needed.
+"""
+
+# pyright: reportMissingTypeStubs=false, reportPrivateUsage=false, reportUnknownMemberType=false
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass
+from importlib import import_module
+from importlib.resources import files
+from typing import Any
+
+#: Where the list lies in the package.
+LIST_NAME = "kernels.jsonl"
+
+
+@dataclass(frozen=True, slots=True)
+class ListedKernel:
+    """A kernel as it is called.
+
+    module, name: where it is found. types: of its arguments, as :func:`spell_type` spells them.
+    verbs: those that call it so. seconds: about what compiling it took, whole ones, at least 1.
+    """
+
+    module: str
+    name: str
+    types: tuple[Any, ...]
+    verbs: tuple[str, ...]
+    seconds: int
+
+    @property
+    def key(self) -> tuple[str, str, str]:
+        """What tells it from the others."""
+        return self.module, self.name, json.dumps(self.types)
+
+
+def read_list(verbs: Iterable[str] | None = None) -> list[ListedKernel]:
+    """The kernels of these verbs, of all where none are given; each once."""
+    text = (files("patterndb") / "data" / LIST_NAME).read_text(encoding="utf-8")
+    listed = [parse_kernel(line) for line in text.splitlines()]
+    if verbs is None:
+        return listed
+    wanted = set(verbs)
+    return [kernel for kernel in listed if wanted & set(kernel.verbs)]
+
+
+def parse_kernel(line: str) -> ListedKernel:
+    """A line of the list."""
+    document = json.loads(line)
+    module, _, name = document["kernel"].partition(":")
+    return ListedKernel(
+        module, name, _freeze(document["types"]), tuple(document["verbs"]), document["seconds"]
+    )
+
+
+def format_kernel(kernel: ListedKernel) -> str:
+    """The line of the list, without its end."""
+    document = {
+        "kernel": f"{kernel.module}:{kernel.name}",
+        "types": kernel.types,
+        "verbs": kernel.verbs,
+        "seconds": kernel.seconds,
+    }
+    return json.dumps(document)
+
+
+def find_kernel(kernel: ListedKernel) -> tuple[Any, tuple[Any, ...]] | None:
+    """Numba's dispatcher and the types of arguments; None where the code has them no more.
+
+    Imports the module, and the compiler with it.
+    """
+    from patterndb.system.kernels import ContentCache
+
+    try:
+        found = getattr(import_module(kernel.module), kernel.name)
+        types = tuple(make_type(spelled) for spelled in kernel.types)
+    except (ImportError, AttributeError):
+        return None
+    if not isinstance(getattr(found, "_cache", None), ContentCache):
+        return None
+    return found, types
+
+
+def spell_type(given: Any) -> Any:
+    """A numba type as JSON: "int64"; "int32 2C" for an array of two axes in C order, "int32 2C
+    readonly"; ["tuple", ...], or ["module:Class", ...] for a named one, with the types of its parts.
+
+    Raises ValueError for one of another kind.
+    """
+    from numba.core import types
+
+    if isinstance(given, types.Array):
+        if given.aligned and isinstance(given.dtype, types.Number | types.Boolean):
+            how = "" if given.mutable else " readonly"
+            return f"{given.dtype} {given.ndim}{given.layout}{how}"
+    elif isinstance(given, types.BaseNamedTuple):
+        made: Any = given
+        where = f"{made.instance_class.__module__}:{made.instance_class.__qualname__}"
+        return [where, *map(spell_type, made.types)]
+    elif isinstance(given, types.BaseTuple):
+        return ["tuple", *map(spell_type, given)]
+    elif isinstance(given, types.Number | types.Boolean | types.NoneType) and not isinstance(
+        given, types.Literal
+    ):
+        return str(given)
+    raise ValueError(f"a kernel is called with {given!r}, which the list has no words for")
+
+
+def make_type(spelled: Any) -> Any:
+    """The numba type that :func:`spell_type` spelled.
+
+    Raises ImportError or AttributeError where a named tuple's class is no more.
+    """
+    from numba.core import types
+
+    if isinstance(spelled, str):
+        dtype, *array = spelled.split()
+        made = getattr(types, "boolean" if dtype == "bool" else dtype)
+        if not array:
+            return made
+        return types.Array(made, int(array[0][:-1]), array[0][-1], readonly=len(array) > 1)
+    kind, *parts = spelled
+    inner = [make_type(part) for part in parts]
+    if kind == "tuple":
+        return types.Tuple(inner)
+    module, _, name = kind.partition(":")
+    found = getattr(import_module(module), name)
+    uniform = len(set(inner)) == 1
+    return (
+        types.NamedUniTuple(inner[0], len(inner), found)
+        if uniform
+        else types.NamedTuple(inner, found)
+    )
+
+
+def _freeze(value: Any) -> Any:
+    return tuple(_freeze(one) for one in value) if isinstance(value, list) else value
