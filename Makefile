@@ -6,7 +6,9 @@ VENV    := .venv
 BIN     := $(VENV)/bin
 RUN     := $(VENV)/.installed
 DEV     := $(VENV)/.installed-dev
-KERNELS := $(VENV)/.compiled
+PACK    := patterndb/data/kernels
+ALOUD    = $(BIN)/python scripts/run_aloud.py
+PIP      = $(BIN)/python -m pip install --disable-pip-version-check --progress-bar off
 
 # Processes that run tests: one a core.
 WORKERS ?= auto
@@ -41,21 +43,23 @@ $(BIN)/python:
 	  exit 1; }
 
 $(RUN): $(BIN)/python pyproject.toml
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable .
+	@$(ALOUD) "installing patterndb" $(PIP) --quiet --editable .
 	@touch $@
 
 # What developers and CI use is what was tried last: constraints.txt says which releases.
 $(DEV): $(BIN)/python pyproject.toml constraints.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt \
-	  --editable '.[dev]'
+	@$(ALOUD) "installing patterndb and its development tools" $(PIP) --quiet \
+	  --constraint constraints.txt --editable '.[dev]'
 	@touch $(RUN) $@
 
-# Once, before anything runs in parallel: else every process compiles them all.
-$(KERNELS): | $(RUN)
-	$(BIN)/python scripts/compile_kernels.py
+# Once, before anything runs in parallel: else every process compiles them all. Kernels are found
+# by what they are made of: one that is changed later is compiled by who needs it.
+$(PACK): patterndb/data/kernels.jsonl | $(RUN)
+	$(BIN)/python scripts/pack_kernels.py --keep $(VENV)/kernels
 	@touch $@
 
-demo: $(RUN) $(KERNELS)
+# Its few verbs compile what they need as they come, in as many processes as there are processors.
+demo: $(RUN)
 	@rm -rf demo && mkdir demo
 	$(BIN)/patterndb ingest examples/ --db demo/demo.db --licence CC0-1.0
 	$(BIN)/patterndb stats --db demo/demo.db
@@ -71,7 +75,7 @@ demo: $(RUN) $(KERNELS)
 	@echo "      $(BIN)/patterndb browse --class 6 --db demo/demo.db      (needs a display)"
 	@echo "      docs/tutorial.md"
 
-test: $(DEV) $(KERNELS)
+test: $(DEV) $(PACK)
 	$(BIN)/python -m pytest -n $(WORKERS)
 
 lint: $(DEV)
@@ -104,10 +108,14 @@ constraints: | $(BIN)/python
 starter: $(RUN)
 	$(BIN)/python scripts/build_starter.py $(MESHES)
 
+# The wheel takes compiled kernels along: they shall be those of this code. Kernels that have not
+# changed since the tests ran are not compiled again.
 dist: $(DEV)
 	rm -rf dist
-	$(BIN)/python -m build --outdir dist .
+	$(BIN)/python scripts/pack_kernels.py --keep $(VENV)/kernels
+	$(BIN)/python -m build --sdist --outdir dist .
+	$(BIN)/python -m build --wheel --outdir dist .
 
 clean:
-	rm -rf $(VENV) demo dist build .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(PACK) demo dist build .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

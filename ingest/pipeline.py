@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import os
-import time
 from collections.abc import Callable, Generator, Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, field
@@ -27,6 +26,7 @@ from ingest.learning import MeshLearning, Tally
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError, MeshFileError
 from patterndb.store import Database, Learned, LearningOptions, Provenance
+from patterndb.system.compiling import read_work_clock
 
 #: Most quads of a growth task, which remembers the patches it met: up to 100 kB a quad on
 #: very irregular meshes.
@@ -135,7 +135,7 @@ def ingest(
     On KeyboardInterrupt the tasks in work are broken off, what was written stays, and the report
     says "interrupted".
     """
-    started = time.perf_counter()
+    started = read_work_clock()
     options = options or LearningOptions()
     limits = limits or ReadLimits()
     run = _Run(database, options, jobs, limits, provenance, progress, report)
@@ -152,7 +152,7 @@ def ingest(
         interrupted = True
     return IngestReport(
         [run.reports[i] for i in sorted(run.reports)],
-        time.perf_counter() - started,
+        read_work_clock() - started,
         interrupted,
         tuple(skipped),
     )
@@ -202,7 +202,7 @@ def learn_mesh(
     data = canonical_bytes(mesh)
     options = options or LearningOptions()
     w = _Work(0, mesh, name, len(data), hashlib.sha256(data).hexdigest())
-    w.started = time.perf_counter()
+    w.started = read_work_clock()
     here = database.find_mesh(w.sha256)
     if here is not None and here.options != options:
         w.outcome = "replaced"
@@ -269,7 +269,7 @@ def _check(
     bad = checked.bad
     seen: set[str] = set()
     for w in work:
-        w.started = time.perf_counter()
+        w.started = read_work_clock()
         assert isinstance(w.source, Path)
         try:
             _check_name(w.source)
@@ -384,7 +384,7 @@ class _Run:
     def _begin(self, w: _Work, pool: ThreadPoolExecutor, *, alone: bool) -> None:
         """Read and prepare the mesh and start its tasks. alone: no other meshes are left to
         keep the other cores busy."""
-        w.started = time.perf_counter()
+        w.started = read_work_clock()
         if isinstance(w.source, Path):
             data = load_file(w.source, self.limits)
             if hashlib.sha256(data).hexdigest() != w.sha256:
@@ -470,7 +470,7 @@ class _Run:
             *patches,
             patterns,
             new_patterns,
-            time.perf_counter() - w.started,
+            read_work_clock() - w.started,
         )
         self.reports[w.index] = entry
         if self.report is not None:

@@ -18,7 +18,12 @@ from pathlib import Path
 from verb_runs import RUNS, run_apart
 
 from patterndb.system.files import replace_file
-from patterndb.system.kernellist import LIST_NAME, ListedKernel, format_kernel, parse_kernel, read_list
+from patterndb.system.kernellist import (
+    LIST_NAME,
+    format_kernel,
+    parse_kernel,
+    read_list,
+)
 
 TARGET = Path(__file__).resolve().parents[1] / "patterndb" / "data" / LIST_NAME
 
@@ -44,7 +49,10 @@ def main() -> None:
             if old is None or not 0.5 <= old.seconds / kernel.seconds <= 2:
                 known[kernel.key] = kernel
             called.setdefault(kernel.key, set()).add(verb)
-        print(f"{verb}: {len(answer['calls'])} kernels, {answer['compiled']} compiled", file=sys.stderr)
+        print(
+            f"{verb}: {len(answer['calls'])} kernels, {answer['compiled']} compiled",
+            file=sys.stderr,
+        )
     lines = [
         format_kernel(dataclasses.replace(known[key], verbs=tuple(sorted(called[key]))))
         for key in sorted(called)

@@ -214,7 +214,6 @@ def draw_network(folder: str, example: str) -> None:
     change_count(problem, solve_counts(problem).counts, 0, 5)
 
 
-
 @dataclass(frozen=True, slots=True)
 class VerbRun:
     """What is run for a verb: calls of the command line in one folder, then functions.
@@ -241,6 +240,15 @@ RUNS: dict[str, VerbRun] = {
         ),
         (learn,),
     ),
+    "list": VerbRun(("list --class 5", "list --class 4 --db db.db")),
+    "export": VerbRun(
+        (
+            "export three/ --class 3 --limit 5",
+            "export some.csv --class 5",
+            "export all.jsonl --db db.db",
+        )
+    ),
+    "diff": VerbRun(("diff db.db db.db",)),
     "stats": VerbRun(("stats", "stats --db db.db")),
     "meshes": VerbRun(("meshes", "meshes --db db.db --json")),
     "verify": VerbRun(("verify --db db.db",)),
@@ -308,13 +316,14 @@ RUNS: dict[str, VerbRun] = {
         (
             "retopo --script sheet.jsonl -o sheet-quads.obj --session s.retopo --picture s.png",
             "retopo examples/jug.obj --quads -o jug-quads.obj",
-            "retopo --script {root}/examples/retopo/penguin.tutorial.jsonl -o penguin.obj",
+            "retopo --script {root}/examples/retopo/penguin.tutorial.jsonl -o {out}/penguin.obj",
         ),
         (draw_network,),
     ),
     "features": VerbRun(
         (
-            "features cars/sedan.obj --strokes cars/sedan.strokes.json -o sedan.json --picture f.png",
+            "features cars/sedan.obj --strokes cars/sedan.strokes.json -o sedan.json "
+            "--picture f.png",
             "features cars/coupe.obj --strokes cars/coupe.strokes.json --strict -o coupe.json",
         ),
         (snap_features,),
@@ -335,9 +344,6 @@ RUNS: dict[str, VerbRun] = {
         )
     ),
 }
-
-#: Verbs that call nothing that is compiled.
-WITHOUT_KERNELS = ("warmup",)
 
 #: Verbs whose examples are bodies of cars, which take a moment to make.
 WITH_CARS = ("features", "register", "shape-model")
@@ -371,7 +377,10 @@ def prepare_folder(folder: Path, verb: str) -> None:
     lines = [[[1, y, 0.1], [8, y, 0.1]] for y in (2, 4, 6)] + [
         [[x, 1, 0.1], [x, 8, 0.1]] for x in (2, 4.5, 7)
     ]
-    script = [{"tool": "open", "surface": str(folder / "sheet.obj")}, {"tool": "sizes", "edge": 0.7}]
+    script = [
+        {"tool": "open", "surface": str(folder / "sheet.obj")},
+        {"tool": "sizes", "edge": 0.7},
+    ]
     script += [{"tool": "stroke", "points": line} for line in lines]
     script += [{"tool": "brush", "at": [4.5, 4, 0.0], "to": [4.7, 4.2, 0.0]}]
     (folder / "sheet.jsonl").write_text("".join(json.dumps(call) + "\n" for call in script))
@@ -435,7 +444,9 @@ def run_verb(verb: str, *, shared: bool) -> dict[str, Any]:
     with tempfile.TemporaryDirectory() as name:
         # In a process of its own: what the examples themselves need is not the verb's.
         subprocess.run(
-            [sys.executable, __file__, "--prepare", name, verb], check=True, stdout=subprocess.DEVNULL
+            [sys.executable, __file__, "--prepare", name, verb],
+            check=True,
+            stdout=subprocess.DEVNULL,
         )
         # What queries keep beside kernels shall be made here, as in a fresh installation.
         os.environ.setdefault(KERNELS_VARIABLE, str(kernel_folder() or ""))
@@ -446,12 +457,9 @@ def run_verb(verb: str, *, shared: bool) -> dict[str, Any]:
             if ("{shared}" in call or "{root}" in call) and not (shared and SHARED.is_dir()):
                 continue
             text = call.replace("{shared}", str(SHARED)).replace("{root}", str(ROOT))
+            text = text.replace("{out}", name)
             with contextlib.chdir(ROOT if "{root}" in call else name):
-                arguments = [
-                    str(Path(name, word)) if "{root}" in call and word.endswith((".obj", ".png")) else word
-                    for word in text.split()
-                ]
-                code = call_verb(cli, arguments)
+                code = call_verb(cli, text.split())
             if code:
                 failed.append(f"{call}: exit code {code}")
         for function in RUNS[verb].functions:
@@ -476,7 +484,7 @@ def call_verb(cli: Any, arguments: list[str]) -> int:
 
 
 def run_apart(verb: str, *, shared: bool, environment: dict[str, str] | None = None) -> Any:
-    """As :func:`run_verb`, in a process of its own; RuntimeError where it ends without an answer."""
+    """As :func:`run_verb`, in a process of its own; RuntimeError if it ends without an answer."""
     command = [sys.executable, __file__, "--here", verb, *(["--shared"] if shared else [])]
     done = subprocess.run(
         command, env={**os.environ, **(environment or {})}, stdout=subprocess.PIPE, check=False

@@ -1,14 +1,15 @@
 """A class of patterns in a small block of bytes: :func:`dump_class` and :func:`parse_class`.
 
-What a query asks of a class (:class:`patterndb.core.patternclass.PatternClass`) comes out of a block
-in milliseconds, without a database and without compiled kernels. A block is xz-compressed: a line
-of JSON, the sizes of the columns, then columns of packed numbers. Rows are ordered by length of
-code and code, so that neighbours are alike and compress well; ids, lengths, joins and the default
-order follow from the rest.
+What a query asks of a class (:class:`patterndb.core.patternclass.PatternClass`) comes out of a
+block in milliseconds, without a database and without compiled kernels. A block is xz-compressed: a
+line of JSON, the sizes of the columns, then columns of packed numbers. Rows are ordered by length
+of code and code, so that neighbours are alike and compress well; ids, lengths, joins and the
+default order follow from the rest.
 """
 
 from __future__ import annotations
 
+import itertools
 import json
 import lzma
 
@@ -89,15 +90,13 @@ def parse_columns(block: bytes) -> dict[str, bytes]:
             raise ValueError("it is cut short")
     except (lzma.LZMAError, EOFError, ValueError, TypeError) as error:
         raise DatabaseError(f"a block of patterns is damaged ({error})") from error
-    return {
-        name: body[a:b] for name, a, b in zip(COLUMNS, ends[:-1], ends[1:], strict=True)
-    }
+    return {name: body[a:b] for name, a, b in zip(COLUMNS, ends[:-1], ends[1:], strict=True)}
 
 
 def split_codes(held: dict[str, bytes]) -> list[bytes]:
     """The packed codes of a block's columns, in its order."""
     cuts = np.cumsum(np.r_[0, unpack(held["code_sizes"])]).tolist()
-    return [held["codes"][a:b] for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    return [held["codes"][a:b] for a, b in itertools.pairwise(cuts)]
 
 
 def _make_class(n_sides: int, codes: list[bytes], held: dict[str, bytes]) -> PatternClass:

@@ -1,8 +1,8 @@
 """A whole database in a small file: what was learned, without what follows from it.
 
 About a tenth of the database's size, for shipping. A line names the format, a line of JSON tells
-what follows: a block a class (:mod:`patterndb.store.classblocks`), which can be read on its own, then
-one block of the meshes and of what each of them holds. The latter is xz-compressed: a line of
+what follows: a block a class (:mod:`patterndb.store.classblocks`), which can be read on its own,
+then one block of the meshes and of what each of them holds. The latter is xz-compressed: a line of
 JSON (meshes, sizes of the columns), then columns of packed numbers. Patterns are numbered class
 by class in the order of the blocks; each mesh names its own by these numbers.
 """
@@ -283,7 +283,10 @@ def _list_occurrences(
                 owner[at].tolist(),
                 (own[at] + mirrored[at]).tolist(),
                 mirrored[at].tolist(),
-                [examples[a:b] for a, b in zip(byte[at].tolist(), byte[at + 1].tolist(), strict=True)],
+                [
+                    examples[a:b]
+                    for a, b in zip(byte[at].tolist(), byte[at + 1].tolist(), strict=True)
+                ],
                 strict=True,
             )
         )

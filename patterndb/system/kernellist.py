@@ -1,8 +1,9 @@
 """The list of kernels that the verbs call, with the types of arguments that they call them with.
 
-``data/kernels.jsonl``, written by ``scripts/record_kernels.py``, a line each: packs are made of it, and
-it tells what to compile before a verb runs. A list that has fallen behind the code does no harm:
-what it names and is no more is passed over, and what it does not name is compiled when needed.
+``data/kernels.jsonl``, written by ``scripts/record_kernels.py``, a line each: packs are made of it,
+and it tells what to compile before a verb runs. A list that has fallen behind the code does no
+harm: what it names and is no more is passed over, and what it does not name is compiled when
+needed.
 """
 
 # pyright: reportMissingTypeStubs=false, reportPrivateUsage=false, reportUnknownMemberType=false
@@ -90,7 +91,7 @@ def find_kernel(kernel: ListedKernel) -> tuple[Any, tuple[Any, ...]] | None:
 
 def spell_type(given: Any) -> Any:
     """A numba type as JSON: "int64"; "int32 2C" for an array of two axes in C order, "int32 2C
-    readonly"; ["tuple", ...], or ["module:Class", ...] for a named one, with the types of its parts.
+    readonly"; ["tuple", ...], or ["module:Class", ...] for a named one, with the parts' types.
 
     Raises ValueError for one of another kind.
     """

@@ -1,8 +1,8 @@
 """The pack of compiled kernels that comes with the package: a file for one Python and one compiler.
 
 A file ``data/kernels/<python>.pack`` holds what the user's folder would after compiling every
-kernel of ``data/kernels.jsonl``, made by ``scripts/pack_kernels.py``. It is only ever read. One check
-says whether it is for this Python, numba, llvmlite, platform and processor; if it is not,
+kernel of ``data/kernels.jsonl``, made by ``scripts/pack_kernels.py``. It is only ever read. One
+check says whether it is for this Python, numba, llvmlite, platform and processor; if it is not,
 kernels are compiled into the user's folder, and the reason is told there.
 
 ``PATTERNDB_PACK`` names another pack; empty, none is used.
@@ -66,7 +66,7 @@ def get_pack_path() -> Path | None:
 def find_pack(stamp: str, triple: str) -> tuple[KernelPack | None, str]:
     """The pack that this process can use, or None and why there is none, as a part of a sentence.
 
-    stamp: what its code depends on (:func:`patterndb.system.kernels.get_stamp`). triple: the platform.
+    stamp: what code depends on (:func:`patterndb.system.kernels.get_stamp`). triple: the platform.
     """
     path = get_pack_path()
     if path is None:

@@ -39,11 +39,12 @@ Progress = Callable[[int, int, float], None]
 @dataclass(slots=True)
 class WarmingResult:
     """What came of it: kernels that are there now, that the code has no more, and errors of those
-    that could not be compiled."""
+    that could not be compiled; seconds that each took, by its key."""
 
     there: list[ListedKernel] = field(default_factory=list)
     gone: list[ListedKernel] = field(default_factory=list)
     failed: list[tuple[ListedKernel, str]] = field(default_factory=list)
+    seconds: dict[tuple[str, str, str], float] = field(default_factory=dict)
 
 
 def find_missing(kernels: Iterable[ListedKernel]) -> list[ListedKernel]:
@@ -122,6 +123,7 @@ def compile_listed(
                     result.there.append(kernel)
                 else:
                     result.gone.append(kernel)
+                result.seconds[kernel.key] = answer["seconds"]
                 listed += kernel.seconds
                 spent += answer["seconds"]
                 pace = (spent + SECONDS_A_PROCESS) / (listed + SECONDS_A_PROCESS)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from math import radians
@@ -13,6 +12,7 @@ import click
 from click.core import ParameterSource
 
 from patterndb.errors import NotFoundError
+from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.failure import EXIT_NOTHING
 from patterndb_app.cli.options import (
     Direction,
@@ -254,14 +254,14 @@ def _recover_curves(
 
     found: list[RecoveredCurve] = []
     lost: dict[str, str] = {}
-    started = time.perf_counter()
+    started = read_work_clock()
     for stroke, constraints in asked:
         try:
             found.append(recover_curve(model, stroke, constraints))
         except InvalidFeatureError as error:
             lost[stroke.name] = str(error)
             say(str(error))
-    return found, lost, time.perf_counter() - started
+    return found, lost, read_work_clock() - started
 
 
 def _document(

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from patterndb.errors import NotFoundError
+from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.options import OBJ, FileName, as_json, db_to_read, open_database
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.search import (
@@ -124,9 +124,9 @@ def fill(
     options: dict[str, Any] = {"limit": rank, "strokes": drawn, **search_arguments(search)}
     tolerance = options["tolerance"]
     with open_database(db) as database:
-        started = time.perf_counter()
+        started = read_work_clock()
         listed = list(fills(database, asked, **options))
-        found_at = time.perf_counter()
+        found_at = read_work_clock()
     if len(listed) < rank:
         count = plural(len(listed), "fill")
         raise NotFoundError(
@@ -135,7 +135,7 @@ def fill(
         )
     chosen = listed[rank - 1]
     placement = place(chosen, asked.points, ground, drawn, tolerance=tolerance)
-    seconds = found_at - started, time.perf_counter() - found_at
+    seconds = found_at - started, read_work_clock() - found_at
 
     from patterndb_app.cli.obj import write_placed_fill
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import sys
-import time
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from patterndb.errors import MeshFileError, NotFoundError
+from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.database import count_patterns
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, Interrupted, resumable
 from patterndb_app.cli.options import FileName, as_json, db_to_write, open_database
@@ -233,7 +233,7 @@ class LearningProgress:
         self._bar = bar
         self._talk = talk
         self._task: TaskID | None = None
-        self._started = time.perf_counter()
+        self._started = read_work_clock()
 
     def update(self, state: Progress) -> None:
         """Move the bar."""
@@ -241,7 +241,7 @@ class LearningProgress:
             return
         if self._task is None:
             self._task = self._bar.add_task("learning", total=state.bytes_total, rate="", names="")
-        seconds = time.perf_counter() - self._started
+        seconds = read_work_clock() - self._started
         self._bar.update(
             self._task,
             completed=state.bytes_done,

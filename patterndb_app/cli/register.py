@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 import numpy as np
 
+from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.obj import write_quads
 from patterndb_app.cli.options import OBJ, FileName, as_json, picture_path, read_model
 from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
@@ -102,9 +102,9 @@ def register(
     laid_out = read_any_template(template)
     drawn = read_drawn(network, tolerance)
     ground = read_model(model)
-    started = time.perf_counter()
+    started = read_work_clock()
     made = lay(ground, drawn, laid_out, delta=delta, rounds=rounds)
-    seconds = time.perf_counter() - started
+    seconds = read_work_clock() - started
     write_registration(output, made, laid_out)
     rows = part_rows(made, laid_out)
     gaps = {name: gap for name, gap in made.network.gaps.items() if gap > 0.0}

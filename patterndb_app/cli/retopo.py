@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from patterndb.system.compiling import read_work_clock
 from patterndb.system.extras import require_extra
 from patterndb_app.cli.options import (
     OBJ,
@@ -165,11 +165,11 @@ def retopo(
                 "read it, or press R in the window"
             )
         say(f"{name}: {plural(len(start.ground.triangles), 'triangle')}")
-        began = time.perf_counter()
+        began = read_work_clock()
         if wanted is not None and script is not None:
             done, refused = _play_script(wanted, editor, script, lenient)
         found = editor.fill()
-        seconds = time.perf_counter() - began
+        seconds = read_work_clock() - began
         said = Script(start.surface, tuple(done), start.quads)
         if view:
             _look(editor, name, session, record, said)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
@@ -12,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from patterndb.errors import NotFoundError
+from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.options import (
     OBJ,
     FileName,
@@ -178,9 +178,9 @@ def surface(
     for note in drawing.notes:
         say(note)
     given = drawing.network
-    started = time.perf_counter()
+    started = read_work_clock()
     cycles, found = _cycles(given, find_cycles, ban, keep)
-    seconds_finding = time.perf_counter() - started
+    seconds_finding = read_work_clock() - started
     if not cycles:
         raise NotFoundError(
             f"{network}: no closed cycle among {plural(len(given.curves), 'curve')}; curves that "
@@ -210,9 +210,9 @@ def surface(
     if any_chord:
         settings = replace(settings, area_price=None)
     with open_database(db) if METHODS[method].needs_database else nullcontext() as database:
-        started = time.perf_counter()
+        started = read_work_clock()
         made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
-        seconds = time.perf_counter() - started
+        seconds = read_work_clock() - started
     if output is not None:
         from patterndb_app.cli.obj import write_surface
 

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 import click
 
 from patterndb.errors import PatternDBError
-from patterndb.system.compiling import COMPILED
 from patterndb_app.cli.compiletalk import CompileTalk
 from patterndb_app.cli.failure import EXIT_BAD_INPUT
 from patterndb_app.cli.options import as_json
@@ -52,9 +51,7 @@ def warmup(verbs: Sequence[str], as_json: bool) -> int:
         talk = CompileTalk("compiling kernels")
         talk.update(0, len(missing), 0.0)
         with talk.shown():
-            done = compile_listed(
-                missing, processes=count_processes(missing), progress=talk.update
-            )
+            done = compile_listed(missing, processes=count_processes(missing), progress=talk.update)
         failed = [f"{kernel.module}.{kernel.name}: {error}" for kernel, error in done.failed]
     seconds = time.perf_counter() - began
     document = {
@@ -69,7 +66,9 @@ def warmup(verbs: Sequence[str], as_json: bool) -> int:
     if as_json:
         write_json(document)
     elif missing:
-        write(f"{plural(len(missing) - len(failed), 'kernel')} compiled in {seconds:.0f} s: {folder}")
+        write(
+            f"{plural(len(missing) - len(failed), 'kernel')} compiled in {seconds:.0f} s: {folder}"
+        )
     else:
         where = "came with this installation" if pack is not None else f"are in {folder}"
         write(f"nothing to compile: all {plural(len(listed), 'kernel')} {where}")

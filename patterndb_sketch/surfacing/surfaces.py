@@ -7,13 +7,13 @@ patch; a :class:`GrowingSketch` does so at every stage, with only what changed w
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb.system.compiling import read_work_clock
 from patterndb_sketch.surfacing.chords import (
     ALPHA,
     AREA_PRICE,
@@ -92,12 +92,12 @@ def surface_loop(
     spacing: about how far inner vertices are apart. db: where quads come from. Never fails on
     a valid loop: the triangulation of least area always exists.
     """
-    started = time.perf_counter()
+    started = read_work_clock()
     method = METHODS[settings.method]
     if method.needs_database and db is None:
         method = METHODS["chords"]
     made = method.make(loop, settings, spacing, db)
-    return _measure(loop, made, time.perf_counter() - started)
+    return _measure(loop, made, read_work_clock() - started)
 
 
 def _measure(loop: Loop, made: MadeSurface, seconds: float) -> LoopSurface:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import heapq
 import math
 import threading
-import time
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -14,6 +13,7 @@ from itertools import islice
 import numpy as np
 
 from patterndb.core.patternclass import PatternClass
+from patterndb.system.compiling import read_work_clock
 from query.boundary import Boundary
 from query.fill import Fill
 from query.identity import hash_fill, is_mesh
@@ -102,11 +102,11 @@ class Fills(Iterator[Fill]):
         return self
 
     def __next__(self) -> Fill:
-        begin = time.perf_counter()
+        begin = read_work_clock()
         try:
             fill = next(self._source)
         finally:
-            self.seconds += time.perf_counter() - begin
+            self.seconds += read_work_clock() - begin
         self._listed += 1
         return fill
 
@@ -148,7 +148,7 @@ class Fills(Iterator[Fill]):
         q = self._query
         timer = None
         if q.time_limit is not None:
-            self._deadline = time.perf_counter() + q.time_limit
+            self._deadline = read_work_clock() + q.time_limit
             # Another thread tells the kernels, which look at nothing but their flag.
             timer = threading.Timer(q.time_limit, self._time_out)
             timer.daemon = True
@@ -205,7 +205,7 @@ class Fills(Iterator[Fill]):
         sieve = _Sieve(self._query, first)
         while True:
             lanes = [ahead for ahead in lanes if ahead.bound is not None]
-            if time.perf_counter() >= self._deadline and not self._late:
+            if read_work_clock() >= self._deadline and not self._late:
                 self._time_out()
             nearest = min(lanes, key=lambda ahead: ahead.bound or (), default=None)
             while waiting and (nearest is None or waiting[0][0] <= (nearest.bound or ())):

@@ -47,7 +47,14 @@ def test_merged_from_the_command_line(cache: Path, learned: Path, tmp_path: Path
 def test_asked_where_no_database_is_named(cache: Path, learned: Path, tmp_path: Path) -> None:
     asked = (
         ("meshes", "--json"),
-        ("query", "--sides=3,5,4,6", "--limit=40", "--from-mesh=jug.obj", "--image", tmp_path / "q.svg"),
+        (
+            "query",
+            "--sides=3,5,4,6",
+            "--limit=40",
+            "--from-mesh=jug.obj",
+            "--image",
+            tmp_path / "q.svg",
+        ),
         ("show", "--sides=3,5,4,6", "-o", tmp_path / "a.svg"),
         ("gallery", "--class=3", "-o", tmp_path / "b.svg"),
     )
@@ -130,7 +137,11 @@ def test_answers_are_those_of_the_database_that_is_made_of_it(cache: Path, learn
                 assert not isinstance(a, np.ndarray) or a.dtype == b.dtype, field.name
             ids = np.r_[other.ids[::3], other.ids[:5] + 1]
             assert (packed.frequencies(ids) == database.frequencies(ids)).all()
-            for meshes, licences in ((None, None), (["jug.obj", "dog.obj"], None), (["hand.obj"], None)):
+            for meshes, licences in (
+                (None, None),
+                (["jug.obj", "dog.obj"], None),
+                (["hand.obj"], None),
+            ):
                 found = packed.pattern_ids(n_sides, meshes, licences)
                 assert (found == database.pattern_ids(n_sides, meshes, licences)).all()
             for number in other.ids[:3].tolist():

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from concurrent.futures import wait as wait_for
 from dataclasses import dataclass, field, replace
 
 from patterndb.store import Database
+from patterndb.system.compiling import read_work_clock
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import LoopMemory, Settings, surface
@@ -139,14 +139,14 @@ class SurfaceMaker:
 
     def _make(self, wish: Wish) -> Made:
         # This is the one thread that makes: nobody else writes to what is known.
-        started = time.perf_counter()
+        started = read_work_clock()
         cycles, notes = self._cycles(wish)
-        finding = time.perf_counter() - started
+        finding = read_work_clock() - started
         banned = {cycle.key for cycle in wish.banned}
         on = [c for c in cycles if wish.whole(c).key not in banned]
-        started = time.perf_counter()
+        started = read_work_clock()
         surfacing, body = self._surfaced(wish, on, wish.settings, wish.methods)
-        seconds = time.perf_counter() - started
+        seconds = read_work_clock() - started
         # Quads would change the edges of curves; an outline needs none.
         plain = replace(wish.settings, method="chords")
         off, off_body = self._surfaced(wish, wish.here(wish.banned), plain, {})

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -11,6 +10,7 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.leastarea import tabulate_areas_around
 from patterndb.geometry.points import Points
+from patterndb.system.compiling import read_work_clock
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.chords.candidates import (
     SAME,
@@ -116,12 +116,12 @@ def decompose(
     planar = is_planar(loop.points)
     if area_price is not None and not planar:
         worth = worth[find_affordable(loop.points, worth, area_price)]
-    started = time.perf_counter()
+    started = read_work_clock()
     kept = worth if planar else keep_within_budget(loop.points, worth, max_subproblems)
     exhausted = len(worth) - len(kept) > MOST_DROPPED * len(worth)
     if exhausted:
         kept = kept[:0]
-    counted = time.perf_counter() - started
+    counted = read_work_clock() - started
     cuts = search_cuts(loop.points, kept, alpha, flatness)
     return Decomposition(
         candidates=worth,
