@@ -61,16 +61,27 @@ def describe_installation() -> dict[str, dict[str, str]]:
             name: "installed" if extra.is_there() else f"not installed: {extra.install}"
             for name, extra in EXTRAS.items()
         },
-        "kernels": {
-            "folder": str(kernel_folder()),
-            "kept": _measure_folder(kernel_folder()),
-        },
+        "kernels": _describe_kernels(),
         "OpenGL": {"off screen": _try_opengl(), "DISPLAY": os.environ.get("DISPLAY", "not set")},
         "cache folders": {
             f"{place}.": f"{folder} ({_measure_folder(folder)})"
             for place, folder in enumerate(cache_folders(), 1)
         },
         "variables": {k: v for k, v in sorted(os.environ.items()) if k.startswith(VARIABLES)},
+    }
+
+
+def _describe_kernels() -> dict[str, str]:
+    """Say whether those that came along can be used, and where others are kept."""
+    # Imported here because --help need not wait for a compiler.
+    from patterndb.system.kernels import find_shipped
+
+    pack, reason = find_shipped()
+    folder = kernel_folder()
+    return {
+        "shipped": f"{len(pack.entries)} in use" if pack is not None else f"not used: {reason}",
+        "folder": "none that can be trusted" if folder is None else str(folder),
+        "kept": "nothing" if folder is None else _measure_folder(folder),
     }
 
 
