@@ -16,7 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
-from patterndb.geometry.polyline import sampled
+from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs import RADIUS, STITCH, build_ribs
 from patterndb_sketch.features.ribs.rib import slice_segments, trace_outline
@@ -52,7 +52,7 @@ def main() -> None:
     for state, model in models.items():
         print(f"{state}: {len(model.triangles):,} triangles, {model.n_components} parts")
         for name in ("roof_rail", "shoulder", "roof_profile", "front_arch"):
-            line = sampled(car.feature(name).smooth, RIBS + 1)
+            line = sample_polyline(car.feature(name).smooth, RIBS + 1)
             origins, tangents = model.nearest(line[1:-1]).points, line[2:] - line[:-2]
             ribs = build_ribs(model, origins, tangents)
             least, middle = timed(lambda m=model, o=origins, t=tangents: build_ribs(m, o, t))
@@ -66,7 +66,7 @@ def main() -> None:
     parts = (model.corners, model.triangles, model.components, *model.mesh.boxes)
     radius, tolerance = RADIUS * model.diagonal, STITCH * model.diagonal
     lone: list[float] = []
-    line = sampled(car.feature("shoulder").smooth, 31)
+    line = sample_polyline(car.feature("shoulder").smooth, 31)
     for origin, tangent in zip(line[1:-1], line[2:] - line[:-2], strict=True):
         cut = slice_segments(*parts, *find_plane(origin, tangent), radius, tolerance)
         points, offsets, closed, rims, gap, about, _, _ = cut

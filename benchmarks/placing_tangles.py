@@ -18,7 +18,7 @@ import numpy as np
 
 from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import sampled
+from patterndb.geometry.polyline import sample_polyline
 from patterndb.geometry.quadshape import quality
 from query.expand import expand_pattern
 from query.fill import Fill
@@ -84,7 +84,7 @@ def cases(edges: int) -> Iterator[tuple[str, tuple[int, int], list[Points]]]:
 def outline(sides: list[Points], counts: tuple[int, ...]) -> Points:
     """(P, 3) points around the outline, at equal arc lengths along each side."""
     parts = [
-        sampled(np.c_[side, np.zeros(len(side))], n)[:-1]
+        sample_polyline(np.c_[side, np.zeros(len(side))], n)[:-1]
         for side, n in zip(sides, counts, strict=True)
     ]
     return np.concatenate(parts)

@@ -93,7 +93,7 @@ def cpsat_ratio(database: Database, seed: int, each: int) -> tuple[float, float,
         allowed[0, o] = True
         question = pose_question(boundary, (), 0)
         ms, answer = timed(
-            lambda t=table, a=at, w=allowed, q=question: cpsat.keep_carrying(
+            lambda t=table, a=at, w=allowed, q=question: cpsat.keep_carriers(
                 t.labels, np.array([a]), w, q, 1
             )
         )

@@ -13,7 +13,13 @@ from numpy.typing import ArrayLike
 
 from patterndb.errors import InvalidBoundaryError
 from patterndb.geometry.points import Points, as_points
-from patterndb.geometry.polyline import MAX_EDGES, MIN_EDGES, edge_counts, joined, sampled
+from patterndb.geometry.polyline import (
+    MAX_EDGES,
+    MIN_EDGES,
+    edge_counts,
+    join_sides,
+    sample_polyline,
+)
 
 CornerKind = Literal["convex", "reflex", "full"]
 
@@ -93,7 +99,7 @@ class Boundary:
         if (lengths is None) == (edge_length is None):
             raise InvalidBoundaryError("give either the lengths of the sides or an edge_length")
         closed = corners is not None and not tuple(corners := tuple(corners))
-        chains = joined(sides, closed)
+        chains = join_sides(sides, closed)
         if lengths is None:
             assert edge_length is not None
             lengths = edge_counts(chains, edge_length)
@@ -103,7 +109,7 @@ class Boundary:
                 f"{len(chains)} polylines have {len(unplaced.lengths)} lengths; give one for each"
             )
         along = [
-            sampled(chain, length)[:-1]
+            sample_polyline(chain, length)[:-1]
             for chain, length in zip(chains, unplaced.lengths, strict=True)
         ]
         return cls(unplaced.lengths, unplaced.corners, np.concatenate(along))

@@ -58,7 +58,7 @@ def expand_pattern(
         rotation %= n
         first = start[(rotation + mirrored) % n]
         lengths = [sides[(rotation - i if mirrored else rotation + i) % n] for i in range(n)]
-    twin, of_edge = edges_of(pattern)
+    twin, of_edge = list_pattern_edges(pattern)
     across = np.array(given, np.int32)[of_edge]
     quads, n_vertices = expand_quads(twin, across, perimeter, first, mirrored)
     return Fill(
@@ -75,7 +75,7 @@ def expand_pattern(
 
 
 @lru_cache(maxsize=8192)
-def edges_of(pattern: Pattern) -> tuple[Int32Array, Int32Array]:
+def list_pattern_edges(pattern: Pattern) -> tuple[Int32Array, Int32Array]:
     """(4q,) int32 half-edges of a pattern, and the polychord that crosses each; kept, for a
     pattern is expanded many times."""
     return pattern.twin(), pattern.polychords().of_edge
@@ -224,7 +224,7 @@ def expand_marked(
     n = marked.n_sides
     rotation, mirrored = orientation.rotation % n, orientation.mirrored
     first = int(zero + start[(rotation + mirrored) % n]) % perimeter
-    twin, of_edge = edges_of(pattern)
+    twin, of_edge = list_pattern_edges(pattern)
     across = widths.astype(np.int32)[of_edge]
     quads, n_vertices = expand_quads(twin, across, perimeter, first, mirrored)
     return ExpandedPattern(

@@ -146,7 +146,7 @@ def snap_features(folder: str, example: str) -> None:
     sys.path.insert(0, str(Path(example).parent))
     from bodies import CARS, body, degrade, stroke
 
-    from patterndb.geometry.polyline import sampled
+    from patterndb.geometry.polyline import sample_polyline
     from patterndb_sketch.features.drag import MatrixCamera, begin_drag, move_drag
     from patterndb_sketch.features.model import Model
     from patterndb_sketch.features.ribs import build_ribs
@@ -154,7 +154,7 @@ def snap_features(folder: str, example: str) -> None:
 
     car = body(sorted(CARS)[0], resolution=0.4)
     mess = degrade(car, 1, gaps=0.001, crossings=0.003)
-    line = sampled(car.feature("shoulder").smooth, 11)
+    line = sample_polyline(car.feature("shoulder").smooth, 11)
     for points, triangles in ((car.points, car.triangles), (mess.points, mess.triangles)):
         model = Model.from_arrays(points, triangles)
         build_ribs(model, line[1:-1], line[2:] - line[:-2])

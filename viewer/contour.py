@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import arc_length, sampled
+from patterndb.geometry.polyline import arc_length, sample_polyline
 from query import Boundary, Stroke
 from query.boundary import CornerKind
 from viewer.camera import View
@@ -88,7 +88,7 @@ class Contour:
         along: list[Points] = []
         for side, length in zip(self.sides, self.lengths, strict=True):
             kept = self.placed and len(side) == length + 1
-            along.append((side if kept else sampled(side, length))[:-1])
+            along.append((side if kept else sample_polyline(side, length))[:-1])
         return Boundary(self.lengths, self.corners, np.concatenate(along))
 
     def lengthened(self, side: int, by: int) -> Contour:

@@ -7,7 +7,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import arc_length, sampled
+from patterndb.geometry.polyline import arc_length, sample_polyline
 from query.placing import Surface
 from viewer.camera import View
 
@@ -71,7 +71,7 @@ class DrawingGround:
         chain = self._along_edges(a, b)
         if chain is None or arc_length(chain)[-1] == 0.0:
             chain = np.stack([a, b])
-        line = sampled(chain, PATH_POINTS - 1)
+        line = sample_polyline(chain, PATH_POINTS - 1)
         line[1:-1] = self.on(line[1:-1])[0]
         for _ in range(ROUNDS):
             line[1:-1] = self.on((line[:-2] + line[2:]) / 2.0)[0]

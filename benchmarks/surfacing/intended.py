@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import arc_length, sampled
+from patterndb.geometry.polyline import arc_length, sample_polyline
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, drop_repeats
 from patterndb_sketch.surfacing.sampling import Loop, loop_of, sample
 
@@ -113,7 +113,7 @@ def _at(x: Points, y: Points, z: Points) -> Points:
 def _polygon(corners: Sequence[tuple[float, float]], edges: int = 24) -> Points:
     """The closed outline of a polygon in the plane, so many points on every side."""
     solid = [np.array([x, y, 0.0]) for x, y in (*corners, corners[0])]
-    sides = [sampled(np.stack(side), edges)[:-1, :2] for side in pairwise(solid)]
+    sides = [sample_polyline(np.stack(side), edges)[:-1, :2] for side in pairwise(solid)]
     return np.concatenate([*sides, solid[:1][0][None, :2]])
 
 
@@ -152,8 +152,10 @@ def wheel_arch() -> Intended:
     half = np.linspace(np.pi, 0.0, 97)
     wheel = np.stack([0.55 * np.cos(half), 0.0 * half, 0.55 * np.sin(half)], axis=1)
     ends = np.array([[-1.6, 0.0, 0.0], [-0.55, 0.0, 0.0], [0.55, 0.0, 0.0], [1.2, 0.0, 0.0]])
-    lower = np.concatenate([sampled(ends[:2], 40)[:-1], wheel, sampled(ends[2:], 40)[1:]])
-    upper = sampled(np.array([[-1.6, 0.0, 0.9], [1.2, 0.0, 0.9]]), len(lower) - 1)
+    lower = np.concatenate(
+        [sample_polyline(ends[:2], 40)[:-1], wheel, sample_polyline(ends[2:], 40)[1:]]
+    )
+    upper = sample_polyline(np.array([[-1.6, 0.0, 0.9], [1.2, 0.0, 0.9]]), len(lower) - 1)
     v = np.linspace(0.0, 1.0, ACROSS + 1)[:, None]
     net = lower[:, None] * (1.0 - v) + upper[:, None] * v
     net[..., 1] = -0.12 * net[..., 0] ** 2 - 0.15 * net[..., 2] ** 2

@@ -37,14 +37,14 @@ def at_lengths(points: Points, lengths: ArrayLike) -> Points:
     return np.stack([np.interp(wanted, along, points[:, d]) for d in range(3)], axis=1)
 
 
-def sampled(points: Points, edges: int) -> Points:
+def sample_polyline(points: Points, edges: int) -> Points:
     """(edges + 1, 3) points at equal arc length along the polyline (k, 3), ends exact."""
     result = at_lengths(points, np.linspace(0, float(arc_length(points)[-1]), edges + 1))
     result[0], result[-1] = points[0], points[-1]
     return result
 
 
-def joined(sides: Sequence[ArrayLike], closed: bool) -> list[Points]:
+def join_sides(sides: Sequence[ArrayLike], closed: bool) -> list[Points]:
     """The polylines with their ends made equal where they meet.
 
     closed: there is one polyline, which ends where it begins (the end may be left out).

@@ -58,7 +58,7 @@ def weld(points: Points, reach: float) -> tuple[Points, NDArray[np.int64]]:
     return np.ascontiguousarray(places), place
 
 
-def triangulated(
+def triangulate_faces(
     points: Points, corners: NDArray[np.integer], offsets: NDArray[np.integer]
 ) -> tuple[Int32Array, int]:
     """((t, 3) triangles, how many faces or pieces of faces had fewer than three points).
@@ -87,7 +87,7 @@ def triangulated(
     return pieces[sound], dropped
 
 
-def sorted_triangles(triangles: Int32Array) -> tuple[Int32Array, int]:
+def sort_triangles(triangles: Int32Array) -> tuple[Int32Array, int]:
     """((t, 3) triangles, each ascending and once, sorted; how many repeated others)."""
     ascending = np.sort(triangles, axis=1)
     ascending = ascending[np.lexsort(ascending.T[::-1])]

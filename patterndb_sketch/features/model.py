@@ -14,7 +14,7 @@ from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Floats, Points, as_points
 from patterndb.geometry.trianglemesh import TriangleMesh
-from patterndb.geometry.triangulation import WELD, sorted_triangles, triangulated, weld
+from patterndb.geometry.triangulation import WELD, sort_triangles, triangulate_faces, weld
 from patterndb_sketch.features.errors import InvalidFeatureError
 
 
@@ -94,10 +94,10 @@ class Model:
         name = np.zeros(len(mesh.points), np.int64)
         name[used] = place
         try:
-            pieces, dropped = triangulated(points, name[mesh.corners], mesh.offsets)
+            pieces, dropped = triangulate_faces(points, name[mesh.corners], mesh.offsets)
         except InvalidMeshError as error:
             raise InvalidFeatureError(str(error)) from None
-        triangles, repeated = sorted_triangles(pieces)
+        triangles, repeated = sort_triangles(pieces)
         if not len(triangles):
             raise InvalidFeatureError("the model has no triangle with three corners")
         # Points of nothing but dropped triangles are none of the model's.

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import arc_length, sampled
+from patterndb.geometry.polyline import arc_length, sample_polyline
 from patterndb_sketch.surfacing.network import (
     Curve,
     CurveNetwork,
@@ -187,8 +187,8 @@ def _inside(curve: Curve, counts: Sequence[int]) -> tuple[Points, NDArray[np.boo
 def _sampled(part: Points, count: int) -> Points:
     """The stretch in ``count`` edges, the same to the last bit whichever way it was drawn."""
     if part.tolist() <= part[::-1].tolist():
-        return sampled(part, count)
-    return sampled(part[::-1], count)[::-1]
+        return sample_polyline(part, count)
+    return sample_polyline(part[::-1], count)[::-1]
 
 
 def _turning_between(

@@ -144,7 +144,7 @@ class RectanglePart:
 
 
 @dataclass(frozen=True, slots=True)
-class Dropped:
+class DroppedCorners:
     """The outline less some of its corners: ``then`` is the plan of what is left, whose loop
     begins at vertex ``turn`` of the outline. count: foretold, the dropped corners included."""
 
@@ -170,7 +170,7 @@ class Chord:
     turn: int = 0
 
 
-Plan = TablePart | PentagonPart | RectanglePart | Dropped | Chord
+Plan = TablePart | PentagonPart | RectanglePart | DroppedCorners | Chord
 
 
 def draw_chord(start: int, end: int, length: int, left: Plan, right: Plan, turn: int = 0) -> Chord:
@@ -203,7 +203,7 @@ def count_least(plan: Plan) -> int:
     open_plans: list[tuple[Plan, int]] = [(plan, 0)]
     while open_plans:
         at, drops = open_plans.pop()
-        if isinstance(at, Dropped):
+        if isinstance(at, DroppedCorners):
             open_plans.append((at.then, drops + at.count - at.then.count))
             continue
         sizes.append(drops)
@@ -232,7 +232,7 @@ def carry_out_plan(plan: Plan, perimeter: int, lookup: Lookup) -> tuple[Int32Arr
                 left, right = split_loop(loop, plan.start, plan.end, inner)
                 open_plans.append((plan.left, np.roll(left, -plan.turn) if plan.turn else left))
                 open_plans.append((plan.right, right))
-            case Dropped():
+            case DroppedCorners():
                 open_plans.append((plan.then, np.roll(loop, -plan.turn)))
             case _:
                 parts.append(MeshPart(loop, _quads(plan, lookup)))

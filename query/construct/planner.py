@@ -14,7 +14,7 @@ from query.boundary import Boundary
 from query.construct import trim
 from query.construct.parts import find_best_rectangle
 from query.construct.plan import (
-    Dropped,
+    DroppedCorners,
     Lookup,
     Plan,
     RectanglePart,
@@ -178,7 +178,7 @@ class Planner:
             part = self._part(outline, False)
             if part is not None:
                 count = part.count + boundary.n_sides - len(keep)
-                found.append(Dropped(turn, part, count))
+                found.append(DroppedCorners(turn, part, count))
                 good += count <= boundary.n_sides - 5
         return sorted(found, key=lambda plan: plan.count)[:wanted]
 
@@ -214,7 +214,7 @@ class Planner:
                 break
         if begin is not None:
             turn, n_dropped = begin
-            return [Dropped(turn, plan, plan.count + n_dropped) for plan in found]
+            return [DroppedCorners(turn, plan, plan.count + n_dropped) for plan in found]
         return found
 
     def _best_stage(self, stages: list[trim.Trimmed], strict: bool, enough: int) -> Plan | None:

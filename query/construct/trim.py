@@ -8,7 +8,7 @@ import numpy as np
 
 from query.boundary import Boundary, CornerKind
 from query.construct.parts import find_pentagon_cuts
-from query.construct.plan import Dropped, PentagonPart, Plan, draw_chord
+from query.construct.plan import DroppedCorners, PentagonPart, Plan, draw_chord
 
 #: An outline of fewer sides is not cut: what would be left is looked up as well as it is.
 FEWEST_TRIMMED = 6
@@ -62,7 +62,7 @@ class Trimmed:
                     part = PentagonPart(step.pentagon)
                     plan = draw_chord(step.start, step.end, length, part, plan)
                 case _Drop():
-                    plan = Dropped(step.turn, plan, plan.count + 1)
+                    plan = DroppedCorners(step.turn, plan, plan.count + 1)
         return plan
 
 

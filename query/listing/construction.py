@@ -90,7 +90,7 @@ def list_constructed(
     boundary = search.boundary
     if filters.ids is not None or filters.min_frequency is not None:
         return
-    fewest = max(_fewest(boundary), least)
+    fewest = max(_count_least_irregular(boundary), least)
     yield Step([], _rank(search, fewest, 0, 0, -1))
     for place, fill in enumerate(construct_fills(boundary, FamilyLookup.shared(), strict=strict)):
         if search.cancelled[0] and place:
@@ -106,7 +106,7 @@ def list_constructed(
         yield Step(found, bound)
 
 
-def _fewest(boundary: Boundary) -> int:
+def _count_least_irregular(boundary: Boundary) -> int:
     """What a constructed fill counts at least in the order of lists.
 
     No vertex has more than two quads too many or too few, so that each irregular one makes up

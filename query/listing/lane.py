@@ -20,7 +20,7 @@ from query.fill import Fill
 from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import Table, TableEntries
 from query.solving import cpsat
-from query.solving.batch import Question, keep_carrying, solve_rows
+from query.solving.batch import Question, keep_carriers, solve_rows
 from query.solving.evenness import OFF
 
 
@@ -196,13 +196,13 @@ def find_feasible(
     once: some of them, where there are any.
     """
     if search.by_cpsat:
-        return cpsat.keep_carrying(
+        return cpsat.keep_carriers(
             table.labels, entries.row, entries.allowed, search.question, search.threads
         )
     found = table.feasible(entries, search.boundary, search.cancelled, search.threads)
     if search.strokes:
         some = np.flatnonzero(found.any(axis=1))
-        found[some] = keep_carrying(
+        found[some] = keep_carriers(
             table.labels,
             entries.row[some],
             found[some],

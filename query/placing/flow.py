@@ -15,8 +15,8 @@ from patterndb.system.kernels import kernel
 from query.placing.strands import (
     SidedDisk,
     assign_strands,
-    edges_of,
     find_far_ends,
+    find_strand_edges,
     list_loop_chains,
     locate_span,
     walk_strand,
@@ -112,7 +112,7 @@ def follow_strokes(
     costs = [{name: distance for name, (distance, _) in choice.items()} for choice in choices]
     for i, name, choice in zip(drawn, assign_strands(costs), choices, strict=True):
         if name is not None:
-            edges = edges_of(fill.quads, choice[name][1])
+            edges = find_strand_edges(fill.quads, choice[name][1])
             result[i] = Following.between(strokes[i], edges, vertices)
     return result
 
@@ -141,7 +141,7 @@ def _costs(
             if last[0] <= far[at] < last[1]
         ]
     for chain in chains:
-        middle = vertices[edges_of(fill.quads, chain)].mean(axis=1)
+        middle = vertices[find_strand_edges(fill.quads, chain)].mean(axis=1)
         if stroke.is_loop:
             distance, _, _, _, _ = measure_loop_distance(stroke.points, middle)
         else:

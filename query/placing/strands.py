@@ -139,7 +139,7 @@ def find_far_ends(twin: Int32Array, border: Int32Array) -> Int32Array:
     return far
 
 
-def edges_of(quads: Int32Array, chain: Int32Array) -> Int32Array:
+def find_strand_edges(quads: Int32Array, chain: Int32Array) -> Int32Array:
     """(m, 2) the vertices of a walk's transversal edges, left of the way first."""
     corners = quads.ravel()
     ends = np.stack([corners[(chain & ~3) | ((chain + 1) & 3)], corners[chain]], axis=1)
@@ -179,7 +179,7 @@ def _strand(
     fill: SidedDisk, chain: Int32Array, ends: tuple[BoundaryEdge, BoundaryEdge] | None
 ) -> Strand:
     quads = chain // 4 if ends is None else chain[:-1] // 4
-    return Strand(quads.astype(np.int32), edges_of(fill.quads, chain), ends)
+    return Strand(quads.astype(np.int32), find_strand_edges(fill.quads, chain), ends)
 
 
 def count_edges_off(fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int) -> int | None:

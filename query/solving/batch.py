@@ -140,7 +140,7 @@ class BestFits:
     widths: Int32Array
 
 
-def keep_carrying(
+def keep_carriers(
     labels: Labels,
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
@@ -189,7 +189,7 @@ def solve_rows(
 ) -> BestFits:
     """The ``keep`` best fits of each row over the allowed orientations.
 
-    Arguments as in :func:`keep_carrying`. Cancelled, rows are missing.
+    Arguments as in :func:`keep_carriers`. Cancelled, rows are missing.
     """
     longest = _most_strands(labels.start, rows, labels.n_sides)
     count = np.zeros(len(rows), np.int64)
@@ -264,7 +264,7 @@ def _keep_carrying(
     cancelled: NDArray[np.uint8],
     once: bool,
 ) -> None:
-    """Kernel of :func:`keep_carrying` for rows first..last - 1; clears ``allowed``."""
+    """Kernel of :func:`keep_carriers` for rows first..last - 1; clears ``allowed``."""
     n_orientations, n_sides = lengths.shape
     side_start = np.empty(n_sides + 1, np.int32)
     no_keys = np.empty(0, np.int64)

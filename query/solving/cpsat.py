@@ -21,7 +21,7 @@ from patterndb.system.extras import require_extra
 from query.errors import InvalidQueryError, SolverError
 from query.solving.batch import BestFits, Labels, Question
 from query.solving.evenness import OFF
-from query.solving.solve import NO_FLOWS, Flows, Solutions
+from query.solving.solve import NO_FLOWS, OrientedStrokes, Solutions
 from query.solving.systems import Chords
 
 
@@ -64,7 +64,11 @@ class _Model:
             self.model.add(sum(side) == length)
 
     def add_strokes(
-        self, chords: Chords, lengths: list[int], flows: Flows, carriers: tuple[Carrier, ...]
+        self,
+        chords: Chords,
+        lengths: list[int],
+        flows: OrientedStrokes,
+        carriers: tuple[Carrier, ...],
     ) -> None:
         """Strands 1 wide on the strokes: the paper's x_q = x_q0 + 1 + x_q1, and what follows.
 
@@ -140,7 +144,7 @@ class _Model:
 
 
 def find_solutions(
-    chords: Chords, lengths: ArrayLike, limit: int | None = None, flows: Flows = NO_FLOWS
+    chords: Chords, lengths: ArrayLike, limit: int | None = None, flows: OrientedStrokes = NO_FLOWS
 ) -> Solutions:
     """As :func:`query.solving.solve.find_solutions`, solution for solution.
 
@@ -174,7 +178,7 @@ def find_solutions(
 
 
 def _with_flows(
-    chords: Chords, lengths: NDArray[np.int64], limit: int | None, flows: Flows
+    chords: Chords, lengths: NDArray[np.int64], limit: int | None, flows: OrientedStrokes
 ) -> Solutions:
     """The best of the solutions, by edges off, then evenness."""
     least = _least_off(chords, lengths, flows)
@@ -184,7 +188,7 @@ def _with_flows(
 
 
 def _least_off(
-    chords: Chords, lengths: NDArray[np.int64], flows: Flows
+    chords: Chords, lengths: NDArray[np.int64], flows: OrientedStrokes
 ) -> dict[tuple[int, ...], int]:
     """The solutions of every assignment of strokes to strands, with the fewest edges off."""
     least: dict[tuple[int, ...], int] = {}
@@ -198,7 +202,7 @@ def _least_off(
     return least
 
 
-def _assignments(chords: Chords, flows: Flows) -> Iterator[tuple[Carrier, ...]]:
+def _assignments(chords: Chords, flows: OrientedStrokes) -> Iterator[tuple[Carrier, ...]]:
     """Every way to give each stroke a polychord that joins its sides, and each polychord an
     order of its strokes."""
     side_of = np.repeat(np.arange(chords.n_sides), np.diff(chords.side_start)).tolist()
@@ -227,7 +231,7 @@ def _assignments(chords: Chords, flows: Flows) -> Iterator[tuple[Carrier, ...]]:
             yield tuple(carriers)
 
 
-def is_feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> bool:
+def is_feasible(chords: Chords, lengths: ArrayLike, flows: OrientedStrokes = NO_FLOWS) -> bool:
     """As :func:`query.solving.solve.is_feasible`."""
     wanted = np.asarray(lengths, np.int64)
     if not len(flows.rows):
@@ -240,20 +244,20 @@ def is_feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> 
     return False
 
 
-def keep_carrying(
+def keep_carriers(
     labels: Labels,
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
     question: Question,
     threads: int | None = None,
 ) -> NDArray[np.bool_]:
-    """As :func:`query.solving.batch.keep_carrying`; a millisecond or so for every system."""
+    """As :func:`query.solving.batch.keep_carriers`; a millisecond or so for every system."""
 
     def fits(at: tuple[int, int]) -> bool:
         r, o = at
         chords = _chords(labels, int(rows[r]))
         return is_feasible(
-            chords, question.lengths[o], Flows(question.flows[o], question.tolerance)
+            chords, question.lengths[o], OrientedStrokes(question.flows[o], question.tolerance)
         )
 
     result = allowed.copy()
@@ -276,7 +280,7 @@ def solve_rows(
         chords = _chords(labels, row)
         of_row: list[tuple[int, tuple[int, ...], int]] = []
         for o in np.flatnonzero(allowed[r]).tolist():
-            flows = Flows(question.flows[o], question.tolerance)
+            flows = OrientedStrokes(question.flows[o], question.tolerance)
             weight = question.weights[o][chords.sides[:, 0], chords.sides[:, 1]].tolist()
             for widths, off in _all(chords, question.lengths[o].astype(np.int64), flows):
                 key = off * OFF + sum(w * x * x for w, x in zip(weight, widths, strict=True))
@@ -295,7 +299,7 @@ def solve_rows(
 
 
 def _all(
-    chords: Chords, lengths: NDArray[np.int64], flows: Flows
+    chords: Chords, lengths: NDArray[np.int64], flows: OrientedStrokes
 ) -> list[tuple[tuple[int, ...], int]]:
     """All widths, and the edges that each is off the strokes."""
     if len(flows.rows):

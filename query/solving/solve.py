@@ -20,7 +20,7 @@ from query.solving.systems import Chords
 
 
 @dataclass(frozen=True, slots=True)
-class Flows:
+class OrientedStrokes:
     """Strokes as a pattern sees them, see :func:`query.solving.strokes.orient_strokes`.
 
     rows:      (s, 4) int32 side, edge, side, edge.
@@ -32,7 +32,7 @@ class Flows:
 
 
 #: No strokes.
-NO_FLOWS = Flows(np.zeros((0, FLOW_COLUMNS), np.int32), 0)
+NO_FLOWS = OrientedStrokes(np.zeros((0, FLOW_COLUMNS), np.int32), 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,12 +53,16 @@ class Solver(Protocol):
     """What a solver answers: :func:`find_solutions`, here and in :mod:`query.solving.cpsat`."""
 
     def __call__(
-        self, chords: Chords, lengths: ArrayLike, limit: int | None, flows: Flows = NO_FLOWS
+        self,
+        chords: Chords,
+        lengths: ArrayLike,
+        limit: int | None,
+        flows: OrientedStrokes = NO_FLOWS,
     ) -> Solutions: ...
 
 
 def find_solutions(
-    chords: Chords, lengths: ArrayLike, limit: int | None = None, flows: Flows = NO_FLOWS
+    chords: Chords, lengths: ArrayLike, limit: int | None = None, flows: OrientedStrokes = NO_FLOWS
 ) -> Solutions:
     """The ``limit`` best solutions (None: all) of one pattern in one orientation.
 
@@ -85,7 +89,9 @@ def find_solutions(
         keep *= 4
 
 
-def find_best_widths(chords: Chords, lengths: Int32Array, flows: Flows, keep: int) -> Int32Array:
+def find_best_widths(
+    chords: Chords, lengths: Int32Array, flows: OrientedStrokes, keep: int
+) -> Int32Array:
     """(k <= keep, n) int32 widths of the best solutions, best first; all if fewer than keep."""
     keys = np.empty(keep, np.int64)
     best = np.empty((keep, chords.n + 1), np.int32)
@@ -94,7 +100,7 @@ def find_best_widths(chords: Chords, lengths: Int32Array, flows: Flows, keep: in
     return best[order[:count], :-1]
 
 
-def is_feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> bool:
+def is_feasible(chords: Chords, lengths: ArrayLike, flows: OrientedStrokes = NO_FLOWS) -> bool:
     """Is there any solution? Arguments as in :func:`find_solutions`."""
     none = np.zeros(0, np.int64)
     wanted = np.asarray(lengths, np.int32)
@@ -104,7 +110,7 @@ def is_feasible(chords: Chords, lengths: ArrayLike, flows: Flows = NO_FLOWS) -> 
 def _carry(
     chords: Chords,
     lengths: Int32Array,
-    flows: Flows,
+    flows: OrientedStrokes,
     keys: NDArray[np.int64],
     best: Int32Array,
     order: NDArray[np.int64],

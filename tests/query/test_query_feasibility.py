@@ -86,7 +86,7 @@ def test_cpsat_answers_the_same(n_sides: int) -> None:
         entries = table.entries(boundary, np.ones(len(patterns), np.bool_))
         kernel = table.feasible(entries, boundary, np.zeros(1, np.uint8), None)
         question = pose_question(boundary, (), 0)
-        other = cpsat.keep_carrying(table.labels, entries.row, entries.allowed, question)
+        other = cpsat.keep_carriers(table.labels, entries.row, entries.allowed, question)
         assert other.tolist() == kernel.tolist()
 
 

@@ -11,7 +11,7 @@ import pytest
 from query_cases import Widths, brute_force
 
 from query.solving import cpsat, solve
-from query.solving.solve import Flows, Solutions
+from query.solving.solve import OrientedStrokes, Solutions
 from query.solving.systems import Chords
 
 #: Random systems to compare all solvers on; a release is held to 5,000.
@@ -22,7 +22,7 @@ def rows(solutions: Solutions) -> list[Widths]:
     return [tuple(row) for row in solutions.widths.tolist()]
 
 
-def edges_off(chords: Chords, widths: Widths, flows: Flows) -> int | None:
+def edges_off(chords: Chords, widths: Widths, flows: OrientedStrokes) -> int | None:
     """The fewest edges by which distinct strands miss all strokes, None beyond the tolerance.
 
     By laying the strands out along the boundary, one by one.
@@ -55,14 +55,16 @@ def edges_off(chords: Chords, widths: Widths, flows: Flows) -> int | None:
     return min(sums, default=None)
 
 
-def tried(chords: Chords, lengths: list[int], flows: Flows) -> list[Widths]:
+def tried(chords: Chords, lengths: list[int], flows: OrientedStrokes) -> list[Widths]:
     """All solutions, best first, by trying all widths."""
     off = {w: edges_off(chords, w, flows) for w in brute_force(chords, lengths)}
     kept = [(o, sum(x * x for x in w), w) for w, o in off.items() if o is not None]
     return [w for _, _, w in sorted(kept)]
 
 
-def random_flows(chance: random.Random, most_sides: int) -> tuple[Chords, list[int], Flows]:
+def random_flows(
+    chance: random.Random, most_sides: int
+) -> tuple[Chords, list[int], OrientedStrokes]:
     """A random label, lengths and strokes; half of the strokes lie on strands of a solution."""
     n_sides = chance.randint(1, most_sides)
     n = chance.randint(1, 6)
@@ -94,7 +96,11 @@ def random_flows(chance: random.Random, most_sides: int) -> tuple[Chords, list[i
             sides = [s for s in range(n_sides) if lengths[s]]
             a, b = chance.choice(sides), chance.choice(sides)
             strokes.append([a, chance.randrange(lengths[a]), b, chance.randrange(lengths[b])])
-    return chords, lengths, Flows(np.array(strokes, np.int32), chance.choice([0, 1, 1, 2]))
+    return (
+        chords,
+        lengths,
+        OrientedStrokes(np.array(strokes, np.int32), chance.choice([0, 1, 1, 2])),
+    )
 
 
 @pytest.mark.parametrize("seed", range(4))
@@ -121,19 +127,21 @@ def test_kernel_cpsat_and_trying_agree(seed: int) -> None:
 def test_two_strokes_on_one_polychord_need_two_strands() -> None:
     grid = Chords.from_label(((0,), (1,), (0,), (1,)))
     across = np.array([[0, 1, 2, 1], [0, 1, 2, 1]], np.int32)
-    assert rows(solve.find_solutions(grid, [3, 2, 3, 2], None, Flows(across[:1], 0))) == [(3, 2)]
-    assert not solve.is_feasible(grid, [3, 2, 3, 2], Flows(across, 0))
-    assert solve.is_feasible(grid, [3, 2, 3, 2], Flows(across, 1))
-    assert not solve.is_feasible(grid, [1, 2, 1, 2], Flows(across * [1, 0, 1, 0], 3))
+    assert rows(solve.find_solutions(grid, [3, 2, 3, 2], None, OrientedStrokes(across[:1], 0))) == [
+        (3, 2)
+    ]
+    assert not solve.is_feasible(grid, [3, 2, 3, 2], OrientedStrokes(across, 0))
+    assert solve.is_feasible(grid, [3, 2, 3, 2], OrientedStrokes(across, 1))
+    assert not solve.is_feasible(grid, [1, 2, 1, 2], OrientedStrokes(across * [1, 0, 1, 0], 3))
 
 
 def test_the_second_end_sees_strands_in_reverse() -> None:
     grid = Chords.from_label(((0,), (1,), (0,), (1,)))
     for edge in range(5):
         right = np.array([[0, edge, 2, 4 - edge]], np.int32)
-        assert solve.is_feasible(grid, [5, 2, 5, 2], Flows(right, 0))
+        assert solve.is_feasible(grid, [5, 2, 5, 2], OrientedStrokes(right, 0))
         wrong = np.array([[0, edge, 2, edge]], np.int32)
-        assert solve.is_feasible(grid, [5, 2, 5, 2], Flows(wrong, 0)) == (edge == 2)
+        assert solve.is_feasible(grid, [5, 2, 5, 2], OrientedStrokes(wrong, 0)) == (edge == 2)
 
 
 def test_the_example_of_the_paper() -> None:
@@ -151,5 +159,5 @@ def test_the_example_of_the_paper() -> None:
     assert sorted(rows(solve.find_solutions(chords, lengths))) == [c, d]
     stroke = np.array([[0, 2, 1, 1]], np.int32)
     for solver in (solve.find_solutions, cpsat.find_solutions):
-        assert rows(solver(chords, lengths, None, Flows(stroke, 0))) == [c]
-        assert rows(solver(chords, lengths, None, Flows(stroke, 1))) == [c, d]
+        assert rows(solver(chords, lengths, None, OrientedStrokes(stroke, 0))) == [c]
+        assert rows(solver(chords, lengths, None, OrientedStrokes(stroke, 1))) == [c, d]

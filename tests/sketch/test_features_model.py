@@ -15,7 +15,7 @@ from shared import MESHES, SHARED
 
 from ingest.formats import read_mesh
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.geometry.triangulation import MOST_CORNERS, SHORTER, triangulated, weld
+from patterndb.geometry.triangulation import MOST_CORNERS, SHORTER, triangulate_faces, weld
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 
@@ -153,7 +153,7 @@ class TestTriangulating:
         points = np.random.default_rng(seed).normal(size=(n, 3))
         points = points[np.lexsort(points.T[::-1])]
         order = np.random.default_rng(seed + 1).permutation(n)
-        found, dropped = triangulated(points, order, np.array([0, n]))
+        found, dropped = triangulate_faces(points, order, np.array([0, n]))
         assert dropped == 0 and len(found) == n - 2
         least = min(sum(cost(points, *t) for t in cut) for cut in all_cuts(tuple(order.tolist())))
         assert sum(cost(points, *t) for t in found) == pytest.approx(least, rel=1e-12)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import sampled
+from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.retopo.filling import change_counts, choose_counts
 from patterndb_sketch.retopo.filling.edgecounts import SAGITTA, STRETCH, count_fewest_edges
 from patterndb_sketch.retopo.network import Chain
@@ -29,7 +29,7 @@ def arc(turn: float, n: int = 400) -> Points:
 
 def cut_off(line: Points, edges: int) -> float:
     """The furthest that a point of a line lies from its division into edges."""
-    corners = sampled(line, edges)
+    corners = sample_polyline(line, edges)
     along = corners[1:] - corners[:-1]
     share = np.einsum("nec,ec->ne", line[:, None] - corners[:-1], along) / (along**2).sum(axis=1)
     feet = corners[:-1] + np.clip(share, 0.0, 1.0)[..., None] * along

@@ -8,7 +8,7 @@ from networks import cube, faces_network, prism, ring, shuffled, torus
 from shared import MESHES, SHARED
 
 from ingest.formats import read_mesh
-from patterndb.geometry.polyline import sampled
+from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.surfacing import (
     Curve,
     CurveNetwork,
@@ -91,7 +91,7 @@ def test_how_finely_curves_are_drawn_changes_no_cycle(file: str, points: int) ->
     network = read_network(CURVES / "salvi" / file)
     assert keys(find_cycles(bare(network)).cycles) == keys(network.cycles)
     curves = tuple(
-        Curve(sampled(c.points, points), c.nodes, c.id, c.stroke) for c in network.curves
+        Curve(sample_polyline(c.points, points), c.nodes, c.id, c.stroke) for c in network.curves
     )
     found = find_cycles(CurveNetwork(curves, network.nodes))
     assert keys(found.cycles) == keys(network.cycles)

@@ -14,7 +14,7 @@ from scipy.optimize import lsq_linear
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import sampled
+from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.surfacing.joining.junctions import (
     JoinedCurves,
     join_polylines,
@@ -273,8 +273,8 @@ class TestSingleCases:
 
     @pytest.mark.parametrize("n", [2, 200])
     def test_a_common_stretch_is_one_curve_between_two_nodes(self, n: int) -> None:
-        first = sampled(np.array([[0.0, 0, 0], [10, 0, 0]]), n - 1)
-        second = sampled(np.array([[3.0, 0.01, 0], [15, 0.01, 0]]), n - 1)
+        first = sample_polyline(np.array([[0.0, 0, 0], [10, 0, 0]]), n - 1)
+        second = sample_polyline(np.array([[3.0, 0.01, 0], [15, 0.01, 0]]), n - 1)
         result = join_polylines([first, second], tolerance=0.02)
         lengths = sorted(curve.length for curve in result.network.curves)
         assert lengths == pytest.approx([3, 5, 7], abs=0.02)
@@ -283,7 +283,7 @@ class TestSingleCases:
         assert left.reason == "twice" and left.length == pytest.approx(7, abs=0.02)
 
     def test_curves_that_touch_have_one_node(self) -> None:
-        line = sampled(np.array([[-2.0, 1.0, 0.0], [2.0, 1.0, 0.0]]), 80)
+        line = sample_polyline(np.array([[-2.0, 1.0, 0.0], [2.0, 1.0, 0.0]]), 80)
         network = network_of_polylines([circle(200), line], tolerance=0.002)
         assert len(network.nodes) == 3
         assert [curve.id for curve in network.curves] == [0, 1, 1]

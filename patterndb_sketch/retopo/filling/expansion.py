@@ -15,7 +15,7 @@ from patterndb.errors import PatternDBError
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import By, Choice
 from query.boundary import Boundary
-from query.expand import edges_of, expand_quads
+from query.expand import expand_quads, list_pattern_edges
 from query.identity import weld_quads
 from query.recognise import as_fill
 
@@ -80,7 +80,7 @@ class Expansion:
             # Quads come in the order of the pattern's, and keep its edges' order.
             pattern_edge = np.empty(len(tail), np.int32)
             pattern_edge[edges] = _pattern_edges(pattern, widths, mirrored)[other_edges]
-            chord = edges_of(pattern)[1][pattern_edge]
+            chord = list_pattern_edges(pattern)[1][pattern_edge]
             return cls(choice, pattern, widths, first, mirrored, strict, twin, border, chord)
         raise RefusedError("the patch's quads are no expansion of a pattern; choose another fill")
 
@@ -182,7 +182,7 @@ def _side_lengths(pattern: Pattern, widths: Sequence[int]) -> list[int]:
 def _expand(
     pattern: Pattern, widths: Sequence[int], first: int, mirrored: bool
 ) -> tuple[Int32Array, int]:
-    twin, of_edge = edges_of(pattern)
+    twin, of_edge = list_pattern_edges(pattern)
     across = np.array(widths, np.int32)[of_edge]
     perimeter = sum(_side_lengths(pattern, widths))
     return expand_quads(twin, across, perimeter, first, mirrored)
@@ -190,7 +190,7 @@ def _expand(
 
 def _pattern_edges(pattern: Pattern, widths: Sequence[int], mirrored: bool) -> Int32Array:
     """(4q,) int32, the pattern's half-edge that each half-edge of the expansion is parallel to."""
-    across = np.array(widths, np.int32)[edges_of(pattern)[1]].reshape(-1, 4)
+    across = np.array(widths, np.int32)[list_pattern_edges(pattern)[1]].reshape(-1, 4)
     of_quad = np.repeat(np.arange(len(across)), across[:, 0] * across[:, 1])
     # Turned over, corners 1 and 3 of a quad change places: edges run from last to first.
     order = np.arange(3, -1, -1) if mirrored else np.arange(4)

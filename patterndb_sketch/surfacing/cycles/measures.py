@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.leastarea import triangulate_cheapest
 from patterndb.geometry.points import Floats, Points
-from patterndb.geometry.polyline import sampled
+from patterndb.geometry.polyline import sample_polyline
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.cycles.closing import HalfCurves
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, measure_turning
@@ -105,7 +105,10 @@ def measure_cycles(
     network: CurveNetwork, halves: HalfCurves, cycles: Sequence[Cycle]
 ) -> CycleMeasures:
     """The measures of cycles of the network."""
-    parts = [sampled(curve.points, _edges(curve.points, curve.closed)) for curve in network.curves]
+    parts = [
+        sample_polyline(curve.points, _edges(curve.points, curve.closed))
+        for curve in network.curves
+    ]
     offsets = np.r_[0, np.cumsum([len(part) for part in parts])]
     samples = np.concatenate(parts) if parts else np.zeros((0, 3))
     leaving = np.concatenate([[part[1] - part[0], part[-2] - part[-1]] for part in parts])

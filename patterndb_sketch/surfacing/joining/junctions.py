@@ -31,7 +31,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from patterndb.geometry.points import Floats, Points
-from patterndb.geometry.polyline import arc_length, sampled
+from patterndb.geometry.polyline import arc_length, sample_polyline
 from patterndb_sketch.surfacing.joining.meetings import find_joins, measure_deviation
 from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
@@ -384,7 +384,7 @@ def find_copy(
             first, last = piece.nodes
             if first != last:
                 return number, pieces[number].nodes != piece.nodes
-            quarters = [sampled(points, 4)[[1, 3]] for points in (piece.points, other)]
+            quarters = [sample_polyline(points, 4)[[1, 3]] for points in (piece.points, other)]
             straight = np.linalg.norm(quarters[0] - quarters[1])
             return number, bool(np.linalg.norm(quarters[0] - quarters[1][::-1]) < straight)
     return None

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import sampled
+from patterndb.geometry.polyline import sample_polyline
 from patterndb_sketch.surfacing.network import InvalidNetworkError
 from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.tessellation.piece import (
@@ -131,7 +131,7 @@ def _sampled_chords(
         ends = loop.points[[a, b]]
         edges = max(1, round(float(np.linalg.norm(ends[1] - ends[0])) / spacing))
         within = list(range(count, count + edges - 1))
-        inside.append(sampled(ends, edges)[1:-1])
+        inside.append(sample_polyline(ends, edges)[1:-1])
         along[a, b] = [a, *within]
         along[b, a] = [b, *reversed(within)]
         count += len(within)
