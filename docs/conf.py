@@ -11,10 +11,11 @@ root_doc = "index"
 # Anchors of headings are those that GitHub gives, so that a link works in both places.
 myst_heading_anchors = 6
 
+# Else --db would become a dash and db.
+smartquotes = False
+
 html_theme = "furo"
 html_title = "patterndb"
-# Nothing of a page is loaded from elsewhere, and its source is in the repository.
-html_copy_source = False
 html_show_sphinx = False
 html_use_index = False
 pygments_style = "friendly"
