@@ -111,7 +111,7 @@ def measure_row(row: Row, root: Path, python: str) -> str:
     )
     installing = time.perf_counter() - began
     listed = subprocess.run(
-        [*pip, "list", "--format=freeze"], check=True, capture_output=True, text=True
+        [*pip[:3], "list", "--format=freeze"], check=True, capture_output=True, text=True
     )
     names = [n for line in listed.stdout.split() if (n := line.split("=")[0]) not in TOOLS]
     (site,) = (venv / "lib").glob("python3.*/site-packages")
