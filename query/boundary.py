@@ -98,8 +98,8 @@ class Boundary:
         """
         if (lengths is None) == (edge_length is None):
             raise InvalidBoundaryError("give either the lengths of the sides or an edge_length")
-        closed = corners is not None and not tuple(corners := tuple(corners))
-        chains = join_sides(sides, closed)
+        corners = None if corners is None else tuple(corners)
+        chains = join_sides(sides, corners == ())
         if lengths is None:
             assert edge_length is not None
             lengths = edge_counts(chains, edge_length)
@@ -113,6 +113,21 @@ class Boundary:
             for chain, length in zip(chains, unplaced.lengths, strict=True)
         ]
         return cls(unplaced.lengths, unplaced.corners, np.concatenate(along))
+
+    @classmethod
+    def from_vertices(
+        cls, sides: Sequence[ArrayLike], *, corners: Iterable[CornerKind] | None = None
+    ) -> Boundary:
+        """The boundary whose vertices are the points of polylines, bit for bit.
+
+        sides: as for :meth:`from_polylines`, but that nothing is placed anew: a polyline of k
+        points has k - 1 edges. Raises InvalidBoundaryError for polylines that do not join, and
+        as the class does.
+        """
+        corners = None if corners is None else tuple(corners)
+        chains = join_sides(sides, corners == ())
+        along = [chain[:-1] for chain in chains]
+        return cls([len(chain) for chain in along], corners, np.concatenate(along))
 
     def __repr__(self) -> str:
         lengths = ", ".join(map(str, self.lengths))

@@ -7,8 +7,10 @@
 
 sides: a polyline per side, counter-clockwise, each from the end of the one before. corners:
 "convex" or "reflex", or "c" or "r", one where each side begins; convex if left out, [] for one
-closed side. Either lengths, the edges of every side, or edge_length, about how long an edge
-shall be. strokes: polylines, or objects that say whether they are loops.
+closed side. One of lengths, the edges of every side; edge_length, about how long an edge shall be;
+and "vertices": true, where the points are the boundary's vertices and stay where they are, bit for
+bit, instead of vertices at equal distances along each side. strokes: polylines, or objects that
+say whether they are loops.
 """
 
 from __future__ import annotations
@@ -51,6 +53,7 @@ class BoundaryEntries(Entries):
     corners: list[Corner] | UnsetType = UNSET
     lengths: list[Whole] | UnsetType = UNSET
     edge_length: Number | UnsetType = UNSET
+    vertices: bool = False
     strokes: Any = None
 
 
@@ -96,18 +99,48 @@ def _document(data: bytes | str) -> JsonValue:
 
 
 def _boundary(entries: BoundaryEntries) -> Boundary:
-    lengths = None if entries.lengths is UNSET else entries.lengths
-    edge_length = None if entries.edge_length is UNSET else entries.edge_length
-    if (lengths is None) == (edge_length is None):
-        raise InvalidBoundaryError(
-            'give either "lengths", the edges of every side, or "edge_length", how long an edge '
-            f"shall be; there {'is neither' if lengths is None else 'are both'}"
-        )
     corners: list[CornerKind] | None = None
     if entries.corners is not UNSET:
         corners = ["reflex" if kind in ("reflex", "r") else "convex" for kind in entries.corners]
     sides = [complete_points(side) for side in entries.sides]
+    lengths = None if entries.lengths is UNSET else entries.lengths
+    edge_length = None if entries.edge_length is UNSET else entries.edge_length
+    if entries.vertices:
+        boundary = Boundary.from_vertices(sides, corners=corners)
+        _refuse_other_edges(boundary, lengths, edge_length)
+        return boundary
+    if (lengths is None) == (edge_length is None):
+        raise InvalidBoundaryError(
+            'give either "lengths", the edges of every side, or "edge_length", how long an edge '
+            f"shall be; there {'is neither' if lengths is None else 'are both'}. Where the points "
+            'are the vertices themselves, say "vertices": true instead'
+        )
     return Boundary.from_polylines(sides, lengths=lengths, edge_length=edge_length, corners=corners)
+
+
+def _refuse_other_edges(
+    boundary: Boundary, lengths: list[int] | None, edge_length: float | None
+) -> None:
+    """InvalidBoundaryError where a document counts edges otherwise than its vertices do."""
+    if edge_length is not None:
+        raise InvalidBoundaryError(
+            'edge_length would place vertices anew, but "vertices" is true, and they stay as they '
+            "are; leave one of the two out"
+        )
+    if lengths is None:
+        return
+    if len(lengths) != len(boundary.lengths):
+        raise InvalidBoundaryError(
+            f"lengths are {len(lengths)}, but there are {len(boundary.lengths)} sides; leave them "
+            'out: "vertices" is true, and the points tell'
+        )
+    for side, (asked, given) in enumerate(zip(lengths, boundary.lengths, strict=True)):
+        if asked != given:
+            raise InvalidBoundaryError(
+                f"lengths[{side}]: {asked} edges, but the {given + 1} vertices of side {side} are "
+                f"the ends of {given}; give {given}, or leave lengths out, or leave "
+                '"vertices" out to have vertices placed anew at equal distances'
+            )
 
 
 def _strokes(boundary: Boundary, drawn: JsonValue | None) -> list[Stroke]:

@@ -12,6 +12,7 @@ from typing import Literal, Protocol
 
 import numpy as np
 
+from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
@@ -60,6 +61,7 @@ def fills(
     meshes: Sequence[str] | None = None,
     licences: Sequence[str] | None = None,
     origins: Collection[Origin] | None = None,
+    pattern: Pattern | int | None = None,
     use_counts: bool = False,
     time_limit: float | None = None,
     pool: int = POOL,
@@ -74,9 +76,11 @@ def fills(
     strokes: strands that every fill shall have, each its own; see :class:`query.stroke.Stroke`.
     tolerance: edges that a strand's end may be off its stroke's.
     limit: the most fills; per_pattern: the most of one pattern; None is no limit (the fills of
-    long sides run into millions). time_limit: seconds after which the list ends; it has at
-    least one fill if there is any, which may take a moment longer. pool: orders that measure
-    fills, all but "artist" and "regular", sort the first so many fills of "artist".
+    long sides run into millions). With per_pattern=1 every fill is another idea, and
+    :meth:`query.listing.stream.Fills.variants` lists what was left out under it.
+    time_limit: seconds after which the list ends; it has at least one fill if there is any,
+    which may take a moment longer. pool: orders that measure fills, all but "artist" and
+    "regular", sort the first so many fills of "artist".
     order: the name of one of :data:`query.listing.orders.ORDERS`, see docs; None is "flow" where
     boundary and strokes have points, and "artist" elsewhere.
     strict: only fills whose corners are where the boundary's are. Else corners may lie
@@ -86,7 +90,8 @@ def fills(
     :class:`query.listing.filters.Filters`; by default interior vertices have at least 3 quads.
     meshes, licences: only patterns that were learned from such meshes, see
     :meth:`patterndb.store.Database.pattern_ids`; source must be a database.
-    origins: only fills of these origins. use_counts: let recorded uses of a pattern count
+    origins: only fills of these origins. pattern: only fills of this pattern, or of the one
+    with this id. use_counts: let recorded uses of a pattern count
     like patches that were seen. solver: "kernel", or "cp-sat" for the same fills, slowly, from
     OR-Tools. threads: at most so many (default: one a processor); the list does not depend
     on it.
@@ -152,6 +157,7 @@ def fills(
                 min_frequency=min_frequency,
                 max_boundary_irregular=0 if strict else max_boundary_irregular,
                 ids=ids,
+                only=None if pattern is None else frozenset((_id_of(pattern),)),
             ),
             strict=strict,
             origins=None if origins is None else frozenset(origins),
@@ -172,6 +178,10 @@ def best(
     """The first of :func:`fills`, or None; the options are the same."""
     options = {"limit": 1, **options}
     return next(fills(source, boundary, **options), None)  # pyright: ignore[reportArgumentType]
+
+
+def _id_of(pattern: Pattern | int) -> int:
+    return pattern.id if isinstance(pattern, Pattern) else pattern
 
 
 def _class_for(source: PatternSource | PatternClass, boundary: Boundary) -> PatternClass:

@@ -94,7 +94,7 @@ class Sheet:
         valence = np.bincount(fill.quads.ravel())
         for v in fill.disk().irregular().tolist():
             ball = pv.Sphere(radius=0.028 * size, center=at[v])
-            colour = style.VALENCE_COLOURS[min(int(valence[v]), 7)]
+            colour = style.choose_valence_colour(int(valence[v]))
             self.plotter.add_mesh(ball, color=colour, smooth_shading=True)
 
     def lines(self, points: Points, ends: Points, colour: str, radius: float) -> None:

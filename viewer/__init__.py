@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from viewer.browser_state import BrowserSource, BrowserState
     from viewer.card import Card
     from viewer.embedding import embed_disk, find_flipped_quads
+    from viewer.fillcard import make_fill_card
     from viewer.gallery import save_gallery
     from viewer.opengl import DisplayError
     from viewer.paper import PictureFormatError, save_picture
@@ -35,6 +36,7 @@ __all__ = [
     "browse",
     "embed_disk",
     "find_flipped_quads",
+    "make_fill_card",
     "save_gallery",
     "save_picture",
 ]
@@ -48,6 +50,7 @@ _HOME = {
     "browse": "viewer.browser",
     "embed_disk": "viewer.embedding",
     "find_flipped_quads": "viewer.embedding",
+    "make_fill_card": "viewer.fillcard",
     "save_gallery": "viewer.gallery",
     "save_picture": "viewer.paper",
 }

@@ -33,6 +33,7 @@ class FillSearch:
     ask: makes the query; it is called in the thread, too, as patterns may have to be read.
     fills: those found so far, best first; it only grows. done: has it ended? failure: what it
     was ended by, if it failed. reason: why there is no fill, once it has ended without one.
+    asked: the query itself, once it has begun.
     """
 
     def __init__(self, ask: Callable[[], Fills]) -> None:
@@ -41,8 +42,9 @@ class FillSearch:
         self.failure: Exception | None = None
         self.reason: str | None = None
         self.truncated = False
+        self.cut_short = False
         self._ask = ask
-        self._asked: Fills | None = None
+        self.asked: Fills | None = None
         self._cancelled = False
         self._changed = threading.Condition()
         self._thread = threading.Thread(target=self._run, name="fills", daemon=True)
@@ -52,8 +54,8 @@ class FillSearch:
         """End it soon; does not wait."""
         with self._changed:
             self._cancelled = True
-            if self._asked is not None:
-                self._asked.cancel()
+            if self.asked is not None:
+                self.asked.cancel()
 
     def wait(self, count: int | None = None, timeout: float | None = None) -> bool:
         """Until there are so many fills, or it has ended; False if time ran out before."""
@@ -84,7 +86,7 @@ class FillSearch:
             return
         asked = self._ask()
         with self._changed:
-            self._asked = asked
+            self.asked = asked
             if self._cancelled:
                 return
         for fill in asked:
@@ -92,6 +94,7 @@ class FillSearch:
                 self.fills.append(fill)
                 self._changed.notify_all()
         self.truncated = asked.truncated
+        self.cut_short = asked.cut_short
         if not self._cancelled:
             self.reason = asked.reason
 
@@ -117,7 +120,7 @@ class Placer:
     def __init__(self, surface: Surface | None) -> None:
         self._surface = surface
         self._worker = ThreadPoolExecutor(1, thread_name_prefix="placing")
-        self._placed: dict[tuple[int, bool], Future[Placed]] = {}
+        self._placed: dict[tuple[tuple[int, int], bool], Future[Placed]] = {}
         self._region: tuple[Boundary, Region] | None = None
 
     def forget(self) -> None:
@@ -128,7 +131,7 @@ class Placer:
 
     def placed(
         self,
-        rank: int,
+        rank: tuple[int, int],
         fill: Fill,
         boundary: Boundary,
         strokes: Sequence[Stroke],
@@ -137,7 +140,8 @@ class Placer:
     ) -> Future[Placed]:
         """The fill of a rank where it lies, now or later; one that was not begun is dropped.
 
-        following: pull strands onto the strokes.
+        rank: its place in the list, and among the variants there. following: pull strands onto
+        the strokes.
         """
         key = (rank, following)
         if key not in self._placed:

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 from patterndb.core.disk import Disk
 from patterndb.core.pattern import Pattern
+from patterndb.geometry.points import Points
+from viewer.drawing import StrokeMark
 
 #: Valences are listed one by one up to this many, then counted.
 LISTED_VALENCES = 6
@@ -22,7 +24,8 @@ class Card:
     """One disk of a picture or a sheet.
 
     title: its name. rank: its place in a list, if it has one. facts: one short line for a
-    sheet. details: further lines, for a picture of its own.
+    sheet. details: further lines, for a picture of its own. points: (v, 2) float64 where its
+    vertices are drawn, None where its own corners decide. marks: of strokes.
     """
 
     disk: Disk
@@ -30,6 +33,8 @@ class Card:
     rank: int | None = None
     facts: str = ""
     details: tuple[str, ...] = ()
+    points: Points | None = None
+    marks: tuple[StrokeMark, ...] = ()
 
     @classmethod
     def of_pattern(cls, pattern: Pattern, rank: int | None = None) -> Card:

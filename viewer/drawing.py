@@ -12,11 +12,24 @@ from patterndb.core.halfedge import Int32Array, next_edge
 from patterndb.core.polychord import polychords
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.geometry.points import Points
-from viewer.embedding import embed_disk
+from viewer.embedding import embed_disk, frame_points
 from viewer.style import TINTS, parse_colour
 
 #: Part of an edge that a polychord's band covers.
 BAND = 0.44
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StrokeMark:
+    """A stroke that was asked for, in the numbers of a fill's vertices.
+
+    ends:  (k, 2) int32 the boundary edges where it begins and ends; none for a loop.
+    edges: (m, 2) int32 transversal edges of the strand that carries it, or none; a loop's first
+           comes again at its end.
+    """
+
+    ends: Int32Array
+    edges: Int32Array
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,6 +46,7 @@ class DiskDrawing:
     convex, reflex: (n,) int32 corners.
     irregular: (i,) int32 irregular interior vertices; valences: (i,) int32 theirs.
     edge:      a typical edge's length, for the size of markers and lines.
+    marks:     strokes that were asked for.
     """
 
     points: Points
@@ -46,17 +60,26 @@ class DiskDrawing:
     irregular: NDArray[np.int32]
     valences: NDArray[np.int32]
     edge: float
+    marks: tuple[StrokeMark, ...] = ()
 
 
 def draw_disk(
-    disk: Disk, *, mirrored: bool = False, tinted: bool = True, choose: int | None = None
+    disk: Disk,
+    *,
+    mirrored: bool = False,
+    tinted: bool = True,
+    choose: int | None = None,
+    points: Points | None = None,
+    marks: tuple[StrokeMark, ...] = (),
 ) -> DiskDrawing:
     """Lay a disk out for painting.
 
     mirrored: draw the mirror image. tinted: with the polychords' bands. choose: the bundle
     to pick out, numbered as :func:`viewer.drawing.find_bundles` does; one there is not is ignored.
+    points: (v, 2) where the vertices lie; None lays them out by the disk's corners. marks: of
+    strokes.
     """
-    points = embed_disk(disk)
+    points = embed_disk(disk) if points is None else frame_points(points)
     if mirrored:
         points = points * np.array([-1.0, 1.0])
     counts = disk.corner_counts()
@@ -89,6 +112,7 @@ def draw_disk(
         irregular=irregular,
         valences=disk.valence()[irregular],
         edge=float(np.median(lengths)),
+        marks=marks,
     )
 
 

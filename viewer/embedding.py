@@ -360,6 +360,10 @@ def _pairs(points: Complex) -> Points:
 
 
 def _framed(points: Complex) -> Points:
-    pairs = _pairs(points)
+    return frame_points(_pairs(points))
+
+
+def frame_points(pairs: Points) -> Points:
+    """Shift and scale points (v, 2) so that they lie within -1 to 1, their middle at 0."""
     low, high = pairs.min(axis=0), pairs.max(axis=0)
     return (pairs - (low + high) / 2.0) * (2.0 / (high - low).max())

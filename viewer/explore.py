@@ -30,6 +30,7 @@ def explore(
     strokes: Sequence[Stroke] = (),
     tolerance: int = 1,
     rank: int = 1,
+    folded: bool = True,
     write_obj: WriteObj | None = None,
     off_screen: Path | str | None = None,
     keys: str = "",
@@ -40,7 +41,8 @@ def explore(
 
     source: where patterns come from. boundary: its vertices placed; None to draw one in the
     window. surface: what it lies on, and fills are placed on; None is a plane. strokes,
-    tolerance: as for :func:`query.fills`. rank: the fill to begin with, from 1. write_obj: for
+    tolerance: as for :func:`query.fills`. rank: the fill to begin with, from 1. folded: list one
+    fill of each pattern, with its variants under it, not every fill. write_obj: for
     the key that saves a fill. off_screen: write one picture to this PNG instead of opening a
     window; it is drawn without OpenGL, and is the same everywhere. keys: pressed first, with
     spaces between ("o Right"), each once the query before has ended. folder: for what keys
@@ -55,7 +57,9 @@ def explore(
         check_png(off_screen)
     else:
         prepare_opengl(off_screen=False)
-    state = ExplorerState(source, boundary, surface=surface, strokes=strokes, tolerance=tolerance)
+    state = ExplorerState(
+        source, boundary, surface=surface, strokes=strokes, tolerance=tolerance, folded=folded
+    )
     try:
         shell = ExplorerSaver(state, Path(folder), write_obj, window_size)
         if off_screen is not None:
@@ -111,6 +115,8 @@ class ExplorerSaver(saver.Saver):
 
     def _name(self) -> str:
         fill = self.state.finder.fill
-        return (
-            "boundary" if fill is None else f"fill-{fill.pattern.name}-{self.state.finder.rank + 1}"
-        )
+        if fill is None:
+            return "boundary"
+        finder = self.state.finder
+        variant = f"-{finder.variant}" if finder.variant else ""
+        return f"fill-{fill.pattern.name}-{finder.rank + 1}{variant}"

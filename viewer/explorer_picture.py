@@ -11,6 +11,7 @@ from viewer import style
 from viewer.card import format_count, format_valences
 from viewer.contour import PointerMode
 from viewer.explorer_state import KEY_HELP, MOUSE_HELP, ExplorerState
+from viewer.finder import FillFinder
 from viewer.net import Net
 from viewer.panel import PANEL, PanelWriter, begin_panel, draw_help, draw_hint
 from viewer.picture import Drawn
@@ -24,7 +25,6 @@ MARKER = (0.16, 3.0, 7.0)
 
 BOUNDARY_WIDTH = 3.0
 STROKE_WIDTH = 3.6
-STROKE = "#8a3ffc"
 PREVIEW = "#e4487f"
 
 #: Pieces of a stroke between points of it: it follows the surface.
@@ -49,7 +49,7 @@ def compose_explorer(state: ExplorerState, aspect: float) -> Drawn:
     painter.boundary(net)
     for stroke in state.finder.strokes:
         if stroke.points is not None:
-            painter.line(stroke.points, STROKE, STROKE_WIDTH, closed=stroke.is_loop)
+            painter.line(stroke.points, style.STROKE, STROKE_WIDTH, closed=stroke.is_loop)
     if net is not None:
         painter.markers(net)
     painter.in_progress()
@@ -81,16 +81,15 @@ class _Painter:
         if len(odd):
             ring = odd[:, None] + style.make_circle() * (0.95 * radius)
             self.scene.polygons(ring, face=style.PAPER, line=style.SELECTED, width=0.45 * radius)
-        kinds = np.clip(net.valences, 2, 7)
-        for kind in np.unique(kinds).tolist():
-            at = self._shown(net.irregular[kinds == kind])
+        for kind in np.unique(net.valences).tolist():
+            at = self._shown(net.irregular[net.valences == kind])
             if len(at):
                 shape = at[:, None] + style.choose_valence_shape(kind) * radius
                 # Paint a larger one in white first: an outline of thin pieces has gaps at
                 # the points of a triangle.
                 rim = at[:, None] + style.choose_valence_shape(kind) * (radius + 1.4)
                 self.scene.polygons(rim, face=style.PAPER)
-                self.scene.polygons(shape, face=style.VALENCE_COLOURS[kind])
+                self.scene.polygons(shape, face=style.choose_valence_colour(kind))
 
     def boundary(self, net: Net | None) -> None:
         contour, boundary = self.state.contour, self.state.finder.boundary
@@ -134,7 +133,7 @@ class _Painter:
                 self.scene.polygons(dots, face=style.BOUNDARY)
         if len(state.pen.line) > 1:
             closed = state.mode is PointerMode.LOOP
-            self.line(np.stack(state.pen.line), STROKE, STROKE_WIDTH, closed=closed)
+            self.line(np.stack(state.pen.line), style.STROKE, STROKE_WIDTH, closed=closed)
 
     def _corners(self) -> None:
         """Convex corners are discs, reflex ones diamonds; the one at the pointer has a halo."""
@@ -267,6 +266,7 @@ def _headline(writer: PanelWriter, state: ExplorerState) -> None:
         writer.heading("searching …" if state.finder.searching else "No fill", 18.0)
     else:
         writer.heading(f"fill {state.finder.rank + 1:,} of {count:,}", 18.0)
+        _variants(writer, state.finder)
     if count:
         text = "the list is complete"
         if state.finder.searching:
@@ -275,6 +275,19 @@ def _headline(writer: PanelWriter, state: ExplorerState) -> None:
             text = "there are more: m"
         writer.paragraph(text, style.MESSAGE if state.finder.searching else style.FAINT_TEXT)
     writer.skip(0.6)
+
+
+def _variants(writer: PanelWriter, finder: FillFinder) -> None:
+    """What is folded under the fill listed, or which of it is looked at."""
+    found = f"{len(finder.variants):,}{' or more' if finder.counting else ''}"
+    if finder.variant:
+        text = f"variant {finder.variant:,} of {found}: ↑ ↓"
+    elif finder.variants:
+        noun = "variant" if found == "1" else "variants"
+        text = f"+{found} {noun} of its pattern: ↓"
+    else:
+        return
+    writer.paragraph(text, style.TEXT)
 
 
 def _fill(writer: PanelWriter, state: ExplorerState) -> None:
@@ -332,10 +345,10 @@ def _legend(writer: PanelWriter, state: ExplorerState) -> None:
     entries: list[tuple[np.ndarray, str, str, str]] = []
     placed = None if state.hiding else state.finder.placed
     if placed is not None:
-        kinds, counts = np.unique(np.clip(placed.net.valences, 2, 7), return_counts=True)
+        kinds, counts = np.unique(placed.net.valences, return_counts=True)
         for kind, count in zip(kinds.tolist(), counts.tolist(), strict=True):
-            colour = style.VALENCE_COLOURS[kind]
-            text = f"valence {style.format_valence(kind)}  ×{count}"
+            colour = style.choose_valence_colour(kind)
+            text = f"valence {kind}  ×{count}"
             entries.append((style.choose_valence_shape(kind), colour, "none", text))
         if len(placed.net.odd):
             text = f"on boundary  ×{len(placed.net.odd)}"

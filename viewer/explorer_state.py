@@ -28,7 +28,7 @@ class ExplorerState:
 
     surface: what is drawn and placed on; None is the plane of the boundary. boundary: its
     vertices placed, or None to have one drawn. strokes: on it. tolerance, limit: as for
-    :func:`query.fills`.
+    :func:`query.fills`. folded: see :class:`viewer.finder.FillFinder`.
     """
 
     def __init__(
@@ -40,9 +40,10 @@ class ExplorerState:
         strokes: Sequence[Stroke] = (),
         tolerance: int = TOLERANCE,
         limit: int = LIMIT,
+        folded: bool = True,
     ) -> None:
         #: What is asked, and the fills that were found.
-        self.finder = FillFinder(source, surface, strokes, tolerance, limit)
+        self.finder = FillFinder(source, surface, strokes, tolerance, limit, folded)
         self.helping = False
         self.hiding = False
         self.mode = PointerMode.LOOK
@@ -323,6 +324,8 @@ def _distance(line: Points, pointer: tuple[float, float]) -> float:
 #: (keys, what they do), as the help lists them; a lone head begins a group.
 KEY_HELP = (
     ("← →", "previous, next fill"),
+    ("↑ ↓", "variants of the fill: other fills of its pattern"),
+    ("a", "all fills, or one of each pattern"),
     ("Home End", "first, last fill so far"),
     ("m", "look for twice as many"),
     ("o", "order of the fills"),
@@ -361,12 +364,15 @@ ALIASES = (
         "Page_Down": "Next",
         "Page_Up": "Prior",
     }
-    | {c.upper(): c for c in "morbcksxlfnvuwphq"}
+    | {c.upper(): c for c in "amorbcksxlfnvuwphq"}
 )
 
 ACTIONS: dict[str, Callable[[ExplorerState], None]] = {
     "Left": lambda e: e.finder.step(-1),
     "Right": lambda e: e.finder.step(1),
+    "Up": lambda e: e.finder.step_variant(-1),
+    "Down": lambda e: e.finder.step_variant(1),
+    "a": lambda e: e.finder.toggle_folded(),
     "Prior": lambda e: e.finder.step(-10),
     "Next": lambda e: e.finder.step(10),
     "Home": lambda e: e.finder.look_at(0),

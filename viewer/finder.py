@@ -21,16 +21,24 @@ from viewer.background import FillSearch, OneAtATime, Placed, Placer
 #: Fills asked for at first; the key m asks for twice as many each time.
 LIMIT = 100
 
+#: Variants of one fill that are listed at most.
+VARIANTS = 100
+
 #: Most edges that a strand's ends may be off, by the key.
 MAX_TOLERANCE = 3
+
+
+#: What is said where there is nothing to open.
+UNFOLDED = "all fills are listed; a lists one of each pattern"
 
 
 class FillFinder:
     """What is asked, and what was found of it so far.
 
     Nothing is asked for until there is a boundary. tolerance, order, strict, limit: as for
-    :func:`query.fills`. following: are strands pulled onto their strokes? rank: of the fill
-    that is looked at, from 0.
+    :func:`query.fills`. following: are strands pulled onto their strokes? folded: is every fill
+    listed of another pattern, with its variants under it? Else all fills are. rank: of the fill
+    that is looked at, from 0. variant: 0 for the fill listed, k for the k-th variant under it.
     """
 
     def __init__(
@@ -40,6 +48,7 @@ class FillFinder:
         strokes: Sequence[Stroke],
         tolerance: int = TOLERANCE,
         limit: int = LIMIT,
+        folded: bool = True,
     ) -> None:
         self._source = OneAtATime(source)
         self.boundary: Boundary | None = None
@@ -49,8 +58,11 @@ class FillFinder:
         self.strict = False
         self.limit = limit
         self.following = True
+        self.folded = folded
         self.message = ""
         self.rank = 0
+        self.variant = 0
+        self._under: tuple[int, FillSearch] | None = None
         self._search: FillSearch | None = None
         self._ended: list[FillSearch] = []
         self._seen: tuple[object, ...] = ()
@@ -69,7 +81,7 @@ class FillFinder:
     @property
     def truncated(self) -> bool:
         """Has the list been cut off, so that the key m finds more?"""
-        return self._search is not None and self._search.truncated
+        return self._search is not None and self._search.cut_short
 
     @property
     def default_order(self) -> str:
@@ -88,7 +100,22 @@ class FillFinder:
     def fill(self) -> Fill | None:
         """The fill that is looked at; None while there is none."""
         found = self.fills
-        return found[self.rank] if self.rank < len(found) else None
+        if self.rank >= len(found):
+            return None
+        return found[self.rank] if self.variant == 0 else self.variants[self.variant - 1]
+
+    @property
+    def variants(self) -> list[Fill]:
+        """The fills under the one listed that were found so far; they are looked for as soon as
+        this is asked."""
+        search = self._search_variants()
+        return [] if search is None else search.fills
+
+    @property
+    def counting(self) -> bool:
+        """May there be more variants than were found so far?"""
+        search = self._search_variants()
+        return search is not None and (not search.done or search.truncated)
 
     @property
     def placed(self) -> Placed | None:
@@ -116,7 +143,8 @@ class FillFinder:
 
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
-        now = (len(self.fills), self.searching, self.placed, self.trouble)
+        under = (len(self.variants), self.counting)
+        now = (len(self.fills), self.searching, self.placed, self.trouble, under)
         changed = now != self._seen
         self._seen = now
         return changed
@@ -139,7 +167,10 @@ class FillFinder:
                     if not self.fills
                     else f"there is no fill {rank + 1}, only {len(self.fills)}"
                 )
-            self.rank = rank
+            self.rank, self.variant = rank, 0
+        under = self._search_variants()
+        if under is not None:
+            under.wait()
         future = self._placing()
         if future is not None:
             error = future.exception()
@@ -151,6 +182,7 @@ class FillFinder:
         if self._search is not None:
             self._search.cancel()
             self._ended.append(self._search)
+        self._forget_variants()
         for search in self._ended:
             search.join()
         self._placer.close()
@@ -159,11 +191,24 @@ class FillFinder:
 
     def step(self, by: int) -> None:
         """Another fill, stopping at the ends of what has been found."""
-        self.rank = max(0, min(self.rank + by, len(self.fills) - 1))
+        self.look_at(max(0, self.rank + by))
 
     def look_at(self, rank: int) -> None:
         """The fill of a rank from 0; from the end, if below 0."""
         self.rank = max(0, min(rank if rank >= 0 else len(self.fills) + rank, len(self.fills) - 1))
+        self.variant = 0
+
+    def step_variant(self, by: int) -> None:
+        """Another variant under the fill listed, or that fill again, stopping at either end."""
+        if not self.variants and not self.counting:
+            self.message = "this pattern has no other fill here" if self.folded else UNFOLDED
+            return
+        self.variant = max(0, min(self.variant + by, len(self.variants)))
+
+    def toggle_folded(self) -> None:
+        """One fill of each pattern, or every fill in its place."""
+        self.folded = not self.folded
+        self.restart()
 
     def change_tolerance(self, by: int) -> None:
         """How far strands may miss the strokes' ends, in edges."""
@@ -206,6 +251,8 @@ class FillFinder:
             self._search.cancel()
             self._ended = [s for s in self._ended if not s.done] + [self._search]
         self._placer.forget()
+        self._forget_variants()
+        self.variant = 0
         if not keep_rank:
             self.rank = 0
         self._search = None if self.boundary is None else FillSearch(self._question(self.boundary))
@@ -215,6 +262,7 @@ class FillFinder:
     def _question(self, boundary: Boundary) -> Callable[[], Fills]:
         strokes, tolerance, limit = tuple(self.strokes), self.tolerance, self.limit
         order, strict, source = self.order, self.strict, self._source
+        per_pattern = 1 if self.folded else None
         if order is not None and not self._is_usable(order):
             order = None
 
@@ -225,11 +273,33 @@ class FillFinder:
                 strokes=strokes,
                 tolerance=tolerance,
                 limit=limit,
+                per_pattern=per_pattern,
                 order=order,
                 strict=strict,
             )
 
         return ask
+
+    def _search_variants(self) -> FillSearch | None:
+        """The search for what is under the fill listed; begun if it was not, once the list is
+        complete: both at once would only wait for each other."""
+        search = self._search
+        if not self.folded or search is None or not search.done or search.asked is None:
+            return None
+        if self.rank >= len(search.fills):
+            return None
+        if self._under is None or self._under[0] != self.rank:
+            self._forget_variants()
+            asked, listed = search.asked, search.fills[self.rank]
+            self._under = self.rank, FillSearch(lambda: asked.variants(listed, limit=VARIANTS))
+        return self._under[1]
+
+    def _forget_variants(self) -> None:
+        """End the search for what is under a fill."""
+        if self._under is not None:
+            self._under[1].cancel()
+            self._ended = [s for s in self._ended if not s.done] + [self._under[1]]
+            self._under = None
 
     def _placing(self) -> Future[Placed] | None:
         """The work of placing the fill that is looked at; begun if it was not."""
@@ -237,5 +307,5 @@ class FillFinder:
         if fill is None or boundary is None:
             return None
         return self._placer.placed(
-            self.rank, fill, boundary, self.strokes, self.tolerance, self.following
+            (self.rank, self.variant), fill, boundary, self.strokes, self.tolerance, self.following
         )

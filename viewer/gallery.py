@@ -111,7 +111,7 @@ def _page(grid: Grid, cards: Sequence[Card], title: str, counter: str, tinted: b
         page.text(right, head, counter, 8.0, colour=style.FAINT_TEXT, align="right")
     drawings: list[DiskDrawing] = []
     for i, card in enumerate(cards):
-        drawing = draw_disk(card.disk, tinted=tinted)
+        drawing = draw_disk(card.disk, tinted=tinted, points=card.points, marks=card.marks)
         drawings.append(drawing)
         x, y = grid.centre(i)
         paint_disk(page, drawing, x, y, grid.cell, f"quads-{i + 1}")

@@ -9,7 +9,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.drawing import DiskDrawing
+from viewer.drawing import DiskDrawing, StrokeMark
 
 #: Radius of an irregular vertex's marker: part of an edge, and least and most in points.
 #: In a dense mesh it covers the quads around it; it is what one looks for.
@@ -18,6 +18,10 @@ MARKER = (0.17, 2.0, 4.6)
 #: Width of a quad's outline, likewise; the boundary's is so many times as wide.
 LINE = (0.045, 0.3, 0.9)
 BOUNDARY_LINES = 2.4
+
+#: Likewise that of a stroke asked for, and by how much wider its bars on the boundary are.
+STROKE_LINES = 2.6
+END_WIDTH = 2.0
 
 #: What markers and the boundary's width need beside the drawing itself, in points.
 BLEED = 3.0
@@ -104,15 +108,37 @@ def paint_disk(
     if len(drawing.reflex):
         diamonds = points[drawing.reflex][:, None] + style.make_diamond() * 1.5 * corner
         canvas.polygons(diamonds, face=style.PAPER, line=style.BOUNDARY, width=1.3 * thin)
-    kinds = np.clip(drawing.valences, 2, 7)
-    for kind in np.unique(kinds).tolist():
-        at = points[drawing.irregular[kinds == kind]]
+    for mark in drawing.marks:
+        _paint_mark(canvas, mark, points, STROKE_LINES * thin)
+    for kind in np.unique(drawing.valences).tolist():
+        at = points[drawing.irregular[drawing.valences == kind]]
         canvas.polygons(
             at[:, None] + style.choose_valence_shape(kind) * radius,
-            face=style.VALENCE_COLOURS[kind],
+            face=style.choose_valence_colour(kind),
             line=style.PAPER,
             width=max(0.4, 0.16 * radius),
         )
+
+
+def _paint_mark(canvas: PaintTarget, mark: StrokeMark, points: Points, width: float) -> None:
+    """Paint the midline of the strand that carries a stroke, and bars on the edges asked for.
+
+    points: (v, 2) of the fill on the canvas.
+    """
+    middle = points[mark.edges].mean(axis=1)
+    pieces = np.concatenate([np.stack([middle[:-1], middle[1:]], axis=1), points[mark.ends]])
+    wide = np.full(len(pieces), width)
+    wide[len(pieces) - len(mark.ends) :] *= END_WIDTH
+    along = pieces[:, 1] - pieces[:, 0]
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    along = along / np.where(length > 0.0, length, 1.0)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=1) * wide[:, None] / 2.0
+    a, b = pieces[:, 0], pieces[:, 1]
+    canvas.polygons(
+        np.stack([a + across, b + across, b - across, a - across], axis=1), face=style.STROKE
+    )
+    # Round where a midline bends.
+    canvas.polygons(middle[:, None] + style.make_circle() * width / 2.0, face=style.STROKE)
 
 
 def measure_scale(size: float) -> float:
@@ -128,17 +154,18 @@ def paint_legend(
     y: baseline; size: of the type, in points.
     """
     drawings = list(drawings)
-    kinds = {int(k) for d in drawings for k in np.clip(d.valences, 2, 7)}
+    kinds = sorted({int(k) for d in drawings for k in d.valences})
     entries: list[tuple[str, Points, str, str]] = []
-    for kind in style.VALENCES:
-        if kind in kinds:
-            colour = style.VALENCE_COLOURS[kind]
-            text = f"valence {style.format_valence(kind)}"
-            entries.append((text, style.choose_valence_shape(kind), colour, colour))
+    for kind in kinds:
+        colour = style.choose_valence_colour(kind)
+        entries.append((f"valence {kind}", style.choose_valence_shape(kind), colour, colour))
     if any(len(d.convex) for d in drawings):
         entries.append(("convex corner", style.make_circle() * 0.9, style.BOUNDARY, style.BOUNDARY))
     if any(len(d.reflex) for d in drawings):
         entries.append(("reflex corner", style.make_diamond() * 1.3, style.PAPER, style.BOUNDARY))
+    if any(d.marks for d in drawings):
+        bar = np.array([[-1.2, -0.35], [1.2, -0.35], [1.2, 0.35], [-1.2, 0.35]])
+        entries.append(("stroke", bar, style.STROKE, style.STROKE))
     # The exact width of a text needs a renderer; DejaVu Sans is about 0.6 as wide as high.
     widths = [size * (2.4 + 0.6 * len(text)) for text, *_ in entries]
     at = x - (sum(widths) - size) / 2.0

@@ -217,7 +217,9 @@ def save_picture(
     """
     path = Path(path)
     check_suffix(path)
-    drawing = draw_disk(card.disk, mirrored=mirrored, tinted=tinted)
+    drawing = draw_disk(
+        card.disk, mirrored=mirrored, tinted=tinted, points=card.points, marks=card.marks
+    )
     lines = [card.facts, *card.details]
     lines = [line for line in lines if line]
     head = (16.0 if card.title else 0.0) + 12.0 * len(lines)

@@ -20,6 +20,7 @@ BOUNDARY = "#1f2733"
 TEXT = "#1f2733"
 FAINT_TEXT = "#6d7683"
 SELECTED = "#e4487f"
+STROKE = "#8a3ffc"
 MESSAGE = "#b3124c"
 
 #: Soft tints for polychords, told apart in this order.
@@ -34,29 +35,34 @@ TINTS = (
     "#cfc0aa",
 )
 
-#: Valences with a colour of their own; the last stands for all larger ones.
-VALENCES = (2, 3, 5, 6, 7)
-
 VALENCE_COLOURS = {
     2: "#56b4e9",
     3: "#0072b2",
     5: "#d55e00",
     6: "#cc79a7",
     7: "#111111",
+    8: "#009e73",
+    9: "#b8860b",
+    10: "#7b3294",
+    11: "#8c510a",
+    12: "#b3124c",
 }
 
+#: The least valence that is drawn as a star, of so many points.
+STAR = 7
 
-def format_valence(valence: int) -> str:
-    """Format what the legend says: "5", or "7+" for the last class."""
-    return "7+" if valence == 7 else str(valence)
+
+def choose_valence_colour(valence: int) -> str:
+    """Choose the colour of a valence: beyond the last of them, stars differ by their points."""
+    return VALENCE_COLOURS[min(max(valence, 2), max(VALENCE_COLOURS))]
 
 
 def choose_valence_shape(valence: int) -> Points:
     """Choose (n, 2) float64 outline of a valence's marker, about the unit circle's size."""
-    if valence == 2:
+    if valence <= 2:
         return make_circle()
-    if valence >= 7:
-        return _star(7)
+    if valence >= STAR:
+        return _star(valence)
     # A triangle of the same radius looks smaller than the rounder shapes.
     return _regular(valence) * (1.22 if valence == 3 else 1.06)
 

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     metavar="K",
     help="Begin with the K-th fill.",
 )
+@click.option("--flat", is_flag=True, help="List every fill, not one of each pattern.")
 @db_to_read
 @click.option(
     "-o",
@@ -70,6 +71,7 @@ def explore(
     corners: tuple[str, ...] | None,
     tolerance: int,
     rank: int,
+    flat: bool,
     db: Path | None,
     output: Path | None,
     keys: str,
@@ -118,6 +120,7 @@ def explore(
             strokes=strokes,
             tolerance=tolerance,
             rank=rank,
+            folded=not flat,
             write_obj=write_placed_fill,
             off_screen=output,
             keys=keys,

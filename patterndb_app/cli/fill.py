@@ -16,6 +16,7 @@ from patterndb_app.cli.search import (
     FILTER_OPTIONS,
     ORDER_OPTIONS,
     SEARCH_OPTIONS,
+    find_fills,
     search_arguments,
     search_options,
 )
@@ -61,7 +62,7 @@ MOST_OF_SURFACE = 0.5
     default=1,
     show_default=True,
     metavar="K",
-    help="Place the K-th fill.",
+    help="Place the K-th fill: of different patterns, or with --flat or --json of all.",
 )
 @db_to_read
 @click.option(
@@ -91,12 +92,13 @@ def fill(
 
     \b
     {"sides": [[[0,0,0],[4,0,0]], [[4,0,0],[4,3,1]], [[4,3,1],[0,0,0]]],
-     "edge_length": 1.0,                    or "lengths": [4, 3, 5]
+     "edge_length": 1.0,                    or "lengths": [4, 3, 5], or "vertices": true
      "corners": ["convex", "c", "r"],       convex or reflex; may be left out
      "strokes": [[[2,0,0],[4,1,0.3]], {"points": [...], "loop": true}]}
 
-    The boundary's vertices, at equal distances along each side, stay where they are. Strokes
-    are strands that the fill shall have; they are pulled onto them.
+    The boundary's vertices, at equal distances along each side, stay where they are; with
+    "vertices": true they are the points themselves. Strokes are strands that the fill shall
+    have; they are pulled onto them.
 
     Exit code 1 where there is no such fill, 3 for a file that is not what it must be.
 
@@ -108,7 +110,6 @@ def fill(
     if record and db is None:
         raise click.UsageError("--record needs --db: the starter database cannot be changed")
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from query import fills
     from query.boundaryfile import read_boundary, read_strokes
     from query.placing import Surface, place
 
@@ -121,14 +122,21 @@ def fill(
         from ingest.formats import read_mesh
 
         ground = Surface.from_polygons(read_mesh(surface))
-    options: dict[str, Any] = {"limit": rank, "strokes": drawn, **search_arguments(search)}
+    options: dict[str, Any] = {
+        "limit": rank,
+        "strokes": drawn,
+        **search_arguments(search, program=as_json),
+    }
     tolerance = options["tolerance"]
     with open_database(db) as database:
         started = read_work_clock()
-        listed = list(fills(database, asked, **options))
+        listed = list(find_fills(database, asked, **options))
         found_at = read_work_clock()
     if len(listed) < rank:
-        count = plural(len(listed), "fill")
+        folded = options["folded"]
+        count = plural(len(listed), "pattern" if folded else "fill")
+        if folded and listed:
+            count += "; --flat counts every fill"
         raise NotFoundError(
             f"there is no fill {rank}, only {count}; see 'patterndb query --sides "
             f"{','.join(map(str, asked.lengths))}'"

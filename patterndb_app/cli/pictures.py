@@ -21,14 +21,22 @@ from patterndb_app.cli.options import (
     valence_option,
 )
 from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.search import find_fills, format_variants
 from patterndb_app.cli.text import plural, say, tell_left_over
 
 if TYPE_CHECKING:
     from patterndb.core.disk import Disk
     from patterndb.core.pattern import Pattern
-    from query import Boundary, Fill
+    from query import Boundary, Fill, Stroke
+    from viewer import Card
 
 PICTURE = picture_path(".png", ".svg")
+
+flat_option = click.option(
+    "--flat",
+    is_flag=True,
+    help="With --sides: every fill in its place, not one of each pattern.",
+)
 
 
 @click.command()
@@ -41,8 +49,9 @@ PICTURE = picture_path(".png", ".svg")
     default=1,
     show_default=True,
     metavar="K",
-    help="With --sides: the K-th fill.",
+    help="With --sides: the K-th fill, each of another pattern unless --flat is given.",
 )
+@flat_option
 @click.option("--widths", type=Numbers(), help="Widths of the pattern's polychords.")
 @db_to_read
 @click.option(
@@ -54,6 +63,7 @@ def show(
     sides: tuple[int, ...] | None,
     closed: bool,
     rank: int,
+    flat: bool,
     widths: tuple[int, ...] | None,
     db: Path | None,
     output: Path,
@@ -70,8 +80,7 @@ def show(
     if widths is not None and pattern is None:
         raise click.UsageError("--widths goes with a pattern's name; a fill has its own")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from query import fills
-    from viewer import Card, save_picture
+    from viewer import Card, make_fill_card, save_picture
 
     with open_database(db) as database:
         if pattern is not None:
@@ -83,16 +92,17 @@ def show(
         else:
             assert sides is not None
             boundary = boundary_of(sides, closed)
-            found = fills(database, boundary, limit=rank)
+            found = find_fills(database, boundary, limit=rank, folded=not flat)
             listed = list(found)
             if len(listed) < rank:
+                what = "fill" if flat else "pattern"
                 raise NotFoundError(
-                    f"there is no fill {rank}, only {plural(len(listed), 'fill')}"
+                    f"there is no fill {rank}, only {plural(len(listed), what)}"
                     if listed
                     else f"no fill: {found.reason}"
                 )
             fill = listed[rank - 1]
-            card = Card.of_disk(fill.disk(), fill.pattern.name, rank)
+            card = make_fill_card(fill, boundary, rank=rank)
     save_picture(output, card, tinted=not plain)
     say(f"drawn: {output}")
     return 0
@@ -111,6 +121,7 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
             "--class",
             "--sides",
             "--closed",
+            "--flat",
             "--convex",
             "--max-irregular",
             "--valence",
@@ -141,6 +152,7 @@ def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
     metavar="N",
     help="Draw at most N.",
 )
+@flat_option
 @click.option("--convex", is_flag=True, help="With --class: only patterns without reflex corner.")
 @max_irregular_option
 @valence_option
@@ -160,6 +172,7 @@ def gallery(
     db: Path | None,
     output: Path,
     limit: int,
+    flat: bool,
     convex: bool,
     max_irregular: int | None,
     valence: tuple[int, int] | None,
@@ -177,24 +190,26 @@ def gallery(
     if convex and n_sides is None:
         raise click.UsageError("--convex goes with --class; fills of --sides are convex")
     # Imported here because drawing libraries take a moment that --help need not wait for.
-    from query import fills
     from query.listing.filters import NO_DOUBLETS, Filters
     from viewer import Card, save_gallery
 
     with open_database(db) as database:
         if sides is not None:
             boundary = boundary_of(sides, closed)
-            found = fills(
+            found = find_fills(
                 database,
                 boundary,
                 limit=limit,
+                folded=not flat,
                 max_irregular=max_irregular,
                 valence=valence or NO_DOUBLETS,
             )
             listed = list(found)
             if not listed:
                 raise NotFoundError(f"no fill: {found.reason}")
-            paths = fill_sheet(output, listed, boundary, per_page, tinted=not plain)
+            variants = None if flat else found.count_variants(listed)
+            cards = make_fill_cards(listed, boundary, variants)
+            paths = fill_sheet(output, cards, boundary, per_page, tinted=not plain)
         else:
             assert n_sides is not None
             chosen = database.pattern_class(n_sides)
@@ -223,28 +238,48 @@ def tell_drawn(output: Path, pages: Sequence[Path]) -> None:
     tell_left_over(output.parent, f"{glob.escape(output.stem)}-[0-9]*{output.suffix}", pages)
 
 
+def make_fill_cards(
+    fills: Sequence[Fill],
+    boundary: Boundary,
+    variants: Sequence[int] | None = None,
+    *,
+    strokes: Sequence[Stroke] = (),
+    tolerance: int = 0,
+) -> list[Card]:
+    """The cards of a boundary's fills, in order, the strokes that were asked for marked.
+
+    variants: how many more fills each pattern has, in a folded list.
+    """
+    from viewer import make_fill_card
+    from viewer.card import format_valences
+
+    cards: list[Card] = []
+    for rank, fill in enumerate(fills, 1):
+        facts = [
+            format_valences(fill.pattern.valences),
+            plural(len(fill.quads), "quad"),
+            f"{fill.pattern.frequency:,}×",
+        ]
+        if variants is not None and variants[rank - 1]:
+            count = variants[rank - 1]
+            facts.append(f"{format_variants(count)} variant{'' if count == 1 else 's'}")
+        cards.append(
+            make_fill_card(fill, boundary, strokes, tolerance, rank=rank, facts="   ".join(facts))
+        )
+    return cards
+
+
 def fill_sheet(
     path: Path,
-    fills: Sequence[Fill],
+    cards: Sequence[Card],
     boundary: Boundary,
     per_page: int = 60,
     *,
     tinted: bool = True,
 ) -> list[Path]:
     """A contact sheet of a boundary's fills; the paths written."""
-    from viewer import Card, save_gallery
-    from viewer.card import format_valences
+    from viewer import save_gallery
 
-    cards = [
-        Card.of_disk(
-            fill.disk(),
-            fill.pattern.name,
-            rank,
-            f"{format_valences(fill.pattern.valences)}   {plural(len(fill.quads), 'quad')}   "
-            f"{fill.pattern.frequency:,}×",
-        )
-        for rank, fill in enumerate(fills, 1)
-    ]
     lengths = ", ".join(str(n) for n in boundary.lengths)
     return save_gallery(
         path, cards, title=f"fills of sides {lengths}", per_page=per_page, tinted=tinted

@@ -28,6 +28,8 @@ from patterndb_app.cli.search import (
     SEARCH_OPTIONS,
     Corners,
     FlowParam,
+    find_fills,
+    format_variants,
     search_arguments,
     search_options,
     strokes_of,
@@ -120,11 +122,14 @@ def query(
 ) -> int:
     """Find the fills of a boundary, best first.
 
-    The first is the most regular; after it come those that artists have made most. Exit code
-    1 where there is no fill, as strokes and filters may have it.
+    The first is the most regular; after it come those that artists have made most. Every fill
+    has another pattern: the other fills of it are counted, and listed with --pattern. Programs
+    get the flat list of all fills. Exit code 1 where there is no fill, as strokes and filters
+    may have it.
 
     \b
     patterndb query --sides 3,5,4,6
+    patterndb query --sides 3,5,4,6 --pattern 0492c47448381e23
     patterndb query --sides 8,8,8,8,8,8 --limit 100 --json
     patterndb query --sides 5,4,6,5 --flow 0:2-2:3 --loop --image fills.png
     patterndb query --sides 6,2,4,4,2,4 --corners c,c,c,r,c,c --order regular
@@ -136,7 +141,8 @@ def query(
         raise click.UsageError("with --batch every line has its own corners, strokes and loops")
     if obj is not None and obj.exists() and not obj.is_dir():
         raise click.BadParameter(f"{obj} is a file; name a folder", param_hint="'--obj'")
-    arguments = {"limit": limit, **search_arguments(search)}
+    program = as_json or batch is not None
+    arguments = {"limit": limit, **search_arguments(search, program=program)}
     if batch is not None:
         with open_database(db) as database:
             return run_batch(batch, database, arguments, obj, image)
@@ -156,13 +162,13 @@ def _one(
     obj: Path | None,
     image: Path | None,
 ) -> int:
-    # Imported here because compiled kernels take a moment that --help need not wait for.
-    from query import fills
-
     started = read_work_clock()
+    folded = arguments["folded"]
     with open_database(db) as database:
-        found = fills(database, boundary, strokes=strokes_of(flows, loops), **arguments)
+        strokes = strokes_of(flows, loops)
+        found = find_fills(database, boundary, strokes=strokes, **arguments)
         listed = list(found)
+        variants = found.count_variants(listed) if folded and found.stopped is None else None
         feasible = found.feasible_patterns
         reason = found.reason
     seconds = read_work_clock() - started
@@ -176,31 +182,45 @@ def _one(
             "reason": reason,
             "seconds": round(seconds, 4),
         }
-        write_json_with(document, "fills", (fill.to_json() for fill in listed))
+        fills = (fill.to_json() for fill in listed)
+        if variants is not None:
+            counted = zip(fills, variants, strict=True)
+            fills = ({**fill, "variants": count} for fill, count in counted)
+        write_json_with(document, "fills", fills)
     elif listed:
-        write(_fill_table(listed))
+        write(_fill_table(listed, variants))
         fit = "pattern fits" if feasible == 1 else "patterns fit"
-        more = "; there are more fills than these (--limit)" if found.truncated else ""
-        say(f"{feasible:,} learned {fit} strictly ({seconds:.2f} s){more}")
-    _keep(listed, boundary, obj, image)
+        short = found.cut_short if folded else found.truncated
+        more = f"; there are more {'patterns' if folded else 'fills'} than these" if short else ""
+        limit = " (--limit)" if short and len(listed) == arguments["limit"] else ""
+        say(f"{feasible:,} learned {fit} strictly ({seconds:.2f} s){more}{limit}")
+        if variants is not None and any(variants):
+            say("+: more fills of the pattern, listed by --pattern NAME; all fills by --flat")
+    _keep(listed, boundary, strokes, arguments["tolerance"], variants, obj, image)
     if not listed:
         say(f"no fill: {reason}")
         return EXIT_NOTHING
     return 0
 
 
-def _fill_table(fills: Sequence[Fill]) -> str:
-    heads = ("rank", "pattern", "irregular", "quads", "origin", "seen", "turned", "widths")
+def _fill_table(fills: Sequence[Fill], variants: Sequence[int] | None) -> str:
+    """variants: how many more fills each pattern has, in a folded list."""
     strokes = any(fill.flow_distance is not None for fill in fills)
-    if strokes:
-        heads = (*heads[:3], "off", *heads[3:])
+    heads: tuple[str, ...] = ("rank", "pattern")
+    heads += ("variants",) if variants is not None and any(variants) else ()
+    heads += ("irregular",)
+    heads += ("off",) if strokes else ()
+    heads += ("quads", "origin", "seen", "turned", "widths")
     rows: list[tuple[object, ...]] = []
     for rank, fill in enumerate(fills, 1):
         boundary = fill.n_irregular_boundary
         irregular = f"{fill.n_irregular} ({boundary} on boundary)" if boundary else fill.n_irregular
-        row: tuple[object, ...] = (rank, fill.pattern.name, irregular)
+        row: tuple[object, ...] = (rank, fill.pattern.name)
+        if variants is not None and any(variants):
+            row += (format_variants(variants[rank - 1]),)
+        row += (irregular,)
         if strokes:
-            row = (*row, f"{fill.flow_distance or 0:g}")
+            row += (f"{fill.flow_distance or 0:g}",)
         rows.append(
             (
                 *row,
@@ -214,14 +234,26 @@ def _fill_table(fills: Sequence[Fill]) -> str:
     return table(heads, rows)
 
 
-def _keep(fills: Sequence[Fill], boundary: Boundary, obj: Path | None, image: Path | None) -> None:
-    """Write the fills as OBJ files, and draw them, where that was asked."""
+def _keep(
+    fills: Sequence[Fill],
+    boundary: Boundary,
+    strokes: Sequence[Stroke],
+    tolerance: int,
+    variants: Sequence[int] | None,
+    obj: Path | None,
+    image: Path | None,
+) -> None:
+    """Write the fills as OBJ files, and draw them, where that was asked.
+
+    variants: how many more fills each pattern has, in a folded list.
+    """
     if obj is not None and fills:
         _write_objs(obj, fills, boundary)
     if image is not None and fills:
-        from patterndb_app.cli.pictures import fill_sheet, tell_drawn
+        from patterndb_app.cli.pictures import fill_sheet, make_fill_cards, tell_drawn
 
-        tell_drawn(image, fill_sheet(image, fills, boundary))
+        cards = make_fill_cards(fills, boundary, variants, strokes=strokes, tolerance=tolerance)
+        tell_drawn(image, fill_sheet(image, cards, boundary))
 
 
 def _write_objs(folder: Path, fills: Sequence[Fill], boundary: Boundary) -> None:
@@ -250,7 +282,6 @@ def run_batch(
     its number. Returns the exit code: that of bad input if there was such a line, that of nothing
     found if a boundary has no fill.
     """
-    from query import fills
     from query.errors import InvalidQueryError
 
     asked = unreadable = unanswered = 0
@@ -261,7 +292,7 @@ def run_batch(
             asked += 1
             try:
                 boundary, strokes = read_line(_text(line))
-                found = fills(database, boundary, strokes=strokes, **arguments)
+                found = find_fills(database, boundary, strokes=strokes, **arguments)
                 listed = list(found)
             except (InvalidBoundaryError, InvalidQueryError) as error:
                 unreadable += 1
@@ -280,7 +311,7 @@ def run_batch(
             write_json_with(document, "fills", (fill.to_json() for fill in listed))
             folder = None if obj is None else obj / f"line-{number:03}"
             sheet = image and image.with_name(f"{image.stem}-line-{number}{image.suffix}")
-            _keep(listed, boundary, folder, sheet)
+            _keep(listed, boundary, strokes, arguments["tolerance"], None, folder, sheet)
     say(
         f"{plural(asked, 'boundary', 'boundaries')}, {unanswered} without a fill, "
         f"{unreadable} that could not be read"

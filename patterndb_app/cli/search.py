@@ -11,7 +11,8 @@ import click
 from patterndb_app.cli.options import ParamType, Range, max_irregular_option, valence_option
 
 if TYPE_CHECKING:
-    from query import Stroke
+    from patterndb.store import Database
+    from query import Boundary, Fills, Stroke
     from query.stroke import BoundaryEdge
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -88,6 +89,13 @@ class OrderOption(click.Option):
         pass
 
 
+folded_option = click.option(
+    "--folded/--flat",
+    default=None,
+    help="One fill of each pattern, its variants counted, or every fill in its place.  [default: "
+    "folded; flat with --json, --batch, --pattern and --per-pattern]",
+)
+
 _OPTIONS = (
     click.option(
         "--tolerance",
@@ -156,12 +164,18 @@ _OPTIONS = (
         type=OrderChoice(),
         cls=OrderOption,
     ),
+    folded_option,
+    click.option(
+        "--pattern",
+        metavar="NAME",
+        help="Only fills of this pattern, by the first digits of its name: all its variants.",
+    ),
     click.option(
         "--per-pattern",
         type=click.IntRange(0),
         default=0,
         metavar="N",
-        help="List at most N fills of one pattern; 0 for all.  [default: 0]",
+        help="List at most N fills of one pattern, with --flat; 0 for all.  [default: 0]",
     ),
     click.option(
         "--time-limit",
@@ -195,7 +209,7 @@ FILTER_OPTIONS = (
     "--from-licence",
     "--learned-only",
 )
-ORDER_OPTIONS = ("--order", "--use-counts", "--per-pattern")
+ORDER_OPTIONS = ("--order", "--use-counts", "--folded", "--pattern", "--per-pattern")
 SEARCH_OPTIONS = ("--time-limit", "--solver", "--jobs")
 
 
@@ -206,8 +220,11 @@ def search_options(verb: F) -> F:
     return verb
 
 
-def search_arguments(given: dict[str, Any]) -> dict[str, Any]:
-    """The keywords of :func:`query.fills` that the options of :func:`search_options` mean."""
+def search_arguments(given: dict[str, Any], *, program: bool) -> dict[str, Any]:
+    """The keywords of :func:`find_fills` that the options of :func:`search_options` mean.
+
+    program: is the list for a program, which wants it flat?
+    """
     arguments = {
         name: given[name]
         for name in (
@@ -222,17 +239,56 @@ def search_arguments(given: dict[str, Any]) -> dict[str, Any]:
             "order",
             "time_limit",
             "solver",
+            "pattern",
         )
     }
     arguments["corners"] = given["pattern_corners"]
     arguments["meshes"] = given["from_mesh"] or None
     arguments["licences"] = given["from_licence"] or None
     arguments["origins"] = ("learned", "imported") if given["learned_only"] else None
+    some = bool(given["per_pattern"]) or given["pattern"] is not None
+    if given["folded"] and some:
+        raise click.UsageError(
+            "--folded lists one fill of each pattern; leave --pattern and --per-pattern out"
+        )
+    arguments["folded"] = not (program or some) if given["folded"] is None else given["folded"]
     arguments["per_pattern"] = given["per_pattern"] or None
     arguments["threads"] = given["jobs"]
     if given["valence"] is not None:
         arguments["valence"] = given["valence"]
     return arguments
+
+
+def find_fills(database: Database, boundary: Boundary, *, folded: bool, **arguments: Any) -> Fills:
+    """As :func:`query.fills`, but that the pattern goes by the first digits of its name.
+
+    folded: one fill of each pattern.
+    """
+    from query import fills
+
+    if folded:
+        arguments["per_pattern"] = 1
+    name = arguments.get("pattern")
+    if name is not None:
+        arguments["pattern"] = _identify_pattern(database, name)
+    return fills(database, boundary, **arguments)
+
+
+def _identify_pattern(database: Database, name: str) -> int:
+    """The id of a pattern, which no mesh need have shown if its name is given whole."""
+    if re.fullmatch(r"[0-9a-fA-F]{16}", name):
+        return int(name, 16)
+    return database.pattern(name).id
+
+
+def format_variants(count: int) -> str:
+    """How many more fills a pattern has, as :meth:`Fills.count_variants` counts them: "+7"; ""
+    for none."""
+    from query.listing.stream import MOST_COUNTED
+
+    if count == 0:
+        return ""
+    return f"+{count} or more" if count == MOST_COUNTED else f"+{count}"
 
 
 def strokes_of(flows: tuple[tuple[BoundaryEdge, BoundaryEdge], ...], loops: int) -> list[Stroke]:

@@ -99,7 +99,7 @@ def list_constructed(
         bound = _rank(search, irregular, fill.n_irregular_boundary, 0, place)
         found: list[Found] = []
         off = _off(fill, search, strokes)
-        if off is not None and _passes(fill, filters):
+        if off is not None and off >= search.least_off and _passes(fill, filters):
             rank = _rank(search, irregular, fill.n_irregular_boundary, off, place)
             distance = float(off) if strokes else None
             found.append((rank, ConstructedFill(replace(fill, flow_distance=distance))))
@@ -124,6 +124,8 @@ def _rank(search: Search, irregular: int, boundary: int, off: int, place: int) -
 
 def _passes(fill: Fill, filters: Filters) -> bool:
     if filters.max_irregular is not None and fill.n_irregular > filters.max_irregular:
+        return False
+    if filters.only is not None and fill.pattern.id not in filters.only:
         return False
     valences = fill.pattern.valences
     if filters.valence is not None and valences:

@@ -6,6 +6,7 @@ database could fill, and what this one does not hold.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -54,6 +55,7 @@ class Filters:
     max_boundary_irregular: the most irregular vertices on the boundary.
     ids:      (k,) int64, ascending: patterns that may be taken, see
               :meth:`patterndb.store.Database.pattern_ids`.
+    only:     the patterns that may be taken, by their ids, also of constructed fills.
 
     Raises InvalidQueryError for a negative bound or an empty range.
     """
@@ -66,6 +68,7 @@ class Filters:
     min_frequency: int | None = None
     max_boundary_irregular: int | None = None
     ids: NDArray[np.int64] | None = field(default=None, compare=False)
+    only: frozenset[int] | None = None
 
     def __post_init__(self) -> None:
         if self.max_irregular is not None and self.max_irregular < 0:
@@ -88,6 +91,11 @@ class Filters:
         for name, value in (("max_quads", self.max_quads), ("min_frequency", self.min_frequency)):
             if value is not None and value < 1:
                 raise InvalidQueryError(f"{name} is {value}; the least is 1, None leaves it open")
+
+    @property
+    def of_few(self) -> bool:
+        """Are they for some patterns by name, so that nobody else will ask the same?"""
+        return self.ids is not None or self.only is not None
 
     def rows(self, patterns: PatternClass, boundary: Boundary) -> NDArray[np.int64]:
         """(r,) int64 rows, ascending, that pass and have the boundary's corner kinds in number."""
@@ -122,6 +130,8 @@ class Filters:
             passes &= patterns.frequency >= self.min_frequency
         if self.ids is not None:
             passes &= np.isin(patterns.ids, self.ids)
+        if self.only is not None:
+            passes &= np.isin(patterns.ids, list(self.only))
         return passes
 
 
@@ -136,17 +146,19 @@ def explain_empty(
     n_candidates: int,
     *,
     strict: bool,
-    strokes: bool,
+    strokes: int,
+    together: Sequence[tuple[int, ...]] = (),
 ) -> str:
-    """One sentence. n_candidates: patterns of the class that pass the filters."""
+    """One sentence. n_candidates: patterns of the class that pass the filters. strokes: how many
+    were asked for. together: those, by their numbers from 0, that some fill has together."""
     impossible = explain_impossible(boundary, filters) if strict else None
     if impossible:
         return impossible
     sides = _sides(boundary)
     if strokes:
         return (
-            "no fill has strands on all the strokes; allow a greater tolerance, leave a stroke "
-            "out, or split the boundary along one"
+            f"no fill has strands on all the strokes{_list_groups(together, strokes)}; allow a "
+            "greater tolerance, leave a stroke out, or split the boundary along one"
         )
     if not strict:
         return "no fill passes the filters; relax them"
@@ -165,6 +177,17 @@ def explain_empty(
         f"none of the {n_candidates} patterns with {sides} that pass fits the lengths {lengths}; "
         "change the lengths, or learn from more meshes"
     )
+
+
+def _list_groups(together: Sequence[tuple[int, ...]], strokes: int) -> str:
+    """What of the strokes goes together, as the part of a sentence."""
+    if not together:
+        return ", nor on any one of them" if strokes > 1 else ""
+    groups = ", and with ".join(
+        " and ".join(str(number + 1) for number in group) for group in together
+    )
+    alone = " alone" if len(together[0]) == 1 else ""
+    return f", but there are fills with {groups}{alone}, counted as they were given"
 
 
 def explain_impossible(boundary: Boundary, filters: Filters) -> str | None:

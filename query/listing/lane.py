@@ -44,7 +44,8 @@ FIRST_ROWS = 24
 GROWTH = 4
 MOST_ROWS = 8192
 
-#: So many fits of a row are looked for first, GROWTH times as many whenever these run out.
+#: So many fits of a row are looked for first, unless fewer are asked for, and GROWTH times as
+#: many whenever these run out.
 FIRST_KEPT = 4
 
 #: Of the rows that fit, so many are solved first, then twice as many each time.
@@ -70,9 +71,10 @@ class Candidate(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class More:
-    """Fits that are yet to be found; they rank where this stands, or after it."""
+    """Fits of a pattern that are yet to be found; they rank where this stands, or after it."""
 
     find: Callable[[], list[Found]]
+    pattern_id: int
 
 
 Found = tuple[Rank, "Candidate | More"]
@@ -133,20 +135,22 @@ class Fit:
 class Search:
     """What all lanes of a query need to know.
 
-    keep:      the most fits of one row; None for all.
+    keep:      fits of one row that are looked for at first.
     n_loops:   loop strokes.
     cancelled: (1,) uint8, 1 once nobody waits for the answer any more.
     by_cpsat:  solve with CP-SAT instead of the kernels.
+    least_off: fits whose strands miss the strokes by fewer edges are left out.
     """
 
     boundary: Boundary
     question: Question
     ranking: Ranking
-    keep: int | None
+    keep: int
     n_loops: int
     cancelled: NDArray[np.uint8]
     by_cpsat: bool
     threads: int | None
+    least_off: int = 0
 
     @property
     def strokes(self) -> bool:
@@ -183,8 +187,8 @@ def search_table(table: Table, listing: Listing, search: Search, least: int) -> 
             begin, end = end, end + solve
             solve = min(2 * solve, MOST_SOLVED)
             bound = listing.rank(int(hits[end]), 0, -1) if end < len(hits) else after
-            keep = FIRST_KEPT if search.keep is None else min(search.keep, FIRST_KEPT)
-            found = _fits(table, listing, hits[begin:end], allowed[begin:end], search, keep, 0)
+            near = hits[begin:end], allowed[begin:end]
+            found = _fits(table, listing, *near, search, search.keep, 0)
             yield Step(found, bound)
 
 
@@ -225,7 +229,7 @@ def _fits(
 ) -> list[Found]:
     """The first ``keep`` fits of the entries at these places, but for the first ``known`` of each.
 
-    Where an entry has more fits, and they are wanted, the last found says how to get them.
+    Where an entry may have more fits, the last found says how to get them.
     """
     rows = listing.entries.row[hits]
     solve_most = keep * table.copies(rows)
@@ -256,14 +260,13 @@ def _fits(
             if not single[f - first]:
                 continue
             for wide in loops:
-                if place >= known:
+                if place >= known and offs[f] >= search.least_off:
                     off = offs[f] if search.strokes or search.n_loops else None
                     on_boundary = int(listing.entries.boundary[at])
                     fit = Fit(table, row, turned[f], tuple(widths[f]), wide, on_boundary, off)
                     found.append((listing.rank(at, offs[f], place), fit))
                 place += 1
-        wanted = search.keep is None or keep < search.keep
-        if wanted and last - first >= solve_most and not search.cancelled[0]:
+        if last - first >= solve_most and not search.cancelled[0]:
             later = partial(
                 _fits,
                 table,
@@ -271,8 +274,9 @@ def _fits(
                 hits[hit : hit + 1],
                 allowed[hit : hit + 1],
                 search,
-                keep * GROWTH if search.keep is None else min(keep * GROWTH, search.keep),
+                keep * GROWTH,
                 place,
             )
-            found.append((listing.rank(at, offs[last - 1], place), More(later)))
+            more = More(later, int(table.ids[row]))
+            found.append((listing.rank(at, offs[last - 1], place), more))
     return found

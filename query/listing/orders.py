@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 #: first, equal ones as the order "artist" has them. The fill may be told what was found.
 Measure = Callable[["Fill", "Boundary", "Sequence[Stroke]", int], "tuple[float, Fill]"]
 
+#: (boundary, strokes) -> a difference of what is measured that nobody sees.
+Alike = Callable[["Boundary", "Sequence[Stroke]"], float]
+
 
 @dataclass(frozen=True, slots=True)
 class FillOrder:
@@ -38,6 +41,8 @@ class FillOrder:
     measure: what it sorts by; None for ranks that need no fill to be made.
     needs_points: must the boundary have points?
     needs_strokes: must a stroke have points, too?
+    alike:   how much more than the best a fill may measure and still count as equal, so that of
+             those the more regular come first; None for not at all.
     """
 
     name: str
@@ -46,6 +51,7 @@ class FillOrder:
     needs_points: bool = False
     needs_strokes: bool = False
     then: str = ""
+    alike: Alike | None = None
 
     def is_usable(self, *, points: bool, strokes: bool) -> bool:
         """Can fills be listed so, where the boundary has points, and a stroke has?"""
@@ -73,6 +79,28 @@ def measure_flow(
     drawn = [stroke for stroke in strokes if stroke.points is not None]
     distance = measure_flow_distance(fill, lay_flat(fill, boundary.points), drawn, tolerance)
     return distance, replace(fill, flow_distance=distance)
+
+
+#: Strands whose mean distances from the strokes differ by so many edges are equally near: placing
+#: pulls either onto them.
+EQUALLY_NEAR = 0.25
+
+
+def allow_in_flow(boundary: Boundary, strokes: Sequence[Stroke]) -> float:
+    """Give the difference of :func:`measure_flow` up to which strands are about equally near.
+
+    It is a part of a mean edge of the boundary, over the length of all strokes.
+    """
+    import numpy as np
+
+    from patterndb.geometry.polyline import arc_length
+
+    assert boundary.points is not None, "the order needs points"
+    ring = np.concatenate([boundary.points, boundary.points[:1]])
+    edge = float(arc_length(ring)[-1]) / boundary.perimeter
+    drawn = [s for s in strokes if s.points is not None]
+    lines = [np.concatenate([s.points, s.points[:1]]) if s.is_loop else s.points for s in drawn]
+    return EQUALLY_NEAR * edge * sum(float(arc_length(line)[-1]) for line in lines)
 
 
 def measure_angles(
@@ -124,7 +152,15 @@ ORDERS: dict[str, FillOrder] = {
             "the fewest irregular vertices",
             then="the fewest of them on the boundary, then the pattern seen most",
         ),
-        FillOrder("flow", "the strands nearest to the strokes", measure_flow, True, True),
+        FillOrder(
+            "flow",
+            "the strands nearest to the strokes",
+            measure_flow,
+            True,
+            True,
+            then="of strands about equally near, the fewest irregular vertices",
+            alike=allow_in_flow,
+        ),
         FillOrder("fit", "what artists did most in such a shape", measure_fit, True),
         FillOrder("quality", "the squarest quads", measure_angles, True),
         FillOrder("small", "the fewest quads", measure_size),

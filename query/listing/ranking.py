@@ -16,6 +16,9 @@ miss the strokes: nearly always the exact fill is meant, but whoever draws may b
 Differs from the paper: fewest irregular vertices first hides what artists do with one or two
 more; benchmarks/RESULTS.md has how often either order lists an artist's own fill.
 
+Where strokes have ends, fits that miss none of them come first in both, and those that do after
+them, by a search of their own (:mod:`query.listing.stream`).
+
 The other orders sort what these find by a measure; see :mod:`query.listing.orders`.
 """
 

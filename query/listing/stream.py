@@ -6,9 +6,9 @@ import heapq
 import math
 import threading
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import islice
+from itertools import combinations, islice
 
 import numpy as np
 
@@ -19,8 +19,17 @@ from query.fill import Fill
 from query.identity import hash_fill, is_mesh
 from query.listing.construction import list_constructed
 from query.listing.filters import Filters, explain_empty
-from query.listing.lane import Candidate, Found, More, Search, Step, find_feasible, search_table
-from query.listing.orders import FillOrder, Measure
+from query.listing.lane import (
+    FIRST_KEPT,
+    Candidate,
+    Found,
+    More,
+    Search,
+    Step,
+    find_feasible,
+    search_table,
+)
+from query.listing.orders import ORDERS, FillOrder, Measure
 from query.listing.ranking import Listing, Rank, Ranking
 from query.listing.table import (
     Frequencies,
@@ -33,6 +42,19 @@ from query.listing.table import (
 )
 from query.solving.batch import pose_question
 from query.stroke import Stroke
+
+#: Where at most so many fills of a pattern are listed, orders that measure fills look at so many
+#: patterns at least, as far as there are.
+PATTERNS_IN_POOL = 20
+
+#: Variants of a fill that are counted unless told otherwise.
+MOST_COUNTED = 25
+
+#: The least valence of vertices that a pole may stand for.
+FIVE = 5
+
+#: Groups of as many strokes that are tried where no fill has all.
+MOST_GROUPS = 10
 
 #: Listings that a table keeps: a query needs two, and boundaries differ in their corners.
 LISTINGS_KEPT = 16
@@ -49,6 +71,7 @@ class Query:
 
     patterns: the class of the boundary's number of sides. frequencies: gives the patches in
     which patterns of these ids, of any class, were seen; None where only the class is known.
+    known: a fill that is not to be listed again.
     """
 
     patterns: PatternClass
@@ -67,6 +90,15 @@ class Query:
     pool: int
     by_cpsat: bool
     threads: int | None
+    known: Fill | None = None
+
+    @property
+    def most_looked_at(self) -> int | None:
+        """The most fills of one pattern that are made: more than are listed, where an order has to
+        measure them to tell which of them come first."""
+        if self.per_pattern is None or self.order.measure is None:
+            return self.per_pattern
+        return max(self.per_pattern, self.pool // PATTERNS_IN_POOL)
 
     def wants(self, origin: str) -> bool:
         """May fills have this origin?"""
@@ -79,6 +111,7 @@ class Fills(Iterator[Fill]):
     boundary:  the boundary they fill.
     truncated: are there more fills than were listed, by whichever limit? Known once the
                iterator has ended.
+    cut_short: the same, but for fills that per_pattern alone left out: are there more patterns?
     seconds:   spent in finding what was listed so far.
     stopped:   "cancelled" or "time limit" where one of these ended the list, else None.
 
@@ -87,13 +120,14 @@ class Fills(Iterator[Fill]):
 
     def __init__(self, query: Query) -> None:
         self.boundary = query.boundary
-        self.truncated = False
+        self.cut_short = False
         self.seconds = 0.0
         self.stopped: str | None = None
         self._query = query
         self._cancelled = np.zeros(1, np.uint8)
         self._listed = 0
         self._found = False
+        self._left_out = False
         self._late = False
         self._deadline = math.inf
         self._source = self._ordered()
@@ -109,6 +143,10 @@ class Fills(Iterator[Fill]):
             self.seconds += read_work_clock() - begin
         self._listed += 1
         return fill
+
+    @property
+    def truncated(self) -> bool:
+        return self.cut_short or self._left_out
 
     def cancel(self) -> None:
         """End the list as soon as may be, from whichever thread."""
@@ -126,7 +164,10 @@ class Fills(Iterator[Fill]):
 
     @property
     def reason(self) -> str | None:
-        """Why nothing was listed, in a sentence; None where something was."""
+        """Why nothing was listed, in a sentence; None where something was.
+
+        Where there are several strokes, it asks anew for some of them.
+        """
         if self._listed:
             return None
         if self.stopped is not None:
@@ -139,8 +180,64 @@ class Fills(Iterator[Fill]):
             q.filters,
             candidates,
             strict=q.filters.max_boundary_irregular == 0,
-            strokes=bool(q.strokes),
+            strokes=len(q.strokes),
+            together=self._find_compatible_strokes() if len(q.strokes) > 1 else [],
         )
+
+    def _find_compatible_strokes(self) -> list[tuple[int, ...]]:
+        """The largest groups of strokes, by their numbers from 0, that a fill has; all as large."""
+        q = self._query
+        for size in range(len(q.strokes) - 1, 0, -1):
+            groups = islice(combinations(range(len(q.strokes)), size), MOST_GROUPS)
+            found = [
+                group
+                for group in groups
+                if next(
+                    Fills(
+                        replace(
+                            q,
+                            strokes=tuple(q.strokes[i] for i in group),
+                            order=ORDERS["regular"],
+                            limit=1,
+                        )
+                    ),
+                    None,
+                )
+                is not None
+            ]
+            if found:
+                return found
+        return []
+
+    def variants(self, fill: Fill, limit: int | None = None) -> Fills:
+        """Find the other fills of a fill's pattern, in the order of this list.
+
+        fill: one of this list. They are what a list with per_pattern=1 leaves out: they pass all
+        that was asked for here but per_pattern, and ``limit`` takes the place of this list's.
+        """
+        q = self._query
+        filters = replace(q.filters, only=frozenset((fill.pattern.id,)))
+        return Fills(replace(q, filters=filters, limit=limit, per_pattern=None, known=fill))
+
+    def count_variants(self, fills: Sequence[Fill], most: int = MOST_COUNTED) -> list[int]:
+        """Count the other fills of each fill's pattern, up to ``most``: families of long sides
+        run into millions.
+
+        fills: some of this list, of different patterns.
+        """
+        q = self._query
+        counted = Fills(
+            replace(
+                q,
+                filters=replace(q.filters, only=frozenset(fill.pattern.id for fill in fills)),
+                # No order needs to measure what is only counted.
+                order=ORDERS["regular"],
+                limit=None,
+                per_pattern=most + 1,
+            )
+        )
+        of_pattern = Counter(fill.pattern.id for fill in counted)
+        return [of_pattern[fill.pattern.id] - 1 for fill in fills]
 
     # How the list comes about.
 
@@ -158,54 +255,105 @@ class Fills(Iterator[Fill]):
             source = self._ranked(q.limit) if measure is None else self._measured(measure)
             for count, fill in enumerate(source):
                 if count == q.limit:
-                    self.truncated = True
+                    self.cut_short = True
                     return
                 yield fill
-            self.truncated = self.truncated or self.stopped is not None
+            self.cut_short = self.cut_short or self.stopped is not None
         finally:
             if timer is not None:
                 timer.cancel()
 
     def _time_out(self) -> None:
+        if self._late:
+            return
         self.stopped = self.stopped or "time limit"
         self._cancelled[0] = 1
 
     def _measured(self, measure: Measure) -> Iterator[Fill]:
-        """The fills of the pool, by what is measured on them."""
+        """The fills of the pool, by what is measured on them; of every pattern the best."""
         q = self._query
-        pool: list[tuple[float, int, Fill]] = []
+        pool: list[_Measured] = []
         for place, fill in enumerate(self._ranked(q.pool)):
             if place == q.pool:
-                self.truncated = True
+                self.cut_short = True
                 break
+            off = fill.flow_distance or 0.0
             value, fill = measure(fill, q.boundary, q.strokes, q.tolerance)
-            pool.append((value, place, fill))
-        for _, _, fill in sorted(pool, key=lambda entry: entry[:2]):
-            yield fill
+            # What goes by the strokes' distances needs no count of edges beside them.
+            pool.append(_Measured(not q.order.needs_strokes and off > 0, value, place, fill))
+        pool.sort(key=lambda one: (one.near, one.value, one.place))
+        if q.order.alike is not None:
+            pool = _sort_alike(pool, q.order.alike(q.boundary, q.strokes))
+        of_pattern: Counter[int] = Counter()
+        for one in pool:
+            of_pattern[one.fill.pattern.id] += 1
+            if q.per_pattern is not None and of_pattern[one.fill.pattern.id] > q.per_pattern:
+                self._left_out = True
+                continue
+            yield one.fill
 
     def _ranked(self, wanted: int | None) -> Iterator[Fill]:
         """The fills in an order that needs no geometry; about ``wanted`` will be taken."""
-        q = self._query
-        regular = q.order.name == "regular"
-        if regular or q.strokes:
-            yield from self._merged(self._search(wanted, not regular))
-            return
-        # The most regular fill is always worth a look; after it come those that artists made.
-        first = next(self._merged(self._search(1, False, True)), None)
-        if first is None:
-            return
-        yield first
-        yield from self._merged(self._search(wanted, True), first)
+        yield from self._passes(wanted)
+        if self.stopped == "time limit" and not self._found:
+            yield from self._in_a_hurry()
+        if self.stopped == "time limit" and not self._found:
+            # Time is up and nothing is found: search on for one fill. The timer may be late itself.
+            self._late = True
+            self._cancelled[0] = 0
+            yield from islice(self._passes(1), 1)
+            self._cancelled[0] = 1
 
-    def _merged(self, search: Search, first: Fill | None = None) -> Iterator[Fill]:
-        """The fills of all lanes, by rank, but for one that is listed already."""
+    def _passes(self, wanted: int | None) -> Iterator[Fill]:
+        """The fills of one search after another, none twice."""
+        q = self._query
+        artist = q.order.name != "regular"
+        sieve = _Sieve(q)
+        if q.known is not None:
+            sieve.list_first(q.known)
+        if any(not stroke.is_loop for stroke in q.strokes) and q.tolerance:
+            # What was drawn is nearly always meant exactly: what misses it comes last. A search
+            # for exact strands has few rows to look through, and ends before it is searched on.
+            yield from self._merged(self._search(wanted, artist, tolerance=0), sieve)
+            yield from self._merged(self._search(wanted, artist, least_off=1), sieve)
+            return
+        if artist and not q.strokes and q.known is None:
+            first = self._find_first()
+            if first is not None:
+                sieve.list_first(first)
+                sieve.count(first)
+                yield first
+        yield from self._merged(self._search(wanted, artist), sieve)
+
+    def _find_first(self) -> Fill | None:
+        """Find what stands before what artists did most: the most regular fill is always worth a
+        look. None where there is none, or artists make fives of the one pole that it has.
+
+        One vertex does the work of two of valence 5, or of more: few irregular vertices, but on
+        patches of meshes that a database had not learned the artist's fill was that with the fives
+        wherever its pattern was worth more, and that with the pole else (benchmarks/recovery.py).
+        """
+        q = self._query
+        first = next(self._merged(self._search(1, False, worth=True), _Sieve(q)), None)
+        if (
+            first is None
+            or first.n_irregular != 1
+            or max(first.pattern.valences, default=0) <= FIVE
+        ):
+            return first
+        made = next(self._merged(self._search(1, True), _Sieve(q)), None)
+        if made is not None and made.strict and set(made.pattern.valences) == {FIVE}:
+            return None
+        return first
+
+    def _merged(self, search: Search, sieve: _Sieve) -> Iterator[Fill]:
+        """The fills of all lanes that the sieve lets pass, by rank."""
         lanes = [step for step in map(_Ahead, self._lanes(search)) if step.bound is not None]
         waiting: list[tuple[Rank, int, Candidate | More]] = []
         number = 0
-        sieve = _Sieve(self._query, first)
         while True:
             lanes = [ahead for ahead in lanes if ahead.bound is not None]
-            if read_work_clock() >= self._deadline and not self._late:
+            if read_work_clock() >= self._deadline:
                 self._time_out()
             nearest = min(lanes, key=lambda ahead: ahead.bound or (), default=None)
             while waiting and (nearest is None or waiting[0][0] <= (nearest.bound or ())):
@@ -213,36 +361,30 @@ class Fills(Iterator[Fill]):
                     break
                 candidate = heapq.heappop(waiting)[2]
                 if isinstance(candidate, More):
+                    if sieve.is_done_with(candidate.pattern_id):
+                        continue
                     for rank, found in candidate.find():
                         heapq.heappush(waiting, (rank, number, found))
                         number += 1
                     continue
                 fill = sieve.make_fill(candidate)
-                self.truncated = self.truncated or sieve.cut
+                self._left_out = self._left_out or sieve.cut
                 if fill is not None:
                     self._found = True
                     yield fill
-            if self._cancelled[0]:
-                if self.stopped == "time limit" and not self._found:
-                    yield from self._in_a_hurry(search, sieve)
-                    if not self._found:
-                        # Time is up and nothing is found: search on for one fill.
-                        self._cancelled[0] = 0
-                        self._late = True
-                        yield from islice(self._merged(search), 1)
-                        self._cancelled[0] = 1
-                return
-            if nearest is None:
+            if self._cancelled[0] or nearest is None:
                 return
             for rank, candidate in nearest.advance():
                 heapq.heappush(waiting, (rank, number, candidate))
                 number += 1
 
-    def _in_a_hurry(self, search: Search, sieve: _Sieve) -> Iterator[Fill]:
+    def _in_a_hurry(self) -> Iterator[Fill]:
         """One fill that needs no search, where time is up before there was any."""
         q = self._query
         if not q.wants(CONSTRUCTED):
             return
+        sieve = _Sieve(q)
+        search = self._search(1, q.order.name != "regular")
         for step in list_constructed(search, q.filters, q.strict, q.strokes, 0):
             for _, candidate in step.found:
                 if (
@@ -282,7 +424,7 @@ class Fills(Iterator[Fill]):
         q = self._query
         loops = any(stroke.is_loop for stroke in q.strokes)
         asked_before = (q.boundary.corners, q.filters, loops, q.wants(FAMILY), ranking)
-        if q.filters.ids is None and asked_before in table.listings:
+        if not q.filters.of_few and asked_before in table.listings:
             return table.listings[asked_before]
         passing = q.filters.admitted(table, table.n_corners)
         if isinstance(table, RelaxedTable) and not q.wants(FAMILY):
@@ -296,26 +438,72 @@ class Fills(Iterator[Fill]):
         if q.filters.max_boundary_irregular is not None:
             kept &= entries.boundary <= q.filters.max_boundary_irregular
         listing = ranking.list_entries(table, entries if kept.all() else entries.take(kept))
-        if q.filters.ids is None:
+        if not q.filters.of_few:
             while len(table.listings) >= LISTINGS_KEPT:
                 table.listings.pop(next(iter(table.listings)))
             table.listings[asked_before] = listing
         return listing
 
-    def _search(self, wanted: int | None, artist: bool, worth: bool = False) -> Search:
+    def _search(
+        self,
+        wanted: int | None,
+        artist: bool,
+        *,
+        worth: bool = False,
+        tolerance: int | None = None,
+        least_off: int = 0,
+    ) -> Search:
+        """worth: see :class:`Ranking`. tolerance: None for the query's."""
         q = self._query
-        most = min((n for n in (wanted, q.per_pattern) if n is not None), default=None)
+        most = min((n for n in (wanted, q.most_looked_at) if n is not None), default=None)
         return Search(
             boundary=q.boundary,
-            question=pose_question(q.boundary, q.strokes, q.tolerance),
+            question=pose_question(
+                q.boundary, q.strokes, q.tolerance if tolerance is None else tolerance
+            ),
             ranking=Ranking(artist, q.use_counts, worth),
             # One more than is asked for tells whether there are more.
-            keep=None if most is None else most + 1,
+            keep=FIRST_KEPT if most is None else min(most + 1, FIRST_KEPT),
             n_loops=sum(s.is_loop for s in q.strokes),
             cancelled=self._cancelled,
             by_cpsat=q.by_cpsat,
             threads=q.threads,
+            least_off=least_off,
         )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Measured:
+    """A fill of the pool.
+
+    near: does a strand miss a stroke by an edge? value: what was measured, the smaller the
+    better. place: in the order "artist", from 0.
+    """
+
+    near: bool
+    value: float
+    place: int
+    fill: Fill
+
+
+def _sort_alike(pool: Sequence[_Measured], alike: float) -> list[_Measured]:
+    """Of fills that measure about the same, bring the more regular forward.
+
+    pool: by what was measured. Those that measure at most ``alike`` more than the first change
+    places among each other; then the same with what follows them.
+    """
+    result: list[_Measured] = []
+    at = 0
+    while at < len(pool):
+        end = at
+        while end < len(pool) and pool[end].value <= pool[at].value + alike:
+            end += 1
+        result += sorted(
+            pool[at:end],
+            key=lambda one: (one.fill.n_irregular, one.fill.n_irregular_boundary),
+        )
+        at = end
+    return result
 
 
 class _Ahead:
@@ -339,34 +527,34 @@ class _Ahead:
 class _Sieve:
     """Makes candidates fills, and lets pass what is new and was asked for."""
 
-    def __init__(self, query: Query, first: Fill | None) -> None:
+    def __init__(self, query: Query) -> None:
         self._query = query
         self._closed = query.boundary.n_sides == 0
         self._of_pattern: Counter[int] = Counter()
         self._passed: list[Fill] = []
-        self._first = first
+        self._first: Fill | None = None
         self._first_key = b""
-        if first is not None:
-            self._of_pattern[first.pattern.id] += 1
-            self._passed.append(first)
-            self._first_key = hash_fill(first, self._closed)
         self._keys: set[bytes] = set()
         self.cut = False
+
+    def list_first(self, fill: Fill) -> None:
+        """Remember a fill that is listed already, for the search will come by it."""
+        self._first = fill
+        self._first_key = hash_fill(fill, self._closed)
+
+    def is_done_with(self, pattern_id: int) -> bool:
+        """Is no fill of this pattern wanted any more, not even to tell that there are more?"""
+        return self.cut and self._is_full(pattern_id)
 
     def make_fill(self, candidate: Candidate) -> Fill | None:
         """Make the fill; None where it is not to be listed."""
         q = self._query
-        full = q.per_pattern is not None and self._of_pattern[candidate.pattern_id] >= q.per_pattern
-        first = self._first
-        maybe_first = first is not None and candidate.pattern_id == first.pattern.id
-        if full and not maybe_first:
-            self.cut = True
+        if self.is_done_with(candidate.pattern_id):
             return None
         fill = candidate.fill()
+        first = self._first
+        maybe_first = first is not None and candidate.pattern_id == first.pattern.id
         if maybe_first and hash_fill(fill, self._closed) == self._first_key:
-            return None
-        if full:
-            self.cut = True
             return None
         if not q.wants(fill.origin):
             return None
@@ -374,9 +562,20 @@ class _Sieve:
             return None
         if candidate.may_repeat and (not is_mesh(fill.quads) or self._is_known(fill)):
             return None
-        self._of_pattern[candidate.pattern_id] += 1
-        self._passed.append(fill)
+        if self._is_full(candidate.pattern_id):
+            self.cut = True
+            return None
+        self.count(fill)
         return fill
+
+    def count(self, fill: Fill) -> None:
+        """Count a fill that is listed."""
+        self._of_pattern[fill.pattern.id] += 1
+        self._passed.append(fill)
+
+    def _is_full(self, pattern_id: int) -> bool:
+        most = self._query.most_looked_at
+        return most is not None and self._of_pattern[pattern_id] >= most
 
     def _is_known(self, fill: Fill) -> bool:
         for other in self._passed:

@@ -41,8 +41,8 @@ from query.placing.untangle import REACHES, untangle
 from query.stroke import TOLERANCE, Stroke
 
 #: Parts of the way to the strokes that are tried, the furthest first, until no quad flips that
-#: was not flipped before.
-PULLS = (1.0, 0.75, 0.5, 0.25)
+#: was not flipped before, and no strand ends farther from its stroke.
+PULLS = (1.0, 0.75, 0.5, 0.25, 0.125)
 
 #: Rounds of smoothing after which a net that is tangled is not smoothed further, but untangled.
 TRIAL = 5
@@ -84,7 +84,8 @@ class Placement:
               the midline of its strand, both by arc length, before and after the strands were
               pulled. NaN where the stroke has no points, or no strand is near enough.
     pull:     the part of the way that strands were pulled, 0 to 1: less than 1 where going all
-              the way would have flipped quads.
+              the way would have flipped quads, or left a strand farther from its stroke than it
+              was.
     """
 
     vertices: Points
@@ -293,7 +294,10 @@ class _Placing:
             partly = [one.partly(vertices, part) for one in drawn]
             moved = pull_strands(self.beside, vertices, len(self.points), partly, self._project)
             moved = self._mend(moved)
-            if self._count_flipped(moved) <= allowed:
+            if self._count_flipped(moved) > allowed:
+                continue
+            # Strands that are pulled apart, held back or mended may end where none wanted them.
+            if not any(is_farther(one, moved) for one in drawn):
                 return moved, part
         return vertices, 0.0
 
@@ -302,6 +306,13 @@ class _Placing:
             return moved
         normals = find_normals(self.region.surface, self.beside, before)
         return self.region.surface.along(moved, normals).points
+
+
+def is_farther(one: Following, vertices: Points) -> bool:
+    """Do these vertices put a strand farther from its stroke than it was, in the mean or where it
+    is farthest?"""
+    now = Following.between(one.stroke, one.edges, vertices)
+    return now.mean > one.mean or now.most > one.most
 
 
 def _distances(followed: Sequence[Following | None]) -> NDArray[np.float64]:

@@ -169,7 +169,10 @@ def locate_span(lengths: tuple[int, ...], edge: BoundaryEdge, tolerance: int) ->
 
 
 def _edge_of(fill: SidedDisk, beside: Neighbours, chain: Int32Array) -> BoundaryEdge:
-    at = int(np.flatnonzero(beside.border == chain[-1])[0])
+    return _locate_position(fill, int(np.flatnonzero(beside.border == chain[-1])[0]))
+
+
+def _locate_position(fill: SidedDisk, at: int) -> BoundaryEdge:
     starts = np.r_[0, np.cumsum(fill.lengths)]
     side = int(np.searchsorted(starts, at, side="right")) - 1
     return side, at - int(starts[side])
@@ -189,6 +192,40 @@ def count_edges_off(fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int) 
     n_loops = sum(stroke.is_loop for stroke in strokes)
     if n_loops and len(list_loop_chains(beside.twin)) < n_loops:
         return None
+    choices = _list_choices(fill, strokes, tolerance, beside)
+    total = 0
+    for name, choice in zip(assign_strands(choices), choices, strict=True):
+        if name is None:
+            return None
+        total += choice[name]
+    return total
+
+
+def find_carriers(
+    fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int
+) -> list[Strand | None]:
+    """Find a strand for every stroke, each its own, that miss them by the fewest edges in all.
+
+    None for a stroke that none can carry within the tolerance, or a loop too many.
+    """
+    beside = Neighbours.of(fill.quads, fill.n_vertices, fill.perimeter)
+    names = iter(assign_strands(_list_choices(fill, strokes, tolerance, beside)))
+    loops = iter(find_loops(fill))
+    found: list[Strand | None] = []
+    for stroke in strokes:
+        if stroke.is_loop:
+            found.append(next(loops, None))
+            continue
+        name = next(names)
+        found.append(None if name is None else find_strand(fill, _locate_position(fill, name)))
+    return found
+
+
+def _list_choices(
+    fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int, beside: Neighbours
+) -> list[dict[int, int]]:
+    """By how many edges each strand misses a stroke, for those near enough; for every stroke that
+    is no loop. A strand goes by the smaller of the positions of its ends."""
     far = find_far_ends(beside.twin, beside.border).tolist()
     side_of = [side for side, length in enumerate(fill.lengths) for _ in range(length)]
     choices: list[dict[int, int]] = []
@@ -203,18 +240,11 @@ def count_edges_off(fill: SidedDisk, strokes: Sequence[Stroke], tolerance: int) 
             other = far[at]
             if side_of[other] != side_of[end] or abs(other - end) > tolerance:
                 continue
-            # A strand goes by the smaller of its two places.
             name = min(at, other)
             off = abs(at - near) + abs(other - end)
             found[name] = min(off, found.get(name, off))
         choices.append(found)
-    strands = assign_strands(choices)
-    total = 0
-    for name, choice in zip(strands, choices, strict=True):
-        if name is None:
-            return None
-        total += choice[name]
-    return total
+    return choices
 
 
 def assign_strands(choices: Sequence[Mapping[int, float]]) -> list[int | None]:

@@ -111,7 +111,7 @@ class TestQuery:
     @pytest.mark.parametrize("sides", ["3,5,4,6", "2,1,3,4", "2,2", "1,1,1,1,1,1"])
     def test_text_agrees(self, learned: Path, sides: str) -> None:
         document = query(learned, sides, "--json").document()
-        result = query(learned, sides)
+        result = query(learned, sides, "--flat")
         head, *lines = result.out.splitlines()
         assert head.split() == [
             "rank",
@@ -147,6 +147,39 @@ class TestQuery:
         feasible = document["feasible_patterns"]
         assert f"{feasible} learned pattern{'' if feasible == 1 else 's'} fit" in result.err
         assert ("more fills" in result.err) == document["truncated"]
+
+    @pytest.mark.parametrize("sides", ["3,5,4,6", "2,1,3,4", "2,2", "1,1,1,1,1,1"])
+    @pytest.mark.parametrize("order", ["artist", "small"])
+    def test_text_shows_different_patterns_and_counts_the_rest(
+        self, learned: Path, sides: str, order: str
+    ) -> None:
+        """The first of each pattern in the flat list, and how many more there are, up to 25."""
+        asked = (sides, "--order", order)
+        everything = query(learned, *asked, "--json", "--limit", 2000).document()["fills"]
+        result = query(learned, *asked, "--limit", 8)
+        head, *lines = result.out.splitlines()
+        folded = query(learned, *asked, "--limit", 8, "--json", "--folded").document()["fills"]
+        names = [line.split()[1] for line in lines]
+        assert names == [fill["pattern"] for fill in folded]
+        counts = Counter(_names(everything))
+        assert len(set(names)) == len(names) == min(8, len(counts))
+        if order == "artist":
+            assert names == list(counts)[:8]
+        assert ("variants" in head.split()) == any(fill["variants"] for fill in folded)
+        for line, fill in zip(lines, folded, strict=True):
+            more = fill["variants"]
+            if len(everything) < 2000:
+                assert more == min(counts[fill["pattern"]] - 1, 25)
+            assert (f" +{more}" in line) == (more > 0)
+            opened = query(learned, *asked, "--json", "--pattern", fill["pattern"]).document()
+            assert min(len(opened["fills"]), 20) == min(more + 1, 20)
+            assert set(_names(opened["fills"])) == {fill["pattern"]}
+        assert ("more patterns" in result.err) == (len(counts) > 8)
+
+    def test_folded_goes_without_what_asks_for_more_of_a_pattern(self, learned: Path) -> None:
+        for other in (("--pattern", "05"), ("--per-pattern", "2")):
+            assert_refused(query(learned, "3,5,4,6", "--folded", *other), 2, "leave --pattern")
+        assert_refused(query(learned, "3,5,4,6", "--pattern", "fffffff"), 1, "fffffff")
 
     def test_limits_take_the_first(self, learned: Path) -> None:
         asked = ("3,5,4,6", "--json", *LEARNED)

@@ -58,6 +58,32 @@ class TestFill:
         inner = [v for v in range(16, len(valence)) if valence[v] != 4]
         assert document["irregular"] == inner
 
+    def test_vertices_that_are_given_are_not_placed_anew(
+        self, learned: Path, tmp_path: Path
+    ) -> None:
+        """Bit for bit, however unequal their distances, for polylines and for a closed side."""
+        chance = np.random.default_rng(3)
+        ring = np.array(SQUARE)
+        drawn = []
+        for a, b in zip(ring, np.roll(ring, -1, axis=0), strict=True):
+            t = np.sort(chance.uniform(0.0, 1.0, 3))[:, None]
+            drawn.append([a.tolist(), *(a * (1 - t) + b * t).tolist(), b.tolist()])
+        flat = [point for side in drawn for point in side[:-1]]
+        documents = [
+            {"sides": drawn, "vertices": True},
+            {"sides": drawn, "vertices": True, "lengths": [4, 4, 4, 4]},
+            {"sides": [flat], "vertices": True, "corners": []},
+        ]
+        for number, document in enumerate(documents):
+            output = tmp_path / f"{number}.obj"
+            given = write(tmp_path, document)
+            result = run("fill", given, "--db", learned, "-o", output)
+            assert result.code == 0, result.err
+            assert read_mesh(output).points[:16].tolist() == flat
+        # Placed anew, they are elsewhere.
+        apart = write(tmp_path, {"sides": drawn, "lengths": [4, 4, 4, 4]})
+        assert not np.array_equal(read_boundary(apart)[0].points, flat)
+
     def test_ranks_differ(self, learned: Path, tmp_path: Path) -> None:
         boundary = write(tmp_path, square())
         found = set()
@@ -209,6 +235,18 @@ class TestBoundaryFile:
             (square(corners=["c", "x", "c", "c"]), ['corners[1]: "x" is not "convex"']),
             (square(corners="cccc"), ["corners:", "not a list"]),
             ({"sides": 7, "edge_length": 1}, ["sides: 7 is not a list"]),
+            ({"sides": sides(SQUARE)}, ['say "vertices": true']),
+            (square(vertices=1), ["vertices: 1 is not true or false"]),
+            (square(vertices=True), ["lengths[0]: 4 edges", "give 1, or leave lengths out"]),
+            (square(vertices=True, lengths=[1, 1]), ["lengths are 2", "4 sides", "leave them out"]),
+            (
+                {"sides": sides(SQUARE), "vertices": True, "edge_length": 1},
+                ["edge_length would place vertices anew", "leave one of the two out"],
+            ),
+            (
+                {"sides": sides(SQUARE[:3]), "vertices": True},
+                ["the perimeter 3 is odd", "change one side by 1"],
+            ),
             (square(sides=[[[0, 0, 0]]]), ["sides[0]", "two points or more"]),
             (square(sides=[[[0, 0, 0], [1, 0]], [[1, 0], 5]]), ["sides[1][1]: 5", "[x, y, z]"]),
             (square(sides=[[[0, 0, 0], [1, 0, "a"]]]), ['sides[0][1][2]: "a"', "a number"]),

@@ -45,9 +45,12 @@ class TestShow:
     def test_fill_by_rank(self, learned: Path, tmp_path: Path) -> None:
         fills = run("query", "--sides=3,5,4,6", "--db", learned, "--json").document()["fills"]
         picture = tmp_path / "fill.svg"
-        shown = run("show", "--sides=3,5,4,6", "--rank", 5, "--db", learned, "-o", picture)
-        assert shown.code == 0
+        asked = ("show", "--sides=3,5,4,6", "--rank", 5, "--db", learned, "-o", picture)
+        assert run(*asked, "--flat").code == 0
         assert fills[4]["pattern"] in picture.read_text()
+        # Of different patterns, unless all are asked for.
+        assert run(*asked).code == 0
+        assert list(dict.fromkeys(fill["pattern"] for fill in fills))[4] in picture.read_text()
 
     def test_widened(self, learned: Path, tmp_path: Path) -> None:
         fill = run("query", "--sides=3,4,5", "--db", learned, "--json").document()["fills"][0]
@@ -96,7 +99,9 @@ class TestShow:
     def test_fewer_fills(self, learned: Path, tmp_path: Path) -> None:
         picture = tmp_path / "a.svg"
         asked = ("show", "--sides=2,2", "--db", learned, "-o", picture)
-        assert_refused(run(*asked, "--rank", 2), 1, "there is no fill 2, only 1 fill")
+        assert_refused(run(*asked, "--rank", 2), 1, "there is no fill 2, only 1 pattern")
+        flat = run(*asked, "--rank", 2, "--flat")
+        assert_refused(flat, 1, "there is no fill 2, only 1 fill")
         assert not picture.exists()
         assert run(*asked).code == 0 and is_picture(picture)
 

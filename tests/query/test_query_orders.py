@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 from query_cases import Source, code_of, polygon
 
@@ -11,7 +12,7 @@ import query
 from query import Boundary, Fill, Stroke
 from query.errors import InvalidQueryError
 from query.identity import count_symmetries
-from query.listing.orders import ORDERS, FillOrder, describe_orders
+from query.listing.orders import EQUALLY_NEAR, ORDERS, FillOrder, describe_orders
 from query.placing import lay_flat, measure_flow_distance, quality
 from query.placing.strands import count_edges_off
 
@@ -37,11 +38,26 @@ def drawn_stroke(boundary: Boundary) -> Stroke:
     return Stroke.drawn(boundary, [start, (start + end) / 2 + [0.1, 0, 0], end])
 
 
-def key_of(order: FillOrder, fill: Fill, stroke: Stroke) -> float:
-    """What the order sorts by."""
+def key_of(order: FillOrder, fill: Fill, stroke: Stroke) -> tuple[bool, float]:
+    """What the order sorts by: exact strokes before near ones, unless it measures how near."""
     if order.measure is None:
-        return RANKED[order.name](fill)
-    return order.measure(fill, BOUNDARY, [stroke], 1)[0]
+        value = RANKED[order.name](fill)
+    else:
+        value = order.measure(fill, BOUNDARY, [stroke], 1)[0]
+    return not order.needs_strokes and count_edges_off(fill, [stroke], 1) != 0, value
+
+
+def sort_fills(order: FillOrder, fills: list[Fill], stroke: Stroke) -> list[Fill]:
+    """By the order's key; of what is alike, the more regular first."""
+    alike = 0.0 if order.alike is None else order.alike(BOUNDARY, [stroke])
+    left = sorted(fills, key=lambda fill: key_of(order, fill, stroke))
+    result: list[Fill] = []
+    while order.alike is not None and left:
+        least = key_of(order, left[0], stroke)[1]
+        group = [fill for fill in left if key_of(order, fill, stroke)[1] <= least + alike]
+        result += sorted(group, key=lambda fill: (fill.n_irregular, fill.n_irregular_boundary))
+        left = left[len(group) :]
+    return result + left
 
 
 @pytest.mark.parametrize("order", ORDERS.values(), ids=ORDERS)
@@ -51,8 +67,7 @@ def test_every_order_is_in_order(order: FillOrder) -> None:
         query.fills(Source(), BOUNDARY, strokes=[stroke], order=order.name, limit=60, pool=ALL)
     )
     assert len(found) > 10
-    keys = [key_of(order, fill, stroke) for fill in found]
-    assert keys == sorted(keys)
+    assert [*map(id, found)] == [*map(id, sort_fills(order, found, stroke))]
     assert all(count_edges_off(fill, [stroke], 1) is not None for fill in found)
 
 
@@ -81,8 +96,24 @@ def test_every_order_has_the_same_fills_and_is_stable(order: FillOrder) -> None:
     assert set(found) == {code_of(fill) for fill in pool}
     assert 10 < len(found) == len(pool) < ALL
     if order.measure is not None:
-        by_key = sorted(pool, key=lambda fill: key_of(order, fill, stroke))
-        assert found == [code_of(fill) for fill in by_key]
+        assert found == [code_of(fill) for fill in sort_fills(order, pool, stroke)]
+
+
+def test_of_strands_equally_near_the_more_regular_come_first() -> None:
+    """In the order "flow", beginning with the nearest and all that are as near to the eye."""
+    stroke = drawn_stroke(BOUNDARY)
+    found = list(query.fills(Source(), BOUNDARY, strokes=[stroke], order="flow", limit=200))
+    points, line = BOUNDARY.points, stroke.points
+    assert points is not None and line is not None
+    edge = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1).mean()
+    length = np.linalg.norm(np.diff(line, axis=0), axis=1).sum()
+    distances = [measure_flow_distance(f, lay_flat(f, points), [stroke]) for f in found]
+    assert distances != sorted(distances)
+    groups = np.array(distances) - min(distances) <= EQUALLY_NEAR * edge * length
+    first = int(groups.sum())
+    assert first > 1 and groups[:first].all()
+    irregular = [fill.n_irregular for fill in found[:first]]
+    assert irregular == sorted(irregular)
 
 
 @pytest.mark.parametrize("order", ORDERS.values(), ids=ORDERS)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from placing_cases import CONVEX, grid, parallel, polygon, sphere, widened
+from placing_cases import CONVEX, convex_outline, grid, parallel, polygon, sphere, widened
 
 from query import Boundary, Fill
 from query.errors import InvalidQueryError
@@ -186,6 +186,41 @@ class TestPulling:
         placed = place(fill, points, strokes=[Stroke.loop(middle + 1.2 * (drawn - middle))])
         assert placed.strokes_after[0, 0] < 0.6 * placed.strokes_before[0, 0]
         assert len(placed.flipped) == 0
+
+    @settings(max_examples=80, deadline=None)
+    @given(
+        st.sampled_from(range(len(CONVEX))),
+        st.integers(0, 2**32),
+        st.integers(1, 3),
+        st.booleans(),
+    )
+    def test_no_strand_ends_farther_from_its_stroke(
+        self, number: int, seed: int, count: int, curved: bool
+    ) -> None:
+        """Whatever was drawn: across the fill or far off, alone or in each other's way."""
+        chance = random.Random(seed)
+        fill = widened(CONVEX[number], chance, 4)
+        if fill is None:
+            return
+        surface = sphere(2) if curved else None
+        if surface is not None:
+            points = parallel(surface, fill.perimeter, chance.uniform(-30.0, 60.0))
+        else:
+            points = convex_outline(fill.lengths, chance)
+        size = float(np.ptp(points, axis=0).max())
+        strokes: list[Stroke] = []
+        for _ in range(count):
+            side = chance.randrange(len(fill.lengths))
+            strand = find_strand(fill, (side, chance.randrange(fill.lengths[side])))
+            assert strand.ends is not None
+            ends = points[strand.edges[[0, -1]]].mean(axis=1)
+            off = size * np.array([chance.uniform(-0.6, 0.6) for _ in range(3)])
+            strokes.append(Stroke(*strand.ends, [ends[0], points.mean(axis=0) + off, ends[1]]))
+        placed = place(fill, points, surface, strokes, tolerance=chance.randrange(2))
+        before, after = placed.strokes_before, placed.strokes_after
+        known = ~np.isnan(before)
+        assert (after[known] <= before[known]).all()
+        assert (known == ~np.isnan(after)).all()
 
     def test_a_stroke_without_strand_or_points(self) -> None:
         fill = grid(6, 4)

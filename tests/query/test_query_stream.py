@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import random
 import threading
 import time
 from collections import Counter
+from itertools import combinations
 
+import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from query_cases import LEARNED, Source, answer, code_of, polygon, small_class, small_patterns
 
 import query
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
+from patterndb.core.quadmesh import QuadMesh
 from query import Boundary, Stroke
 from query.errors import InvalidQueryError
 from query.listing.lane import list_loop_widths
@@ -237,3 +243,150 @@ def test_no_pattern_has_more_fills_than_asked_for(per_pattern: int) -> None:
         assert counts == {p: min(n, per_pattern) for p, n in every.items()}
         assert stream.truncated == (max(every.values()) > per_pattern)
         assert len({code_of(fill) for fill in found}) == len(found)
+
+
+@settings(max_examples=25, deadline=None)
+@given(data=st.data())
+def test_exact_strokes_come_before_near_ones_and_none_is_lost(data: st.DataObject) -> None:
+    """With a tolerance the list is that without, and then all fills that miss by an edge."""
+    lengths = data.draw(st.lists(st.integers(2, 5), min_size=3, max_size=5), "lengths")
+    lengths[0] += sum(lengths) % 2
+    boundary = Boundary(lengths)
+    edges = [(side, edge) for side in range(len(lengths)) for edge in range(lengths[side])]
+    ends = data.draw(st.lists(st.sampled_from(edges), min_size=4, max_size=4, unique=True), "ends")
+    strokes = [Stroke(ends[0], ends[1]), Stroke(ends[2], ends[3])]
+    strokes = strokes[: data.draw(st.integers(1, 2), "strokes")]
+    order = data.draw(st.sampled_from(["artist", "regular", "small", "symmetric"]), "order")
+    options = {"origins": ("learned", "family"), "limit": None, "pool": 100_000}
+
+    def ask(tolerance: int) -> list[tuple[int, object]]:
+        found = query.fills(
+            Source(),
+            boundary,
+            strokes=strokes,
+            tolerance=tolerance,
+            order=order,
+            max_irregular=4,
+            **options,  # pyright: ignore
+        )
+        offs = ((count_edges_off(fill, strokes, tolerance), fill) for fill in found)
+        return [(off, code_of(fill)) for off, fill in offs if off is not None]
+
+    found = ask(1)
+    exact = ask(0)
+    assert [code for off, code in found if off == 0] == [code for _, code in exact]
+    assert all(off == 0 for off, _ in found[: len(exact)])
+    every = query.fills(Source(), boundary, max_irregular=4, **options)  # pyright: ignore
+    wanted = [code_of(fill) for fill in every if count_edges_off(fill, strokes, 1) is not None]
+    assert sorted(code for _, code in found) == sorted(wanted)
+
+
+def test_a_limit_counts_over_exact_and_near_strokes() -> None:
+    boundary, strokes = Boundary((4, 3, 5, 4)), [Stroke((0, 1), (2, 2))]
+    whole = [code_of(f) for f in query.fills(Source(), boundary, strokes=strokes, limit=None)]
+    exact = query.fills(Source(), boundary, strokes=strokes, tolerance=0, limit=None)
+    count = len(list(exact))
+    assert 0 < count < len(whole)
+    for limit in (1, count, count + 1, len(whole), len(whole) + 1):
+        some = query.fills(Source(), boundary, strokes=strokes, limit=limit)
+        assert [code_of(fill) for fill in some] == whole[:limit]
+        assert some.truncated == (limit < len(whole))
+
+
+def make_pole(valence: int, frequency: int) -> Pattern:
+    """The pattern of quads around one vertex."""
+    rim = 2 * valence
+    around = [[(2 * k - 1) % rim, 2 * k, 2 * k + 1, rim] for k in range(valence)]
+    pattern = Pattern.from_disk(QuadMesh.from_quads(np.array(around)).twin)
+    return Pattern.from_trusted_code(pattern.code, frequency=frequency)
+
+
+@pytest.mark.parametrize("ratio", [1, 2, 4, 20])
+def test_a_pole_stands_first_only_where_artists_made_it_more_than_fives(ratio: int) -> None:
+    """By what they are worth: patches times symmetries, of which a pole of six has twelve."""
+    fives = next(p for p in small_patterns() if p.n_sides == 6 and p.valences == (5, 5))
+    symmetries = fives.rotations * (1 if fives.chiral else 2)
+    pole = make_pole(6, 10)
+    assert pole.valences == (6,) and pole.rotations == 6
+    made = Pattern.from_trusted_code(fives.code, frequency=10 * ratio)
+    source = PatternClass.from_patterns(6, [pole, made])
+    first = query.best(source, (4, 4, 4, 4, 4, 4))
+    assert first is not None
+    assert first.pattern == (made if 10 * ratio * symmetries > 10 * 12 else pole)
+    regular = query.best(source, (4, 4, 4, 4, 4, 4), order="regular")
+    assert regular is not None and regular.pattern == pole
+    assert query.best(source, (2, 2, 2, 2, 2, 2)).pattern == pole  # pyright: ignore
+
+
+@settings(max_examples=30, deadline=None)
+@given(seed=st.integers(0, 2**32))
+def test_of_strokes_that_no_fill_has_it_is_said_which_go_together(seed: int) -> None:
+    """Brute force over all pairs, then all strokes alone."""
+    chance = random.Random(seed)
+    lengths = [chance.randint(2, 4) for _ in range(chance.randint(3, 4))]
+    lengths[0] += sum(lengths) % 2
+    edges = [(side, edge) for side in range(len(lengths)) for edge in range(lengths[side])]
+    ends = chance.sample(edges, 6)
+    strokes = [Stroke(a, b) for a, b in zip(ends[::2], ends[1::2], strict=True)]
+
+    def has_fill(chosen: tuple[int, ...]) -> bool:
+        asked = [strokes[i] for i in chosen]
+        return query.best(Source(), lengths, strokes=asked, tolerance=0) is not None
+
+    found = query.fills(Source(), lengths, strokes=strokes, tolerance=0)
+    if list(found):
+        assert found.reason is None and has_fill((0, 1, 2))
+        return
+    pairs = [pair for pair in combinations(range(3), 2) if has_fill(pair)]
+    alone = [(one,) for one in range(3) if has_fill((one,))]
+    groups = pairs or alone
+    words = ", and with ".join(" and ".join(str(i + 1) for i in group) for group in groups)
+    reason = str(found.reason)
+    if groups:
+        assert f"but there are fills with {words}{'' if pairs else ' alone'}," in reason
+    else:
+        assert "nor on any one of them" in reason
+
+
+@settings(max_examples=25, deadline=None)
+@given(data=st.data())
+def test_variants_are_what_one_fill_of_each_pattern_leaves_out(data: st.DataObject) -> None:
+    """A list with one fill of each pattern and all their variants is the flat list: the first of
+    every pattern, in the flat list's order, and the others in that order too."""
+    lengths = data.draw(st.lists(st.integers(1, 4), min_size=2, max_size=5), "lengths")
+    lengths[0] += sum(lengths) % 2
+    if sum(lengths) < 4:
+        lengths[0] += 2
+    order = data.draw(st.sampled_from(["artist", "regular", "small", "symmetric"]), "order")
+    strokes = []
+    if data.draw(st.booleans(), "stroke"):
+        strokes = [Stroke((0, 0), (1, lengths[1] - 1))]
+    options = {"order": order, "strokes": strokes, "pool": 100_000, "max_irregular": 4}
+    flat = list(query.fills(Source(), lengths, limit=None, **options))  # pyright: ignore
+    by_pattern: dict[int, list[object]] = {}
+    for fill in flat:
+        by_pattern.setdefault(fill.pattern.id, []).append(code_of(fill))
+    found = query.fills(Source(), lengths, limit=None, per_pattern=1, **options)  # pyright: ignore
+    folded = list(found)
+    assert [fill.pattern.id for fill in folded] == list(by_pattern)
+    counts = found.count_variants(folded, most=10)
+    for fill, count in zip(folded, counts, strict=True):
+        codes = by_pattern[fill.pattern.id]
+        assert code_of(fill) == codes[0]
+        assert [code_of(one) for one in found.variants(fill)] == codes[1:]
+        assert count == min(len(codes) - 1, 10)
+        assert len(list(found.variants(fill, limit=2))) == min(len(codes) - 1, 2)
+        only = query.fills(Source(), lengths, limit=None, pattern=fill.pattern, **options)  # pyright: ignore
+        assert sorted(map(code_of, only)) == sorted(codes)  # pyright: ignore
+    assert not found.cut_short
+    assert found.truncated == (len(folded) < len(flat))
+
+
+def test_different_patterns_of_families_without_end_come_at_once() -> None:
+    """Each of these patterns has more fills than would ever be listed."""
+    found = query.fills(Source(), (40, 41, 42, 43, 44, 46), per_pattern=1, limit=8, order="regular")
+    folded = list(found)
+    assert len({fill.pattern.id for fill in folded}) == 8
+    assert found.cut_short
+    assert all(0 <= count <= 3 for count in found.count_variants(folded, most=3))
+    assert max(found.count_variants(folded, most=3)) == 3

@@ -147,7 +147,7 @@ def _row(
     y = writer.y + 4.0
     for colour, count, name in entries[:5]:
         if shape:
-            outline = style.choose_valence_shape(int(np.clip(int(name), 2, 7)))
+            outline = style.choose_valence_shape(int(name))
             scene.polygons((outline * 5.0 + (x + 6.0, y))[None], face=colour)
         else:
             scene.box(x, y - 6.5, 13.0, 13.0, colour, "#aab3bf")

@@ -105,7 +105,7 @@ def draw_quads(
     for valence in np.unique(body.valences[facing]).tolist():
         here = body.irregular[facing & (body.valences == valence)]
         places = view.seen(body.mesh.vertices[here])
-        shape = style.choose_valence_shape(int(np.clip(valence, 2, 7)))
+        shape = style.choose_valence_shape(int(valence))
         if valence >= 7 or valence < 3:
             shape = style.make_circle()
         colour = choose_valence_colour(valence)

@@ -13,18 +13,21 @@ from hypothesis import strategies as st
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError
 from query import Stroke, fills
+from query.identity import hash_fill
 from query.listing.orders import ORDERS
 from query.placing import find_strand
 from viewer.contour import PointerMode, make_flat_boundary
 from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import ACTIONS, KEYS, ExplorerState
+from viewer.finder import VARIANTS
 
 
 def test_the_fills_are_the_library_s(state: ExplorerState) -> None:
     state.settle(0)
     state.settle()
     assert state.finder.boundary is not None
-    wanted = list(fills(SOURCE, state.finder.boundary, limit=state.finder.limit))
+    limit = state.finder.limit
+    wanted = list(fills(SOURCE, state.finder.boundary, limit=limit, per_pattern=1))
     assert [f.quads.tolist() for f in state.finder.fills] == [f.quads.tolist() for f in wanted]
     assert not state.finder.searching and len(wanted) > 3
     keys(state, "End Right")
@@ -42,6 +45,54 @@ def test_the_fills_are_the_library_s(state: ExplorerState) -> None:
     assert names == [None, *usable, None]
     with pytest.raises(NotFoundError, match="there is no fill 9999, only "):
         state.settle(9998)
+
+
+def test_variants_are_opened_under_a_fill(state: ExplorerState) -> None:
+    """Down and up go through them; the flat list has the same fills, each in its place."""
+    state.settle(0)
+    state.settle()
+    assert state.finder.boundary is not None
+    flat = list(fills(SOURCE, state.finder.boundary, limit=None))
+    # One of these patterns is not reduced, and has one fill several times.
+    of_pattern: dict[int, list[bytes]] = {}
+    for fill in flat:
+        found = of_pattern.setdefault(fill.pattern.id, [])
+        found += [key for key in (hash_fill(fill, False),) if key not in found]
+    assert [fill.pattern.id for fill in state.finder.fills] == list(of_pattern)
+    assert len(of_pattern) < len(flat)
+    for rank, wanted in enumerate(of_pattern.values()):
+        seen: list[bytes] = []
+        state.settle(rank)
+        count = len(state.finder.variants)
+        texts = [t.text for t in compose_explorer(state, 1.6).scene.texts]
+        more = " or more" if len(wanted) - 1 > VARIANTS else ""
+        assert any(f"+{count}{more} variant" in text for text in texts) == (count > 0)
+        for variant in range(count + 1):
+            assert state.finder.variant == variant
+            fill = state.finder.fill
+            assert fill is not None and fill.pattern == state.finder.fills[rank].pattern
+            seen.append(hash_fill(fill, False))
+            keys(state, "Down")
+        assert state.finder.variant == count
+        assert seen == wanted[: VARIANTS + 1]
+        if count:
+            state.settle()
+            assert state.finder.placed is not None
+            assert state.finder.placed.fill is state.finder.variants[-1]
+            texts = [t.text for t in compose_explorer(state, 1.6).scene.texts]
+            assert any(f"variant {count} of {count}{more}" in text for text in texts)
+            keys(state, "Up " * count)
+            assert state.finder.fill is state.finder.fills[rank]
+        else:
+            assert "no other fill" in state.message
+    keys(state, "a")
+    state.settle()
+    assert [f.quads.tolist() for f in state.finder.fills] == [
+        f.quads.tolist() for f in flat[: state.finder.limit]
+    ]
+    assert state.finder.variants == []
+    keys(state, "Down")
+    assert state.finder.variant == 0 and "one of each pattern" in state.message
 
 
 def test_more_fills_keep_the_place() -> None:
