@@ -218,11 +218,13 @@ def draw_network(folder: str, example: str) -> None:
 class VerbRun:
     """What is run for a verb: calls of the command line in one folder, then functions.
 
-    Of arguments in braces {shared} is the shared folder; a call with it is left out without one.
+    {root} stands for the checkout, {shared} for the shared folder, {out} for the folder of the
+    calls. shared_calls: those that need the shared folder, run in the checkout beside it.
     """
 
     calls: Sequence[str] = ()
     functions: Sequence[Callable[[str, str], None]] = ()
+    shared_calls: Sequence[str] = ()
 
 
 #: A boundary on a slope with a stroke, one with a reflex corner, and one on the head's face.
@@ -285,6 +287,13 @@ RUNS: dict[str, VerbRun] = {
         ),
         (place_fills, ask_for_fills),
     ),
+    "holes": VerbRun(
+        (
+            "holes {root}/docs/meshes/head.obj",
+            "holes {root}/docs/meshes/head.obj --loop 36 -o filled.obj --picture filled.png",
+        ),
+        (place_fills,),
+    ),
     "show": VerbRun(
         ("show --sides 3,5,4,6 -o show.png", "show --sides 5,4,5,4,4 --rank 2 -o show.svg")
     ),
@@ -308,17 +317,20 @@ RUNS: dict[str, VerbRun] = {
             "surface examples/networks/teacup.json -o cup.obj --picture cup.png",
             "surface examples/networks/teacup.json --method quads -o quads.obj",
             "surface examples/networks/teacup.json --find-cycles --method area -o area.obj",
-            "surface {shared}/data/curves/salvi/trebol_network.json --find-cycles -o trebol.obj",
         ),
         (make_surfaces,),
+        (
+            "surface {shared}/data/curves/salvi/trebol_network.json --find-cycles "
+            "-o {out}/trebol.obj",
+        ),
     ),
     "retopo": VerbRun(
         (
             "retopo --script sheet.jsonl -o sheet-quads.obj --session s.retopo --picture s.png",
             "retopo examples/jug.obj --quads -o jug-quads.obj",
-            "retopo --script {root}/examples/retopo/penguin.tutorial.jsonl -o {out}/penguin.obj",
         ),
         (draw_network,),
+        ("retopo --script {root}/examples/retopo/penguin.tutorial.jsonl -o {out}/penguin.obj",),
     ),
     "features": VerbRun(
         (
@@ -453,16 +465,17 @@ def run_verb(verb: str, *, shared: bool) -> dict[str, Any]:
         os.environ["PATTERNDB_CACHE"] = str(Path(name) / "cache")
         before = COMPILED.kernels
         recorder.install()
-        for call in RUNS[verb].calls:
-            if ("{shared}" in call or "{root}" in call) and not (shared and SHARED.is_dir()):
-                continue
-            text = call.replace("{shared}", str(SHARED)).replace("{root}", str(ROOT))
-            text = text.replace("{out}", name)
-            with contextlib.chdir(ROOT if "{root}" in call else name):
-                code = call_verb(cli, text.split())
+        listed = RUNS[verb]
+        calls = [(call, name) for call in listed.calls]
+        if shared:
+            calls += [(call, str(ROOT)) for call in listed.shared_calls]
+        for call, folder in calls:
+            text = call.replace("{root}", str(ROOT)).replace("{out}", name)
+            with contextlib.chdir(folder):
+                code = call_verb(cli, text.replace("{shared}", str(SHARED)).split())
             if code:
                 failed.append(f"{call}: exit code {code}")
-        for function in RUNS[verb].functions:
+        for function in listed.functions:
             function(name, str(ROOT / "examples" / "jug.obj"))
     return {
         "verb": verb,
@@ -498,15 +511,28 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("verbs", nargs="*", metavar="VERB", help="all if not given")
     parser.add_argument("--shared", action="store_true", help="run what needs ../shared, too")
+    parser.add_argument(
+        "--none-compiled", action="store_true", help="tell less; fail if a kernel was compiled"
+    )
     parser.add_argument("--here", action="store_true", help=argparse.SUPPRESS)
     parser.add_argument("--prepare", metavar="FOLDER", type=Path, help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.prepare is not None:
         prepare_folder(given.prepare, given.verbs[0])
         return
+    missed: list[str] = []
     for verb in given.verbs or RUNS:
         run = run_verb if given.here else run_apart
-        print(json.dumps(run(verb, shared=given.shared)), flush=True)
+        answer = run(verb, shared=given.shared)
+        if given.none_compiled:
+            print(
+                f"{verb}: {len(answer['calls'])} kernels, {answer['compiled']} compiled", flush=True
+            )
+            missed += [verb] if answer["compiled"] or answer["failed"] else []
+        else:
+            print(json.dumps(answer), flush=True)
+    if missed:
+        sys.exit("compiled or failed: " + ", ".join(missed))
 
 
 if __name__ == "__main__":
