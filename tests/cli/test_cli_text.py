@@ -22,6 +22,8 @@ VERBS = (
     "export",
     "diff",
     "report",
+    "warmup",
+    "holes",
     "stats",
     "meshes",
     "query",
