@@ -84,6 +84,11 @@ class CompileLog:
         with self._lock:
             return self.seconds + (time.perf_counter() - self._since if self._depth else 0.0)
 
+    def read_clock(self) -> float:
+        """Seconds of a clock that stands still while something is compiled."""
+        with self._lock:
+            return (self._since if self._depth else time.perf_counter()) - self.seconds
+
 
 #: Of this process.
 COMPILED = CompileLog()
@@ -91,5 +96,4 @@ COMPILED = CompileLog()
 
 def read_work_clock() -> float:
     """Seconds of a clock that stands still while kernels are compiled."""
-    with COMPILED._lock:  # pyright: ignore[reportPrivateUsage]
-        return time.perf_counter() - COMPILED.count_seconds()
+    return COMPILED.read_clock()
