@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core import description as d
-from patterndb.core.code import Code
+from patterndb.core.code import Code, format_id
 from patterndb.core.label import join_matrices
 from patterndb.core.packing import pack, unpack
 from patterndb.core.pattern import Pattern
+from patterndb.errors import InvalidCodeError
 
 #: Where patterns come from, as ``PatternClass.origin`` numbers it: found in learned meshes,
 #: found in imported tables alone, made by a query as one of a family or by construction.
@@ -82,12 +83,19 @@ class PatternClass:
         return unpack(self.codes[row]).astype(np.uint16)
 
     def pattern(self, row: int) -> Pattern:
-        """The pattern in this row."""
-        return Pattern.from_trusted_code(
-            self.code(row),
-            frequency=int(self.frequency[row]),
-            origin=ORIGINS[int(self.origin[row])],
-        )
+        """The pattern in this row. Raises InvalidCodeError, with its name, where its code is not
+        the canonical code of a disk."""
+        try:
+            return Pattern.from_trusted_code(
+                self.code(row),
+                frequency=int(self.frequency[row]),
+                origin=ORIGINS[int(self.origin[row])],
+            )
+        except InvalidCodeError as error:
+            raise InvalidCodeError(
+                f"pattern {format_id(int(self.ids[row]))} is damaged ({error}); "
+                "'patterndb verify' tells what is wrong with the whole file"
+            ) from error
 
     @classmethod
     def from_patterns(

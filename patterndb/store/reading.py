@@ -14,11 +14,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.code import MAX_CLASS
-from patterndb.core.label import join_matrices
-from patterndb.core.packing import unpack, unpack_many
+from patterndb.core.packing import unpack
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS, PatternClass
+from patterndb.core.rowcheck import NUMBERS, check_rows
 from patterndb.errors import NotFoundError
+from patterndb.store.columns import (
+    MOST_32,
+    MOST_64,
+    check_blobs,
+    read_lists,
+    read_numbers,
+    say_wrong,
+)
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance, Statistics
 
 T = TypeVar("T")
@@ -31,55 +39,89 @@ def get_id_range(n_sides: int) -> tuple[int, int]:
 
 
 def load_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
-    """All patterns of ``n_sides`` sides, in default order."""
+    """All patterns of ``n_sides`` sides, in default order.
+
+    Raises DatabaseError, which names pattern and column, where a row does not follow from its
+    code (:mod:`patterndb.core.rowcheck`) or holds what its column cannot.
+    """
     low, high = get_id_range(n_sides)
     rows = connection.execute(
-        "SELECT id, frequency, n_irregular, n_quads, valences, n_reflex, corners, n_loops, "
-        "chiral, sig_rotation, sig_reflected, code, signature, lengths, joins, pattern.origin, "
-        "coalesce(uses, 0), rotations, self_crossing, label, "
-        "(SELECT count(*) FROM occurrence WHERE occurrence.pattern_id = id) "
+        "SELECT id, frequency, n_irregular, valences, corners, coalesce(uses, 0), "
+        "(SELECT count(*) FROM occurrence WHERE occurrence.pattern_id = id), "
+        "code, signature, pattern.origin, label, n_reflex, n_quads, n_loops, self_crossing, "
+        "rotations, chiral, sig_rotation, sig_reflected "
         "FROM pattern LEFT JOIN usage ON usage.pattern_id = id "
         "WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY n_irregular, frequency DESC, id",
         (low, high, n_sides),
     ).fetchall()
-    columns: list[tuple[Any, ...]] = list(zip(*rows, strict=True)) if rows else [()] * 21
-    valences, valence_ends = unpack_many(columns[4])
-    words, word_ends = unpack_many(columns[19])
-    irregular = valence_ends[:-1] < valence_ends[1:]
+    columns: list[tuple[Any, ...]] = list(zip(*rows, strict=True)) if rows else [()] * 19
+    ids, codes, signatures = columns[0], columns[7], columns[8]
+    frequency = read_numbers(ids, "frequency", columns[1], 0, MOST_64)
+    n_irregular = read_numbers(ids, "n_irregular", columns[2], 0, MOST_32)
+    valences, valence_ends = read_lists(ids, "valences", columns[3])
+    n_valences = np.diff(valence_ends)
+    _refuse(ids, "valences", n_valences != n_irregular, "are not as many as n_irregular")
+    corners, corner_ends = read_lists(ids, "corners", columns[4])
+    _refuse(ids, "corners", np.diff(corner_ends) != n_sides, f"are not of {n_sides} sides")
+    uses = read_numbers(ids, "uses", columns[5], 0, MOST_64)
+    n_meshes = read_numbers(ids, "occurrences", columns[6], 0, MOST_32)
+    check_blobs(ids, "code", codes)
+    check_blobs(ids, "signature", signatures)
+    number_of = {name: number for number, name in enumerate(ORIGINS)}
+    origin = np.array([number_of.get(name, -1) for name in columns[9]], np.int8)
+    _refuse(ids, "origin", origin < 0, f"is none of {', '.join(ORIGINS)}")
+    words, word_start = read_lists(ids, "label", columns[10])
+    numbers = {
+        name: read_numbers(ids, name, values, 0, MOST_32)
+        for name, values in zip(NUMBERS, columns[11:], strict=True)
+    }
     # Patterns that share a signature share one row of lengths and joins.
     row_of: dict[bytes, int] = {}
-    signature = [row_of.setdefault(word, len(row_of)) for word in columns[12]]
-    lengths = dict(zip(columns[12], columns[13], strict=True))
-    joins = dict(zip(columns[12], columns[14], strict=True))
-    pairs, ends = unpack_many([joins[word] for word in row_of])
-    owner = np.repeat(np.arange(len(row_of)), np.diff(ends) // 2)
+    signature = np.array([row_of.setdefault(word, len(row_of)) for word in signatures], np.int32)
+    checked = check_rows(
+        codes,
+        corners.reshape(len(rows), n_sides),
+        words,
+        word_start,
+        signature,
+        np.array(list(numbers.values())),
+    )
+    if checked.wrong is not None:
+        row, column = checked.wrong
+        raise say_wrong(ids[row], column, "does not follow from its code")
+    irregular = n_valences > 0
     return PatternClass(
         n_sides=n_sides,
-        ids=np.array(columns[0], np.int64),
-        frequency=np.array(columns[1], np.int64),
-        n_meshes=np.array(columns[20], np.int32),
-        uses=np.array(columns[16], np.int64),
-        origin=np.array([ORIGINS.index(o) for o in columns[15]], np.int8),
-        n_irregular=np.array(columns[2], np.int32),
-        n_quads=np.array(columns[3], np.int32),
+        ids=np.array(ids, np.int64),
+        frequency=frequency,
+        n_meshes=n_meshes.astype(np.int32),
+        uses=uses,
+        origin=origin,
+        n_irregular=n_irregular.astype(np.int32),
+        n_quads=numbers["n_quads"].astype(np.int32),
         # Valences ascend, so the first is the smallest.
         min_valence=_or_regular(irregular, valences, valence_ends[:-1]),
         max_valence=_or_regular(irregular, valences, valence_ends[1:] - 1),
-        n_reflex=np.array(columns[5], np.int32),
-        corners=_flat(columns[6]).astype(np.uint8).reshape(len(rows), n_sides),
-        n_loops=np.array(columns[7], np.int32),
-        chiral=np.array(columns[8], np.bool_),
-        rotations=np.array(columns[17], np.int32),
-        self_crossing=np.array(columns[18], np.bool_),
+        n_reflex=numbers["n_reflex"].astype(np.int32),
+        corners=corners.astype(np.uint8).reshape(len(rows), n_sides),
+        n_loops=numbers["n_loops"].astype(np.int32),
+        chiral=numbers["chiral"].astype(np.bool_),
+        rotations=numbers["rotations"].astype(np.int32),
+        self_crossing=numbers["self_crossing"].astype(np.bool_),
         words=words,
-        word_start=word_ends,
-        signature=np.array(signature, np.int32),
-        rotation=np.array(columns[9], np.int32),
-        reflected=np.array(columns[10], np.bool_),
-        codes=list(columns[11]),
-        lengths=_flat([lengths[word] for word in row_of]).reshape(-1, max(n_sides, 1)),
-        joins=join_matrices(n_sides, pairs.reshape(-1, 2), owner, len(row_of)),
+        word_start=word_start,
+        signature=signature,
+        rotation=numbers["sig_rotation"].astype(np.int32),
+        reflected=numbers["sig_reflected"].astype(np.bool_),
+        codes=list(codes),
+        lengths=checked.lengths,
+        joins=checked.joins,
     )
+
+
+def _refuse(ids: Sequence[int], column: str, wrong: NDArray[np.bool_], why: str) -> None:
+    if wrong.any():
+        raise say_wrong(ids[int(wrong.argmax())], column, why)
 
 
 def _or_regular(
@@ -89,11 +131,6 @@ def _or_regular(
     result = np.full(len(irregular), 4, np.int32)
     result[irregular] = valences[at[irregular]]
     return result
-
-
-def _flat(blobs: Sequence[bytes]) -> NDArray[np.int32]:
-    """The numbers of many packed blobs, one after the other."""
-    return unpack(b"".join(blobs))
 
 
 def read_frequencies(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> NDArray[np.int64]:
