@@ -11,6 +11,7 @@ from urllib.parse import quote
 
 from patterndb.errors import DatabaseError
 from patterndb.store.migrations import APPLICATION_ID, SCHEMA_VERSION, create, migrate
+from patterndb.store.schemacheck import find_schema_change
 
 Mode = Literal["read", "write", "create"]
 
@@ -18,6 +19,12 @@ Mode = Literal["read", "write", "create"]
 BUSY_SECONDS = 10.0
 #: Page cache, KiB: a class of 60,000 patterns fits.
 CACHE_KIB = 65536
+#: Bytes of the largest text or blob: lists of some million ids are passed as one text.
+LARGEST_VALUE = 256 << 20
+#: Bytes of the longest statement; those of schema.sql have a fiftieth.
+LONGEST_STATEMENT = 100_000
+#: Our triggers start no others.
+TRIGGER_DEPTH = 2
 
 
 def connect(
@@ -57,8 +64,8 @@ def connect(
         )
     try:
         with explained(path):
+            _harden(connection)
             connection.execute("PRAGMA foreign_keys = ON")
-            connection.execute("PRAGMA trusted_schema = OFF")
             connection.execute("PRAGMA temp_store = MEMORY")
             connection.execute(f"PRAGMA cache_size = {-CACHE_KIB:d}")
             _check(connection, path, mode)
@@ -66,6 +73,20 @@ def connect(
         connection.close()
         raise
     return connection
+
+
+def _harden(connection: sqlite3.Connection) -> None:
+    """Believe as little of the file as SQLite can: its schema may call no functions with effects,
+    pages are checked as they are read, and values and statements have limits."""
+    connection.execute("PRAGMA trusted_schema = OFF")
+    connection.execute("PRAGMA cell_size_check = ON")
+    connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_VALUE)
+    connection.setlimit(sqlite3.SQLITE_LIMIT_SQL_LENGTH, LONGEST_STATEMENT)
+    connection.setlimit(sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH, TRIGGER_DEPTH)
+    # Python 3.12 and later.
+    setconfig = getattr(connection, "setconfig", None)
+    if setconfig is not None:
+        setconfig(getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE"), True)  # noqa: B009
 
 
 def _check(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
@@ -94,6 +115,12 @@ def _check(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
             f"{path} was made by a newer patterndb (schema {version}, this one knows "
             f"{SCHEMA_VERSION}); upgrade patterndb"
         )
+    if version < 1:
+        raise DatabaseError(
+            f"{path} says that it has schema {version}, which never was (there are 1 to "
+            f"{SCHEMA_VERSION}); it is damaged, or was made by another program"
+        )
+    _check_schema(connection, path, version)
     if version < SCHEMA_VERSION:
         if mode == "read":
             raise DatabaseError(
@@ -101,6 +128,16 @@ def _check(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
                 f"--migrate --db {path}') to bring it to {SCHEMA_VERSION}"
             )
         migrate(connection)
+        _check_schema(connection, path, SCHEMA_VERSION)
+
+
+def _check_schema(connection: sqlite3.Connection, path: Path, version: int) -> None:
+    change = find_schema_change(connection, version)
+    if change is not None:
+        raise DatabaseError(
+            f"{path} has another schema than a pattern database: {change}. It was changed by "
+            "another program, or is damaged; restore it from a copy, or ingest its meshes anew"
+        )
 
 
 @contextlib.contextmanager

@@ -139,16 +139,6 @@ def test_a_pattern_in_no_mesh_is_found(full: Path) -> None:
     assert "frequency 0" in finding and "never used" in finding
 
 
-def test_a_damaged_index_is_found(full: Path) -> None:
-    change(
-        full,
-        "PRAGMA writable_schema = ON",
-        "UPDATE sqlite_schema SET sql = 'CREATE INDEX occurrence_mesh ON occurrence (patches)' "
-        "WHERE name = 'occurrence_mesh'",
-    )
-    assert any(finding.startswith("SQLite:") for finding in findings(full))
-
-
 def test_a_damaged_page_is_found(full: Path) -> None:
     """By verify(), or on opening where the schema lies on it."""
     data = full.read_bytes()
