@@ -22,6 +22,7 @@ from patterndb_app.cli.options import (
     open_database,
     picture_path,
 )
+from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.text import plural, say, table, write, write_json
 
 if TYPE_CHECKING:
@@ -114,7 +115,14 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
     faces: list[int] | None = None
 
 
-@click.command()
+@click.command(
+    cls=SectionedCommand,
+    sections={
+        "Which hole": ("--loop", "--faces", "--all", "--odd", "--batch"),
+        "What fills it": ("--corners", "--flow", "--no-twin", "--surface", "--db"),
+        "What is given": ("--rank", "--limit", "--output", "--picture", "--json"),
+    },
+)
 @click.argument("mesh", type=FileName(), required=False)
 @click.option(
     "-o",
@@ -213,7 +221,7 @@ def holes(
     patterndb holes head.obj --loop 211 -o filled.obj --rank 2 --picture filled.png
     patterndb holes head.obj --faces 12-40,57 -o anew.obj --json
     patterndb holes torso.obj --all -o closed.obj
-    patterndb holes --batch questions.jsonl --limit 5 > answers.jsonl
+    patterndb holes --batch questions.jsonl --limit 5
     """
     if (mesh is None) == (batch is None):
         raise click.UsageError("name a mesh, or a file of questions with --batch")

@@ -7,7 +7,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 from patterndb.core.halfedge import Int32Array
 from query.holes.loops import Hole, MeshTopology
@@ -36,6 +35,9 @@ class TwinFinder:
     """Finds twins in one mesh; prepared once for all of its holes: see :func:`prepare_twins`."""
 
     def __init__(self, topology: MeshTopology) -> None:
+        # Imported here because what else is known of holes serves queries that need no tree.
+        from scipy.spatial import KDTree
+
         mesh = topology.mesh
         self._topology = topology
         self._used = np.unique(mesh.corners)

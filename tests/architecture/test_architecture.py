@@ -62,6 +62,12 @@ WORLDLY_MODULES += (
     "patterndb_sketch.retopo.script",
 )
 
+WORLDLY_MODULES += (
+    "patterndb.system.kernellist",
+    "patterndb.system.kernelpack",
+    "patterndb.system.warming",
+)
+
 #: What the others do not import, and functions they do not call.
 WORLDLY = {"sqlite3", "pathlib", "io", "shutil", "tempfile", "subprocess", "json"}
 WORLDLY |= {"click", "rich", "pyvista", "matplotlib"}

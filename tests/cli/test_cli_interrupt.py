@@ -7,6 +7,7 @@ import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
+import click
 import pytest
 from commandline import PROGRAM, SMALL, content_hash, mesh_names, run
 from shared import EXAMPLES
@@ -134,6 +135,8 @@ def test_an_interrupt_anywhere_else(learned: Path, monkeypatch: pytest.MonkeyPat
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(cli.commands["stats"], "callback", interrupt)
+    stats = cli.get_command(click.Context(cli), "stats")
+    assert stats is not None
+    monkeypatch.setattr(stats, "callback", interrupt)
     result = run("stats", "--db", learned)
     assert (result.code, result.out, result.err.strip()) == (130, "", "interrupted")
