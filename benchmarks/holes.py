@@ -1,6 +1,6 @@
 """Holes cut from artists' meshes: how often is the artist's own fill proposed first?
 
-    python benchmarks/holes.py ../shared/data/meshes --only benchmarks/holes_left_out.txt \\
+    python benchmarks/holes.py ../shared/data/meshes --only benchmarks/holes_left_out_random.txt \\
         --db others.db --models left_out.npz
     options: --per-mesh 20  --seed 11  --no-twins
 
