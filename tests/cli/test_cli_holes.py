@@ -196,3 +196,16 @@ def test_what_is_refused(
 def test_a_closed_mesh_has_no_holes() -> None:
     result = run("holes", CHECKOUT / "examples" / "dog.obj")
     assert result.code == EXIT_NOTHING and "no border" in result.err
+
+
+def test_another_program_reads_the_filled_mesh_as_the_same_quads(
+    learned: Path, tmp_path: Path
+) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    output = tmp_path / "filled.obj"
+    assert run("holes", HEAD, "--all", "-o", output, "--db", learned).code == 0
+    mesh = trimesh.load(output, process=False)
+    # trimesh cuts each quad in two; a closed mesh, all faces turned alike.
+    ours = read_mesh(output)
+    assert (ours.arities() == 4).all() and len(mesh.faces) == 2 * ours.n_faces
+    assert mesh.is_watertight and mesh.is_winding_consistent
