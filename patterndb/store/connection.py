@@ -165,8 +165,18 @@ def explained(path: Path) -> Generator[None]:
     """Turn SQLite's errors into ours, with what would mend them."""
     try:
         yield
-    except sqlite3.IntegrityError:
-        raise
+    except sqlite3.IntegrityError as error:
+        # Nothing that is written breaks a rule of the schema, unless what stands there does.
+        raise DatabaseError(
+            f"{path} is damaged: it cannot be changed so ({error}); 'patterndb verify' tells what "
+            "is wrong"
+        ) from error
+    except UnicodeDecodeError as error:
+        # SQLite's message quotes the file, where that is no text.
+        raise DatabaseError(
+            f"{path} is damaged (its schema is no text); restore it from a copy, or ingest its "
+            "meshes anew"
+        ) from error
     except sqlite3.DatabaseError as error:
         text = str(error)
         if "not a database" in text:

@@ -11,12 +11,20 @@ from patterndb.core import description as d
 from patterndb.core.code import canonical_code, decode, format_id, pattern_id
 from patterndb.core.disk import Disk
 from patterndb.core.packing import unpack
+from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
 from patterndb.errors import PatternDBError
 from patterndb.store import writing
+from patterndb.store.reading import options_of
 
 #: Findings after which verify() stops listing; a damaged database has as many as rows.
 MAX_FINDINGS = 100
+
+#: Faces are numbered in 32 bits.
+LARGEST_FACE = 1 << 31
+
+#: Bytes of a SHA-256.
+_SHA256 = 32
 
 
 def hash_content(connection: sqlite3.Connection) -> str:
@@ -67,24 +75,41 @@ WHERE frequency <> total OR expected IS NULL OR pattern.origin <> expected
 def verify(connection: sqlite3.Connection) -> list[str]:
     """Everything that is wrong with the database, in words; empty where it is sound.
 
-    Checks the file (SQLite's own integrity and foreign keys), every pattern (its code is a
+    Checks the file (SQLite's own integrity, types and foreign keys), every pattern (its code is a
     canonical disk's, reduced, its id and columns follow from it), that frequencies are the
-    sums of the occurrences and origins follow from them, and that every pattern occurs in a
-    mesh or was used.
+    sums of the occurrences and origins follow from them, that every pattern occurs in a
+    mesh or was used, and that meshes and examples can be what they say. Whatever stands in the
+    file, it ends in findings and not in an error.
     """
-    try:
-        return _findings(connection)[:MAX_FINDINGS]
-    except sqlite3.DatabaseError as error:
-        return [f"SQLite: {error}"]
+    found: list[str] = []
+    for check in (_check_file, _check_counts, _check_meshes, _check_examples, _check_patterns):
+        if len(found) >= MAX_FINDINGS:
+            break
+        try:
+            found += check(connection)
+        except sqlite3.DatabaseError as error:
+            found.append(f"SQLite: {error}")
+        except _UNREADABLE as error:
+            what = check.__name__.removeprefix("_check_")
+            found.append(f"{what} cannot be read to the end ({type(error).__name__}: {error})")
+    return found[:MAX_FINDINGS]
 
 
-def _findings(connection: sqlite3.Connection) -> list[str]:
+#: What values that are not of their column's type or range give when they are read.
+_UNREADABLE = (TypeError, ValueError, LookupError, OverflowError, PatternDBError)
+
+
+def _check_file(connection: sqlite3.Connection) -> list[str]:
     found = [f"SQLite: {row[0]}" for row in connection.execute("PRAGMA integrity_check(20)")]
     found = [] if found == ["SQLite: ok"] else found
-    found += [
+    return found + [
         f"row {row[1]} of {row[0]} refers to a row of {row[2]} that is missing"
         for row in connection.execute("PRAGMA foreign_key_check")
     ]
+
+
+def _check_counts(connection: sqlite3.Connection) -> list[str]:
+    found: list[str] = []
     for number, frequency, patches, origin, expected in connection.execute(_COUNTED):
         if frequency != patches or expected is None:
             found.append(
@@ -93,13 +118,56 @@ def _findings(connection: sqlite3.Connection) -> list[str]:
             )
         elif origin != expected:
             found.append(f"pattern {format_id(number)} is {expected}, but said to be {origin}")
+    for number, uses, origin in connection.execute("SELECT pattern_id, uses, origin FROM usage"):
+        if type(uses) is not int or uses < 1 or origin not in ORIGINS:
+            found.append(f"pattern {format_id(number)} was used {uses!r} times as {origin!r}")
     for name, patches, mirrored in connection.execute(
         "SELECT mesh.name, sum(patches), distinct_patches FROM mesh "
         "LEFT JOIN occurrence ON mesh_id = mesh.id GROUP BY mesh.id "
         "HAVING coalesce(sum(patches), 0) <> distinct_patches"
     ):
         found.append(f"mesh {name} has {patches} patches in its patterns, but counted {mirrored}")
-    return found + _check_patterns(connection)
+    return found
+
+
+def _check_meshes(connection: sqlite3.Connection) -> list[str]:
+    found: list[str] = []
+    for _, sha256, name, *rest, origin in connection.execute(writing.SELECT_MESHES):
+        _, _, _, basic, side, convex, prepared, _, _, *patches, distinct = rest
+        try:
+            options_of(basic, side, convex, prepared)
+            if len(sha256) != _SHA256:
+                found.append(f"mesh {name} has a hash of {len(sha256)} bytes, not {_SHA256}")
+            # A patch is found by one mode or more.
+            if origin == "learned" and not max(patches) <= distinct <= sum(patches):
+                found.append(f"mesh {name} has {distinct} patches, but {patches} by modes")
+        except _UNREADABLE as error:
+            found.append(f"mesh {name} cannot be read ({error})")
+    return found
+
+
+def _check_examples(connection: sqlite3.Connection) -> list[str]:
+    found: list[str] = []
+    for number, name, example, n_quads, origin, mirrored, chiral in connection.execute(
+        "SELECT pattern.id, mesh.name, example, pattern.n_quads, mesh.origin, mirrored_patches, "
+        "chiral FROM occurrence JOIN pattern ON pattern.id = pattern_id "
+        "JOIN mesh ON mesh.id = mesh_id"
+    ):
+        if len(found) >= MAX_FINDINGS:
+            break
+        where = f"the example of pattern {format_id(number)} in mesh {name}"
+        try:
+            steps = unpack(example)
+        except _UNREADABLE as error:
+            found.append(f"{where} cannot be read ({error})")
+            continue
+        if origin == "learned" and len(steps) < n_quads:
+            found.append(f"{where} has {len(steps)} quads, fewer than the pattern")
+        elif (steps[1:] < 1).any() or steps.sum(dtype=np.int64) >= LARGEST_FACE:
+            found.append(f"{where} has quads that no file numbers so")
+        if mirrored and not chiral:
+            found.append(f"pattern {format_id(number)} is its own mirror image, but has others")
+    return found
 
 
 def _check_patterns(connection: sqlite3.Connection) -> list[str]:
@@ -117,10 +185,10 @@ def _check_patterns(connection: sqlite3.Connection) -> list[str]:
             if len(reduce_disk(twin)) != len(twin):
                 found.append(f"pattern {format_id(number)} can be reduced further")
                 continue
-        except (PatternDBError, ValueError) as error:
+            rows = d.describe([code])
+        except _UNREADABLE as error:
             found.append(f"pattern {format_id(number)}: {error}")
             continue
-        rows = d.describe([code])
         counts: list[int] = rows.counts[0].tolist()
         expected = list(writing.derive_columns(counts, rows.packed()))
         if stored != expected or number != pattern_id(packed, counts[d.N_CORNERS]):

@@ -162,7 +162,8 @@ class Database:
         with explained(self.path):
             try:
                 return question(self._connection, *args, **kw)
-            except (ValueError, IndexError) as error:
+            except (ValueError, IndexError, KeyError, TypeError, OverflowError) as error:
+                # What stands in the file is not of its column's type or range, or is missing.
                 raise DatabaseError(
                     f"{self.path} is damaged ({error}); 'patterndb verify' tells what is wrong"
                 ) from error
