@@ -352,7 +352,7 @@ def run(n_files: int, seed: int, ways: list[str] | None = None) -> dict[str, obj
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--files", type=int, default=3000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--way", choices=list(WAYS), action="append", help="all if not given")
