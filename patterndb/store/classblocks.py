@@ -52,7 +52,7 @@ def dump_class(patterns: PatternClass) -> bytes:
     """The block of a class: its patterns that occur in meshes. Uses are left out."""
     met = np.flatnonzero(patterns.frequency > 0)
     rows = met[order_codes([patterns.codes[i] for i in met.tolist()])]
-    codes = [patterns.codes[i] for i in rows.tolist()]
+    codes: list[bytes] = [patterns.codes[i] for i in rows.tolist()]
     sizes = np.diff(patterns.word_start)[rows]
     held: dict[str, bytes] = {
         "code_sizes": pack([len(code) for code in codes]),

@@ -208,7 +208,7 @@ def _fill_tables(
     ids = np.empty(n_patterns, np.int64)
     done = 0
     for rows, at in _describe_classes(data, head):
-        ids[at] = [row[0] for row in rows]
+        ids[at] = np.array([row[0] for row in rows], np.int64)
         origins = np.where(is_learned[at], *ORIGINS[:2]).tolist()
         connection.executemany(
             writing.INSERT_COUNTED_PATTERN,
@@ -239,7 +239,7 @@ def _describe_classes(
         order = np.argsort(ids)
         for first in range(0, len(codes), BATCH):
             at = order[first : first + BATCH]
-            some = [codes[i] for i in at.tolist()]
+            some: list[bytes] = [codes[i] for i in at.tolist()]
             told = d.describe(some)
             lists = told.packed()
             if (told.counts[:, d.N_CORNERS] != n_sides).any():

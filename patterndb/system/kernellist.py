@@ -106,7 +106,8 @@ def spell_type(given: Any) -> Any:
         where = f"{made.instance_class.__module__}:{made.instance_class.__qualname__}"
         return [where, *map(spell_type, made.types)]
     elif isinstance(given, types.BaseTuple):
-        return ["tuple", *map(spell_type, given)]
+        each: Any = given
+        return ["tuple", *map(spell_type, each)]
     elif isinstance(given, types.Number | types.Boolean | types.NoneType) and not isinstance(
         given, types.Literal
     ):

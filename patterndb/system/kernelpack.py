@@ -24,7 +24,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import llvmlite.binding
+import llvmlite.binding  # pyright: ignore[reportMissingTypeStubs]
 
 #: The environment variable that names another pack.
 PACK_VARIABLE = "PATTERNDB_PACK"
@@ -86,7 +86,7 @@ def find_pack(stamp: str, triple: str) -> tuple[KernelPack | None, str]:
         return None, f"those that came along are for {made_on}"
     if made_for != stamp:
         return None, f"those that came along are for {head['compiler']}"
-    have = llvmlite.binding.get_host_cpu_features()
+    have: dict[str, bool] = dict(llvmlite.binding.get_host_cpu_features())
     missing = [name for name in needs if not have.get(name)]
     if missing:
         return None, f"those that came along need a processor with {', '.join(missing)}"

@@ -41,10 +41,12 @@ class WarmingResult:
     """What came of it: kernels that are there now, that the code has no more, and errors of those
     that could not be compiled; seconds that each took, by its key."""
 
-    there: list[ListedKernel] = field(default_factory=list)
-    gone: list[ListedKernel] = field(default_factory=list)
-    failed: list[tuple[ListedKernel, str]] = field(default_factory=list)
-    seconds: dict[tuple[str, str, str], float] = field(default_factory=dict)
+    there: list[ListedKernel] = field(default_factory=list[ListedKernel])
+    gone: list[ListedKernel] = field(default_factory=list[ListedKernel])
+    failed: list[tuple[ListedKernel, str]] = field(default_factory=list[tuple[ListedKernel, str]])
+    seconds: dict[tuple[str, str, str], float] = field(
+        default_factory=dict[tuple[str, str, str], float]
+    )
 
 
 def find_missing(kernels: Iterable[ListedKernel]) -> list[ListedKernel]:

@@ -255,7 +255,7 @@ class HoleSearch:
 
     def _new(self, fill: Fill, first: int, n: int, place: int) -> Iterator[HoleCandidate]:
         quads = np.where(fill.quads < n, (fill.quads + first) % n, fill.quads).astype(np.int32)
-        at_loop = np.bincount(quads.ravel(), minlength=n)[:n]
+        at_loop = np.bincount(quads.ravel(), minlength=n)[:n].astype(np.int32)
         if (at_loop > MOST_QUADS).any() or (at_loop < 1).any():
             return
         key = self.take_new(quads, fill.n_vertices, n)

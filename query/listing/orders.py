@@ -98,8 +98,8 @@ def allow_in_flow(boundary: Boundary, strokes: Sequence[Stroke]) -> float:
     assert boundary.points is not None, "the order needs points"
     ring = np.concatenate([boundary.points, boundary.points[:1]])
     edge = float(arc_length(ring)[-1]) / boundary.perimeter
-    drawn = [s for s in strokes if s.points is not None]
-    lines = [np.concatenate([s.points, s.points[:1]]) if s.is_loop else s.points for s in drawn]
+    drawn = [(s.points, s.is_loop) for s in strokes if s.points is not None]
+    lines = [np.concatenate([at, at[:1]]) if is_loop else at for at, is_loop in drawn]
     return EQUALLY_NEAR * edge * sum(float(arc_length(line)[-1]) for line in lines)
 
 
