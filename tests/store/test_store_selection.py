@@ -107,12 +107,12 @@ def test_very_many_sides_are_told_apart(tmp_path: Path) -> None:
     assert (sides >= 127).sum() >= 2
     with Database(tmp_path / "wide.db", "create") as db:
         learned = Learned(
-            *(64, 64, 0, 0, 0),
+            *(64, 64, 3, 0, 0),
             distinct=3,
             codes=[pack(p.code) for p in patterns],
             sides=sides,
             patches=np.array([[1, 0]] * 3),
-            examples=[pack([0])] * 3,
+            examples=[pack([0, *[1] * (p.n_quads - 1)]) for p in patterns],
         )
         db.add_mesh("stairs", "00" * 32, Provenance(), OPTIONS, learned)
         assert db.verify() == []
