@@ -8,8 +8,9 @@ ranking of fills.
 Needs scikit-learn, which the package itself does not. ALL.db is a database of the meshes. They are
 dealt into folds, meshes of one family (INDEX.csv, shares_topology_with) into one; what is asked of
 the holes of a fold is asked of a corner model and a database that have seen none of its meshes.
-Meshes left out are seen by nothing. Last, the corner model is trained on all that are not; with
---corners-only it alone is, and the other models of that file are kept.
+Meshes left out are seen by nothing, nor are those that INDEX.csv does not say to be free of all
+rights: what is learned of them may not be shipped. Last, the corner model is trained on all that
+are seen; with --corners-only it alone is, and the other models of that file are kept.
 
 The corner model: gradient boosting of decision trees on the holes that scripts/cut_holes.py cuts,
 and on their mirror images. All else: conditional logits, fitted by L-BFGS.
@@ -30,6 +31,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from build_starter import FREE
 from cut_holes import Cut, cut_holes, read_topology
 from numpy.typing import NDArray
 from scipy.optimize import minimize
@@ -81,6 +83,12 @@ class Example:
     logs: NDArray[np.float64] | None = None
 
 
+def read_index(folder: Path) -> list[dict[str, str]]:
+    """The rows of a folder's INDEX.csv."""
+    with (folder / "INDEX.csv").open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
 def list_families(folder: Path) -> list[list[Path]]:
     """The meshes of a folder in families of shared topology, as its INDEX.csv tells."""
     paths = {path.name: path for path in sorted(folder.glob("*.obj"))}
@@ -91,14 +99,11 @@ def list_families(folder: Path) -> list[list[Path]]:
             name = family[name]
         return name
 
-    index = folder / "INDEX.csv"
-    if index.exists():
-        with index.open(newline="") as file:
-            for row in csv.DictReader(file):
-                for other in re.findall(r"([\w.\-]+?)\(\d+\)", row["shares_topology_with"] or ""):
-                    name = other if other in paths else f"{other}.obj"
-                    if name in paths and row["file"] in paths:
-                        family[root_of(name)] = root_of(row["file"])
+    for row in read_index(folder):
+        for other in re.findall(r"([\w.\-]+?)\(\d+\)", row["shares_topology_with"] or ""):
+            name = other if other in paths else f"{other}.obj"
+            if name in paths and row["file"] in paths:
+                family[root_of(name)] = root_of(row["file"])
     groups: dict[str, list[Path]] = {}
     for name, path in paths.items():
         groups.setdefault(root_of(name), []).append(path)
@@ -359,7 +364,7 @@ def main() -> None:
     )
     parser.add_argument("folder", type=Path)
     parser.add_argument("--db", type=Path, help="a database of all the meshes")
-    parser.add_argument("--leave-out", type=Path, help="a file of names: meshes not to be seen")
+    parser.add_argument("--leave-out", type=Path, help="a file of names: further meshes not to see")
     parser.add_argument("--corners-only", type=Path, metavar="FILE")
     parser.add_argument("--per-mesh", type=int, default=PER_MESH)
     parser.add_argument("--per-mesh-asked", type=int, default=PER_MESH_ASKED)
@@ -370,6 +375,7 @@ def main() -> None:
     if (given.db is None) == (given.corners_only is None):
         parser.error("give --db to train all models, or --corners-only to keep those of a file")
     left_out = set(given.leave_out.read_text().split()) if given.leave_out else set[str]()
+    left_out |= {row["file"] for row in read_index(given.folder) if row["licence"] not in FREE}
     families = [
         kept
         for family in list_families(given.folder)

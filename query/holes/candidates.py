@@ -169,8 +169,11 @@ class HoleSearch:
         """Candidates whose corners may lie elsewhere than the most probable, and the asked,
         ones."""
         best = (self.logs[:, :3].argmax(axis=1) + 1).astype(np.int32)
+        wide = int((best != 2).sum()) > MOST_CONSTRUCTED
+        if wide and self.known:
+            return
         yield from self.ask(best, most, strict=False)
-        if int((best != 2).sum()) > MOST_CONSTRUCTED:
+        if wide:
             return
         clamped = np.clip(self.due, 1, 3)
         if (clamped != best).any():
@@ -217,7 +220,10 @@ class HoleSearch:
         A whole query looks at the complete family and at constructions as well, which costs three
         times as much, and most assignments are asked only in case.
         """
-        table = get_strict_table(self.source.pattern_class(boundary.n_sides))
+        patterns = self.source.pattern_class(boundary.n_sides)
+        if not len(patterns.ids):
+            return
+        table = get_strict_table(patterns)
         key = boundary.corners
         if key not in self._listings:
             passing = Filters(valence=NO_DOUBLETS).admitted(table, table.n_corners)

@@ -20,6 +20,7 @@ from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.holes.assignments import MOST_QUADS
 from query.holes.candidates import HoleCandidate, HoleSearch
+from query.holes.laying import HoleGround
 from query.holes.loops import (
     Hole,
     MeshTopology,
@@ -31,7 +32,7 @@ from query.holes.loops import (
 from query.holes.models import HoleModels, shipped_models
 from query.holes.odd import list_even_ways
 from query.holes.ranking import RankingModel, list_facts
-from query.holes.shape import PlacedFill, place_fill
+from query.holes.shape import PlacedFill, count_flipped, place_fill
 from query.holes.surroundings import (
     Surroundings,
     find_border_places,
@@ -168,8 +169,11 @@ def fill_holes(
     exactly one. faces: quads, triangles or n-gons to be made anew instead. limit: the most fills.
     corners: loop vertices (of the mesh) whose quads within the caller fixes, 1 to 4.
     strokes: strands that every fill shall have; their ends are edges of side 0 of the loop, from
-    the hole's first vertex. tolerance: edges that a strand's end may be off.
-    surface: new vertices are laid on it. twins: is a mirror image of the other side proposed first?
+    the hole's first vertex. Strands are pulled onto those that have points.
+    tolerance: edges that a strand's end may be off.
+    surface: what is to be laid on: new vertices come to rest on the part that the rim encloses, or,
+    where the rim does not lie on it, are put on its nearest points.
+    twins: is a mirror image of the other side proposed first?
     models: of what artists do; by default those that come with the package.
 
     Every even loop of 4 to 2,000 edges has fills. Raises InvalidMeshError for what is no loop and
@@ -345,13 +349,13 @@ def _list_fills(
             break
     if not known:
         return
+    ground = HoleGround.make(around.points[:n], surface, strokes, tolerance)
     board = _CandidateBoard(around, models.facts, models.whole)
     board.add(known)
-    best = board.take_best()
-    yield _hole_fill(hole, around, *best, surface)
+    yield _hole_fill(hole, around, *board.take_best(), ground)
     board.add(list(source))
     while board:
-        yield _hole_fill(hole, around, *board.take_best(), surface)
+        yield _hole_fill(hole, around, *board.take_best(), ground)
 
 
 class _CandidateBoard:
@@ -412,14 +416,13 @@ def _hole_fill(
     candidate: HoleCandidate,
     placed: PlacedFill,
     score: float,
-    surface: Surface | None,
+    ground: HoleGround | None,
 ) -> HoleFill:
-    points = placed.points
-    if surface is not None and len(points):
-        points = surface.nearest(points).points
-    return _renumber(
-        hole, around, candidate.quads, points, score, False, placed.flipped, candidate.fill
-    )
+    points, turned = placed.points, placed.flipped
+    if ground is not None:
+        points = ground.lay(candidate.quads, points)
+        turned = count_flipped(around, candidate.quads, points)
+    return _renumber(hole, around, candidate.quads, points, score, False, turned, candidate.fill)
 
 
 def _twin_fill(

@@ -1,9 +1,8 @@
 """Place a fill across its loop, and measure how it lies there.
 
 Inner vertices minimise the umbrella Laplacian over inner vertices and those of the loop, the mesh
-around
-being held: bending energy, so that a fill goes on as the surroundings arrive. (Harmonic placing,
-which minimises stretch alone, lets rings of regular quads sag.)
+around being held: bending energy, so that a fill goes on as the surroundings arrive. (Harmonic
+placing, which minimises stretch alone, lets rings of regular quads sag.)
 """
 
 from __future__ import annotations
@@ -78,22 +77,37 @@ def place_fill(around: Surroundings, quads: Int32Array, n_vertices: int) -> Plac
         if inner <= DENSE:
             solved, bending = _solve_dense(points, start, beside, n_outer, n_loop)
         else:
-            solved, bending = _solve_sparse(points, start, beside, n_outer, n_loop)
+            rows_of = _laplacian_rows(points, start, beside, n_outer, n_loop)
+            solved, bending = _solve_sparse(*rows_of, inner)
         points[n_outer:] = solved
-    measures, flipped = measure_fill(
-        points,
-        shifted,
-        around.corners.astype(np.int64),
-        around.offsets,
-        around.normals,
-        n_loop,
-        n_outer,
-        around.scale,
-        around.area,
-    )
+    measures, flipped = _measure_there(around, points, shifted)
     rows = inner + n_loop
     measures[16] = np.log(bending / (around.scale**2) / max(rows, 1) + 1e-6)
     return PlacedFill(points[n_outer:], measures, flipped)
+
+
+def count_flipped(around: Surroundings, quads: Int32Array, inner: Floats) -> int:
+    """Count the quads of a fill that are turned over where its inner vertices (k, 3) lie."""
+    n_loop, n_outer = len(around.outside), len(around.points)
+    shifted = np.where(quads >= n_loop, quads - n_loop + n_outer, quads).astype(np.int64)
+    return _measure_there(around, np.vstack([around.points, inner]), shifted)[1]
+
+
+def _measure_there(
+    around: Surroundings, points: Floats, quads: NDArray[np.int64]
+) -> tuple[Floats, int]:
+    """Measure a fill by the points of the mesh around and its own after them."""
+    return measure_fill(
+        points,
+        quads,
+        around.corners.astype(np.int64),
+        around.offsets,
+        around.normals,
+        len(around.outside),
+        len(around.points),
+        around.scale,
+        around.area,
+    )
 
 
 @kernel
@@ -194,15 +208,9 @@ def _solve_dense(
 
 
 def _solve_sparse(
-    points: Floats,
-    start: NDArray[np.int64],
-    beside: NDArray[np.int64],
-    n_outer: int,
-    n_loop: int,
+    row: NDArray[np.int64], column: NDArray[np.int64], weight: Floats, right: Floats, inner: int
 ) -> tuple[Floats, float]:
-    row, column, weight, right = _laplacian_rows(points, start, beside, n_outer, n_loop)
-    inner = len(start) - 1 - n_outer
-    a = csr_array((weight, (row, column)), shape=(inner + n_loop, inner))
+    a = csr_array((weight, (row, column)), shape=(len(right), inner))
     m = (a.T @ a).tocsc()
     m.setdiag(m.diagonal() + RIDGE)
     solved = splu(m).solve(a.T @ right)

@@ -149,6 +149,19 @@ def place(
     return _Placing(fill, at, surface).run(strokes, tolerance)
 
 
+def pull_placed(
+    fill: SidedDisk, vertices: Points, strokes: Sequence[Stroke], *, tolerance: int = TOLERANCE
+) -> Points:
+    """Pull the strands of a fill whose vertices (v, 3) lie in space already onto their strokes.
+
+    Boundary vertices stay; where no strand carries a stroke, or pulling would flip quads, so do
+    the others.
+    """
+    placing = _Placing(fill, vertices[: fill.perimeter], None)
+    drawn = follow_strokes(fill, vertices, strokes, tolerance, placing.beside)
+    return placing.pull(vertices, [one for one in drawn if one is not None])[0]
+
+
 class _Placing:
     """The steps of :func:`place`, which all need the same things."""
 
@@ -164,10 +177,7 @@ class _Placing:
     def run(self, strokes: Sequence[Stroke], tolerance: int) -> Placement:
         vertices = self._place()
         before = follow_strokes(self.fill, vertices, strokes, tolerance, self.beside)
-        pull = 0.0
-        drawn = [one for one in before if one is not None]
-        if drawn:
-            vertices, pull = self._pull(vertices, drawn)
+        vertices, pull = self.pull(vertices, [one for one in before if one is not None])
         after = [
             None if one is None else Following.between(one.stroke, one.edges, vertices)
             for one in before
@@ -287,10 +297,10 @@ class _Placing:
                 return tried
         return vertices
 
-    def _pull(self, vertices: Points, drawn: list[Following]) -> tuple[Points, float]:
+    def pull(self, vertices: Points, drawn: list[Following]) -> tuple[Points, float]:
         """The vertices with strands on their strokes, and the part of the way they went."""
         allowed = self._count_flipped(vertices)
-        for part in PULLS:
+        for part in PULLS if drawn else ():
             partly = [one.partly(vertices, part) for one in drawn]
             moved = pull_strands(self.beside, vertices, len(self.points), partly, self._project)
             moved = self._mend(moved)

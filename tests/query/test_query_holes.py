@@ -14,7 +14,8 @@ from shared import CHECKOUT
 from ingest.formats import read_mesh
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
-from query import Stroke
+from patterndb.geometry.surface import Surface
+from query import Boundary, Stroke
 from query.engine import PatternSource
 from query.errors import InvalidQueryError
 from query.holes import (
@@ -28,9 +29,11 @@ from query.holes import (
     weld_fills,
 )
 from query.holes.assignments import TRAITS, list_assignments, measure_assignments
+from query.holes.laying import LoopDisk
 from query.holes.models import shipped_models
 from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirror_features
 from query.identity import hash_quads, weld_quads
+from query.placing import measure_flow_distance
 
 HEAD = CHECKOUT / "examples" / "head.obj"
 
@@ -48,6 +51,7 @@ def grid(n: int, without: set[tuple[int, int]] = frozenset()) -> PolygonMesh:  #
 
 
 HOLED = grid(6, {(2, 2), (3, 2), (2, 3), (3, 3)})
+OPENED = grid(9, set(product(range(2, 7), range(2, 7))))
 
 
 def check_weld(fills: list[HoleFill]) -> PolygonMesh:
@@ -209,6 +213,44 @@ def test_strokes_are_followed(source: PatternSource) -> None:
         fill = next(fill_holes(source, inner, strokes=[stroke], tolerance=0))
         check_fill(fill)
         assert end in follow_strand(fill, start)
+
+
+def test_strands_are_pulled_onto_drawn_strokes(source: PatternSource) -> None:
+    (inner,) = (h for h in find_holes(OPENED) if len(h) == 20)
+    middle = (inner.points + np.roll(inner.points, -1, axis=0)) / 2
+    # From the middle of the left side to that of the right, high in between.
+    left, right = ((np.abs(middle - at)).sum(axis=1).argmin() for at in ([2, 4.5, 0], [7, 4.5, 0]))
+    x = np.linspace(2.0, 7.0, 21)
+    line = np.column_stack([x, 4.5 + 0.9 * np.sin((x - 2.0) / 5.0 * np.pi), np.zeros(21)])
+    drawn = Stroke.drawn(Boundary.closed(20, inner.points), line)
+    assert {drawn.start, drawn.end} == {(0, int(left)), (0, int(right))}
+    distances = []
+    for stroke in (Stroke(drawn.start, drawn.end), drawn):
+        fill = next(fill_holes(source, inner, strokes=[stroke], tolerance=0))
+        check_fill(fill)
+        assert fill.flipped == 0
+        disk = LoopDisk(fill.local, 20 + len(fill.points), 20)
+        vertices = np.vstack([inner.points, fill.points])
+        distances.append(measure_flow_distance(disk, vertices, [drawn], 0))
+    assert distances[1] < 0.2 * distances[0]
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_fills_rest_on_a_surface(source: PatternSource, turned: bool) -> None:
+    # A bump that the flat surroundings tell nothing of.
+    x, y = np.meshgrid(np.linspace(-1, 10, 67), np.linspace(-1, 10, 67))
+    z = 1.5 * np.exp(-((x - 4.5) ** 2 + (y - 4.5) ** 2))
+    corner = np.arange(66 * 67).reshape(66, 67)[:, :-1].ravel()
+    lower = np.column_stack([corner, corner + 1, corner + 68])
+    triangles = np.vstack([lower, np.column_stack([corner, corner + 68, corner + 67])])
+    points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    surface = Surface.from_arrays(points, triangles[:, ::-1] if turned else triangles)
+    (hole,) = (h for h in find_holes(OPENED) if len(h) == 20)
+    for fill in fill_holes(source, hole, surface=surface, limit=4):
+        check_fill(fill)
+        assert np.allclose(surface.nearest(fill.points).points, fill.points, atol=1e-9)
+        assert fill.flipped == 0
+        assert fill.points[:, 2].max() > 0.5
 
 
 def follow_strand(fill: HoleFill, edge: int) -> list[int]:
