@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from patterndb.system.latenames import load_late
 
 if TYPE_CHECKING:
     from ingest.formats import ReadLimits, read_mesh
@@ -30,14 +31,15 @@ __all__ = [
 ]
 
 _HOME = {
-    "learn": "ingest.learning",
+    "IngestReport": "ingest.pipeline",
+    "MeshReport": "ingest.pipeline",
+    "Progress": "ingest.pipeline",
     "ReadLimits": "ingest.formats",
+    "check_files": "ingest.pipeline",
+    "ingest": "ingest.pipeline",
+    "learn": "ingest.learning",
+    "learn_mesh": "ingest.pipeline",
     "read_mesh": "ingest.formats",
 }
 
-
-def __getattr__(name: str) -> Any:
-    # Only what is asked for is imported: reading a mesh must not wait for compiled kernels.
-    if name not in __all__:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(_HOME.get(name, "ingest.pipeline")), name)
+__getattr__, __dir__ = load_late(__name__, _HOME)

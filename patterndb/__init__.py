@@ -17,11 +17,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from patterndb.errors import PatternDBError
+from patterndb.system.latenames import load_late
 from patterndb.system.shadows import refuse_hidden_packages
 
 if TYPE_CHECKING:
@@ -113,19 +113,7 @@ _HOMES = {
 
 refuse_hidden_packages(os.path.dirname(os.path.dirname(os.path.abspath(__file__))))  # noqa: PTH100, PTH120
 
-
-def __getattr__(name: str) -> Any:
-    # Most of it imports compiled kernels; --help and reading a mesh must not wait for them.
-    home = _HOMES.get(name)
-    if home is None:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(home), name)
-    globals()[name] = found
-    return found
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = load_late(__name__, _HOMES)
 
 
 def open(

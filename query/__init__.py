@@ -19,8 +19,9 @@ Names are loaded when they are asked for: ``import query`` waits for no compiled
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from patterndb.system.latenames import load_late
 
 if TYPE_CHECKING:
     from query.boundary import Boundary
@@ -40,14 +41,4 @@ _HOME = {
     "fills": "query.engine",
 }
 
-
-def __getattr__(name: str) -> Any:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(_HOME[name]), name)
-    globals()[name] = found
-    return found
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = load_late(__name__, _HOME)

@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     db_to_read,
     max_irregular_option,
     open_database,
+    provenance_options,
     valence_option,
 )
 from patterndb_app.cli.program import SectionedCommand
@@ -57,24 +58,7 @@ _CHOICE = (
     max_irregular_option,
     valence_option,
     click.option("--max-quads", type=click.IntRange(1), metavar="N", help="Of at most N quads."),
-    click.option(
-        "--min-frequency",
-        type=click.IntRange(1),
-        metavar="N",
-        help="Only patterns seen in at least N patches.",
-    ),
-    click.option(
-        "--from-mesh",
-        multiple=True,
-        metavar="NAME",
-        help="Only patterns that this mesh has; may be given again.",
-    ),
-    click.option(
-        "--from-licence",
-        multiple=True,
-        metavar="LICENCE",
-        help="Only patterns of meshes under this licence, * for anything; may be given again.",
-    ),
+    *provenance_options,
 )
 
 #: The section of the help that these options are in.

@@ -208,6 +208,28 @@ valence_option = click.option(
     "--valence", type=Range(), help="Only irregular vertices of these valences."
 )
 
+#: By where patterns were seen.
+provenance_options = (
+    click.option(
+        "--min-frequency",
+        type=click.IntRange(1),
+        metavar="N",
+        help="Only patterns seen in at least N patches.",
+    ),
+    click.option(
+        "--from-mesh",
+        multiple=True,
+        metavar="NAME",
+        help="Only patterns that this mesh has; may be given again.",
+    ),
+    click.option(
+        "--from-licence",
+        multiple=True,
+        metavar="LICENCE",
+        help="Only patterns of meshes under this licence, * for anything; may be given again.",
+    ),
+)
+
 
 def three_numbers(text: str) -> tuple[float, float, float] | None:
     """The numbers of 1,0,0.5; None if the text is not three finite ones."""

@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from patterndb_app.cli.options import ParamType, Range, max_irregular_option, valence_option
+from patterndb_app.cli.options import (
+    ParamType,
+    Range,
+    max_irregular_option,
+    provenance_options,
+    valence_option,
+)
 
 if TYPE_CHECKING:
     from patterndb.store import Database
@@ -131,24 +137,7 @@ _OPTIONS = (
         default=None,
         help="Only patterns with a loop of quads inside, or without.",
     ),
-    click.option(
-        "--min-frequency",
-        type=click.IntRange(1),
-        metavar="N",
-        help="Only patterns seen in at least N patches.",
-    ),
-    click.option(
-        "--from-mesh",
-        multiple=True,
-        metavar="NAME",
-        help="Only patterns that this mesh has; may be given again.",
-    ),
-    click.option(
-        "--from-licence",
-        multiple=True,
-        metavar="LICENCE",
-        help="Only patterns of meshes under this licence, * for anything; may be given again.",
-    ),
+    *provenance_options,
     click.option(
         "--learned-only",
         is_flag=True,

@@ -11,8 +11,9 @@ After Abbasinejad, Joshi, Amenta, Simons and Grimm, "Surface patches for 3D sket
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from patterndb.system.latenames import load_late
 
 if TYPE_CHECKING:
     from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
@@ -49,34 +50,34 @@ if TYPE_CHECKING:
 #: Where each name stands: what is asked for is imported, and nothing else. The table of methods
 #: must not wait for compiled kernels.
 _HOME = {
-    "FoundCycles": "cycles",
-    "find_cycles": "cycles",
-    "network_of_polylines": "joining.junctions",
-    "named_cycle": "naming",
-    "Curve": "network",
-    "CurveNetwork": "network",
-    "Cycle": "network",
-    "Drawing": "network",
-    "InvalidNetworkError": "network",
-    "read_drawing": "networkfile",
-    "read_network": "networkfile",
-    "read_recorded_patches": "networkfile",
-    "write_network": "networkfile",
-    "LoopSurface": "patch",
-    "SurfacePatch": "patch",
-    "Surfacing": "patch",
-    "Loop": "sampling",
-    "Sampling": "sampling",
-    "default_spacing": "sampling",
-    "loop_of": "sampling",
-    "sample": "sampling",
-    "GrowingSketch": "surfaces",
-    "LoopMemory": "surfaces",
-    "Settings": "surfaces",
-    "Stage": "surfaces",
-    "surface": "surfaces",
-    "surface_loop": "surfaces",
-    "Canvas": "tessellation",
+    "FoundCycles": "patterndb_sketch.surfacing.cycles",
+    "find_cycles": "patterndb_sketch.surfacing.cycles",
+    "network_of_polylines": "patterndb_sketch.surfacing.joining.junctions",
+    "named_cycle": "patterndb_sketch.surfacing.naming",
+    "Curve": "patterndb_sketch.surfacing.network",
+    "CurveNetwork": "patterndb_sketch.surfacing.network",
+    "Cycle": "patterndb_sketch.surfacing.network",
+    "Drawing": "patterndb_sketch.surfacing.network",
+    "InvalidNetworkError": "patterndb_sketch.surfacing.network",
+    "read_drawing": "patterndb_sketch.surfacing.networkfile",
+    "read_network": "patterndb_sketch.surfacing.networkfile",
+    "read_recorded_patches": "patterndb_sketch.surfacing.networkfile",
+    "write_network": "patterndb_sketch.surfacing.networkfile",
+    "LoopSurface": "patterndb_sketch.surfacing.patch",
+    "SurfacePatch": "patterndb_sketch.surfacing.patch",
+    "Surfacing": "patterndb_sketch.surfacing.patch",
+    "Loop": "patterndb_sketch.surfacing.sampling",
+    "Sampling": "patterndb_sketch.surfacing.sampling",
+    "default_spacing": "patterndb_sketch.surfacing.sampling",
+    "loop_of": "patterndb_sketch.surfacing.sampling",
+    "sample": "patterndb_sketch.surfacing.sampling",
+    "GrowingSketch": "patterndb_sketch.surfacing.surfaces",
+    "LoopMemory": "patterndb_sketch.surfacing.surfaces",
+    "Settings": "patterndb_sketch.surfacing.surfaces",
+    "Stage": "patterndb_sketch.surfacing.surfaces",
+    "surface": "patterndb_sketch.surfacing.surfaces",
+    "surface_loop": "patterndb_sketch.surfacing.surfaces",
+    "Canvas": "patterndb_sketch.surfacing.tessellation",
 }
 
 __all__ = [
@@ -111,10 +112,5 @@ __all__ = [
     "write_network",
 ]
 
-
-def __getattr__(name: str) -> Any:
-    # The name that CurveNetwork had at first.
-    wanted = "CurveNetwork" if name == "Network" else name
-    if wanted not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[wanted]}"), wanted)
+# Network is the name that CurveNetwork had at first.
+__getattr__, __dir__ = load_late(__name__, _HOME, {"Network": "CurveNetwork"})

@@ -11,8 +11,9 @@ Names are loaded when they are asked for: scipy, which only some need, takes a m
 
 from __future__ import annotations
 
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from patterndb.system.latenames import load_late
 
 if TYPE_CHECKING:
     from patterndb.geometry.quadshape import quality
@@ -60,15 +61,4 @@ _EARLIER = {
     "strand": "find_strand",
 }
 
-
-def __getattr__(name: str) -> Any:
-    present = _EARLIER.get(name, name)
-    if present not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(_HOME[present]), present)
-    globals()[name] = found
-    return found
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+__getattr__, __dir__ = load_late(__name__, _HOME, _EARLIER)
