@@ -59,6 +59,10 @@ class DatabaseError(PatternDBError, RuntimeError):
     """A database file cannot be used: not ours, too new, damaged, read-only or locked."""
 
 
+class TimeLimitError(DatabaseError):
+    """A time limit was over before a database had answered."""
+
+
 class NotFoundError(PatternDBError, LookupError):
     """No mesh or pattern of that name, id or code in the database."""
 

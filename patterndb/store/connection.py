@@ -9,11 +9,15 @@ from pathlib import Path
 from typing import Literal
 from urllib.parse import quote
 
-from patterndb.errors import DatabaseError
+from patterndb.errors import DatabaseError, TimeLimitError
 from patterndb.store.migrations import APPLICATION_ID, SCHEMA_VERSION, create, migrate
 from patterndb.store.schemacheck import find_schema_change
+from patterndb.system.deadline import is_late
 
 Mode = Literal["read", "write", "create"]
+
+#: What is done with the file, for the message where it is locked.
+Doing = Literal["reading", "beginning", "committing"]
 
 #: Seconds to wait for another process's write to end before giving up.
 BUSY_SECONDS = 10.0
@@ -25,6 +29,8 @@ LARGEST_VALUE = 256 << 20
 LONGEST_STATEMENT = 100_000
 #: Our triggers start no others.
 TRIGGER_DEPTH = 2
+#: Steps of SQLite's machine between two looks at the clock and at Ctrl-C: some milliseconds.
+STEPS_BETWEEN_LOOKS = 100_000
 
 
 def connect(
@@ -54,6 +60,23 @@ def connect(
     )
     if immutable:
         uri += "&immutable=1"
+    connection = _open(uri, path)
+    try:
+        with explained(path):
+            try:
+                _prepare(connection, path, mode)
+            except sqlite3.OperationalError as error:
+                if not is_half_written(error):
+                    raise
+                roll_back(path)
+                _prepare(connection, path, mode)
+    except BaseException:
+        connection.close()
+        raise
+    return connection
+
+
+def _open(uri: str, path: Path) -> sqlite3.Connection:
     with explained(path):
         connection = sqlite3.connect(
             uri,
@@ -62,17 +85,37 @@ def connect(
             isolation_level=None,  # transactions are atomic()'s, none begins by itself
             check_same_thread=False,
         )
-    try:
-        with explained(path):
-            _harden(connection)
-            connection.execute("PRAGMA foreign_keys = ON")
-            connection.execute("PRAGMA temp_store = MEMORY")
-            connection.execute(f"PRAGMA cache_size = {-CACHE_KIB:d}")
-            _check(connection, path, mode)
-    except BaseException:
-        connection.close()
-        raise
+        _harden(connection)
     return connection
+
+
+def is_half_written(error: sqlite3.Error) -> bool:
+    """Does SQLite say that a write was broken off, which who only reads cannot take back?"""
+    return getattr(error, "sqlite_errorcode", None) == sqlite3.SQLITE_READONLY_ROLLBACK
+
+
+def roll_back(path: Path) -> None:
+    """Take back a write that was broken off, as a kill leaves it: reading needs that first.
+
+    Raises DatabaseError where this user may not write the file or its folder.
+    """
+    try:
+        connection = sqlite3.connect(
+            f"file:{quote(str(path.absolute()))}?mode=rw", uri=True, timeout=BUSY_SECONDS
+        )
+        try:
+            _harden(connection)
+            connection.execute("SELECT count(*) FROM sqlite_schema")
+        finally:
+            connection.close()
+    except sqlite3.OperationalError as error:
+        if error.sqlite_errorcode & 0xFF not in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN):
+            raise
+        raise DatabaseError(
+            f"a write to {path} was broken off, and what it left must be taken back before anyone "
+            f"can read; you may not write {path.name}, {path.name}-journal or their folder. Let "
+            f"someone who may read it once: 'patterndb stats --db {path}'"
+        ) from error
 
 
 def _harden(connection: sqlite3.Connection) -> None:
@@ -87,6 +130,15 @@ def _harden(connection: sqlite3.Connection) -> None:
     setconfig = getattr(connection, "setconfig", None)
     if setconfig is not None:
         setconfig(getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE"), True)  # noqa: B009
+    # Python looks for Ctrl-C whenever it is called, so that ends a statement as well.
+    connection.set_progress_handler(is_late, STEPS_BETWEEN_LOOKS)
+
+
+def _prepare(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
+    connection.execute("PRAGMA foreign_keys = ON")
+    connection.execute("PRAGMA temp_store = MEMORY")
+    connection.execute(f"PRAGMA cache_size = {-CACHE_KIB:d}")
+    _check(connection, path, mode)
 
 
 def _check(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
@@ -147,12 +199,13 @@ def atomic(connection: sqlite3.Connection) -> Generator[sqlite3.Connection]:
     Takes the write lock at once, so that a second writer waits here and not half-way.
     """
     path = _path(connection)
-    with explained(path):
+    with explained(path, "beginning"):
         connection.execute("BEGIN IMMEDIATE")
     try:
         with explained(path):
             yield connection
-            # A reader may hold this up for too long; then it is all taken back as well.
+        # A reader may hold this up for too long; then it is all taken back as well.
+        with explained(path, "committing"):
             connection.execute("COMMIT")
     except BaseException:
         if connection.in_transaction:
@@ -161,8 +214,12 @@ def atomic(connection: sqlite3.Connection) -> Generator[sqlite3.Connection]:
 
 
 @contextlib.contextmanager
-def explained(path: Path) -> Generator[None]:
-    """Turn SQLite's errors into ours, with what would mend them."""
+def explained(path: Path, doing: Doing = "reading") -> Generator[None]:
+    """Turn SQLite's errors into ours, with what would mend them.
+
+    Raises KeyboardInterrupt where Ctrl-C ended a statement, TimeLimitError where the thread's
+    deadline (:mod:`patterndb.system.deadline`) did.
+    """
     try:
         yield
     except sqlite3.IntegrityError as error:
@@ -179,10 +236,26 @@ def explained(path: Path) -> Generator[None]:
         ) from error
     except sqlite3.DatabaseError as error:
         text = str(error)
-        if "not a database" in text:
+        code = getattr(error, "sqlite_errorcode", 0)
+        if code == sqlite3.SQLITE_INTERRUPT:
+            if is_late():
+                raise TimeLimitError(
+                    f"the time limit was over before {path} was read; allow more seconds"
+                ) from error
+            # Nothing else interrupts: what Ctrl-C raised within SQLite's call is lost there.
+            raise KeyboardInterrupt from error
+        if is_half_written(error):
+            why = f"a write to {path} was broken off; open it anew, which takes that back"
+        elif "not a database" in text:
             why = f"{path} is not an SQLite file"
         elif "locked" in text or "busy" in text:
-            why = f"{path} is being written by another process; try again when it has finished"
+            # Readers hold up nothing but the end of a write, and only a write holds up the rest.
+            why = (
+                f"{path} is being read by another process, for longer than {BUSY_SECONDS:g} s: "
+                "nothing was written; try again when it has finished"
+                if doing == "committing"
+                else f"{path} is being written by another process; try again when it has finished"
+            )
         elif "readonly" in text:
             why = f"{path} cannot be written: it, or its folder, is read-only"
         elif "unable to open" in text:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import sqlite3
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -19,6 +21,9 @@ from patterndb.store.reading import options_of
 
 #: Findings after which verify() stops listing; a damaged database has as many as rows.
 MAX_FINDINGS = 100
+
+#: Patterns that verify() reads in one statement.
+CHECKED_AT_ONCE = 1000
 
 #: Faces are numbered in 32 bits.
 LARGEST_FACE = 1 << 31
@@ -172,7 +177,7 @@ def _check_examples(connection: sqlite3.Connection) -> list[str]:
 
 def _check_patterns(connection: sqlite3.Connection) -> list[str]:
     found: list[str] = []
-    for number, packed, *stored in connection.execute(writing.SELECT_PATTERNS):
+    for number, packed, *stored in _list_patterns(connection):
         if len(found) >= MAX_FINDINGS:
             break
         try:
@@ -196,3 +201,17 @@ def _check_patterns(connection: sqlite3.Connection) -> list[str]:
                 f"pattern {format_id(number)} has columns that do not follow from its code"
             )
     return found
+
+
+def _list_patterns(connection: sqlite3.Connection) -> Iterator[tuple[Any, ...]]:
+    """All rows of the patterns, some at a time: checking them takes long, and while a statement
+    runs nobody else can write."""
+    last = -1 << 63
+    while True:
+        rows = connection.execute(
+            writing.SELECT_PATTERNS + " WHERE id > ? ORDER BY id LIMIT ?", (last, CHECKED_AT_ONCE)
+        ).fetchall()
+        yield from rows
+        if len(rows) < CHECKED_AT_ONCE:
+            return
+        last = rows[-1][0]

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+import threading
+from collections.abc import Callable, Generator, Sequence
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
 from typing import Concatenate, Literal, ParamSpec, TypeVar
@@ -17,7 +18,14 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
 from patterndb.store import compact, contents, ddq, reading, writing
-from patterndb.store.connection import Mode, atomic, connect, explained
+from patterndb.store.connection import (
+    Mode,
+    atomic,
+    connect,
+    explained,
+    is_half_written,
+    roll_back,
+)
 from patterndb.store.records import (
     Learned,
     LearningOptions,
@@ -36,8 +44,11 @@ T = TypeVar("T")
 class Database:
     """An open pattern database; a context manager that closes it.
 
-    Classes are kept in memory once loaded, until something is written through this
-    object. One thread at a time may use it.
+    Classes are kept in memory once loaded, until something is written: through this object, or
+    by another program, which is noticed when a class is asked for.
+
+    Threads may share it. Each question and each change waits for those of other threads; lists of
+    fills, which work on classes, do not.
     """
 
     def __init__(self, path: Path | str, mode: Mode = "read", *, immutable: bool = False) -> None:
@@ -46,7 +57,14 @@ class Database:
         self.mode: Mode = mode
         self._immutable = immutable
         self._connection = connect(self.path, mode, immutable=immutable)
+        self._begin_sharing()
+
+    def _begin_sharing(self) -> None:
+        """Make what threads share: the lock on the connection and what hangs on it, classes, and
+        the number by which SQLite tells that others have written."""
+        self._lock = threading.RLock()
         self._classes: dict[int, PatternClass] = {}
+        self._seen_version = -1
 
     def __enter__(self) -> Database:
         return self
@@ -70,7 +88,8 @@ class Database:
 
     def close(self) -> None:
         """Close the file; the object is of no use afterwards."""
-        self._connection.close()
+        with self._lock:
+            self._connection.close()
 
     # Asking
 
@@ -103,10 +122,19 @@ class Database:
         return self._ask(reading.list_occurrences, pattern.id)
 
     def pattern_class(self, n_sides: int) -> PatternClass:
-        """All patterns of ``n_sides`` sides, in default order."""
-        if n_sides not in self._classes:
-            self._classes[n_sides] = self._ask(reading.load_class, n_sides)
-        return self._classes[n_sides]
+        """All patterns of ``n_sides`` sides, in default order.
+
+        Loaded once, and again after another program has written to the file.
+        """
+        with self._lock:
+            # Looked at before loading: a write between the two is seen the next time.
+            version = self._ask(reading.read_data_version)
+            if version != self._seen_version:
+                self._classes.clear()
+                self._seen_version = version
+            if n_sides not in self._classes:
+                self._classes[n_sides] = self._ask(reading.load_class, n_sides)
+            return self._classes[n_sides]
 
     def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k,) int64 patches that reduce to the patterns of these ids (k,); 0 for unknown ones."""
@@ -133,7 +161,8 @@ class Database:
 
     def verify(self) -> list[str]:
         """Everything that is wrong with the database, in words."""
-        return contents.verify(self._connection)
+        with self._lock:
+            return contents.verify(self._connection)
 
     def export_ddq(
         self,
@@ -159,9 +188,16 @@ class Database:
         **kw: P.kwargs,
     ) -> T:
         """Put a question to the file; what SQLite says of a damaged one is explained."""
-        with explained(self.path):
+        with self._lock, explained(self.path):
             try:
-                return question(self._connection, *args, **kw)
+                try:
+                    return question(self._connection, *args, **kw)
+                except sqlite3.OperationalError as error:
+                    if not is_half_written(error):
+                        raise
+                    # A writer was killed while this was open.
+                    roll_back(self.path)
+                    return question(self._connection, *args, **kw)
             except (ValueError, IndexError, KeyError, TypeError, OverflowError) as error:
                 # What stands in the file is not of its column's type or range, or is missing.
                 raise DatabaseError(
@@ -235,11 +271,14 @@ class Database:
         for a count below 1, DatabaseError if the database is open for reading only.
         """
         wanted = writing.check_use(pattern, count)
-        held = {n: c for n, c in self._classes.items() if n != wanted.n_sides}
-        with self._change() as connection:
-            total = writing.record_use(connection, wanted, count)
-        self._classes |= held  # none but its own class is another now
-        return total
+        with self._lock:
+            held = {n: c for n, c in self._classes.items() if n != wanted.n_sides}
+            with self._change() as connection:
+                is_ours = reading.read_data_version(connection) == self._seen_version
+                total = writing.record_use(connection, wanted, count)
+            if is_ours:
+                self._classes |= held  # none but its own class is another now
+            return total
 
     def remove(self, names: Sequence[str]) -> tuple[int, int]:
         """Take meshes out, by name or by the first digits of their SHA-256.
@@ -266,7 +305,11 @@ class Database:
         """Add all meshes of another database; return (added, replaced, already there)."""
         if other.path.resolve() == self.path.resolve():
             raise DatabaseError(f"{self.path} cannot be merged into itself")
-        with self._change() as connection:
+        with ExitStack() as stack:
+            # In one order, else two that are merged into each other wait for ever.
+            for database in sorted((self, other), key=id):
+                stack.enter_context(database._lock)
+            connection = stack.enter_context(self._change())
             try:
                 return writing.merge_database(connection, other._connection)
             except InvalidCodeError as error:
@@ -274,7 +317,8 @@ class Database:
                     f"{other.path} is damaged ({error}); 'patterndb verify' tells what is wrong"
                 ) from error
 
-    def _change(self) -> AbstractContextManager[sqlite3.Connection]:
+    @contextmanager
+    def _change(self) -> Generator[sqlite3.Connection]:
         if self._immutable:
             raise DatabaseError(
                 f"{self.path} is shared and never written to; copy it ('patterndb merge "
@@ -285,5 +329,6 @@ class Database:
                 f"{self.path} is open for reading only; open it with mode='write', or give "
                 "--db FILE for a database of your own"
             )
-        self._classes.clear()
-        return atomic(self._connection)
+        with self._lock, atomic(self._connection) as connection:
+            self._classes.clear()
+            yield connection

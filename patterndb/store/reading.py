@@ -38,6 +38,11 @@ def get_id_range(n_sides: int) -> tuple[int, int]:
     return first, first + (1 << 56) - 1
 
 
+def read_data_version(connection: sqlite3.Connection) -> int:
+    """A number that changes when another connection has changed the file."""
+    return connection.execute("PRAGMA data_version").fetchone()[0]
+
+
 def load_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
     """All patterns of ``n_sides`` sides, in default order.
 

@@ -12,8 +12,7 @@ import contextlib
 import hashlib
 import sqlite3
 import tempfile
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Generator, Sequence
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -64,7 +63,7 @@ class StarterDatabase(Database):
         self._say = say
         self._progress = progress
         self._immutable = True
-        self._classes: dict[int, PatternClass] = {}
+        self._begin_sharing()
         with packed.open("rb") as file:
             self._head = compact.parse_head(file.read(_HEAD))
 
@@ -113,13 +112,14 @@ class StarterDatabase(Database):
 
     def pattern_class(self, n_sides: int) -> PatternClass:
         """All patterns of ``n_sides`` sides, in default order."""
-        if n_sides not in self._classes:
-            if n_sides in self._head.classes:
-                patterns = parse_class(n_sides, self._read(*self._head.classes[n_sides][1:]))
-            else:
-                patterns = PatternClass.from_patterns(n_sides, [])
-            self._classes[n_sides] = patterns
-        return self._classes[n_sides]
+        with self._lock:
+            if n_sides not in self._classes:
+                if n_sides in self._head.classes:
+                    patterns = parse_class(n_sides, self._read(*self._head.classes[n_sides][1:]))
+                else:
+                    patterns = PatternClass.from_patterns(n_sides, [])
+                self._classes[n_sides] = patterns
+            return self._classes[n_sides]
 
     def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k,) int64 patches that reduce to the patterns of these ids (k,); 0 for unknown ones."""
@@ -168,10 +168,12 @@ class StarterDatabase(Database):
         """How often fills were accepted: never, for nothing is recorded in the starter."""
         return {}
 
-    def _change(self) -> AbstractContextManager[sqlite3.Connection]:
+    @contextlib.contextmanager
+    def _change(self) -> Generator[sqlite3.Connection]:
         # The message names the file that can be copied: it shall be there.
         assert self._connection
-        return super()._change()
+        with super()._change() as connection:
+            yield connection
 
     @cached_property
     def _meshes(self) -> compact.PackedMeshes:
