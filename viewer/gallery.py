@@ -25,6 +25,11 @@ MARGIN = 26.0
 TITLE = 34.0
 LEGEND = 26.0
 
+#: Points of a line of facts, and the least that all of a page are set in for one of them; below,
+#: a long line is set smaller than the others.
+FACTS = 7.0
+LEAST_FACTS = 5.5
+
 #: Items a page holds unless asked otherwise, and at most.
 PER_PAGE = 60
 MOST_PER_PAGE = 200
@@ -110,17 +115,24 @@ def _page(grid: Grid, cards: Sequence[Card], title: str, counter: str, tinted: b
         right = grid.width - MARGIN
         page.text(right, head, counter, 8.0, colour=style.FAINT_TEXT, align="right")
     drawings: list[DiskDrawing] = []
+    longest = max(len(card.facts) for card in cards)
+    size = max(LEAST_FACTS, _fitting(longest, grid.cell))
     for i, card in enumerate(cards):
         drawing = draw_disk(card.disk, tinted=tinted, points=card.points, marks=card.marks)
         drawings.append(drawing)
         x, y = grid.centre(i)
         paint_disk(page, drawing, x, y, grid.cell, f"quads-{i + 1}")
-        _caption(page, card, x, y - grid.cell / 2.0 - 10.0, grid.cell)
+        _caption(page, card, x, y - grid.cell / 2.0 - 10.0, grid.cell, size)
     paint_legend(page, drawings, middle, MARGIN - 4.0, 8.0)
     return page
 
 
-def _caption(page: Page, card: Card, x: float, y: float, cell: float) -> None:
+def _fitting(letters: int, cell: float) -> float:
+    """The size, in points, at which a line of facts fits a cell."""
+    return min(FACTS, cell / (0.56 * max(letters, 1)))
+
+
+def _caption(page: Page, card: Card, x: float, y: float, cell: float, facts: float) -> None:
     # 0.602: the width of a DejaVu Sans Mono letter; 16 hex digits must fit the cell.
     title = card.title
     size = min(6.5, cell / (0.602 * max(len(title) + 5, 1)))
@@ -134,4 +146,4 @@ def _caption(page: Page, card: Card, x: float, y: float, cell: float) -> None:
     elif title:
         page.text(x, y, title, size, mono=True, colour=style.FAINT_TEXT)
     if card.facts:
-        page.text(x, y - 10.5, card.facts, min(7.0, cell / (0.56 * len(card.facts))))
+        page.text(x, y - 10.5, card.facts, min(facts, _fitting(len(card.facts), cell)))
