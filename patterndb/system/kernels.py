@@ -35,6 +35,7 @@ from numba.core.caching import _Cache as CacheProtocol
 from numba.core.compiler import CompileResult
 from numba.core.dispatcher import Dispatcher
 from numba.core.environment import _rebuild_env
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 from patterndb.system.caches import kernel_folder
@@ -108,7 +109,8 @@ class ContentCache(CacheProtocol):
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
         """Load the version for argument types; None where there is none that can be used."""
-        target_context.refresh()
+        # All that loaded code needs; what compiling needs (refresh) takes half a second to import.
+        rtsys.initialize(target_context)
         if not self._enabled:
             return None
         codegen = target_context.codegen()
