@@ -3,14 +3,17 @@
     python benchmarks/silence.py "patterndb query --sides 3,5,4,6" ["patterndb stats" ...]
 
 Each command is run by a shell in a new, empty folder with an empty cache folder of its own, so that
-what is not shipped is compiled; with --together they share both, as the lines of a page do. A
-silence is a stretch without a byte on stdout or stderr, from the start to the end of the process.
+what is not shipped is compiled; with --together they share both, as the lines of a page do. It sees
+a terminal. A silence is a stretch without a byte on that, from the start to the end of the process.
 """
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import os
+import pty
+import re
 import resource
 import subprocess
 import tempfile
@@ -29,22 +32,21 @@ def measure(command: str, folder: str) -> tuple[float, float, float, int, str]:
     began = last = time.monotonic()
     silent = 0.0
     said = b""
+    ours, theirs = pty.openpty()
     with subprocess.Popen(
-        command,
-        shell=True,
-        cwd=folder,
-        env=environment,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
+        command, shell=True, cwd=folder, env=environment, stdin=theirs, stdout=theirs, stderr=theirs
     ) as process:
-        assert process.stdout is not None
-        while piece := process.stdout.read1(65536):  # type: ignore[attr-defined]
-            now = time.monotonic()
-            silent, last, said = max(silent, now - last), now, said + piece
+        os.close(theirs)
+        with contextlib.suppress(OSError):  # Linux's way to say that the terminal is closed
+            while piece := os.read(ours, 65536):
+                now = time.monotonic()
+                silent, last, said = max(silent, now - last), now, said + piece
+    os.close(ours)
     end = time.monotonic()
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
     cpu = used.ru_utime + used.ru_stime - before.ru_utime - before.ru_stime
-    lines = said.decode(errors="replace").split("\n")
+    lines = re.sub(r"\r\x1b\[K[^\r\n]*(?=\r\x1b\[K)|\r(?=\n)", "", said.decode(errors="replace"))
+    lines = lines.replace("\r\x1b[K", "").split("\n")
     told = next((line for line in reversed(lines) if line.strip()), "")
     return cpu, end - began, max(silent, end - last), process.returncode, told
 

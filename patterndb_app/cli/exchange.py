@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -12,6 +11,7 @@ import click
 
 from patterndb_app.cli.database import count_patterns
 from patterndb_app.cli.options import FileName, as_json, db_to_read, db_to_write, open_database
+from patterndb_app.cli.progressline import hushed, is_terminal
 from patterndb_app.cli.text import plural, printable, say, write, write_json
 
 if TYPE_CHECKING:
@@ -164,14 +164,13 @@ def export_ddq(file: Path, db: Path | None, digits: int | None, as_json: bool) -
 @contextlib.contextmanager
 def _bar(task: str) -> Generator[Callable[[int, int], None] | None]:
     """A progress bar on a terminal, which goes away at its end."""
-    # There is no stderr at all where the shell closed it (2>&-).
-    if sys.stderr is None or not sys.stderr.isatty():  # pyright: ignore[reportUnnecessaryComparison]
+    if not is_terminal():
         yield None
         return
     # Imported here because rich takes a moment that piped runs need not wait for.
     from rich.console import Console
     from rich.progress import Progress
 
-    with Progress(console=Console(stderr=True), transient=True) as bar:
+    with hushed(), Progress(console=Console(stderr=True), transient=True) as bar:
         number = bar.add_task(task)
         yield lambda done, total: bar.update(number, completed=done, total=total)

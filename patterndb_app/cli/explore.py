@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,7 @@ from patterndb_app.cli.options import (
     open_database,
     picture_path,
 )
+from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.search import Corners
 from patterndb_app.cli.text import say
 
@@ -112,7 +114,8 @@ def explore(
         ground = Surface.from_polygons(read_mesh(surface))
     from patterndb_app.cli.obj import write_placed_fill
 
-    with open_database(db) as database:
+    window = hushed() if output is None else contextlib.nullcontext()
+    with open_database(db) as database, window:
         open_explorer(
             database,
             asked,

@@ -24,6 +24,7 @@ from patterndb_app.cli.options import (
     require_viewer,
 )
 from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
 
 if TYPE_CHECKING:
@@ -207,7 +208,10 @@ def features(
             draw(ground, picture, session=kept, bare=True)
             say(f"drawn: {picture}")
         if view:
-            show(ground, title=model.name, session=kept, session_path=session, settings=settings)
+            with hushed():
+                show(
+                    ground, title=model.name, session=kept, session_path=session, settings=settings
+                )
     return EXIT_NOTHING if lost else 0
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import sys
 from collections.abc import Callable, Generator, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -16,6 +15,7 @@ from patterndb_app.cli.database import count_patterns
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, Interrupted, resumable
 from patterndb_app.cli.options import FileName, as_json, db_to_write, open_database
 from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.progressline import hushed, is_terminal
 from patterndb_app.cli.text import plural, printable, say, shorten, write, write_json
 
 if TYPE_CHECKING:
@@ -274,8 +274,7 @@ class LearningProgress:
 @contextlib.contextmanager
 def learning_progress(*, talk: bool) -> Generator[LearningProgress]:
     """The progress of one ingest; the bar goes away at its end."""
-    # There is no stderr at all where the shell closed it (2>&-).
-    if sys.stderr is None or not sys.stderr.isatty():  # pyright: ignore[reportUnnecessaryComparison]
+    if not is_terminal():
         yield LearningProgress(None, talk)
         return
     # Imported here because rich takes a moment that piped runs need not wait for.
@@ -299,5 +298,5 @@ def learning_progress(*, talk: bool) -> Generator[LearningProgress]:
         console=Console(stderr=True),
         transient=True,
     )
-    with bar:
+    with hushed(), bar:
         yield LearningProgress(bar, talk)

@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     valence_option,
 )
 from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.search import find_fills, format_variants
 from patterndb_app.cli.text import plural, say, tell_left_over
 
@@ -320,6 +321,8 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
             KEYS.check(keys)
         except ValueError as error:
             raise click.BadParameter(str(error), param_hint="--keys") from error
+        if output is None:
+            stack.enter_context(hushed())
         open_browser(
             database,
             n_sides=n_sides,

@@ -11,6 +11,7 @@ import click
 
 from patterndb_app.cli.compiletalk import told_compiling
 from patterndb_app.cli.failure import explain
+from patterndb_app.cli.progressline import told_waiting
 
 #: The verbs by what one wants, in the order of the help, and the module that each stands in. One
 #: more verb is one more entry.
@@ -71,8 +72,12 @@ class Program(click.Group):
         sys.exit(code)
 
     def invoke(self, ctx: click.Context) -> Any:
-        """As click's; what the verb has to compile is told."""
-        with told_compiling(lambda: ctx.invoked_subcommand):
+        """As click's; what the verb has to compile is told, and that it is at work."""
+
+        def name_verb() -> str | None:
+            return ctx.invoked_subcommand
+
+        with told_waiting(name_verb), told_compiling(name_verb):
             return super().invoke(ctx)
 
     def list_commands(self, ctx: click.Context) -> list[str]:

@@ -6,14 +6,16 @@ import contextlib
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 
-from patterndb_app.cli.text import say
+from patterndb_app.cli.text import LAST_WORD, say
 
 #: Seconds between two states of the line on a terminal, where it is written over.
 ON_TERMINAL = 0.25
 #: Seconds between two lines where there is no terminal: nobody waits longer without a word.
 IN_FILE = 1.5
+#: Seconds without a word after which a terminal is told that there is work going on.
+SILENCE = 1.5
 
 
 class ProgressLine:
@@ -25,11 +27,12 @@ class ProgressLine:
 
     def __init__(self, text: Callable[[], str | None]) -> None:
         self._text = text
-        # There is no stderr at all where the shell closed it (2>&-).
-        self._terminal = sys.stderr is not None and sys.stderr.isatty()  # pyright: ignore[reportUnnecessaryComparison]
+        self._terminal = is_terminal()
         self._shown = ""
         self._over = threading.Event()
-        self._lock = threading.Lock()
+        # What is said in a file by this line's own thread makes way for itself.
+        self._lock = threading.RLock()
+        LAST_WORD.clear.append(self._make_way)
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
 
@@ -47,6 +50,7 @@ class ProgressLine:
                 if self._terminal:
                     self._write(f"\r\x1b[K{text}")
                     self._shown = text
+                    self.note_shown()
                 elif time.monotonic() - last >= IN_FILE:
                     last = time.monotonic()
                     say(text)
@@ -57,6 +61,15 @@ class ProgressLine:
             self._over.set()
             self._erase()
         self._thread.join()
+        LAST_WORD.clear.remove(self._make_way)
+
+    def _make_way(self) -> None:
+        with self._lock:
+            self._erase()
+
+    def note_shown(self) -> None:
+        """Note that the terminal says something."""
+        LAST_WORD.at = time.monotonic()
 
     def _erase(self) -> None:
         if self._shown:
@@ -67,3 +80,57 @@ class ProgressLine:
         with contextlib.suppress(OSError):
             sys.stderr.write(text)
             sys.stderr.flush()
+
+
+def is_terminal() -> bool:
+    """Is there somebody who sees stderr as it is written?"""
+    # There is no stderr at all where the shell closed it (2>&-).
+    return sys.stderr is not None and sys.stderr.isatty()  # pyright: ignore[reportUnnecessaryComparison]
+
+
+class WaitingLine(ProgressLine):
+    """The line that a terminal sees while a verb works and says nothing: its name and how long."""
+
+    #: Is somebody else on the terminal's line, or is the verb waiting for a person?
+    hushed = False
+
+    def __init__(self, name_verb: Callable[[], str | None]) -> None:
+        self._name_verb = name_verb
+        self._began = LAST_WORD.at = time.monotonic()
+        super().__init__(self._word)
+
+    def _word(self) -> str | None:
+        now = time.monotonic()
+        if WaitingLine.hushed or now - LAST_WORD.at < SILENCE:
+            return None
+        return f"{self._name_verb() or 'patterndb'}: at work, {now - self._began:.0f} s"
+
+    def note_shown(self) -> None:
+        """Note nothing: the silence goes on."""
+
+
+@contextlib.contextmanager
+def told_waiting(name_verb: Callable[[], str | None]) -> Generator[None]:
+    """Tell a terminal, within the block, that a verb is at work while it says nothing itself.
+
+    name_verb: asked for the verb's name.
+    """
+    if not is_terminal():
+        yield
+        return
+    line = WaitingLine(name_verb)
+    try:
+        yield
+    finally:
+        line.close()
+
+
+@contextlib.contextmanager
+def hushed() -> Generator[None]:
+    """Tell nothing of waiting within the block: a window is open, or a bar shows what is done."""
+    before, WaitingLine.hushed = WaitingLine.hushed, True
+    try:
+        yield
+    finally:
+        WaitingLine.hushed = before
+        LAST_WORD.at = time.monotonic()

@@ -21,6 +21,7 @@ from patterndb_app.cli.options import (
     require_viewer,
 )
 from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, table, write, write_json
 
 if TYPE_CHECKING:
@@ -246,7 +247,10 @@ def _look(
     """Open the window, until it is closed."""
     from viewer.retopo import show
 
-    kept = show(editor, title=title, session=session, script=record, begun=said, write_mesh=_write)
+    with hushed():
+        kept = show(
+            editor, title=title, session=session, script=record, begun=said, write_mesh=_write
+        )
     if kept is not None:
         say(f"closed with unsaved work: kept in {kept}; the next window here opens it (key R)")
 

@@ -23,6 +23,7 @@ from patterndb_app.cli.options import (
     read_model,
     require_viewer,
 )
+from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.register import (
     delta_option,
     read_any_template,
@@ -433,5 +434,6 @@ def _report_shape(
             draw(model, laid_out, picture, coefficients=coefficients)
             say(f"drawn: {picture}")
         if view:
-            show(model, laid_out, title=path.name, output=output, coefficients=coefficients)
+            with hushed():
+                show(model, laid_out, title=path.name, output=output, coefficients=coefficients)
     return 0

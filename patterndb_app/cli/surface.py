@@ -23,6 +23,7 @@ from patterndb_app.cli.options import (
     require_viewer,
 )
 from patterndb_app.cli.program import SectionedCommand
+from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS, describe_methods
 
@@ -271,7 +272,8 @@ def _look(
             draw(drawing, picture, **options)
             say(f"drawn: {picture}")
         if view:
-            show(drawing, write_obj=write_surface, **options)
+            with hushed():
+                show(drawing, write_obj=write_surface, **options)
 
 
 HEADS = (

@@ -10,7 +10,8 @@ import contextlib
 import json
 import os
 import sys
-from collections.abc import Collection, Iterable, Mapping, Sequence
+import time
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import click
@@ -19,14 +20,36 @@ import click
 WIDTH = 100
 
 
+class LastWord:
+    """When something was said last, and what must go from the terminal's line before more is.
+
+    at: by time.monotonic(). clear: takes away lines that change, each by a function of its own.
+    """
+
+    def __init__(self) -> None:
+        self.at = time.monotonic()
+        self.clear: list[Callable[[], None]] = []
+
+    def begin(self) -> None:
+        """Make way for a line that stays."""
+        for clear in tuple(self.clear):
+            clear()
+        self.at = time.monotonic()
+
+
+LAST_WORD = LastWord()
+
+
 def say(text: str) -> None:
     """A line of talk."""
+    LAST_WORD.begin()
     with contextlib.suppress(OSError):
         click.echo(text, err=True)
 
 
 def write(text: str = "", *, end: str = "\n") -> None:
     """A line of data; OSError as writing raises it, but for a reader that has gone."""
+    LAST_WORD.begin()
     try:
         try:
             click.echo(text + end, nl=False)
