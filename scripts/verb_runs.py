@@ -328,6 +328,7 @@ RUNS: dict[str, VerbRun] = {
         (
             "retopo --script sheet.jsonl -o sheet-quads.obj --session s.retopo --picture s.png",
             "retopo examples/jug.obj --quads -o jug-quads.obj",
+            "retopo --script jug.jsonl -o jug-sleeve.obj --picture jug.png",
         ),
         (draw_network,),
         ("retopo --script {root}/examples/retopo/penguin.tutorial.jsonl -o {out}/penguin.obj",),
@@ -396,6 +397,14 @@ def prepare_folder(folder: Path, verb: str) -> None:
     script += [{"tool": "stroke", "points": line} for line in lines]
     script += [{"tool": "brush", "at": [4.5, 4, 0.0], "to": [4.7, 4.2, 0.0]}]
     (folder / "sheet.jsonl").write_text("".join(json.dumps(call) + "\n" for call in script))
+    # README's: coarse triangles, loops cut by planes, a sleeve between them.
+    script = [
+        {"tool": "open", "surface": "examples/jug.obj"},
+        {"tool": "loop", "at": [0, -6.5, 5], "normal": [0, 0, 1]},
+        {"tool": "loop", "at": [0, -6.5, 2], "normal": [0, 0, 1]},
+        {"tool": "cylinder", "points": [[0, -6.5, 5], [0, -6.5, 2]], "division": 4},
+    ]
+    (folder / "jug.jsonl").write_text("".join(json.dumps(call) + "\n" for call in script))
     from ingest import ingest as learn_meshes
     from patterndb.store import LearningOptions
 
