@@ -84,7 +84,11 @@ def read_strokes(path: Path | str, boundary: Boundary) -> list[Stroke]:
 
 def parse_boundary(data: bytes | str) -> tuple[Boundary, list[Stroke]]:
     """As :func:`read_boundary`, of the file's content; messages do not name a file."""
-    document = _document(data)
+    return read_document(_document(data))
+
+
+def read_document(document: JsonValue) -> tuple[Boundary, list[Stroke]]:
+    """As :func:`parse_boundary`, of a document that is read already; its error is raised."""
     entries = document.read(BoundaryEntries, 'an object such as {"sides": [...], "edge_length": 1}')
     boundary = _boundary(entries)
     return boundary, _strokes(boundary, document.entries().get("strokes"))

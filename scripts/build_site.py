@@ -64,7 +64,7 @@ SECTIONS = {
         "retopo",
     ),
     "Notebooks": ("notebooks/fills", "notebooks/learning", "notebooks/placing", "examples"),
-    "Reference": ("definitions", "cli", "database", "names", "api"),
+    "Reference": ("definitions", "cli", "service", "database", "names", "api"),
     "Python": tuple(page.removesuffix(".md") for page in sorted(set(API_PAGES.values()))),
     "Project": ("architecture", "contributing", "measurements", "security", "changelog"),
 }

@@ -44,6 +44,11 @@ EXTRAS = {
         Extra("viewer", ("vtkmodules", "pyvista", "matplotlib"), "windows; reading VTK files"),
         Extra("sketch", ("ortools",), "surfacing networks, retopology, the solver cp-sat"),
         Extra("usd", ("pxr",), "reading USD files"),
+        Extra(
+            "service",
+            ("fastapi", "uvicorn", "httpx", "python_multipart"),
+            "the service, its client",
+        ),
     )
 }
 

@@ -162,28 +162,12 @@ def fill(
 def _document(
     fill: Fill, placement: Placement, rank: int, output: Path, seconds: tuple[float, float]
 ) -> dict[str, object]:
-    strokes: list[dict[str, float | None]] = [
-        {
-            "mean_before": _finite(before[0]),
-            "most_before": _finite(before[1]),
-            "mean_after": _finite(after[0]),
-            "most_after": _finite(after[1]),
-        }
-        for before, after in _stroke_rows(placement)
-    ]
     return {
         "output": str(output),
         "rank": rank,
         "fill": fill.to_json(),
         "irregular": fill.disk().irregular().tolist(),
-        "flipped": placement.flipped.tolist(),
-        "rounds": placement.rounds,
-        "residual": placement.residual,
-        "at_rest": placement.at_rest,
-        "off_surface": placement.off_surface,
-        "region_share": placement.region_share,
-        "strokes": strokes,
-        "pull": placement.pull,
+        **placement.to_json(),
         "seconds_query": round(seconds[0], 4),
         "seconds_place": round(seconds[1], 4),
     }
@@ -228,7 +212,3 @@ def _stroke_rows(
     placement: Placement,
 ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
     return list(zip(placement.strokes_before, placement.strokes_after, strict=True))
-
-
-def _finite(number: float) -> float | None:
-    return float(number) if math.isfinite(number) else None

@@ -247,7 +247,7 @@ def holes(
     if not (named or output or picture or limit or corners or flows or odd):
         found = find_holes(topology)
         if as_json:
-            write_json({"mesh": str(mesh), "holes": [_describe(hole) for hole in found]})
+            write_json({"mesh": str(mesh), "holes": [hole.to_json() for hole in found]})
         else:
             _list_holes(mesh, found)
         return 0 if found else EXIT_NOTHING
@@ -275,7 +275,7 @@ def holes(
 
         draw_holes(picture, fills)
     if as_json:
-        documents = [_document(found, listed) for found, listed in answered]
+        documents = [found.to_json(listed) for found, listed in answered]
         write_json({"mesh": str(mesh), "holes": documents, "left": left})
     elif not writing:
         for found, listed in answered:
@@ -396,7 +396,7 @@ def _answer_batch(database: Database, path: Path, limit: int, twins: bool) -> in
             write_json({"line": number, "error": str(error)})
             continue
         unanswered += not fills
-        document = {"line": number, "mesh": question.mesh, "holes": [_document(found, fills)]}
+        document = {"line": number, "mesh": question.mesh, "holes": [found.to_json(fills)]}
         write_json(document)
     say(
         f"{plural(asked, 'question')}, {unanswered} without a fill, "
@@ -425,25 +425,6 @@ def _read_lines(path: Path) -> Iterator[tuple[int, bytes]]:
                 )
             if line.strip():
                 yield number, line.removeprefix(b"\xef\xbb\xbf")
-
-
-def _describe(hole: Hole) -> dict[str, object]:
-    return {
-        "loop": hole.loop.tolist(),
-        "edges": len(hole),
-        "centre": hole.centre.tolist(),
-        "length": hole.length,
-    }
-
-
-def _document(found: HoleFills, fills: list[HoleFill]) -> dict[str, object]:
-    return {
-        "loop": found.hole.loop.tolist(),
-        "corners": fills[0].corners.tolist() if fills else [],
-        "twin": found.twin,
-        "seconds": round(found.seconds, 4),
-        "fills": [fill.to_json() for fill in fills],
-    }
 
 
 def _list_holes(mesh: Path, found: list[Hole]) -> None:

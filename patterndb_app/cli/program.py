@@ -34,6 +34,9 @@ SECTIONS: Mapping[str, Mapping[str, str]] = {
         "browse": "pictures",
         "explore": "explore",
     },
+    "Serve": {
+        "serve": "serve",
+    },
     "Maintain": {
         "verify": "database",
         "merge": "database",

@@ -145,6 +145,16 @@ class HoleFills(Iterator[HoleFill]):
         self.twin = self.twin or fill.twin
         return fill
 
+    def to_json(self, fills: Sequence[HoleFill]) -> dict[str, Any]:
+        """The hole and those of its fills that were listed, as JSON takes them."""
+        return {
+            "loop": self.hole.loop.tolist(),
+            "corners": fills[0].corners.tolist() if fills else [],
+            "twin": self.twin,
+            "seconds": round(self.seconds, 4),
+            "fills": [fill.to_json() for fill in fills],
+        }
+
 
 def fill_holes(
     db: PatternSource,

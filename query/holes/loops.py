@@ -118,6 +118,15 @@ class Hole:
     def __len__(self) -> int:
         return len(self.loop)
 
+    def to_json(self) -> dict[str, object]:
+        """The loop as JSON takes it: its vertices, how many edges, its centre and length."""
+        return {
+            "loop": self.loop.tolist(),
+            "edges": len(self),
+            "centre": self.centre.tolist(),
+            "length": self.length,
+        }
+
     def runs_backwards(self) -> bool:
         """Must quads of a fill be turned over to agree with most faces beside the loop, as the file
         has them?"""

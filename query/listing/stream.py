@@ -59,6 +59,9 @@ MOST_GROUPS = 10
 #: Listings that a table keeps: a query needs two, and boundaries differ in their corners.
 LISTINGS_KEPT = 16
 
+#: Tables are shared by threads that ask at the same time.
+_KEEPING = threading.Lock()
+
 #: Origins that are asked for by name.
 LEARNED = "learned"
 FAMILY = "family"
@@ -189,25 +192,18 @@ class Fills(Iterator[Fill]):
         q = self._query
         for size in range(len(q.strokes) - 1, 0, -1):
             groups = islice(combinations(range(len(q.strokes)), size), MOST_GROUPS)
-            found = [
-                group
-                for group in groups
-                if next(
-                    Fills(
-                        replace(
-                            q,
-                            strokes=tuple(q.strokes[i] for i in group),
-                            order=ORDERS["regular"],
-                            limit=1,
-                        )
-                    ),
-                    None,
-                )
-                is not None
-            ]
+            found = [group for group in groups if next(self._ask_some(group), None) is not None]
             if found:
                 return found
         return []
+
+    def _ask_some(self, group: tuple[int, ...]) -> Fills:
+        """Ask for a fill that has some of the strokes; whoever ends this list ends that, too."""
+        q = self._query
+        strokes = tuple(q.strokes[i] for i in group)
+        some = Fills(replace(q, strokes=strokes, order=ORDERS["regular"], limit=1))
+        some._cancelled = self._cancelled
+        return some
 
     def variants(self, fill: Fill, limit: int | None = None) -> Fills:
         """Find the other fills of a fill's pattern, in the order of this list.
@@ -424,8 +420,9 @@ class Fills(Iterator[Fill]):
         q = self._query
         loops = any(stroke.is_loop for stroke in q.strokes)
         asked_before = (q.boundary.corners, q.filters, loops, q.wants(FAMILY), ranking)
-        if not q.filters.of_few and asked_before in table.listings:
-            return table.listings[asked_before]
+        known = None if q.filters.of_few else table.listings.get(asked_before)
+        if known is not None:
+            return known
         passing = q.filters.admitted(table, table.n_corners)
         if isinstance(table, RelaxedTable) and not q.wants(FAMILY):
             passing &= table.frequency > 0
@@ -439,9 +436,10 @@ class Fills(Iterator[Fill]):
             kept &= entries.boundary <= q.filters.max_boundary_irregular
         listing = ranking.list_entries(table, entries if kept.all() else entries.take(kept))
         if not q.filters.of_few:
-            while len(table.listings) >= LISTINGS_KEPT:
-                table.listings.pop(next(iter(table.listings)))
-            table.listings[asked_before] = listing
+            with _KEEPING:
+                while len(table.listings) >= LISTINGS_KEPT:
+                    table.listings.pop(next(iter(table.listings)))
+                table.listings[asked_before] = listing
         return listing
 
     def _search(

@@ -7,6 +7,7 @@ the same: labels of strands, and for each row and orientation a count of irregul
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -352,11 +353,16 @@ _RELAXED: WeakKeyDictionary[PatternClass, RelaxedTable] = WeakKeyDictionary()
 _BEGUN: WeakKeyDictionary[PatternClass, RelaxedTable] = WeakKeyDictionary()
 
 
+#: One table is made once, however many threads ask for it.
+_MAKING = threading.RLock()
+
+
 def get_strict_table(patterns: PatternClass) -> StrictTable:
     """The table of a class, kept as long as the class is."""
-    if patterns not in _STRICT:
-        _STRICT[patterns] = StrictTable(patterns)
-    return _STRICT[patterns]
+    with _MAKING:
+        if patterns not in _STRICT:
+            _STRICT[patterns] = StrictTable(patterns)
+        return _STRICT[patterns]
 
 
 def get_relaxed_table(
@@ -366,11 +372,12 @@ def get_relaxed_table(
 
     frequencies: of the database that the class is of.
     """
-    if patterns not in _RELAXED:
-        n = patterns.n_sides
-        marked = load_marked_family(max(n, 1), free=n == 0)
-        _RELAXED[patterns] = RelaxedTable(marked, patterns, frequencies)
-    return _RELAXED[patterns]
+    with _MAKING:
+        if patterns not in _RELAXED:
+            n = patterns.n_sides
+            marked = load_marked_family(max(n, 1), free=n == 0)
+            _RELAXED[patterns] = RelaxedTable(marked, patterns, frequencies)
+        return _RELAXED[patterns]
 
 
 def get_begun_table(patterns: PatternClass) -> RelaxedTable:
@@ -379,8 +386,9 @@ def get_begun_table(patterns: PatternClass) -> RelaxedTable:
     Without strokes it does not matter where a closed side begins; a stroke's ends are counted
     from there. Patterns of more than MOST_SLOTS irregular vertices are left out.
     """
-    if patterns not in _BEGUN:
-        table = PatternTable.from_class(patterns, MOST_SLOTS)
-        marked = mark_patterns(table, 1, most=MOST_SLOTS, free=True)
-        _BEGUN[patterns] = RelaxedTable(marked, None, None)
-    return _BEGUN[patterns]
+    with _MAKING:
+        if patterns not in _BEGUN:
+            table = PatternTable.from_class(patterns, MOST_SLOTS)
+            marked = mark_patterns(table, 1, most=MOST_SLOTS, free=True)
+            _BEGUN[patterns] = RelaxedTable(marked, None, None)
+        return _BEGUN[patterns]

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -65,6 +65,28 @@ NEAR = REACHES[:2]
 UNTANGLINGS = 5
 
 
+class FollowedStrokeJson(TypedDict):
+    """How far a stroke is from its strand; None where it has no points, or none is near enough."""
+
+    mean_before: float | None
+    most_before: float | None
+    mean_after: float | None
+    most_after: float | None
+
+
+class PlacementJson(TypedDict):
+    """A placement as JSON; see :class:`Placement` for what the entries mean."""
+
+    flipped: list[int]
+    rounds: int
+    residual: float
+    at_rest: bool
+    off_surface: float
+    region_share: float | None
+    strokes: list[FollowedStrokeJson]
+    pull: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Placement:
     """A placed fill, and how it went.
@@ -102,6 +124,28 @@ class Placement:
     def at_rest(self) -> bool:
         """Did smoothing and projection come to an end?"""
         return self.residual < AT_REST
+
+    def to_json(self) -> PlacementJson:
+        """How it went, as JSON takes it; the vertices are left out."""
+        followed = np.hstack([self.strokes_before, self.strokes_after]).tolist()
+        return {
+            "flipped": self.flipped.tolist(),
+            "rounds": self.rounds,
+            "residual": self.residual,
+            "at_rest": self.at_rest,
+            "off_surface": self.off_surface,
+            "region_share": self.region_share,
+            "strokes": [
+                {
+                    "mean_before": _finite(row[0]),
+                    "most_before": _finite(row[1]),
+                    "mean_after": _finite(row[2]),
+                    "most_after": _finite(row[3]),
+                }
+                for row in followed
+            ],
+            "pull": self.pull,
+        }
 
 
 def place(
@@ -323,6 +367,10 @@ def is_farther(one: Following, vertices: Points) -> bool:
     is farthest?"""
     now = Following.between(one.stroke, one.edges, vertices)
     return now.mean > one.mean or now.most > one.most
+
+
+def _finite(number: float) -> float | None:
+    return number if np.isfinite(number) else None
 
 
 def _distances(followed: Sequence[Following | None]) -> NDArray[np.float64]:

@@ -46,7 +46,7 @@ WRONG = (
     ('{"sides": "3,5,4,6"}', ("sides is '3,5,4,6'", "give a list")),
     ('{"sides": [3,5,4,6.5]}', ("6.5", "no whole number")),
     ('{"sides": [3,5,4,true]}', ("True", "no whole number")),
-    ('{"sides": [3,5,4,NaN]}', ("nan", "no whole number")),
+    ('{"sides": [3,5,4,NaN]}', ("NaN", "no number that JSON has")),
     ('{"sides": [4,4,4,4], "corners": ["c", "c", "c"]}', ("4 corners, not 3",)),
     ('{"sides": [4,4,4,4], "corners": "cccc"}', ("corners is 'cccc'", "give a list")),
     ('{"sides": [4,4,4,4], "corners": ["c", "c", "c", "flat"]}', ("'flat'", '"reflex"')),

@@ -24,6 +24,7 @@ VERBS = (
     "report",
     "warmup",
     "holes",
+    "serve",
     "stats",
     "meshes",
     "query",

@@ -1,0 +1,115 @@
+"""Answers to questions for fills: whole, or a line for every fill as it is found."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+
+from patterndb_app.service.catalogue import ServedDatabase
+from patterndb_app.service.limits import Limits
+from patterndb_app.service.questions import FillQuestion
+from patterndb_app.service.work import LATE, STOPPING, RequestWork
+from query import Fill, Fills, fills
+from query.placing import Region, Surface, enclose_region, place
+from query.stroke import TOLERANCE
+
+#: Why a list ends that would be larger than the service allows.
+TOO_LARGE = "answer size"
+
+#: A fill of a question is found, and so the number of processors that look for it; the other
+#: requests at work have the others.
+THREADS = 1
+
+
+class FillAnswer:
+    """The fills of a question, one after another, with what is said at their end."""
+
+    def __init__(
+        self,
+        question: FillQuestion,
+        database: ServedDatabase,
+        surface: Surface | None,
+        limits: Limits,
+        work: RequestWork,
+    ) -> None:
+        self._question = question
+        self._surface = surface
+        self._limits = limits
+        self._work = work
+        self._began = time.perf_counter()
+        self._stopped: str | None = None
+        self._region: Region | None = None
+        self._found: Fills = fills(
+            database,
+            question.boundary,
+            strokes=question.strokes,
+            threads=THREADS,
+            **question.find_options(database),
+        )
+        work.on_end(self._found.cancel)
+
+    @property
+    def head(self) -> dict[str, object]:
+        """What an answer begins with."""
+        boundary = self._question.boundary
+        return {"sides": list(boundary.lengths), "corners": list(boundary.corners)}
+
+    def lines(self) -> Iterator[bytes]:
+        """The fills as JSON, each as soon as it is found, and placed where there are points."""
+        size = 0
+        for fill in self._found:
+            if self._work.stopped is not None:
+                return
+            line = msgspec.json.encode(self._describe(fill))
+            size += len(line)
+            if size > self._limits.answer_bytes:
+                self._stopped = TOO_LARGE
+                self._found.cancel()
+                return
+            yield line
+
+    def end(self) -> dict[str, object]:
+        """What is said at the end; ask for it when the lines have ended."""
+        stopped = self._stopped or self._found.stopped
+        if self._work.stopped in (LATE, STOPPING):
+            stopped = self._work.stopped
+        return {
+            "truncated": self._found.truncated or stopped is not None,
+            "stopped": stopped,
+            "reason": self._found.reason,
+            "seconds": round(time.perf_counter() - self._began, 4),
+        }
+
+    def _describe(self, fill: Fill) -> dict[str, Any]:
+        question = self._question
+        document: dict[str, Any] = {**fill.to_json()}
+        points = question.boundary.points
+        if points is None or not question.place:
+            return document
+        if self._surface is not None and self._region is None:
+            self._region = enclose_region(self._surface, points)
+        placement = place(
+            fill,
+            points,
+            self._region,
+            question.strokes,
+            tolerance=question.options.get("tolerance", TOLERANCE),
+        )
+        return {**document, "placed": placement.vertices.tolist(), **placement.to_json()}
+
+
+def make_whole(answer: FillAnswer) -> bytes:
+    """Make the whole answer: one document, the fills last but for what is known at their end."""
+    listed = b",".join(answer.lines())
+    head, end = msgspec.json.encode(answer.head), msgspec.json.encode(answer.end())
+    return b'%b,"fills":[%b],%b' % (head[:-1], listed, end[1:])
+
+
+def make_lines(answer: FillAnswer, work: RequestWork) -> None:
+    """Hand over a line for every fill, and the last."""
+    for line in answer.lines():
+        work.put(line + b"\n")
+    work.put(msgspec.json.encode({"done": True, **answer.head, **answer.end()}) + b"\n")

@@ -1,0 +1,120 @@
+"""Answers to questions about holes of a mesh: its loops, or the fills of one of them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import numpy as np
+from msgspec import Meta
+
+from ingest.formats import ReadLimits, parse
+from ingest.formats.files import assemble
+from patterndb.core.polygonmesh import PolygonMesh, flatten_faces
+from patterndb.errors import InvalidMeshError
+from patterndb.system.documents import Entries, Number, complete_points
+from patterndb_app.service.catalogue import ServedDatabase
+from patterndb_app.service.limits import Limits
+from patterndb_app.service.questions import Count, Name, Positive, Seconds, read_body
+from patterndb_app.service.refusals import LargeRequestError, MalformedRequestError
+from patterndb_app.service.work import RequestWork
+from query.holes import HoleFill, MeshTopology, choose_hole, fill_holes, find_holes, weld_fills
+
+Point = Annotated[list[Number], Meta(min_length=2, max_length=3, description="a point [x, y, z]")]
+Face = Annotated[
+    list[Count],
+    Meta(min_length=3, max_length=64, description="a face, its 3 to 64 vertices from 0"),
+]
+
+#: The most fills of a hole where none is asked for.
+LIMIT = 5
+
+#: The most fills of a hole.
+MOST_FILLS = 100
+
+
+class MeshEntries(Entries):
+    """A mesh in a body: points, and faces that name them from 0."""
+
+    points: Annotated[list[Point], Meta(extra={"missing": "a list of points"})]
+    faces: Annotated[list[Face], Meta(extra={"missing": "a list of faces"})]
+
+
+class HoleEntries(Entries):
+    """A question about a mesh's holes: without loop and faces, and with list, only its loops."""
+
+    mesh: MeshEntries | None = None
+    obj: str | None = None
+    loop: Annotated[list[Count], Meta(min_length=1)] | None = None
+    faces: Annotated[list[Count], Meta(min_length=1)] | None = None
+    limit: Positive = LIMIT
+    twins: bool = True
+    weld: Positive | None = None
+    list: bool = False
+    time_limit: Seconds | None = None
+    db: Name | None = None
+
+
+def read_hole_question(data: bytes, limits: Limits) -> tuple[HoleEntries, PolygonMesh]:
+    """Read the body of a question about holes: what is asked, and the mesh.
+
+    Raises MalformedRequestError for what is no such question, MeshFileError and InvalidMeshError
+    for what is no mesh.
+    """
+    asked = read_body(data, limits, "a question about holes").read(HoleEntries)
+    if (asked.mesh is None) == (asked.obj is None):
+        raise MalformedRequestError(
+            'give the mesh either as "mesh", {"points": [...], "faces": [...]}, or as "obj", the '
+            "text of an OBJ file"
+        )
+    if asked.loop is not None and asked.faces is not None:
+        raise MalformedRequestError("name a loop or faces, not both")
+    if asked.limit > MOST_FILLS:
+        raise LargeRequestError(f"limit is {asked.limit:,}; {MOST_FILLS} are the most for a hole")
+    limits_of_file = ReadLimits(max_bytes=limits.mesh_bytes)
+    if asked.obj is not None:
+        return asked, parse(asked.obj.encode(), "mesh.obj", limits_of_file)
+    assert asked.mesh is not None
+    points = np.array(complete_points(asked.mesh.points), np.float64).reshape(-1, 3)
+    corners, arities = flatten_faces(asked.mesh.faces)
+    return asked, assemble(points, corners, arities, "mesh", limits_of_file)
+
+
+def answer_holes(
+    asked: HoleEntries,
+    mesh: PolygonMesh,
+    database: ServedDatabase,
+    limits: Limits,
+    work: RequestWork,
+) -> dict[str, Any]:
+    """The loops of a mesh, or the fills of one of its holes, as ``patterndb holes --json``.
+
+    Raises InvalidMeshError and InvalidQueryError as :func:`query.holes.fill_holes` does.
+    """
+    topology = MeshTopology.of(mesh)
+    if asked.list and asked.loop is None and asked.faces is None:
+        return {"holes": [hole.to_json() for hole in find_holes(topology)]}
+    hole = choose_hole(topology, loop=asked.loop, faces=asked.faces)
+    if len(hole) > limits.perimeter:
+        raise LargeRequestError(
+            f"the loop has {len(hole):,} edges; {limits.perimeter:,} are the most"
+        )
+    found = fill_holes(
+        database,
+        hole,
+        limit=asked.limit,
+        twins=asked.twins,
+        time_limit=min(asked.time_limit or limits.seconds, limits.seconds),
+        threads=1,
+    )
+    fills: list[HoleFill] = []
+    for fill in found:
+        fills.append(fill)
+        if work.stopped is not None:
+            break
+    document: dict[str, Any] = {"holes": [found.to_json(fills)]}
+    if asked.weld is not None:
+        if asked.weld > len(fills):
+            raise InvalidMeshError(f"there is no fill {asked.weld}, only {len(fills)}")
+        welded = weld_fills([fills[asked.weld - 1]])
+        document["mesh"] = {"points": welded.points.tolist(), "faces": welded.faces()}
+    return document
