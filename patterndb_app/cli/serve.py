@@ -106,8 +106,6 @@ def serve(
         if not db.exists():
             raise click.BadParameter(f"there is no database at {db}", param_hint="'--db'")
     settings = ServiceSettings(databases=dbs or (None,), hosts=hosts, token=token)
-    shown = f"[{host}]" if ":" in host else host
-    say(f"patterndb serves at http://{shown}:{port}/ (Ctrl-C stops it)")
     with contextlib.suppress(KeyboardInterrupt):
         run(settings, host, port, workers)
     say("stopped")

@@ -4,13 +4,18 @@ from __future__ import annotations
 
 import asyncio
 import logging
+import multiprocessing
+import signal
+import socket
 import sys
-from functools import partial
-from typing import Any
+import time
+from multiprocessing.connection import wait
+from multiprocessing.context import SpawnProcess
+from typing import Any, cast
 
 import uvicorn
-from uvicorn.protocols.http.h11_impl import H11Protocol
-from uvicorn.supervisors import Multiprocess
+from fastapi import FastAPI
+from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 from patterndb_app.service.application import make_application
 from patterndb_app.service.context import ServiceSettings
@@ -29,43 +34,78 @@ IDLE_SECONDS = 15
 #: which a client must still take.
 STOP_SECONDS = 10
 
+#: A process that ends so soon after the start will not do better the next time.
+QUICK_END_SECONDS = 5.0
+
 
 def serve(settings: ServiceSettings, host: str, port: int, workers: int = 1) -> None:
     """Serve until the process is told to stop (SIGINT, SIGTERM).
 
-    workers: processes that share the port; each opens the databases for itself. Raises OSError
-    where the port cannot be had, DatabaseError where a database cannot be opened.
+    workers: processes that share the port; each opens the databases for itself, and where one dies
+    another is started. Raises OSError where the port cannot be had, DatabaseError where a database cannot
+    be opened.
     """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    listener = socket.create_server((host, port), family=family, backlog=BACKLOG)
+    with listener:
+        shown = f"[{host}]" if ":" in host else host
+        say = f"patterndb serves at http://{shown}:{listener.getsockname()[1]}/ (Ctrl-C stops it)"
+        print(say, file=sys.stderr, flush=True)
+        if workers == 1:
+            answer(settings, listener)
+        else:
+            supervise(settings, listener, workers)
+
+
+def answer(settings: ServiceSettings, listener: socket.socket) -> None:
+    """Answer what comes to a socket, in this process."""
+    set_up_log()
+    limits = settings.limits
     config = uvicorn.Config(
-        partial(make_logged_application, settings),
-        factory=True,
-        host=host,
-        port=port,
-        workers=workers,
-        http=make_protocol(settings.limits.header_seconds),
+        make_application(settings),
+        http=make_protocol(limits.header_seconds),
         ws="none",
         lifespan="on",
         log_config=None,
         access_log=False,
         server_header=False,
         proxy_headers=False,
-        backlog=BACKLOG,
-        limit_concurrency=settings.limits.connections,
+        limit_concurrency=limits.connections,
         timeout_keep_alive=IDLE_SECONDS,
         timeout_graceful_shutdown=STOP_SECONDS,
         h11_max_incomplete_event_size=HEADER_BYTES,
     )
-    server = ServiceServer(config)
-    if workers > 1:
-        Multiprocess(config, target=server.run, sockets=[config.bind_socket()]).run()
-    else:
-        server.run()
+    ServiceServer(config).run([listener])
 
 
-def make_logged_application(settings: ServiceSettings) -> Any:
-    """Make the application in the process that answers, whose log goes to stderr."""
-    set_up_log()
-    return make_application(settings)
+def supervise(settings: ServiceSettings, listener: socket.socket, workers: int) -> None:
+    """Have processes answer what comes to a socket, until this one is told to stop."""
+    context = multiprocessing.get_context("spawn")
+
+    def start() -> SpawnProcess:
+        process = context.Process(target=answer, args=(settings, listener))
+        process.start()
+        return process
+
+    def stop(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    signal.signal(signal.SIGTERM, stop)
+    processes = [start() for _ in range(workers)]
+    began = time.monotonic()
+    try:
+        while True:
+            wait([process.sentinel for process in processes])
+            if time.monotonic() - began < QUICK_END_SECONDS:
+                raise RuntimeError("a process ended as soon as it was started; the log says why")
+            processes = [one if one.is_alive() else start() for one in processes]
+    finally:
+        for process in processes:
+            process.terminate()
+        for process in processes:
+            process.join(STOP_SECONDS)
+            if process.is_alive():
+                process.kill()
 
 
 def set_up_log() -> None:
@@ -84,9 +124,7 @@ class ServiceServer(uvicorn.Server):
 
     async def shutdown(self, sockets: Any = None) -> None:
         """As uvicorn's."""
-        application: Any = self.config.loaded_app
-        while not hasattr(application, "state") and hasattr(application, "app"):
-            application = application.app
+        application = cast("FastAPI", self.config.app)
         application.state.service.workers.stop()
         await super().shutdown(sockets)
 
@@ -99,36 +137,38 @@ def make_protocol(header_seconds: float) -> type[H11Protocol]:
         """uvicorn's protocol that closes a connection whose headers do not come."""
 
         _late: asyncio.TimerHandle | None = None
+        _begun: RequestResponseCycle | None = None
 
         def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
             super().connection_made(transport)
-            self._begin()
+            self._wait_for_headers()
 
         def data_received(self, data: bytes) -> None:
-            idle = self.cycle is None or self.cycle.response_complete
-            if idle and self._late is None:
-                self._begin()
+            if self._late is None and self._is_idle():
+                self._wait_for_headers()
             super().data_received(data)
-            if self.cycle is not None and not self.cycle.response_complete:
-                self._end()
+            self._begun = self.cycle
+            if not self._is_idle():
+                self._stop_waiting()
 
         def connection_lost(self, exc: Exception | None) -> None:
-            self._end()
+            self._stop_waiting()
             super().connection_lost(exc)
 
-        def _begin(self) -> None:
+        def _is_idle(self) -> bool:
+            return self._begun is None or self._begun.response_complete
+
+        def _wait_for_headers(self) -> None:
             self._late = self.loop.call_later(header_seconds, self._close_late)
 
-        def _end(self) -> None:
+        def _stop_waiting(self) -> None:
             if self._late is not None:
                 self._late.cancel()
                 self._late = None
 
         def _close_late(self) -> None:
             self._late = None
-            if (
-                self.cycle is None or self.cycle.response_complete
-            ) and not self.transport.is_closing():
+            if self._is_idle() and not self.transport.is_closing():
                 self.transport.close()
 
     return TimedProtocol
