@@ -13,7 +13,7 @@ from starlette.responses import Response
 
 import patterndb
 from patterndb.errors import PatternDBError
-from patterndb_app.service import asking, looking, page
+from patterndb_app.service import asking, learning, looking, page
 from patterndb_app.service.answers import encode_answer, refuse
 from patterndb_app.service.context import Service, ServiceSettings, get_request_id
 from patterndb_app.service.guard import Guard
@@ -33,6 +33,7 @@ def make_application(settings: ServiceSettings | None = None) -> FastAPI:
 
     @contextlib.asynccontextmanager
     async def live(_: FastAPI) -> AsyncGenerator[None]:
+        service.jobs.start()
         warming = asyncio.create_task(asyncio.to_thread(warm, service))
         try:
             yield
@@ -50,7 +51,7 @@ def make_application(settings: ServiceSettings | None = None) -> FastAPI:
         lifespan=live,
     )
     application.state.service = service
-    for router in (looking.ROUTER, asking.ROUTER, page.ROUTER):
+    for router in (looking.ROUTER, asking.ROUTER, learning.ROUTER, page.ROUTER):
         application.include_router(router)
     application.add_exception_handler(PatternDBError, answer_error)
     application.add_exception_handler(RequestValidationError, answer_wrong_parameters)

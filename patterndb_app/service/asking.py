@@ -74,7 +74,7 @@ async def first_chunk(request: Request, work: RequestWork) -> bytes | None:
 async def keep_surface(request: Request) -> Response:
     """Keep a surface in memory, so that fills are placed on it: OBJ, PLY or OFF."""
     service = get_service(request)
-    data, suffix = await read_mesh_body(request)
+    data, suffix, _ = await read_mesh_body(request)
     limits = ReadLimits(max_bytes=service.limits.mesh_bytes)
 
     def make(_: RequestWork) -> object:
@@ -89,8 +89,9 @@ async def keep_surface(request: Request) -> Response:
     return await answer_in_thread(request, make)
 
 
-async def read_mesh_body(request: Request) -> tuple[bytes, str]:
-    """The bytes of the mesh file in a body, raw or the file of a form, and its suffix."""
+async def read_mesh_body(request: Request) -> tuple[bytes, str, str | None]:
+    """The bytes of the mesh file in a body, raw or the file of a form, its suffix, and its name if
+    it has one."""
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     name = request.query_params.get("name")
     if media_type != "multipart/form-data":
@@ -105,7 +106,7 @@ async def read_mesh_body(request: Request) -> tuple[bytes, str]:
     if not data:
         raise MalformedRequestError("the body is empty; send a mesh file")
     note(request, mesh_bytes=len(data))
-    return data, find_suffix(media_type, name, data)
+    return data, find_suffix(media_type, name, data), name
 
 
 @ROUTER.post("/v1/holes", name="holes")

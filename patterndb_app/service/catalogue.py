@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
@@ -86,6 +86,9 @@ class Catalogue:
         """Close all files."""
         for database in self._databases.values():
             database.close()
+
+    def __iter__(self) -> Iterator[ServedDatabase]:
+        return iter(self._databases.values())
 
     @property
     def names(self) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -15,6 +16,7 @@ from starlette.responses import Response
 from patterndb_app.service.answers import JSON, encode_answer, watch_client
 from patterndb_app.service.catalogue import Catalogue
 from patterndb_app.service.guard import LOOPBACK, find_client
+from patterndb_app.service.jobs import JobBook
 from patterndb_app.service.limits import DEFAULT_LIMITS, Limits
 from patterndb_app.service.metrics import Metrics
 from patterndb_app.service.refusals import ClientGoneError, StoppingError
@@ -62,11 +64,19 @@ class Service:
         self.workers = Workers(limits)
         self.surfaces = SurfaceShelf(limits.surfaces_bytes, limits.surface_seconds)
         self.catalogue = Catalogue(settings.databases)
+        changeable = {
+            database.name: database.path
+            for database in self.catalogue
+            if database.path is not None and settings.token is not None
+        }
+        # Half of the processors go on answering.
+        self.jobs = JobBook(changeable, limits.jobs, max(1, (os.cpu_count() or 1) // 2))
         self.warm = not settings.warm
 
     def close(self) -> None:
         """End what is at work, and close the databases."""
         self.workers.stop()
+        self.jobs.stop()
         self.workers.close()
         self.catalogue.close()
 

@@ -72,6 +72,8 @@ async def tell_metrics(request: Request) -> Response:
         "patterndb_surfaces": ("Surfaces kept in memory.", float(len(service.surfaces))),
         "patterndb_surface_bytes": ("Memory that they take.", float(service.surfaces.size)),
     }
+    for state, count in service.jobs.count().items():
+        gauges[f"patterndb_jobs_{state}"] = (f"Jobs that are {state}.", float(count))
     text = service.metrics.format(gauges)
     return encode_answer(request, text.encode(), media_type="text/plain; version=0.0.4")
 

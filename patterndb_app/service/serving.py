@@ -42,8 +42,8 @@ def serve(settings: ServiceSettings, host: str, port: int, workers: int = 1) -> 
     """Serve until the process is told to stop (SIGINT, SIGTERM).
 
     workers: processes that share the port; each opens the databases for itself, and where one dies
-    another is started. Raises OSError where the port cannot be had, DatabaseError where a database cannot
-    be opened.
+    another is started. Raises OSError where the port cannot be had, DatabaseError where a database
+    cannot be opened.
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
     listener = socket.create_server((host, port), family=family, backlog=BACKLOG)
