@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from patterndb.notebook import Sheet
     from patterndb.store import Database, LearningOptions, Provenance
     from patterndb.store.connection import Mode
+    from patterndb_app.client.remote import connect
     from query.boundary import Boundary
     from query.boundaryfile import read_boundary
     from query.engine import best, fills
@@ -64,6 +65,7 @@ __all__ = [
     "Stroke",
     "Surface",
     "best",
+    "connect",
     "enclose_region",
     "fill_holes",
     "fills",
@@ -98,6 +100,7 @@ _HOMES = {
     "Stroke": "query",
     "Surface": "patterndb.geometry.surface",
     "best": "query",
+    "connect": "patterndb_app.client.remote",
     "enclose_region": "query.placing",
     "fill_holes": "query.holes",
     "fills": "query",

@@ -10,7 +10,7 @@ sides: a polyline per side, counter-clockwise, each from the end of the one befo
 closed side. One of lengths, the edges of every side; edge_length, about how long an edge shall be;
 and "vertices": true, where the points are the boundary's vertices and stay where they are, bit for
 bit, instead of vertices at equal distances along each side. strokes: polylines, or objects that
-say whether they are loops.
+say whether they are loops, and may name the edges where they end: {"ends": [[0, 1], [2, 1]]}.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import numpy as np
 from msgspec import UNSET, Meta, UnsetType
 
 from patterndb.errors import InvalidBoundaryError, PatternDBError
@@ -38,12 +39,16 @@ from query.stroke import Stroke
 MAX_BYTES = 32_000_000
 
 Corner = Annotated[Literal["convex", "c", "reflex", "r"], Meta(description='"convex" or "reflex"')]
+BoundaryEdgeEntry = Annotated[
+    tuple[int, int], Meta(description="an edge of the boundary, [side, edge]")
+]
 Whole = Annotated[int, Meta(description="a whole number of edges")]
 
 
 class StrokeEntries(Entries):
-    points: Annotated[Polyline, Meta(extra={"missing": "the stroke as drawn"})]
+    points: Polyline | None = None
     loop: bool = False
+    ends: list[BoundaryEdgeEntry] | None = None
 
 
 class BoundaryEntries(Entries):
@@ -147,15 +152,33 @@ def _refuse_other_edges(
             )
 
 
+def _stroke(boundary: Boundary, entries: StrokeEntries, points: list[list[float]] | None) -> Stroke:
+    if entries.loop:
+        return Stroke.loop(points)
+    if entries.ends is None:
+        if points is None:
+            raise InvalidBoundaryError(
+                '"points" is missing: the stroke as drawn, or "ends", [[side, edge], [side, edge]]'
+            )
+        return Stroke.drawn(boundary, points)
+    if len(entries.ends) != 2:
+        raise InvalidBoundaryError('"ends" are two edges, [[side, edge], [side, edge]]')
+    line = None if points is None else np.array(points, np.float64)
+    stroke = Stroke(entries.ends[0], entries.ends[1], line)
+    stroke.refuse_unless_on(boundary)
+    return stroke
+
+
 def _strokes(boundary: Boundary, drawn: JsonValue | None) -> list[Stroke]:
     strokes: list[Stroke] = []
     if drawn is None:
         return strokes
     for i, one in enumerate(drawn.read(list[Polyline | StrokeEntries])):
-        loop = not isinstance(one, list) and one.loop
-        points = complete_points(one if isinstance(one, list) else one.points)
+        entries = StrokeEntries(points=one) if isinstance(one, list) else one
+        loop = entries.loop
+        points = None if entries.points is None else complete_points(entries.points)
         try:
-            strokes.append(Stroke.loop(points) if loop else Stroke.drawn(boundary, points))
+            strokes.append(_stroke(boundary, entries, points))
         except PatternDBError as error:
             hint = "" if loop else '; a loop is written {"points": [...], "loop": true}'
             drawn.at(i).fail(f"{error}{hint}")

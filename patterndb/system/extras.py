@@ -44,11 +44,8 @@ EXTRAS = {
         Extra("viewer", ("vtkmodules", "pyvista", "matplotlib"), "windows; reading VTK files"),
         Extra("sketch", ("ortools",), "surfacing networks, retopology, the solver cp-sat"),
         Extra("usd", ("pxr",), "reading USD files"),
-        Extra(
-            "service",
-            ("fastapi", "uvicorn", "httpx", "python_multipart"),
-            "the service, its client",
-        ),
+        Extra("service", ("fastapi", "uvicorn", "python_multipart"), "answering over HTTP"),
+        Extra("client", ("httpx",), "asking a service"),
     )
 }
 

@@ -10,7 +10,15 @@ import click
 
 from patterndb.errors import NotFoundError
 from patterndb.system.compiling import read_work_clock
-from patterndb_app.cli.options import OBJ, FileName, as_json, db_to_read, open_database
+from patterndb_app.cli.options import (
+    OBJ,
+    FileName,
+    as_json,
+    db_to_read,
+    open_database,
+    open_source,
+    server_to_ask,
+)
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.search import (
     FILTER_OPTIONS,
@@ -39,7 +47,7 @@ MOST_OF_SURFACE = 0.5
         "Place": ("--surface", "--strokes"),
         "Which fills": ("--rank", *FILTER_OPTIONS),
         "Order": ORDER_OPTIONS,
-        "Search": ("--db", *SEARCH_OPTIONS),
+        "Search": ("--db", "--server", *SEARCH_OPTIONS),
         "Output": ("-o", "--json", "--record"),
     },
 )
@@ -65,6 +73,7 @@ MOST_OF_SURFACE = 0.5
     help="Place the K-th fill: of different patterns, or with --flat or --json of all.",
 )
 @db_to_read
+@server_to_ask
 @click.option(
     "--record",
     is_flag=True,
@@ -81,6 +90,7 @@ def fill(
     strokes: Path | None,
     rank: int,
     db: Path | None,
+    server: str | None,
     record: bool,
     output: Path,
     as_json: bool,
@@ -106,6 +116,7 @@ def fill(
     patterndb fill boundary.json -o fill.obj
     patterndb fill cheek.json --surface head.obj --rank 2 -o cheek.obj --json
     patterndb fill cheek.json --db my.db --record -o cheek.obj
+    patterndb fill cheek.json --server http://127.0.0.1:8017 -o cheek.obj
     """
     if record and db is None:
         raise click.UsageError("--record needs --db: the starter database cannot be changed")
@@ -128,9 +139,9 @@ def fill(
         **search_arguments(search, program=as_json),
     }
     tolerance = options["tolerance"]
-    with open_database(db) as database:
+    with open_source(db, server) as source:
         started = read_work_clock()
-        listed = list(find_fills(database, asked, **options))
+        listed = list(find_fills(source, asked, **options))
         found_at = read_work_clock()
     if len(listed) < rank:
         folded = options["folded"]

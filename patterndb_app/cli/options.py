@@ -3,8 +3,10 @@ boundary and a model."""
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
+from collections.abc import Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,6 +20,7 @@ from patterndb_app.cli.text import say
 if TYPE_CHECKING:
     from patterndb.store import Database
     from patterndb.store.connection import Mode
+    from patterndb_app.client.remote import RemoteDatabase
     from patterndb_sketch.features.model import Model
     from query import Boundary
 
@@ -89,6 +92,12 @@ db_to_write = click.option(
     help="The database to change.",
 )
 
+server_to_ask = click.option(
+    "--server",
+    metavar="URL",
+    help="Ask the service at this address instead of a database here.",
+)
+
 as_json = click.option("--json", "as_json", is_flag=True, help="Write one JSON document to stdout.")
 
 
@@ -100,6 +109,21 @@ def open_database(path: Path | None, mode: Mode = "read") -> Database:
     if path is not None:
         return patterndb.open(path, mode)
     return patterndb.open(None, mode, say=say, progress=UnpackingLine().update)
+
+
+@contextlib.contextmanager
+def open_source(db: Path | None, server: str | None) -> Generator[Database | RemoteDatabase]:
+    """The database named by --db, or the starter, or what the service of --server answers from."""
+    if server is not None and db is not None:
+        raise click.UsageError("give --db or --server, not both")
+    if server is None:
+        with open_database(db) as database:
+            yield database
+        return
+    from patterndb_app.client.remote import connect
+
+    with connect(server) as remote:
+        yield remote
 
 
 class UnpackingLine:

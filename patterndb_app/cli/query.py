@@ -16,8 +16,9 @@ from patterndb_app.cli.options import (
     as_json,
     boundary_of,
     db_to_read,
-    open_database,
+    open_source,
     picture_path,
+    server_to_ask,
 )
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.search import (
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from patterndb.store import Database
+    from patterndb_app.client.remote import RemoteDatabase
     from query import Boundary, Fill, Stroke
 
 
@@ -55,7 +57,7 @@ if TYPE_CHECKING:
         "Boundary": ("--sides", "--closed", "--corners", "--flow", "--loop", "--batch"),
         "Which fills": FILTER_OPTIONS,
         "Order and length": (*ORDER_OPTIONS, "--limit"),
-        "Search": ("--db", *SEARCH_OPTIONS),
+        "Search": ("--db", "--server", *SEARCH_OPTIONS),
         "Output": ("--json", "--obj", "--image"),
     },
 )
@@ -82,6 +84,7 @@ if TYPE_CHECKING:
     '"strokes": [[[a, i], [b, j]], ...], "loops": n}. One JSON document a line out.',
 )
 @db_to_read
+@server_to_ask
 @click.option(
     "--limit",
     type=click.IntRange(1),
@@ -112,6 +115,7 @@ def query(
     loops: int,
     batch: Path | None,
     db: Path | None,
+    server: str | None,
     limit: int,
     as_json: bool,
     obj: Path | None,
@@ -132,6 +136,7 @@ def query(
     patterndb query --sides 5,4,6,5 --flow 0:2-2:3 --loop --image fills.png
     patterndb query --sides 6,2,4,4,2,4 --corners c,c,c,r,c,c --order regular
     patterndb query --batch boundaries.jsonl --limit 5 --obj fills
+    patterndb query --sides 3,5,4,6 --server http://127.0.0.1:8017
     """
     if (sides is None) == (batch is None):
         raise click.UsageError("give --sides or --batch, one of them")
@@ -142,16 +147,25 @@ def query(
     program = as_json or batch is not None
     arguments = {"limit": limit, **search_arguments(search, program=program)}
     if batch is not None:
-        with open_database(db) as database:
+        with open_source(db, server) as database:
             return run_batch(batch, database, arguments, obj, image)
     assert sides is not None
     return _one(
-        db, boundary_of(sides, closed, corners), flows, loops, arguments, as_json, obj, image
+        db,
+        server,
+        boundary_of(sides, closed, corners),
+        flows,
+        loops,
+        arguments,
+        as_json,
+        obj,
+        image,
     )
 
 
 def _one(
     db: Path | None,
+    server: str | None,
     boundary: Boundary,
     flows: tuple[Any, ...],
     loops: int,
@@ -161,13 +175,18 @@ def _one(
     image: Path | None,
 ) -> int:
     started = read_work_clock()
+    from query import Fills
+
     folded = arguments["folded"]
-    with open_database(db) as database:
+    with open_source(db, server) as source:
         strokes = strokes_of(flows, loops)
-        found = find_fills(database, boundary, strokes=strokes, **arguments)
+        found = find_fills(source, boundary, strokes=strokes, **arguments)
         listed = list(found)
-        variants = found.count_variants(listed) if folded and found.stopped is None else None
-        feasible = found.feasible_patterns
+        variants = feasible = None
+        if isinstance(found, Fills):
+            # Two more searches, which a service is not asked for.
+            variants = found.count_variants(listed) if folded and found.stopped is None else None
+            feasible = found.feasible_patterns
         reason = found.reason
     seconds = read_work_clock() - started
     if as_json:
@@ -188,10 +207,15 @@ def _one(
     elif listed:
         write(_fill_table(listed, variants))
         fit = "pattern fits" if feasible == 1 else "patterns fit"
-        short = found.cut_short if folded else found.truncated
+        told = (
+            plural(len(listed), "fill")
+            if feasible is None
+            else f"{feasible:,} learned {fit} strictly"
+        )
+        short = found.cut_short if folded and isinstance(found, Fills) else found.truncated
         more = f"; there are more {'patterns' if folded else 'fills'} than these" if short else ""
         limit = " (--limit)" if short and len(listed) == arguments["limit"] else ""
-        say(f"{feasible:,} learned {fit} strictly ({seconds:.2f} s){more}{limit}")
+        say(f"{told} ({seconds:.2f} s){more}{limit}")
         if variants is not None and any(variants):
             say("+: more fills of the pattern, listed by --pattern NAME; all fills by --flat")
     _keep(listed, boundary, strokes, arguments["tolerance"], variants, obj, image)
@@ -268,7 +292,7 @@ def _write_objs(folder: Path, fills: Sequence[Fill], boundary: Boundary) -> None
 
 def run_batch(
     path: Path,
-    database: Database,
+    database: Database | RemoteDatabase,
     arguments: dict[str, Any],
     obj: Path | None = None,
     image: Path | None = None,

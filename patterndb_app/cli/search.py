@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import click
 
@@ -18,6 +18,7 @@ from patterndb_app.cli.options import (
 
 if TYPE_CHECKING:
     from patterndb.store import Database
+    from patterndb_app.client.remote import RemoteDatabase, RemoteFills
     from query import Boundary, Fills, Stroke
     from query.stroke import BoundaryEdge
 
@@ -248,19 +249,32 @@ def search_arguments(given: dict[str, Any], *, program: bool) -> dict[str, Any]:
     return arguments
 
 
-def find_fills(database: Database, boundary: Boundary, *, folded: bool, **arguments: Any) -> Fills:
+@overload
+def find_fills(
+    source: Database, boundary: Boundary, *, folded: bool, **arguments: Any
+) -> Fills: ...
+@overload
+def find_fills(
+    source: Database | RemoteDatabase, boundary: Boundary, *, folded: bool, **arguments: Any
+) -> Fills | RemoteFills: ...
+def find_fills(
+    source: Database | RemoteDatabase, boundary: Boundary, *, folded: bool, **arguments: Any
+) -> Fills | RemoteFills:
     """As :func:`query.fills`, but that the pattern goes by the first digits of its name.
 
-    folded: one fill of each pattern.
+    source: a database, or one that a service answers for. folded: one fill of each pattern.
     """
+    from patterndb.store import Database
     from query import fills
 
     if folded:
         arguments["per_pattern"] = 1
+    if not isinstance(source, Database):
+        return source.fills(boundary, **arguments)
     name = arguments.get("pattern")
     if name is not None:
-        arguments["pattern"] = _identify_pattern(database, name)
-    return fills(database, boundary, **arguments)
+        arguments["pattern"] = _identify_pattern(source, name)
+    return fills(source, boundary, **arguments)
 
 
 def _identify_pattern(database: Database, name: str) -> int:

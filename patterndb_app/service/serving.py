@@ -60,6 +60,11 @@ def serve(settings: ServiceSettings, host: str, port: int, workers: int = 1) -> 
 def answer(settings: ServiceSettings, listener: socket.socket) -> None:
     """Answer what comes to a socket, in this process."""
     set_up_log()
+    make_server(settings).run([listener])
+
+
+def make_server(settings: ServiceSettings) -> ServiceServer:
+    """Make the server of a service, with its limits; ``run([socket])`` answers what comes there."""
     limits = settings.limits
     config = uvicorn.Config(
         make_application(settings),
@@ -75,7 +80,7 @@ def answer(settings: ServiceSettings, listener: socket.socket) -> None:
         timeout_graceful_shutdown=STOP_SECONDS,
         h11_max_incomplete_event_size=HEADER_BYTES,
     )
-    ServiceServer(config).run([listener])
+    return ServiceServer(config)
 
 
 def supervise(settings: ServiceSettings, listener: socket.socket, workers: int) -> None:

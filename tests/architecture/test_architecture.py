@@ -18,21 +18,31 @@ from patterndb.system.kernels import OWN_PACKAGES
 
 PACKAGES = ("patterndb", "ingest", "query", "patterndb_sketch", "viewer", "patterndb_app")
 
-#: What each package may import of the others. The command line stands above them all, and is
-#: counted as a package of its own.
+#: What each package may import of the others. The command line stands above them all; it, the
+#: service and its client are counted as packages of their own.
 ALLOWED = {
     "patterndb": set[str](),
     "ingest": {"patterndb"},
     "query": {"patterndb"},
     "patterndb_sketch": {"patterndb", "query"},
     "viewer": {"patterndb", "query", "patterndb_sketch"},
-    "patterndb_app.cli": {"patterndb", "ingest", "query", "patterndb_sketch", "viewer"},
+    "patterndb_app.client": {"patterndb", "query"},
+    "patterndb_app.service": {"patterndb", "ingest", "query", "viewer"},
+    "patterndb_app.cli": {
+        "patterndb",
+        "ingest",
+        "query",
+        "patterndb_sketch",
+        "viewer",
+        "patterndb_app.client",
+        "patterndb_app.service",
+    },
 }
 
 #: The one exception: the face, by which scripts get all they need, and the hook by which patterns
 #: and fills show themselves in a notebook. They import what stands above when asked for it.
 ENTRY_POINTS = {
-    "patterndb": {"ingest", "query"},
+    "patterndb": {"ingest", "query", "patterndb_app.client"},
     "patterndb.notebook": {"query", "viewer"},
 }
 
@@ -118,9 +128,11 @@ def _called(call: ast.Call) -> str:
 
 
 def part(module: str) -> str:
-    """The package of a module; the command line is one of its own."""
-    if module == "patterndb.__main__" or module.partition(".")[0] == "patterndb_app":
+    """The package of a module; those of patterndb_app are counted each by itself."""
+    if module in ("patterndb.__main__", "patterndb_app"):
         return "patterndb_app.cli"
+    if module.startswith("patterndb_app."):
+        return ".".join(module.split(".")[:2])
     return module.partition(".")[0]
 
 
@@ -146,9 +158,17 @@ def test_arrows_run_one_way(package: str) -> None:
     assert not wrong
 
 
-def test_nothing_imports_the_viewer_but_the_command_line() -> None:
+def test_nothing_imports_the_viewer_but_what_people_start() -> None:
     users = {part(module) for module in modules() if "viewer" in _imported_parts(module)}
-    assert users == {"patterndb_app.cli"}
+    assert users == {"patterndb_app.cli", "patterndb_app.service"}
+
+
+def test_what_serves_and_asks_is_used_in_the_service_and_the_client_alone() -> None:
+    serving = {"fastapi", "starlette", "uvicorn"}
+    users = {part(module) for module in modules() if _libraries(module) & serving}
+    assert users == {"patterndb_app.service"}
+    users = {part(module) for module in modules() if "httpx" in _libraries(module)}
+    assert users == {"patterndb_app.client"}
 
 
 def test_nothing_imports_the_command_line() -> None:
@@ -249,7 +269,10 @@ def _libraries(module: str) -> set[str]:
 @pytest.mark.parametrize(
     ("statement", "unwanted"),
     [
-        ("import patterndb", {"click", "rich", "pyvista", "matplotlib", "ortools", "numba"}),
+        (
+            "import patterndb",
+            {"click", "rich", "pyvista", "matplotlib", "ortools", "numba", "httpx", "fastapi"},
+        ),
         (
             "import patterndb_app.cli",
             {"numpy", "query", "ingest", "viewer", "patterndb_sketch", "rich"},

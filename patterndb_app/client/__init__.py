@@ -1,0 +1,1 @@
+"""Asking a service from Python: ``patterndb.connect`` is a function of remote."""
