@@ -25,6 +25,9 @@ Face = Annotated[
     Meta(min_length=3, max_length=64, description="a face, its 3 to 64 vertices from 0"),
 ]
 
+#: Vertices or faces. Named here, for within a class that has an entry ``list`` that is no type.
+Numbers = Annotated[list[Count], Meta(min_length=1)]
+
 #: The most fills of a hole where none is asked for.
 LIMIT = 5
 
@@ -44,8 +47,8 @@ class HoleEntries(Entries):
 
     mesh: MeshEntries | None = None
     obj: str | None = None
-    loop: Annotated[list[Count], Meta(min_length=1)] | None = None
-    faces: Annotated[list[Count], Meta(min_length=1)] | None = None
+    loop: Numbers | None = None
+    faces: Numbers | None = None
     limit: Positive = LIMIT
     twins: bool = True
     weld: Positive | None = None

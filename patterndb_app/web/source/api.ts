@@ -43,6 +43,13 @@ export interface OrderInfo {
   readonly needs_strokes: boolean;
 }
 
+export interface Statistics {
+  readonly patterns: number;
+  readonly meshes: number;
+  readonly patches: number;
+  readonly by_sides: Readonly<Record<string, number>>;
+}
+
 export interface PatternRow {
   readonly id: string;
   readonly sides: number;
@@ -172,7 +179,7 @@ export async function* streamFills(
   throw new ServiceError("the service ended the list before it was whole", 0);
 }
 
-export const askStats = (): Promise<Record<string, unknown>> => ask("stats");
+export const askStats = (): Promise<Statistics> => ask("stats");
 
 export async function askOrders(): Promise<readonly OrderInfo[]> {
   return (await ask<{ orders: OrderInfo[] }>("orders")).orders;

@@ -12,7 +12,7 @@ import {
 } from "three";
 import { LineSegments2 } from "three/examples/jsm/lines/LineSegments2.js";
 import { LineSegmentsGeometry } from "three/examples/jsm/lines/LineSegmentsGeometry.js";
-import { LAYER, makeFaceMaterial, makeLineMaterial, makeMarkerMaterial } from "./materials.ts";
+import { LAYER, findFaceMaterial, findLineMaterial, findMarkerMaterial } from "./materials.ts";
 import { listTriangles, type PolygonMesh } from "./meshfile.ts";
 import { listIrregular, type QuadNet } from "./quadnet.ts";
 import { chooseTint, chooseValenceColour, type Palette } from "./theme.ts";
@@ -42,7 +42,7 @@ export function makeMarkers(markers: readonly Marker[], rim: string, layer = LAY
   geometry.setAttribute("tint", new Float32BufferAttribute(colours, 3));
   geometry.setAttribute("sides", new Float32BufferAttribute(markers.map((m) => m.sides), 1));
   geometry.setAttribute("radius", new Float32BufferAttribute(markers.map((m) => m.radius), 1));
-  const points = new Points(geometry, makeMarkerMaterial(rim, layer));
+  const points = new Points(geometry, findMarkerMaterial(rim, layer));
   points.frustumCulled = false;
   points.renderOrder = layer;
   return points;
@@ -60,7 +60,7 @@ export function makeLines(
   }
   const geometry = new LineSegmentsGeometry();
   geometry.setPositions(positions);
-  const drawn = new LineSegments2(geometry, makeLineMaterial(colour, width, layer));
+  const drawn = new LineSegments2(geometry, findLineMaterial(colour, width, layer));
   drawn.frustumCulled = false;
   drawn.renderOrder = layer;
   return drawn;
@@ -78,7 +78,7 @@ export function makeGeometry(mesh: PolygonMesh): BufferGeometry {
 }
 
 export function makeSurface(geometry: BufferGeometry, palette: Palette): Mesh {
-  return new Mesh(geometry, makeFaceMaterial(palette.surface, LAYER.surface));
+  return new Mesh(geometry, findFaceMaterial(palette.surface, LAYER.surface));
 }
 
 /** Edges of a mesh's polygons, each once. */
@@ -165,17 +165,16 @@ export function makeQuads(net: QuadNet, points: readonly Point[], colour: string
   geometry.setAttribute("position", new Float32BufferAttribute(positions, 3));
   geometry.setAttribute("color", new Float32BufferAttribute(colours, 3));
   geometry.computeVertexNormals();
-  const mesh = new Mesh(geometry, makeFaceMaterial(colour, LAYER.fill, true));
+  const mesh = new Mesh(geometry, findFaceMaterial(colour, LAYER.fill, true));
   mesh.renderOrder = LAYER.fill;
   return mesh;
 }
 
-/** Frees what the graphics card holds of an object and those below it. */
+/** Frees the shapes that the graphics card holds of an object and those below it. */
 export function dispose(object: Object3D): void {
   object.traverse((part) => {
     if (part instanceof Mesh || part instanceof Points) {
       part.geometry.dispose();
-      for (const material of [part.material].flat()) material.dispose();
     }
   });
   object.removeFromParent();

@@ -147,7 +147,7 @@ export class FillPanel {
       this.actions.options(options);
     };
     const names = orders.map((o): [string, string] => [o.name, o.name]);
-    const order = makeSelect("order", [["", "default"], ...names], options.order, (value) => change({ order: value }));
+    const order = makeSelect("order", names, options.order, (value) => change({ order: value }));
     const told = make("p", { class: "hint", id: "order-help" });
     const tell = (): void => {
       const first = orders.find((o) => o.name === order.value)?.first;

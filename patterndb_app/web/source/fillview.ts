@@ -5,7 +5,7 @@ import { askOrders, type FillLine, ServiceError, streamFills } from "./api.ts";
 import { ChoiceGroup, makeButton } from "./buttons.ts";
 import { isEven, suggestEdge } from "./counts.ts";
 import { announce, find, make, saveFile } from "./dom.ts";
-import { dispose, makeLines, makeMarkers, makeSurface } from "./figure.ts";
+import { dispose, makeFillFigure, makeLines, makeMarkers, makeSurface } from "./figure.ts";
 import { FillCard } from "./fillcard.ts";
 import { FillItem } from "./fillitem.ts";
 import { FillPanel } from "./fillpanel.ts";
@@ -17,6 +17,7 @@ import { Overlay } from "./overlay.ts";
 import { decodeQuestion, encodeQuestion, formatPlace, roundPoint } from "./permalink.ts";
 import { Pointing, type Tool } from "./pointing.ts";
 import { decodeOptions, DEFAULTS, encodeOptions, LISTED, makeBody, type Options } from "./question.ts";
+import { makeNet } from "./quadnet.ts";
 import { Stage } from "./scene.ts";
 import { SHAPES, Sketch } from "./sketch.ts";
 import { onTheme, type Palette, readPalette } from "./theme.ts";
@@ -128,6 +129,7 @@ export class FillView {
     this.setTool("corners");
     this.stage.lookAtPlane();
     this.redraw();
+    this.stage.prepare(makeSample());
   }
 
   // What the reader sees: tab, keys, address.
@@ -480,7 +482,8 @@ export class FillView {
     };
     if (fresh) {
       this.stage.afterPicture(() => {
-        this.markFirst();
+        // The picture is on the screen when the browser asks for the next one.
+        requestAnimationFrame(() => this.markFirst());
         show();
       });
     } else {
@@ -701,6 +704,13 @@ export class FillView {
       if (file) void this.openFile(file);
     });
   }
+}
+
+/** A fill of one quad with a marker: all that a fill's picture is made of. */
+function makeSample(): Group {
+  const points: Point[] = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]];
+  const asked = new Map([[1, 1], [2, 1], [3, 1]]);
+  return makeFillFigure({ net: makeNet([[0, 1, 2, 3]], 4), points, asked }, readPalette(), true);
 }
 
 /** A faint grid under the plane, for the eye to rest on. */

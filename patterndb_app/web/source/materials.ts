@@ -37,28 +37,47 @@ function raise<M extends Material>(material: M, layer: number): M {
       `${SHIFT}\n\tgl_Position.z -= lift * layer;`,
     )}`;
   };
-  // Materials of different layers must not share a program's uniforms.
-  material.customProgramCacheKey = () => `layer ${layer}`;
+  // One program for all layers: their number is a uniform of each material.
+  material.customProgramCacheKey = () => "raised";
   return material;
 }
 
-export function makeFaceMaterial(colour: string, layer: number, tinted = false): MeshLambertMaterial {
-  const material = new MeshLambertMaterial({
-    color: new Color(tinted ? "#ffffff" : colour),
-    vertexColors: tinted,
-    side: DoubleSide,
-  });
-  return raise(material, layer);
+/**
+ * Materials that were made, by what they are made of.
+ *
+ * They are never given up: with the last material of a kind its program would go, and compiling
+ * one anew for the next fill takes longer than drawing it.
+ */
+const made = new Map<string, Material>();
+
+function remember<M extends Material>(key: readonly unknown[], make: () => M): M {
+  const name = key.join(" ");
+  const known = made.get(name) ?? make();
+  made.set(name, known);
+  return known as M;
 }
 
-export function makeLineMaterial(colour: string, width: number, layer: number): LineMaterial {
-  const material = new LineMaterial({ color: new Color(colour).getHex(), linewidth: width });
-  material.resolution = resolution;
-  return raise(material, layer);
+export function findFaceMaterial(colour: string, layer: number, tinted = false): MeshLambertMaterial {
+  const shown = tinted ? "#ffffff" : colour;
+  return remember(["face", shown, layer, tinted], () =>
+    raise(new MeshLambertMaterial({ color: new Color(shown), vertexColors: tinted, side: DoubleSide }), layer),
+  );
+}
+
+export function findLineMaterial(colour: string, width: number, layer: number): LineMaterial {
+  return remember(["line", colour, width, layer], () => {
+    const material = new LineMaterial({ color: new Color(colour).getHex(), linewidth: width });
+    material.resolution = resolution;
+    return raise(material, layer);
+  });
 }
 
 /** Markers: a regular polygon of `sides` corners, a disc for fewer than 3, a star from 7 on. */
-export function makeMarkerMaterial(rim: string, layer: number): ShaderMaterial {
+export function findMarkerMaterial(rim: string, layer: number): ShaderMaterial {
+  return remember(["marker", rim, layer], () => makeMarkerMaterial(rim, layer));
+}
+
+function makeMarkerMaterial(rim: string, layer: number): ShaderMaterial {
   return new ShaderMaterial({
     transparent: true,
     depthWrite: false,

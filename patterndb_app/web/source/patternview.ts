@@ -1,6 +1,6 @@
 /** The tab Patterns: what the database holds, by filters; one pattern large. */
 
-import { askPattern, askPatterns, askStats, type PatternDetail, type PatternRow } from "./api.ts";
+import { askPattern, askPatterns, askStats, type PatternDetail, type PatternRow, type Statistics } from "./api.ts";
 import { makeButton } from "./buttons.ts";
 import { announce, find, make } from "./dom.ts";
 import { makeMeasureField, makeRow, makeSelect, makeSwitch } from "./fields.ts";
@@ -10,9 +10,6 @@ import { formatCount, formatPlural } from "./numbers.ts";
 import { drawPattern } from "./patternfigure.ts";
 import { formatPlace } from "./permalink.ts";
 import { drawKey } from "./thumbnail.ts";
-
-/** Sides that can be asked for; what a database holds besides is found by its name. */
-const SIDES = [0, 2, 3, 4, 5, 6, 7, 8];
 
 export class PatternView {
   private readonly cards = find("pattern-cards");
@@ -25,6 +22,7 @@ export class PatternView {
   private count = 0;
   private search: AbortController | null = null;
   private started = false;
+  private stats: Statistics | null = null;
 
   constructor() {
     find("pattern-more").append(this.more);
@@ -42,6 +40,7 @@ export class PatternView {
     if (changed) {
       this.filters = filters;
       this.makeFilters();
+      if (!this.stats) void this.loadStats();
     }
     this.started = true;
     await Promise.all([changed ? this.reload() : null, id ? this.open(id) : null]);
@@ -61,7 +60,7 @@ export class PatternView {
     };
     const sides = makeSelect(
       "pattern-sides",
-      [["", "any"], ...SIDES.map((n): [string, string] => [String(n), String(n)])],
+      [["", "any"], ...this.listSides(filters.get("sides"))],
       filters.get("sides") ?? "",
       (value) => set("sides", value),
     );
@@ -94,20 +93,35 @@ export class PatternView {
       ),
       section("The database", make("dl", { class: "facts", id: "stats" })),
     );
-    void this.showStats();
+    this.showStats();
   }
 
-  private async showStats(): Promise<void> {
+  /** Numbers of sides that there are patterns of, with how many; before that is known, the asked. */
+  private listSides(asked: string | null): (readonly [string, string])[] {
+    const counted = Object.entries(this.stats?.by_sides ?? {});
+    if (!counted.length) return asked ? [[asked, asked]] : [];
+    return counted
+      .sort(([a], [b]) => Number(a) - Number(b))
+      .map(([sides, count]) => [sides, `${sides}  (${formatCount(count)})`]);
+  }
+
+  private async loadStats(): Promise<void> {
     try {
-      const stats = await askStats();
-      const rows = (["patterns", "meshes", "occurrences", "patches"] as const).flatMap((name) => {
-        const value = stats[name];
-        return typeof value === "number" ? [make("dt", {}, name), make("dd", {}, formatCount(value))] : [];
-      });
-      document.getElementById("stats")?.replaceChildren(...rows);
+      this.stats = await askStats();
+      this.makeFilters();
     } catch {
-      // The list below says what is wrong; figures beside it are no loss.
+      // The list of patterns says what is wrong; figures beside it are no loss.
     }
+  }
+
+  private showStats(): void {
+    const { stats } = this;
+    if (!stats) return;
+    const rows = (["patterns", "meshes", "patches"] as const).flatMap((name) => [
+      make("dt", {}, name),
+      make("dd", {}, formatCount(stats[name])),
+    ]);
+    find("stats").replaceChildren(...rows);
   }
 
   private async reload(): Promise<void> {
@@ -157,7 +171,8 @@ export class PatternView {
         "aria-label": `pattern ${row.id}: ${formatPlural(row.n_quads, "quad")}, ${row.n_irregular} irregular, seen ${formatCount(row.frequency)} times`,
         onclick: () => void this.open(row.id),
       },
-      make("img", { src: row.svg.replace(/^\//, ""), alt: "", loading: "lazy", width: 150, height: 150 }),
+      // Below the pattern its picture has a caption, which the style cuts off: this card has its own.
+      make("span", { class: "cut" }, make("span", {}, make("img", { src: row.svg.replace(/^\//, ""), alt: "", loading: "lazy" }))),
       make("span", { class: "option-title" }, `${formatCount(row.frequency)}×`),
       make("span", { class: "option-detail" }, `${formatPlural(row.n_quads, "quad")} · ${row.n_irregular} irregular`),
     );

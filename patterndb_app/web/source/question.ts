@@ -6,7 +6,12 @@ import type { Sketch } from "./sketch.ts";
 /** Fills that are asked for at first, and again with "more". */
 export const LISTED = 24;
 
-/** The options by the names that the library has for them; empty means its default. */
+/**
+ * The options, by the names that the library has for them.
+ *
+ * The order is always asked for. Left out it would be one that measures the first hundreds of fills
+ * before it lists any, where the boundary has points; "artist" has its first at once.
+ */
 export interface Options {
   order: string;
   strict: boolean;
@@ -14,11 +19,11 @@ export interface Options {
   maxIrregular: number | null;
 }
 
-export const DEFAULTS: Readonly<Options> = { order: "", strict: false, variants: false, maxIrregular: null };
+export const DEFAULTS: Readonly<Options> = { order: "artist", strict: false, variants: false, maxIrregular: null };
 
 export function encodeOptions(options: Options): Record<string, string> {
   return {
-    ...(options.order && { order: options.order }),
+    ...(options.order !== DEFAULTS.order && { order: options.order }),
     ...(options.strict && { strict: "1" }),
     ...(options.variants && { variants: "1" }),
     ...(options.maxIrregular !== null && { max_irregular: String(options.maxIrregular) }),
@@ -28,7 +33,7 @@ export function encodeOptions(options: Options): Record<string, string> {
 export function decodeOptions(values: Readonly<Record<string, string>>): Options {
   const most = values.max_irregular;
   return {
-    order: values.order ?? "",
+    order: values.order ?? DEFAULTS.order,
     strict: values.strict === "1",
     variants: values.variants === "1",
     maxIrregular: most && /^\d+$/.test(most) ? Number(most) : null,
@@ -47,9 +52,9 @@ export function makeBody(
     lengths: sketch.counts,
     corners: sketch.kinds,
     limit,
+    order: options.order,
     ...(sketch.strokes.length && { strokes: sketch.strokes }),
     ...(surface && { surface }),
-    ...(options.order && { order: options.order }),
     ...(options.strict && { strict: true }),
     ...(!options.variants && { per_pattern: 1 }),
     ...(options.maxIrregular !== null && { max_irregular: options.maxIrregular }),

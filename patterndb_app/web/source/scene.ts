@@ -15,6 +15,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import { dispose } from "./figure.ts";
 import { lift, pixelRatio, resolution } from "./materials.ts";
 import { onTheme, type Palette } from "./theme.ts";
 import { add, distance, findCentre, normalize, type Point, scale } from "./vectors.ts";
@@ -114,6 +115,16 @@ export class Stage {
 
   onDrawn(listener: () => void): void {
     this.drawnListeners.add(listener);
+  }
+
+  /** Draws a figure where nobody sees it, so that its programs are ready when one is shown. */
+  prepare(figure: Group): void {
+    this.scene.add(figure);
+    this.renderer.setScissorTest(true);
+    this.renderer.setScissor(0, 0, 1, 1);
+    this.renderer.render(this.scene, this.camera);
+    dispose(figure);
+    this.draw();
   }
 
   /** Calls back once after the next picture. */
