@@ -57,8 +57,10 @@ def walk(page: Path) -> None:
                 assert text.count(old) == 1, f"{page.name}:{step.line} stands there twice"
                 text = text.replace(old, said + shortened(written, step.shown))
         for picture in pictures_of_steps(text):
-            # Few colours are used: a palette makes the file a third as large.
-            image = Image.open(folder / picture).convert("RGB").quantize(128)
+            # Few colours are used: a palette makes the file a third as large. It must keep those
+            # of the few dots that mark irregular vertices.
+            image = Image.open(folder / picture).convert("RGB")
+            image = image.quantize(200, method=Image.Quantize.MAXCOVERAGE)
             image.save(IMAGES / picture, optimize=True)
             size = (IMAGES / picture).stat().st_size
             print(f"{picture}: {size:,} bytes")
