@@ -183,10 +183,7 @@ def surface(
     cycles, found = _cycles(given, find_cycles, ban, keep)
     seconds_finding = read_work_clock() - started
     if not cycles:
-        raise NotFoundError(
-            f"{network}: no closed cycle among {plural(len(given.curves), 'curve')}; curves that "
-            "should meet may pass each other: try a greater --tolerance"
-        )
+        raise NotFoundError(f"{network}: {_explain_nothing(given, found)}")
     notes = [*drawing.notes, *(() if found is None else found.notes)]
     document: dict[str, object] = {
         "network": str(network),
@@ -239,6 +236,18 @@ def surface(
     if picture is not None or view:
         _look(drawing, settings, spacing, db, find_cycles, (ban, keep), picture, view)
     return 0
+
+
+def _explain_nothing(given: CurveNetwork, found: FoundCycles | None) -> str:
+    """Why a network has no cycle, and what would mend it."""
+    if found is not None and found.nearest_miss is not None:
+        return found.nearest_miss.tell(given)
+    dangling = 0 if found is None else len(found.dangling)
+    loose = f", {dangling} of which end where nothing goes on" if dangling else ""
+    return (
+        f"no closed cycle among {plural(len(given.curves), 'curve')}{loose}; curves that should "
+        "meet may pass each other: try a greater --tolerance"
+    )
 
 
 def _look(

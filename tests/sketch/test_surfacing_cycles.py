@@ -15,6 +15,7 @@ from patterndb_sketch.surfacing import (
     Cycle,
     InvalidNetworkError,
     find_cycles,
+    network_of_polylines,
     read_network,
     read_recorded_patches,
 )
@@ -193,3 +194,34 @@ def test_small_networks_have_what_closes() -> None:
     )
     both = find_cycles(CurveNetwork((*one.curves, *curves), np.concatenate([one.nodes, moved])))
     assert len(both.cycles) == 12
+
+
+def strip(degrees: float, height: float, *, middle: bool = False) -> CurveNetwork:
+    """The four curves around a piece of a cylinder of radius 1; and the line in its middle."""
+    t = np.linspace(0.0, np.radians(degrees), 33)
+    low = np.column_stack([np.cos(t), np.sin(t), 0 * t])
+    high = np.add(low, [0.0, 0.0, height])
+    joins = [np.array([low[i], high[i]]) for i in ((0, 16, 32) if middle else (0, 32))]
+    halves = [curve[part] for curve in (low, high) for part in (slice(17), slice(16, 33))]
+    return network_of_polylines([*(halves if middle else [low, high]), *joins])
+
+
+@pytest.mark.parametrize("degrees", [90, 180, 270, 330])
+@pytest.mark.parametrize("height", [0.1, 1.0, 3.0])
+def test_a_lone_loop_is_a_cycle_however_it_bends(degrees: float, height: float) -> None:
+    network = strip(degrees, height)
+    (cycle,) = find_cycles(network).cycles
+    assert set(cycle.curves) == set(range(len(network.curves)))
+    assert find_cycles(network, banned=[cycle]).cycles == ()
+
+
+def test_what_is_not_taken_is_told_with_its_curves() -> None:
+    network = strip(180, 1.0, middle=True)
+    found = find_cycles(network, worst=0.0)
+    missed = found.nearest_miss
+    assert found.cycles == () and missed is not None and missed.badness > 0.0
+    told = missed.tell(network)
+    names = ",".join(map(str, network.names(missed.cycle)))
+    assert names in told and "most allowed is 0" in told and told in found.notes
+    kept = find_cycles(network, worst=0.0, added=[missed.cycle])
+    assert keys(kept.cycles) == {missed.cycle.key}

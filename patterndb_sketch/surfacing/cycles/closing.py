@@ -58,6 +58,17 @@ def group_components(network: CurveNetwork, alive: NDArray[np.bool_]) -> list[ND
     return [np.array(group, np.int64) for group in groups.values()]
 
 
+def find_lone_loops(network: CurveNetwork, alive: NDArray[np.bool_]) -> list[tuple[int, ...]]:
+    """The sorted curves of every closed loop that no other living curve touches."""
+    ends = curve_ends(network)
+    degree = np.bincount(ends[alive].ravel(), minlength=len(network.nodes))
+    return [
+        tuple(sorted(curves.tolist()))
+        for curves in group_components(network, alive)
+        if (degree[ends[curves]] == 2).all()
+    ]
+
+
 @dataclass(frozen=True, slots=True)
 class HalfCurves:
     """A network's curves in both senses: 2 c is curve c from its first node, 2 c + 1 back.

@@ -13,11 +13,13 @@ from patterndb_sketch.surfacing.cycles.choosing import SIDES, CycleChoice, choos
 from patterndb_sketch.surfacing.cycles.closing import (
     find_candidate_cycles,
     find_dangling,
+    find_lone_loops,
     group_components,
     list_half_curves,
 )
 from patterndb_sketch.surfacing.cycles.found import (
     FoundCycles,
+    RejectedCycle,
     describe_cycles,
     find_pinches,
     list_users,
@@ -98,7 +100,8 @@ def find_cycles(
     The cycles that the network came with are not looked at. The same curves give the same
     cycles, in whatever order and sense they come.
 
-    Each curve bounds two cycles at most. Where curves that hang together can all bound two each
+    A closed loop that no other curve touches is a cycle, however it bends. Each curve bounds two
+    cycles at most. Where curves that hang together can all bound two each
     at little loss, they do: a closed surface. Elsewhere cycles worse than ``worst`` are left
     out unless they close a surface.
 
@@ -122,6 +125,7 @@ def find_cycles(
     must = {tuple(sorted(own.here(cycle).curves)) for cycle in added}
     for cycle in map(own.here, banned):
         found.pop(tuple(sorted(cycle.curves)), None)
+    must.update(loop for loop in find_lone_loops(own.network, ~gone) if loop in found)
     chosen: list[Cycle] = []
     proven = True
     parts = _parts(own.network, ~gone, found, must)
@@ -130,9 +134,33 @@ def find_cycles(
         chosen += cycles
         proven &= sure
     turned = orient_cycles(sorted(map(own.there, chosen), key=lambda cycle: cycle.key))
+    missed = _find_nearest_miss(parts, chosen)
     return describe_cycles(
-        network, turned.cycles, bool(turned.twisted), len(found), cut_short, proven
+        network,
+        turned.cycles,
+        bool(turned.twisted),
+        len(found),
+        cut_short,
+        proven,
+        None if missed is None else RejectedCycle(own.there(missed[0]), missed[1], worst),
     )
+
+
+def _find_nearest_miss(
+    parts: Sequence[_NetworkPart], chosen: Sequence[Cycle]
+) -> tuple[Cycle, float] | None:
+    """The least bad candidate all of whose curves bound no chosen cycle, with its badness."""
+    used = set(list_users(chosen))
+    misses = [
+        (float(bad), cycle.key, cycle)
+        for part in parts
+        for cycle, bad in zip(part.cycles, part.bad, strict=True)
+        if used.isdisjoint(cycle.curves)
+    ]
+    if not misses:
+        return None
+    bad, _, cycle = min(misses)
+    return cycle, bad
 
 
 def _check(network: CurveNetwork, added: Sequence[Cycle], banned: Sequence[Cycle]) -> None:

@@ -12,6 +12,30 @@ from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
 
 @dataclass(frozen=True, slots=True)
+class RejectedCycle:
+    """A closed cycle that was not taken.
+
+    badness: how much it bends, folds and passes curves by; worst: the most that was allowed.
+    """
+
+    cycle: Cycle
+    badness: float
+    worst: float
+
+    def tell(self, network: CurveNetwork) -> str:
+        """Say which curves they are, why they were not taken, and how to keep them."""
+        names = ",".join(map(str, network.names(self.cycle)))
+        if self.badness <= self.worst:
+            why = "another choice was better"
+        else:
+            why = f"badness {self.badness:.2f}, the most allowed is {self.worst:g}"
+        return (
+            f"the curves {names} close a cycle that is not taken for a patch ({why}); add it if it "
+            f"is one (--keep {names})"
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class FoundCycles:
     """The cycles of a network.
 
@@ -26,6 +50,7 @@ class FoundCycles:
                  where a choice was mended because it was no surface.
     orientable:  could all cycles be oriented?
     pinches:     nodes around which a surface is closed while other cycles touch it there.
+    nearest_miss: the best of the candidates whose curves bound nothing; None without one.
     notes:       the same in words, for what a user should look at; empty if all is well.
     """
 
@@ -38,6 +63,7 @@ class FoundCycles:
     proven: bool = True
     orientable: bool = True
     pinches: tuple[int, ...] = ()
+    nearest_miss: RejectedCycle | None = None
     notes: tuple[str, ...] = field(default=(), repr=False)
 
 
@@ -48,6 +74,7 @@ def describe_cycles(
     candidates: int,
     cut_short: int,
     proven: bool,
+    nearest_miss: RejectedCycle | None = None,
 ) -> FoundCycles:
     """The cycles with what is to be known about them.
 
@@ -71,6 +98,8 @@ def describe_cycles(
         "curves dangle and bound no cycle",
     )
     note(len(unused), "other curve bounds no cycle", "other curves bound no cycle")
+    if nearest_miss is not None:
+        notes.append(nearest_miss.tell(network))
     note(
         cut_short,
         "pair of curves was not closed in all ways: too many paths",
@@ -97,6 +126,7 @@ def describe_cycles(
         proven,
         not twisted,
         pinches,
+        nearest_miss,
         tuple(notes),
     )
 
