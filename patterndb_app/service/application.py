@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 from collections.abc import AsyncGenerator
+from typing import Any
 
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
@@ -18,6 +19,7 @@ from patterndb_app.service.answers import encode_answer, refuse
 from patterndb_app.service.context import Service, ServiceSettings, get_request_id
 from patterndb_app.service.guard import Guard
 from patterndb_app.service.metrics import LOG
+from patterndb_app.service.openapi import describe_interface
 from patterndb_app.service.refusals import format_refusal
 
 #: Paths whose bodies hold meshes.
@@ -51,6 +53,7 @@ def make_application(settings: ServiceSettings | None = None) -> FastAPI:
         lifespan=live,
     )
     application.state.service = service
+    application.openapi = lambda: application.openapi_schema or remember_interface(application)
     for router in (looking.ROUTER, asking.ROUTER, learning.ROUTER, page.ROUTER):
         application.include_router(router)
     application.add_exception_handler(PatternDBError, answer_error)
@@ -64,6 +67,12 @@ def make_application(settings: ServiceSettings | None = None) -> FastAPI:
         metrics=service.metrics,
     )
     return application
+
+
+def remember_interface(application: FastAPI) -> dict[str, Any]:
+    """Describe the interface, once."""
+    application.openapi_schema = describe_interface(application)
+    return application.openapi_schema
 
 
 def warm(service: Service) -> None:

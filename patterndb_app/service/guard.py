@@ -24,6 +24,7 @@ from patterndb_app.service.refusals import (
     ClientGoneError,
     ForeignOriginError,
     LargeRequestError,
+    LongHeadersError,
     MalformedRequestError,
     RefusedRequestError,
     SlowClientError,
@@ -39,6 +40,9 @@ SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 
 #: What a request may call itself, to be found again in the logs of several programs.
 REQUEST_ID = re.compile(r"[A-Za-z0-9._-]{1,64}")
+
+#: Bytes of a request's headers.
+HEADER_BYTES = 16_384
 
 #: Headers that every answer has, unless it has its own.
 HEADERS = {
@@ -78,13 +82,16 @@ class Guard:
         asked = headers.get("x-request-id", "")
         request_id = asked if REQUEST_ID.fullmatch(asked) else uuid.uuid4().hex
         scope.setdefault("state", {})["request_id"] = request_id
-        answer = _Watched(send, request_id)
+        # HEAD is answered as GET is, without the body.
+        asked_head = scope["method"] == "HEAD"
+        answer = _Watched(send, request_id, without_body=asked_head)
+        inner = {**scope, "method": "GET"} if asked_head else scope
         body = _LimitedBody(receive, self._limits, self._limit_of(scope["path"]))
         began = time.perf_counter()
         failure: BaseException | None = None
         try:
             self._check(scope, headers, body.most)
-            await self._app(scope, body.receive, answer.send)
+            await self._app(inner, body.receive, answer.send)
         except asyncio.CancelledError:
             raise
         except Exception as error:
@@ -92,7 +99,7 @@ class Guard:
             if not answer.status:
                 await refuse(error, request_id)(scope, receive, answer.send)
         finally:
-            self._note(scope, answer, request_id, time.perf_counter() - began, failure)
+            self._note(scope, inner, answer, request_id, time.perf_counter() - began, failure)
         if failure is not None and not answer.ended and not isinstance(failure, ClientGoneError):
             # Only so does the server close the connection: the answer must not look whole.
             raise failure
@@ -103,6 +110,11 @@ class Guard:
 
     def _check(self, scope: Scope, headers: Mapping[str, str], most: int) -> None:
         """Raise what the headers alone are refused for."""
+        if sum(map(len, headers)) + sum(map(len, headers.values())) > HEADER_BYTES:
+            raise LongHeadersError(
+                f"the headers have more than {HEADER_BYTES:,} bytes",
+                headers={"Connection": "close"},
+            )
         host = headers.get("host", "")
         if split_host(host) not in self._hosts:
             raise UnknownHostError(
@@ -124,12 +136,13 @@ class Guard:
     def _note(
         self,
         scope: Scope,
+        inner: Scope,
         answer: _Watched,
         request_id: str,
         seconds: float,
         failure: BaseException | None,
     ) -> None:
-        route = getattr(scope.get("route"), "path", "none")
+        route = getattr(inner.get("route"), "path", "none")
         status = answer.status or 499
         if failure is not None and not isinstance(failure, RefusedRequestError):
             status = find_status(failure)
@@ -214,8 +227,9 @@ class _LimitedBody:
 class _Watched:
     """What is sent: its status and size, with the headers that every answer has."""
 
-    def __init__(self, send: Send, request_id: str) -> None:
+    def __init__(self, send: Send, request_id: str, *, without_body: bool) -> None:
         self.status = 0
+        self._without_body = without_body
         self.bytes = 0
         self.ended = False
         self._send = send
@@ -232,6 +246,8 @@ class _Watched:
                     headers.append((name.encode(), value.encode()))
             message = {**message, "headers": headers}
         elif message["type"] == "http.response.body":
+            if self._without_body:
+                message = {**message, "body": b""}
             self.bytes += len(message.get("body", b""))
             self.ended = not message.get("more_body", False)
         await self._send(message)

@@ -42,7 +42,7 @@ class MeshEntries(Entries):
     faces: Annotated[list[Face], Meta(extra={"missing": "a list of faces"})]
 
 
-class HoleEntries(Entries):
+class HoleEntries(Entries, rename={"only_loops": "list"}):
     """A question about a mesh's holes: without loop and faces, and with list, only its loops."""
 
     mesh: MeshEntries | None = None
@@ -52,7 +52,7 @@ class HoleEntries(Entries):
     limit: Positive = LIMIT
     twins: bool = True
     weld: Positive | None = None
-    list: bool = False
+    only_loops: bool = False
     time_limit: Seconds | None = None
     db: Name | None = None
 
@@ -94,7 +94,7 @@ def answer_holes(
     Raises InvalidMeshError and InvalidQueryError as :func:`query.holes.fill_holes` does.
     """
     topology = MeshTopology.of(mesh)
-    if asked.list and asked.loop is None and asked.faces is None:
+    if asked.only_loops and asked.loop is None and asked.faces is None:
         return {"holes": [hole.to_json() for hole in find_holes(topology)]}
     hole = choose_hole(topology, loop=asked.loop, faces=asked.faces)
     if len(hole) > limits.perimeter:

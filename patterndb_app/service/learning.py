@@ -22,7 +22,7 @@ from patterndb_app.service.asking import read_mesh_body
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.context import answer_in_thread, get_service
 from patterndb_app.service.jobs import ENDED, Job
-from patterndb_app.service.looking import LOOK, Db
+from patterndb_app.service.looking import Db
 from patterndb_app.service.questions import Name, Positive, read_body
 from patterndb_app.service.refusals import (
     MalformedRequestError,
@@ -37,7 +37,14 @@ ROUTER = APIRouter()
 
 JobId = Annotated[str, Path(pattern="^[0-9a-f]{32}$", description="What posting the mesh gave.")]
 Text = Annotated[str | None, Query(max_length=500)]
-Quads = Annotated[int | None, Query(ge=0, le=4096, description="Of the largest patches; 0: none.")]
+
+#: Quads of the largest patches that a job may take of a mesh, by mode. Larger ones take hours, and
+#: of basic ones, which grow fastest in number, cannot be broken off at once.
+MOST_BASIC, MOST_SIDE, MOST_CONVEX = 8, 16, 80
+
+Basic = Annotated[int | None, Query(ge=0, le=MOST_BASIC, description="Quads of basic patches.")]
+Side = Annotated[int | None, Query(ge=0, le=MOST_SIDE, description="Quads of patches on sides.")]
+Convex = Annotated[int | None, Query(ge=0, le=MOST_CONVEX, description="Quads of convex ones.")]
 
 #: Seconds between two looks at a job whose progress is streamed.
 LOOK_SECONDS = 0.2
@@ -133,9 +140,9 @@ async def learn_mesh(
     author: Text = None,
     source: Text = None,
     licence: Text = None,
-    basic: Quads = None,
-    side: Quads = None,
-    convex: Quads = None,
+    basic: Basic = None,
+    side: Side = None,
+    convex: Convex = None,
     db: Db = None,
 ) -> Response:
     """Learn a mesh: the answer is a job, whose progress /v1/jobs/{id} tells."""
@@ -162,7 +169,7 @@ async def learn_mesh(
     return encode_answer(request, job.to_json(), status=202, headers=headers)
 
 
-@ROUTER.api_route("/v1/jobs", methods=list(LOOK), name="jobs")
+@ROUTER.get("/v1/jobs", name="jobs")
 async def list_jobs(request: Request) -> Response:
     """List the jobs, the newest first; needs the token."""
     refuse_without_token(request)
@@ -170,12 +177,12 @@ async def list_jobs(request: Request) -> Response:
     return encode_answer(request, {"jobs": jobs})
 
 
-@ROUTER.api_route("/v1/jobs/{id}", methods=list(LOOK), name="job")
+@ROUTER.get("/v1/jobs/{id}", name="job")
 async def tell_job(request: Request, id: JobId) -> Response:
     """Tell how far a job is; with Accept: text/event-stream, each time that it gets on."""
     jobs = get_service(request).jobs
     job = jobs.find(id)
-    if EVENTS not in request.headers.get("accept", "") or request.method == "HEAD":
+    if EVENTS not in request.headers.get("accept", ""):
         return encode_answer(request, job.to_json())
 
     async def tell() -> AsyncGenerator[bytes]:

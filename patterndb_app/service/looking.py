@@ -23,9 +23,6 @@ from query.listing.orders import ORDERS, default_order
 
 ROUTER = APIRouter()
 
-#: HEAD is answered as GET is, without the body.
-LOOK = ("GET", "HEAD")
-
 Db = Annotated[str | None, Query(max_length=256, description="The name of a database.")]
 PatternName = Annotated[
     str,
@@ -34,7 +31,7 @@ PatternName = Annotated[
 Whole = Annotated[int | None, Query(ge=0, le=2**31)]
 
 
-@ROUTER.api_route("/v1/health", methods=list(LOOK), name="health")
+@ROUTER.get("/v1/health", name="health")
 async def tell_health(request: Request) -> Response:
     """Tell whether questions are answered."""
     service = get_service(request)
@@ -49,20 +46,20 @@ async def tell_health(request: Request) -> Response:
     return encode_answer(request, document)
 
 
-@ROUTER.api_route("/v1/version", methods=list(LOOK), name="version")
+@ROUTER.get("/v1/version", name="version")
 async def tell_version(request: Request) -> Response:
     """Tell the versions of the program, of this interface, and of the databases' schema."""
     document = {"patterndb": patterndb.__version__, "api": 1, "schema": SCHEMA_VERSION}
     return encode_answer(request, document)
 
 
-@ROUTER.api_route("/v1/limits", methods=list(LOOK), name="limits")
+@ROUTER.get("/v1/limits", name="limits")
 async def tell_limits(request: Request) -> Response:
     """Tell all limits: value, unit, and what each limits."""
     return encode_answer(request, {"limits": get_service(request).limits.to_json()})
 
 
-@ROUTER.api_route("/v1/metrics", methods=list(LOOK), name="metrics")
+@ROUTER.get("/v1/metrics", name="metrics")
 async def tell_metrics(request: Request) -> Response:
     """Tell what was counted, as Prometheus reads it."""
     service = get_service(request)
@@ -78,7 +75,7 @@ async def tell_metrics(request: Request) -> Response:
     return encode_answer(request, text.encode(), media_type="text/plain; version=0.0.4")
 
 
-@ROUTER.api_route("/v1/orders", methods=list(LOOK), name="orders")
+@ROUTER.get("/v1/orders", name="orders")
 async def list_orders(request: Request) -> Response:
     """List the orders that fills can be listed in, and patterns."""
     document = {
@@ -99,7 +96,7 @@ async def list_orders(request: Request) -> Response:
     return encode_answer(request, document, kept=True)
 
 
-@ROUTER.api_route("/v1/stats", methods=list(LOOK), name="stats")
+@ROUTER.get("/v1/stats", name="stats")
 async def tell_statistics(request: Request, db: Db = None) -> Response:
     """Tell the counts over a whole database."""
     database = get_service(request).catalogue.find(db)
@@ -113,7 +110,7 @@ async def tell_statistics(request: Request, db: Db = None) -> Response:
     )
 
 
-@ROUTER.api_route("/v1/meshes", methods=list(LOOK), name="meshes")
+@ROUTER.get("/v1/meshes", name="meshes")
 async def list_meshes(request: Request, db: Db = None) -> Response:
     """List the meshes that a database was learned from, with provenance and licence."""
     database = get_service(request).catalogue.find(db)
@@ -138,7 +135,7 @@ async def list_meshes(request: Request, db: Db = None) -> Response:
     return await answer_in_thread(request, make, kept=True)
 
 
-@ROUTER.api_route("/v1/patterns", methods=list(LOOK), name="patterns")
+@ROUTER.get("/v1/patterns", name="patterns")
 async def list_patterns(
     request: Request,
     sides: Annotated[int | None, Query(ge=0, le=255, description="Their number.")] = None,
@@ -177,7 +174,7 @@ async def list_patterns(
     return await answer_in_thread(request, lambda _: list_page(database, choice), kept=True)
 
 
-@ROUTER.api_route("/v1/patterns/{name}.svg", methods=list(LOOK), name="pattern_svg")
+@ROUTER.get("/v1/patterns/{name}.svg", name="pattern_svg")
 async def draw_pattern_svg(request: Request, name: PatternName, db: Db = None) -> Response:
     """Draw a pattern, as SVG."""
     database = get_service(request).catalogue.find(db)
@@ -189,7 +186,7 @@ async def draw_pattern_svg(request: Request, name: PatternName, db: Db = None) -
     )
 
 
-@ROUTER.api_route("/v1/patterns/{name}.png", methods=list(LOOK), name="pattern_png")
+@ROUTER.get("/v1/patterns/{name}.png", name="pattern_png")
 async def draw_pattern_png(request: Request, name: PatternName, db: Db = None) -> Response:
     """Draw a pattern, as PNG."""
     database = get_service(request).catalogue.find(db)
@@ -198,7 +195,7 @@ async def draw_pattern_png(request: Request, name: PatternName, db: Db = None) -
     )
 
 
-@ROUTER.api_route("/v1/patterns/{name}", methods=list(LOOK), name="pattern")
+@ROUTER.get("/v1/patterns/{name}", name="pattern")
 async def show_pattern(request: Request, name: PatternName, db: Db = None) -> Response:
     """Tell all that is known of a pattern: quads, places in the plane, where it was seen."""
     database = get_service(request).catalogue.find(db)

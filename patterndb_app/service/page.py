@@ -46,7 +46,7 @@ NO_PAGE = b"""<!doctype html>
 """
 
 
-@ROUTER.api_route("/", methods=["GET", "HEAD"], name="page")
+@ROUTER.get("/", name="page")
 async def show_page(request: Request) -> Response:
     """Show the page, or how to build it."""
     folder = get_service(request).settings.page
@@ -61,7 +61,7 @@ async def show_page(request: Request) -> Response:
     )
 
 
-@ROUTER.api_route("/page/{name:path}", methods=["GET", "HEAD"], name="page_file")
+@ROUTER.get("/page/{name:path}", name="page_file")
 async def send_file(request: Request, name: str) -> Response:
     """Send a file of the page."""
     folder = get_service(request).settings.page.resolve()

@@ -99,6 +99,12 @@ class ClientGoneError(RefusedRequestError, ConnectionError):
     status = 499
 
 
+class LongHeadersError(RefusedRequestError, ValueError):
+    """The headers have more bytes than any need."""
+
+    status = 431
+
+
 class StoppingError(RefusedRequestError, RuntimeError):
     """The service is being stopped."""
 

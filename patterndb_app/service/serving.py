@@ -19,10 +19,8 @@ from uvicorn.protocols.http.h11_impl import H11Protocol, RequestResponseCycle
 
 from patterndb_app.service.application import make_application
 from patterndb_app.service.context import ServiceSettings
+from patterndb_app.service.guard import HEADER_BYTES
 from patterndb_app.service.metrics import LOG
-
-#: Bytes of a request's headers.
-HEADER_BYTES = 16_384
 
 #: Connections that wait to be taken.
 BACKLOG = 2_048
