@@ -7,6 +7,7 @@ searched in lanes (:mod:`query.listing.lane`), and a stream merges what the lane
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Sequence
 from typing import Literal, Protocol
 
@@ -14,6 +15,8 @@ import numpy as np
 
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
+from patterndb.system.compiling import read_work_clock
+from patterndb.system.deadline import end_by
 from query.boundary import Boundary
 from query.errors import InvalidQueryError
 from query.fill import Fill
@@ -33,6 +36,9 @@ BOUNDARY_IRREGULAR = 3
 
 #: Fits that the orders which need geometry, or the whole list, choose from.
 POOL = 400
+
+#: What is left of a time limit at least once the class is read: the list then ends at once.
+LEAST_SECONDS = 1e-9
 
 
 class PatternSource(Protocol):
@@ -78,9 +84,10 @@ def fills(
     limit: the most fills; per_pattern: the most of one pattern; None is no limit (the fills of
     long sides run into millions). With per_pattern=1 every fill is another idea, and
     :meth:`query.listing.stream.Fills.variants` lists what was left out under it.
-    time_limit: seconds after which the list ends; it has at least one fill if there is any,
-    which may take a moment longer. pool: orders that measure fills, all but "artist" and
-    "regular", sort the first so many fills of "artist".
+    time_limit: seconds after which the list ends, those for reading the class included. A list
+    that is still empty then takes a fill that comes easily, if there is one.
+    pool: orders that measure fills, all but "artist" and "regular", sort the first so many fills
+    of "artist".
     order: the name of one of :data:`query.listing.orders.ORDERS`, see docs; None is "flow" where
     boundary and strokes have points, and "artist" elsewhere.
     strict: only fills whose corners are where the boundary's are. Else corners may lie
@@ -134,13 +141,19 @@ def fills(
     chosen = ORDERS[order or default_order(points=points, drawn=drawn)]
     if not chosen.is_usable(points=points, strokes=drawn):
         raise InvalidQueryError(f'order="{chosen.name}" needs {chosen.needs}')
+    begin = read_work_clock()
     ids = None
-    if meshes is not None or licences is not None:
-        # A relaxed fill's pattern may have another number of sides.
-        ids = _ids_of(source, boundary.n_sides if strict else None, meshes, licences)
+    # A database's statements end with the time limit as well; then it raises TimeLimitError.
+    with end_by(begin + (math.inf if time_limit is None else time_limit)):
+        patterns = _class_for(source, boundary)
+        if meshes is not None or licences is not None:
+            # A relaxed fill's pattern may have another number of sides.
+            ids = _ids_of(source, boundary.n_sides if strict else None, meshes, licences)
+    if time_limit is not None:
+        time_limit = max(time_limit - (read_work_clock() - begin), LEAST_SECONDS)
     return Fills(
         Query(
-            patterns=_class_for(source, boundary),
+            patterns=patterns,
             frequencies=getattr(source, "frequencies", None),
             boundary=boundary,
             strokes=tuple(strokes),

@@ -9,5 +9,9 @@ class InvalidQueryError(PatternDBError, ValueError):
     """An option of a query, or the widths of an expansion, are not what they must be."""
 
 
+class QueryEndedError(PatternDBError, RuntimeError):
+    """A query was ended while it looked for its next fill. A list of fills catches it and ends."""
+
+
 class SolverError(PatternDBError, RuntimeError):
     """CP-SAT gave a model up; its status is in the message."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 
 from patterndb.system.compiling import read_work_clock
@@ -40,3 +40,30 @@ def is_late() -> bool:
     """Is this thread's deadline past?"""
     moment = get_deadline()
     return moment < math.inf and read_work_clock() >= moment
+
+
+class Alarm:
+    """A thread that calls a function when the work clock comes to a moment.
+
+    For kernels, which look at nothing but a flag that someone must set. It may be called off.
+    """
+
+    def __init__(self, moment: float, ring: Callable[[], None]) -> None:
+        self._moment = moment
+        self._ring = ring
+        self._called_off = threading.Event()
+        threading.Thread(target=self._wait, name="patterndb-alarm", daemon=True).start()
+
+    def call_off(self) -> None:
+        """Let it not ring, if it has not yet."""
+        self._called_off.set()
+
+    def _wait(self) -> None:
+        left = self._moment - read_work_clock()
+        while left > 0:
+            # The clock may have stood still meanwhile.
+            if self._called_off.wait(min(left, threading.TIMEOUT_MAX)):
+                return
+            left = self._moment - read_work_clock()
+        if not self._called_off.is_set():
+            self._ring()

@@ -18,6 +18,7 @@ from patterndb.errors import InvalidCodeError
 from query.boundary import Boundary
 from query.construct.plan import Lookup, Plan, carry_out_plan, count_least
 from query.construct.planner import Planner
+from query.ending import NEVER, EndFlag, refuse_if_ended
 from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.identity import hash_quads, weld_quads
@@ -44,7 +45,13 @@ class _Outcome:
 
 
 def construct_fills(
-    boundary: Boundary, lookup: Lookup, *, strict: bool = False, limit: int | None = None
+    boundary: Boundary,
+    lookup: Lookup,
+    *,
+    strict: bool = False,
+    limit: int | None = None,
+    grid_only: bool = False,
+    cancelled: EndFlag = NEVER,
 ) -> Iterator[Fill]:
     """Fills that are put together for a boundary, best first.
 
@@ -54,23 +61,37 @@ def construct_fills(
     The fills are those that the constructions arrive at within fixed numbers of tries, a few
     dozen at most, and the first ``limit`` of them. lookup: fills for parts with few sides.
     Its own fill of the whole boundary is not listed: whoever has the lookup has that.
+    grid_only: no more than the grid, which takes no search.
 
-    Raises InvalidQueryError for a limit below 1.
+    Raises InvalidQueryError for a limit below 1, QueryEndedError while one iterates once
+    ``cancelled`` is set.
     """
     if limit is not None and limit < 1:
         raise InvalidQueryError(f"limit is {limit}; ask for at least 1, or None for all")
-    return _listed(boundary, lookup, strict, limit)
+    planner = Planner(lookup, cancelled)
+    return _list_fills(boundary, planner, lookup, strict, limit, grid_only)
 
 
-def _listed(boundary: Boundary, lookup: Lookup, strict: bool, limit: int | None) -> Iterator[Fill]:
+def _list_fills(
+    boundary: Boundary,
+    planner: Planner,
+    lookup: Lookup,
+    strict: bool,
+    limit: int | None,
+    grid_only: bool,
+) -> Iterator[Fill]:
     # Plans are carried out only while one might still come before the best so far.
-    plans = Planner(lookup).plans(boundary, strict)
+    if grid_only:
+        plans = planner.plan_rectangle(boundary, strict)
+    else:
+        plans = planner.plans(boundary, strict)
     waiting = sorted(((count_least(plan), at, plan) for at, plan in enumerate(plans)), reverse=True)
     ready: list[_Outcome] = []
     seen: set[bytes] = set()
     listed = 0
     while listed != limit:
         while waiting and (not ready or waiting[-1][0] <= ready[0].n_irregular):
+            refuse_if_ended(planner.cancelled)
             outcome = _outcome(waiting.pop()[2], boundary, lookup)
             if outcome is None or outcome.key in seen:
                 continue

@@ -23,6 +23,7 @@ from query.construct.plan import (
     drop_corners,
 )
 from query.construct.prolong import find_prolongations
+from query.ending import NEVER, EndFlag, refuse_if_ended
 
 #: Random choices of corners that follow the even ones.
 RANDOM_CHOICES = 100
@@ -103,9 +104,14 @@ PROLONGED = (8, 2, 1)
 
 
 class Planner:
-    """Plans for one query. It remembers what it has asked the lookup."""
+    """Plans for one query. It remembers what it has asked the lookup.
 
-    def __init__(self, lookup: Lookup) -> None:
+    Once ``cancelled`` is set, its methods raise QueryEndedError: with a hundred sides and reflex
+    corners, half of them, they search for half a minute.
+    """
+
+    def __init__(self, lookup: Lookup, cancelled: EndFlag = NEVER) -> None:
+        self.cancelled = cancelled
         self._lookup = lookup
         self._parts: dict[tuple[Boundary, bool], TablePart | None] = {}
         self._best: dict[tuple[Boundary, bool, int], Plan | None] = {}
@@ -174,6 +180,7 @@ class Planner:
         for at, keep in enumerate(choose_corners(boundary, self._lookup.max_sides)):
             if good == wanted or (at >= tries and found):
                 break
+            refuse_if_ended(self.cancelled)
             turn, outline = drop_corners(boundary, keep)
             part = self._part(outline, False)
             if part is not None:
@@ -200,6 +207,7 @@ class Planner:
         # Gauss-Bonnet, with valences 3 and 5.
         expected = abs(sum(2 - k for k in boundary.corner_counts) - 4)
         for ample, rank in WAYS[:ways]:
+            refuse_if_ended(self.cancelled)
             stages = trim.trim_outline(
                 boundary, ample, rank, self._lookup.max_sides, drop=not strict
             )
@@ -221,6 +229,7 @@ class Planner:
         """The plan with fewest irregular vertices, or the first with at most ``enough``."""
         best: tuple[int, trim.Trimmed, TablePart] | None = None
         for stage in stages:
+            refuse_if_ended(self.cancelled)
             rest = self._part(stage.rest, strict)
             if rest is not None and (best is None or rest.count + stage.cost < best[0]):
                 best = (rest.count + stage.cost, stage, rest)
@@ -232,6 +241,7 @@ class Planner:
         """Reflex corners taken away by chords that prolong a side through them."""
         if boundary.convex:
             return []
+        refuse_if_ended(self.cancelled)
         most = PROLONGED[min(depth, len(PROLONGED) - 1)]
         found: list[Plan] = []
         for cut in find_prolongations(boundary, most):

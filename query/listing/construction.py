@@ -79,21 +79,35 @@ class ConstructedFill:
 
 
 def list_constructed(
-    search: Search, filters: Filters, strict: bool, strokes: Sequence[Stroke], least: int
+    search: Search,
+    filters: Filters,
+    strict: bool,
+    strokes: Sequence[Stroke],
+    least: int,
+    *,
+    grid_only: bool = False,
 ) -> Iterator[Step]:
     """The constructed fills that pass the filters and follow the strokes, best first.
 
     The cap on irregular boundary vertices does not hold for them, so that none goes without.
     least: the irregular vertices of the best fill of the complete family, or 0; whatever is
-    constructed of parts with as few would be in the family itself.
+    constructed of parts with as few would be in the family itself. grid_only: see
+    :func:`query.construct.construct_fills`.
     """
     boundary = search.boundary
     if filters.ids is not None or filters.min_frequency is not None:
         return
     fewest = max(_count_least_irregular(boundary), least)
     yield Step([], _rank(search, fewest, 0, 0, -1))
-    for place, fill in enumerate(construct_fills(boundary, FamilyLookup.shared(), strict=strict)):
-        if search.cancelled[0] and place:
+    made = construct_fills(
+        boundary,
+        FamilyLookup.shared(),
+        strict=strict,
+        grid_only=grid_only,
+        cancelled=search.cancelled,
+    )
+    for place, fill in enumerate(made):
+        if search.cancelled[0]:
             return
         irregular = max(fewest, fill.n_irregular)
         bound = _rank(search, irregular, fill.n_irregular_boundary, 0, place)

@@ -201,7 +201,12 @@ def find_feasible(
     """
     if search.by_cpsat:
         return cpsat.keep_carriers(
-            table.labels, entries.row, entries.allowed, search.question, search.threads
+            table.labels,
+            entries.row,
+            entries.allowed,
+            search.question,
+            search.cancelled,
+            search.threads,
         )
     found = table.feasible(entries, search.boundary, search.cancelled, search.threads)
     if search.strokes:
@@ -234,7 +239,9 @@ def _fits(
     rows = listing.entries.row[hits]
     solve_most = keep * table.copies(rows)
     if search.by_cpsat:
-        solved = cpsat.solve_rows(table.labels, rows, allowed, search.question, solve_most)
+        solved = cpsat.solve_rows(
+            table.labels, rows, allowed, search.question, solve_most, search.cancelled
+        )
     else:
         solved = solve_rows(
             table.labels,

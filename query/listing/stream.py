@@ -4,17 +4,22 @@ from __future__ import annotations
 
 import heapq
 import math
-import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations, islice
 
 import numpy as np
 
 from patterndb.core.patternclass import PatternClass
+from patterndb.errors import TimeLimitError
 from patterndb.system.compiling import read_work_clock
+from patterndb.system.deadline import Alarm, end_by
 from query.boundary import Boundary
+from query.ending import EndFlag
+from query.errors import QueryEndedError
 from query.fill import Fill
 from query.identity import hash_fill, is_mesh
 from query.listing.construction import list_constructed
@@ -52,6 +57,9 @@ MOST_COUNTED = 25
 
 #: The least valence of vertices that a pole may stand for.
 FIVE = 5
+
+#: Seconds after a time limit in which a list that is still empty may find its one fill.
+HURRY_SECONDS = 0.15
 
 #: Groups of as many strokes that are tried where no fill has all.
 MOST_GROUPS = 10
@@ -131,8 +139,8 @@ class Fills(Iterator[Fill]):
         self._listed = 0
         self._found = False
         self._left_out = False
-        self._late = False
         self._deadline = math.inf
+        self._alarm: Alarm | None = None
         self._source = self._ordered()
 
     def __iter__(self) -> Fills:
@@ -140,8 +148,18 @@ class Fills(Iterator[Fill]):
 
     def __next__(self) -> Fill:
         begin = read_work_clock()
+        if self._query.time_limit is not None and self._alarm is None:
+            self._deadline = begin + self._query.time_limit
+            # Another thread tells the kernels, which look at nothing but their flag.
+            self._alarm = Alarm(self._deadline, partial(self._time_out, self._cancelled))
         try:
-            fill = next(self._source)
+            # Statements of the database end a little later: the last, hurried fill may ask it.
+            with end_by(self._deadline + HURRY_SECONDS):
+                fill = next(self._source)
+        except TimeLimitError:
+            self._time_out(self._cancelled)
+            self.cut_short = True
+            raise StopIteration from None
         finally:
             self.seconds += read_work_clock() - begin
         self._listed += 1
@@ -189,21 +207,35 @@ class Fills(Iterator[Fill]):
 
     def _find_compatible_strokes(self) -> list[tuple[int, ...]]:
         """The largest groups of strokes, by their numbers from 0, that a fill has; all as large."""
-        q = self._query
-        for size in range(len(q.strokes) - 1, 0, -1):
-            groups = islice(combinations(range(len(q.strokes)), size), MOST_GROUPS)
-            found = [group for group in groups if next(self._ask_some(group), None) is not None]
+        n = len(self._query.strokes)
+        for size in range(n - 1, 0, -1):
+            groups = islice(combinations(range(n), size), MOST_GROUPS)
+            found = [group for group in groups if self._has_fill_with(group)]
             if found:
                 return found
         return []
 
-    def _ask_some(self, group: tuple[int, ...]) -> Fills:
-        """Ask for a fill that has some of the strokes; whoever ends this list ends that, too."""
+    def _has_fill_with(self, group: tuple[int, ...]) -> bool:
+        """Is a fill found that has these of the strokes, in what is left of the time limit?
+
+        Whoever ends this list ends that, too.
+        """
         q = self._query
+        left = self._count_seconds_left()
+        if left is not None and left <= 0:
+            return False
         strokes = tuple(q.strokes[i] for i in group)
-        some = Fills(replace(q, strokes=strokes, order=ORDERS["regular"], limit=1))
+        some = Fills(replace(q, strokes=strokes, order=ORDERS["regular"], limit=1, time_limit=left))
         some._cancelled = self._cancelled
-        return some
+        return next(some, None) is not None
+
+    def _count_seconds_left(self) -> float | None:
+        """What is left of the time limit; None where there is none."""
+        if self._query.time_limit is None:
+            return None
+        if self._alarm is None:
+            return self._query.time_limit
+        return self._deadline - read_work_clock()
 
     def variants(self, fill: Fill, limit: int | None = None) -> Fills:
         """Find the other fills of a fill's pattern, in the order of this list.
@@ -217,14 +249,16 @@ class Fills(Iterator[Fill]):
 
     def count_variants(self, fills: Sequence[Fill], most: int = MOST_COUNTED) -> list[int]:
         """Count the other fills of each fill's pattern, up to ``most``: families of long sides
-        run into millions.
+        run into millions. Where a time limit ends this too, no more than were found until then.
 
         fills: some of this list, of different patterns.
         """
         q = self._query
+        left = self._count_seconds_left()
         counted = Fills(
             replace(
                 q,
+                time_limit=None if left is None else max(left, HURRY_SECONDS),
                 filters=replace(q.filters, only=frozenset(fill.pattern.id for fill in fills)),
                 # No order needs to measure what is only counted.
                 order=ORDERS["regular"],
@@ -233,19 +267,12 @@ class Fills(Iterator[Fill]):
             )
         )
         of_pattern = Counter(fill.pattern.id for fill in counted)
-        return [of_pattern[fill.pattern.id] - 1 for fill in fills]
+        return [max(of_pattern[fill.pattern.id] - 1, 0) for fill in fills]
 
     # How the list comes about.
 
     def _ordered(self) -> Iterator[Fill]:
         q = self._query
-        timer = None
-        if q.time_limit is not None:
-            self._deadline = read_work_clock() + q.time_limit
-            # Another thread tells the kernels, which look at nothing but their flag.
-            timer = threading.Timer(q.time_limit, self._time_out)
-            timer.daemon = True
-            timer.start()
         try:
             measure = q.order.measure
             source = self._ranked(q.limit) if measure is None else self._measured(measure)
@@ -256,14 +283,12 @@ class Fills(Iterator[Fill]):
                 yield fill
             self.cut_short = self.cut_short or self.stopped is not None
         finally:
-            if timer is not None:
-                timer.cancel()
+            if self._alarm is not None:
+                self._alarm.call_off()
 
-    def _time_out(self) -> None:
-        if self._late:
-            return
+    def _time_out(self, flag: EndFlag) -> None:
         self.stopped = self.stopped or "time limit"
-        self._cancelled[0] = 1
+        flag[0] = 1
 
     def _measured(self, measure: Measure) -> Iterator[Fill]:
         """The fills of the pool, by what is measured on them; of every pattern the best."""
@@ -291,14 +316,20 @@ class Fills(Iterator[Fill]):
     def _ranked(self, wanted: int | None) -> Iterator[Fill]:
         """The fills in an order that needs no geometry; about ``wanted`` will be taken."""
         yield from self._passes(wanted)
-        if self.stopped == "time limit" and not self._found:
-            yield from self._in_a_hurry()
-        if self.stopped == "time limit" and not self._found:
-            # Time is up and nothing is found: search on for one fill. The timer may be late itself.
-            self._late = True
-            self._cancelled[0] = 0
+        if self.stopped != "time limit" or self._found:
+            return
+        # Time is up and nothing is found: a grid takes no search, and for a moment something else
+        # that comes easily is looked for.
+        flag, self._cancelled = self._cancelled, np.zeros(1, np.uint8)
+        end = Alarm(self._deadline + HURRY_SECONDS, partial(self._time_out, self._cancelled))
+        try:
             yield from islice(self._passes(1), 1)
-            self._cancelled[0] = 1
+            if not self._found:
+                self._cancelled = np.zeros(1, np.uint8)
+                yield from self._in_a_hurry()
+        finally:
+            end.call_off()
+            self._cancelled = flag
 
     def _passes(self, wanted: int | None) -> Iterator[Fill]:
         """The fills of one search after another, none twice."""
@@ -344,13 +375,17 @@ class Fills(Iterator[Fill]):
 
     def _merged(self, search: Search, sieve: _Sieve) -> Iterator[Fill]:
         """The fills of all lanes that the sieve lets pass, by rank."""
+        with suppress(QueryEndedError):
+            yield from self._merge_lanes(search, sieve)
+
+    def _merge_lanes(self, search: Search, sieve: _Sieve) -> Iterator[Fill]:
         lanes = [step for step in map(_Ahead, self._lanes(search)) if step.bound is not None]
         waiting: list[tuple[Rank, int, Candidate | More]] = []
         number = 0
         while True:
             lanes = [ahead for ahead in lanes if ahead.bound is not None]
-            if read_work_clock() >= self._deadline:
-                self._time_out()
+            if self.stopped is None and read_work_clock() >= self._deadline:
+                self._time_out(self._cancelled)
             nearest = min(lanes, key=lambda ahead: ahead.bound or (), default=None)
             while waiting and (nearest is None or waiting[0][0] <= (nearest.bound or ())):
                 if self._cancelled[0]:
@@ -375,13 +410,13 @@ class Fills(Iterator[Fill]):
                 number += 1
 
     def _in_a_hurry(self) -> Iterator[Fill]:
-        """One fill that needs no search, where time is up before there was any."""
+        """A grid, which needs no search, where time is up before there was any fill."""
         q = self._query
         if not q.wants(CONSTRUCTED):
             return
         sieve = _Sieve(q)
         search = self._search(1, q.order.name != "regular")
-        for step in list_constructed(search, q.filters, q.strict, q.strokes, 0):
+        for step in list_constructed(search, q.filters, q.strict, q.strokes, 0, grid_only=True):
             for _, candidate in step.found:
                 if (
                     not isinstance(candidate, More)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from functools import cache
 
@@ -61,11 +61,18 @@ def weigh_sides(boundary: Boundary) -> Int32Array:
     return np.clip(weights, 1, MAX_WEIGHT).astype(np.int32)
 
 
-def share_out(run: Callable[[int], None], tasks: range, threads: int | None) -> None:
+def share_out(
+    run: Callable[[int], None],
+    tasks: range,
+    threads: int | None,
+    *,
+    lengthy: NDArray[np.uint8] | None = None,
+) -> None:
     """Call ``run`` for every task, on at most so many threads (None: one a processor).
 
     Each thread takes the next task when it is done with the last: tasks differ much in their
-    work. The calling thread takes part.
+    work. The calling thread takes part, unless a task may be ``lengthy``: then this is the flag by
+    which tasks are cancelled, and the calling thread waits, so that Ctrl-C reaches it.
     """
     ahead = iter(tasks)
 
@@ -73,7 +80,18 @@ def share_out(run: Callable[[int], None], tasks: range, threads: int | None) -> 
         for task in ahead:
             run(task)
 
-    others = min(threads or os.cpu_count() or 1, len(tasks)) - 1
+    most = min(threads or os.cpu_count() or 1, len(tasks))
+    if lengthy is not None and most:
+        helpers = [_pool(most).submit(work) for _ in range(most)]
+        try:
+            for helper in helpers:
+                helper.result()
+        except BaseException:
+            lengthy[0] = 1
+            wait(helpers)
+            raise
+        return
+    others = most - 1
     if others <= 0:
         return work()
     helpers = [_pool(others).submit(work) for _ in range(others)]
@@ -174,7 +192,8 @@ def keep_carriers(
             once,
         )
 
-    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
+    lengthy = cancelled if question.flows.shape[1] else None
+    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads, lengthy=lengthy)
     return result
 
 
@@ -215,7 +234,8 @@ def solve_rows(
             cancelled,
         )
 
-    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
+    lengthy = cancelled if question.flows.shape[1] else None
+    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads, lengthy=lengthy)
     at = np.arange(keep) < count[:, None]
     return BestFits(
         row=np.repeat(np.arange(len(rows)), count),
@@ -296,6 +316,7 @@ def _keep_carrying(
                         none,
                         no_keys,
                         0,
+                        cancelled,
                     )
                     > 0
                 )
@@ -356,6 +377,7 @@ def _solve_rows(
                     found,
                     order,
                     total,
+                    cancelled,
                 )
         count[r] = total
         for f in range(total):

@@ -9,8 +9,9 @@ from __future__ import annotations
 import itertools
 import os
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -18,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.label import split_word
 from patterndb.system.extras import require_extra
+from query.ending import NEVER, EndFlag, refuse_if_ended
 from query.errors import InvalidQueryError, SolverError
 from query.solving.batch import BestFits, Labels, Question
 from query.solving.evenness import OFF
@@ -31,6 +33,16 @@ def _cp_model() -> Any:
     from ortools.sat.python import cp_model
 
     return cp_model
+
+
+#: Seconds between two looks at whether a system that is being solved was cancelled.
+LOOK_SECONDS = 0.05
+
+
+@cache
+def _helpers() -> ThreadPoolExecutor:
+    """Threads that solve, so that those who wait can be told to stop."""
+    return ThreadPoolExecutor(thread_name_prefix="patterndb-cp-sat")
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +63,10 @@ class Carrier:
 class _Model:
     """Widths of the open polychords, with the sides' lengths as constraints."""
 
-    def __init__(self, chords: Chords, lengths: NDArray[np.int64]) -> None:
+    def __init__(
+        self, chords: Chords, lengths: NDArray[np.int64], cancelled: EndFlag = NEVER
+    ) -> None:
+        self.cancelled = cancelled
         self.cp = _cp_model()
         self.model = self.cp.CpModel()
         self.most = [max(1, int(lengths[i])) for i, _ in chords.sides]
@@ -137,7 +152,21 @@ class _Model:
         solver = self.cp.CpSolver()
         solver.parameters.num_workers = 1
         solver.parameters.enumerate_all_solutions = every
-        status = solver.solve(self.model, callback)
+        # Python shall see Ctrl-C: OR-Tools would end the one system and go on with the next.
+        solver.parameters.catch_sigint_signal = False
+        solving = _helpers().submit(solver.solve, self.model, callback)
+        try:
+            while not solving.done():
+                wait([solving], LOOK_SECONDS)
+                if self.cancelled[0]:
+                    solver.stop_search()
+        except BaseException:
+            while not solving.done():
+                solver.stop_search()
+                wait([solving], LOOK_SECONDS)
+            raise
+        refuse_if_ended(self.cancelled)
+        status = solving.result()
         if status not in (self.cp.OPTIMAL, self.cp.FEASIBLE, self.cp.INFEASIBLE):
             raise SolverError(f"CP-SAT stopped with status {solver.status_name(status)}")
         return solver, status
@@ -188,13 +217,17 @@ def _with_flows(
 
 
 def _least_off(
-    chords: Chords, lengths: NDArray[np.int64], flows: OrientedStrokes
+    chords: Chords,
+    lengths: NDArray[np.int64],
+    flows: OrientedStrokes,
+    cancelled: EndFlag = NEVER,
 ) -> dict[tuple[int, ...], int]:
     """The solutions of every assignment of strokes to strands, with the fewest edges off."""
     least: dict[tuple[int, ...], int] = {}
     n = chords.n
     for carriers in _assignments(chords, flows):
-        model = _Model(chords, lengths)
+        refuse_if_ended(cancelled)
+        model = _Model(chords, lengths, cancelled)
         model.add_strokes(chords, lengths.tolist(), flows, carriers)
         for values in model.enumerate(None):
             off = sum(map(abs, values[n:]))
@@ -223,7 +256,7 @@ def _assignments(chords: Chords, flows: OrientedStrokes) -> Iterator[tuple[Carri
         groups = [
             [s for s, pair in enumerate(chosen) if (min(pair), max(pair)) == both] for both in pairs
         ]
-        for orders in itertools.product(*map(itertools.permutations, groups)):
+        for orders in _list_orders(groups):
             carriers: list[Carrier] = []
             for s, pair in enumerate(chosen):
                 own = next(order for order in orders if s in order)
@@ -231,13 +264,32 @@ def _assignments(chords: Chords, flows: OrientedStrokes) -> Iterator[tuple[Carri
             yield tuple(carriers)
 
 
-def is_feasible(chords: Chords, lengths: ArrayLike, flows: OrientedStrokes = NO_FLOWS) -> bool:
-    """As :func:`query.solving.solve.is_feasible`."""
+def _list_orders(groups: list[list[int]]) -> Iterator[tuple[tuple[int, ...], ...]]:
+    """An order for each of the groups, in every way; one at a time, for there are factorials."""
+    if not groups:
+        yield ()
+        return
+    for order in itertools.permutations(groups[0]):
+        for others in _list_orders(groups[1:]):
+            yield (order, *others)
+
+
+def is_feasible(
+    chords: Chords,
+    lengths: ArrayLike,
+    flows: OrientedStrokes = NO_FLOWS,
+    cancelled: EndFlag = NEVER,
+) -> bool:
+    """As :func:`query.solving.solve.is_feasible`.
+
+    Raises QueryEndedError once the flag ``cancelled`` (1,) is 1.
+    """
     wanted = np.asarray(lengths, np.int64)
     if not len(flows.rows):
-        return _Model(chords, wanted).is_feasible()
+        return _Model(chords, wanted, cancelled).is_feasible()
     for carriers in _assignments(chords, flows):
-        model = _Model(chords, wanted)
+        refuse_if_ended(cancelled)
+        model = _Model(chords, wanted, cancelled)
         model.add_strokes(chords, wanted.tolist(), flows, carriers)
         if model.is_feasible():
             return True
@@ -249,21 +301,32 @@ def keep_carriers(
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
     question: Question,
+    cancelled: EndFlag,
     threads: int | None = None,
 ) -> NDArray[np.bool_]:
-    """As :func:`query.solving.batch.keep_carriers`; a millisecond or so for every system."""
+    """As :func:`query.solving.batch.keep_carriers`; a millisecond or so for every system.
+
+    Cancelled, it raises QueryEndedError.
+    """
 
     def fits(at: tuple[int, int]) -> bool:
         r, o = at
         chords = _chords(labels, int(rows[r]))
         return is_feasible(
-            chords, question.lengths[o], OrientedStrokes(question.flows[o], question.tolerance)
+            chords,
+            question.lengths[o],
+            OrientedStrokes(question.flows[o], question.tolerance),
+            cancelled,
         )
 
     result = allowed.copy()
     places = np.argwhere(allowed)
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
-        result[allowed] = list(pool.map(fits, map(tuple, places.tolist())))
+        try:
+            result[allowed] = list(pool.map(fits, map(tuple, places.tolist())))
+        except BaseException:
+            cancelled[0] = 1
+            raise
     return result
 
 
@@ -273,8 +336,12 @@ def solve_rows(
     allowed: NDArray[np.bool_],
     question: Question,
     keep: int,
+    cancelled: EndFlag,
 ) -> BestFits:
-    """As :func:`query.solving.batch.solve_rows`; lists every solution before it takes the best."""
+    """As :func:`query.solving.batch.solve_rows`; lists every solution before it takes the best.
+
+    Cancelled, it raises QueryEndedError.
+    """
     found: list[tuple[int, int, tuple[int, ...], int]] = []
     for r, row in enumerate(rows.tolist()):
         chords = _chords(labels, row)
@@ -282,7 +349,8 @@ def solve_rows(
         for o in np.flatnonzero(allowed[r]).tolist():
             flows = OrientedStrokes(question.flows[o], question.tolerance)
             weight = question.weights[o][chords.sides[:, 0], chords.sides[:, 1]].tolist()
-            for widths, off in _all(chords, question.lengths[o].astype(np.int64), flows):
+            wanted = question.lengths[o].astype(np.int64)
+            for widths, off in _all(chords, wanted, flows, cancelled):
                 key = off * OFF + sum(w * x * x for w, x in zip(weight, widths, strict=True))
                 of_row.append((key, widths, o))
         found += [(r, key, widths, o) for key, widths, o in sorted(of_row)[:keep]]
@@ -299,12 +367,15 @@ def solve_rows(
 
 
 def _all(
-    chords: Chords, lengths: NDArray[np.int64], flows: OrientedStrokes
+    chords: Chords,
+    lengths: NDArray[np.int64],
+    flows: OrientedStrokes,
+    cancelled: EndFlag,
 ) -> list[tuple[tuple[int, ...], int]]:
     """All widths, and the edges that each is off the strokes."""
     if len(flows.rows):
-        return list(_least_off(chords, lengths, flows).items())
-    return [(widths, 0) for widths in _Model(chords, lengths).enumerate(None)]
+        return list(_least_off(chords, lengths, flows, cancelled).items())
+    return [(widths, 0) for widths in _Model(chords, lengths, cancelled).enumerate(None)]
 
 
 def _chords(labels: Labels, row: int) -> Chords:

@@ -24,6 +24,7 @@ class's slack among its polychords, most evenly first.
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
@@ -55,6 +56,7 @@ def spread_slack(
     exactly: bool,
     rows: Int32Array,
     room: int,
+    cancelled: NDArray[np.uint8],
 ) -> tuple[int, int]:
     """Write the widths that split each class's value among its polychords.
 
@@ -63,6 +65,7 @@ def spread_slack(
     (m,) what the square of a width counts there; rows: (>= room, n) int32. Classes of 0
     polychords have nothing to split. Returns (number written, the least key above the
     budget, or INFINITE). The bound is met by a real solution, so no branch is in vain.
+    cancelled: (1,), looked at all the time: where it is 1, the rest is left out.
     """
     n = len(class_of)
     left = value.copy()
@@ -78,7 +81,7 @@ def spread_slack(
     bounds = np.empty(n + 1, np.int64)
     bounds[0] = bound
     c = 0
-    while c >= 0 and count < room:
+    while c >= 0 and count < room and not cancelled[0]:
         if c == n:
             if bounds[n] == budget or not exactly:
                 for p in range(n):
@@ -280,6 +283,7 @@ def add_most_even(
     best: Int32Array,
     order: Int64Array,
     count: int,
+    cancelled: NDArray[np.uint8],
 ) -> int:
     """Add the solutions of a system to the list of the best; return its new length.
 
@@ -290,7 +294,7 @@ def add_most_even(
     keys: (keep,), best: (keep, n + 1), order: (keep,) hold ``count`` solutions, of other
     systems of the same polychords, in order; behind its widths each has the tag of its system.
     At the end they hold the best of all; where fewer than ``keep``, all there are. Equal
-    widths with unlike tags are two solutions.
+    widths with unlike tags are two solutions. cancelled: (1,), where it is 1, some are missing.
     """
     w = len(slack)
     m = len(class_i)
@@ -350,7 +354,7 @@ def add_most_even(
     dead_ends = 0
     depth = 0
     down = True
-    while True:
+    while not cancelled[0]:
         if down:
             down = False
             ready = False
@@ -370,7 +374,7 @@ def add_most_even(
                     else:
                         parts_key += cost
                 got = 0
-                while (divided or got < keep) and parts_key < INFINITE:
+                while (divided or got < keep) and parts_key < INFINITE and not cancelled[0]:
                     if count == keep and off + parts_key + missing > keys[order[keep - 1]]:
                         break
                     found, above = spread_slack(
@@ -382,6 +386,7 @@ def add_most_even(
                         True,
                         buffer,
                         room if divided else keep - got,
+                        cancelled,
                     )
                     if divided and found == room:
                         # Unlike keys may hide among equal ones of the parts: take them all.

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
+from query.ending import NEVER
 from query.errors import InvalidQueryError
 from query.solving.evenness import spread_slack
 from query.solving.matching import search_matchings
@@ -131,6 +132,7 @@ def _carry(
         best,
         order,
         0,
+        NEVER,
     )
 
 
@@ -173,7 +175,7 @@ def _split_all(chords: Chords, rows: Int32Array, total: int) -> Int32Array:
     for row in rows:
         room = widths[at:]
         at += spread_slack(
-            row, chords.class_n, ones, chords.class_of, unbounded, False, room, len(room)
+            row, chords.class_n, ones, chords.class_of, unbounded, False, room, len(room), NEVER
         )[0]
     return widths
 

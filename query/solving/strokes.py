@@ -21,6 +21,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
@@ -297,6 +298,7 @@ def carry_strokes(
     best: Int32Array,
     order: Int64Array,
     count: int,
+    cancelled: NDArray[np.uint8],
 ) -> int:
     """Add the best widths under which strands lie on all the strokes; return how many there are.
 
@@ -305,7 +307,8 @@ def carry_strokes(
     lengths: (n,) edges asked for; weight: (n, n) what the square of a width counts between
     two sides; flow: (s, 4) of :func:`orient_strokes`, none for no strokes. tag, keys,
     best, order, count: the list to which they are added, see :func:`.evenness.add_most_even`.
-    With a list of no room only whether there is any: 1 or 0.
+    With a list of no room only whether there is any: 1 or 0. cancelled: (1,), where it is 1, the
+    answer is of no use.
     """
     n_flows = len(flow)
     n_sides = len(lengths)
@@ -352,7 +355,7 @@ def carry_strokes(
     rank = np.zeros(n_flows, np.int32)
     placed = np.zeros(n_flows, np.bool_)
     s = 0
-    while s >= 0:
+    while s >= 0 and not cancelled[0]:
         if s < n_flows:
             if placed[s]:
                 c = carrier[s] >> 1
@@ -424,6 +427,7 @@ def carry_strokes(
                 best,
                 order,
                 count,
+                cancelled,
             )
         if s == n_flows:
             break

@@ -1,0 +1,271 @@
+"""Ask what is hard, and see that the list ends when it shall: by a limit, by cancel(), by Ctrl-C.
+
+    python benchmarks/adversarial_queries.py --seconds 2
+
+Forty questions to the starter database that a search could spend minutes or for ever on: many
+strokes, boundaries with reflex corners, CP-SAT as the solver, long sides, many sides, families.
+Each is asked in a process of its own, three times: with a time limit, with cancel() called by
+another thread, and with SIGINT sent to the process. Written down is how many seconds after the
+moment the question had ended, with kernels compiled and tables loaded before.
+
+Prints a Markdown table and the worst; exits 1 if a question took more than --late seconds.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import multiprocessing
+import os
+import random
+import signal
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from multiprocessing.connection import Connection
+from typing import Any
+
+import numpy as np
+
+import patterndb
+from query import Boundary, Stroke, fills
+
+#: Seconds after the moment, at which a process is killed.
+NEVER = 20.0
+
+WAYS = ("limit", "cancel", "key")
+
+
+@dataclass(frozen=True, slots=True)
+class HardQuestion:
+    """A question. options: of :func:`query.fills`."""
+
+    name: str
+    boundary: Boundary
+    strokes: tuple[Stroke, ...] = ()
+    options: dict[str, Any] = field(default_factory=dict)
+
+
+def cross_many(boundary: Boundary, count: int) -> tuple[Stroke, ...]:
+    """Strokes from opposite side to opposite side, as even as they can be."""
+    n = boundary.n_sides
+    found: list[Stroke] = []
+    for k in range(count):
+        a = k % max(n // 2, 1)
+        b = (a + n // 2) % n
+        step = boundary.lengths[a] / (count / max(n // 2, 1) + 1)
+        at = min(boundary.lengths[a] - 1, int(step * (1 + k // max(n // 2, 1))))
+        other = max(0, boundary.lengths[b] - 1 - at)
+        found.append(Stroke((a, at), (b, other)))
+    return tuple(found)
+
+
+def scatter(boundary: Boundary, count: int, seed: int) -> tuple[Stroke, ...]:
+    """Strokes between random edges of random sides."""
+    chance = random.Random(seed)
+    found: list[Stroke] = []
+    while len(found) < count:
+        a, b = chance.sample(range(boundary.n_sides), 2)
+        found.append(
+            Stroke(
+                (a, chance.randrange(boundary.lengths[a])),
+                (b, chance.randrange(boundary.lengths[b])),
+            )
+        )
+    return tuple(found)
+
+
+def fan(boundary: Boundary, count: int) -> tuple[Stroke, ...]:
+    """Strokes side by side between two neighbouring sides."""
+    last = boundary.lengths[0] - 1
+    return tuple(Stroke((0, last - k), (1, k)) for k in range(count))
+
+
+def crooked(n: int, length: int, every: int, seed: int) -> Boundary:
+    """A boundary with reflex corners: every so many-th, and as many convex ones as fit."""
+    chance = random.Random(seed)
+    corners: list[Any] = ["reflex" if k % every == every - 1 else "convex" for k in range(n)]
+    lengths = [chance.randint(1, length) for _ in range(n)]
+    lengths[0] += sum(lengths) % 2
+    return Boundary(lengths, corners)
+
+
+def place_round(boundary: Boundary) -> Boundary:
+    """The boundary on a circle."""
+    angle = np.linspace(0, 2 * math.pi, boundary.perimeter, endpoint=False)
+    points = np.column_stack([np.cos(angle), np.sin(angle)])
+    return Boundary(boundary.lengths, boundary.corners, points)
+
+
+def draw(strokes: tuple[Stroke, ...], boundary: Boundary) -> tuple[Stroke, ...]:
+    """The strokes as straight lines on a boundary with points."""
+    assert boundary.points is not None
+    starts = np.concatenate([[0], np.cumsum(boundary.lengths)])
+    found: list[Stroke] = []
+    for stroke in strokes:
+        assert stroke.start is not None
+        assert stroke.end is not None
+        ends = [
+            boundary.points[[starts[s] + e, (starts[s] + e + 1) % boundary.perimeter]].mean(axis=0)
+            for s, e in (stroke.start, stroke.end)
+        ]
+        found.append(Stroke(stroke.start, stroke.end, np.linspace(ends[0], ends[1], 20)))
+    return tuple(found)
+
+
+def list_questions() -> Iterator[HardQuestion]:
+    """Forty questions."""
+    every: dict[str, Any] = {"limit": None}
+    for n, count in ((4, 20), (3, 20), (5, 20), (6, 12), (8, 20), (12, 20)):
+        b = Boundary((60,) * n)
+        yield HardQuestion(f"{count} even strokes, {n} sides of 60", b, cross_many(b, count))
+    for n, count in ((4, 8), (5, 20), (6, 20)):
+        b = Boundary((60,) * n)
+        yield HardQuestion(f"{count} random strokes, {n} sides of 60", b, scatter(b, count, n))
+    for tolerance in (0, 3):
+        b = Boundary((60,) * 6)
+        yield HardQuestion(
+            f"20 strokes round a corner of 6 sides of 60, tolerance {tolerance}",
+            b,
+            fan(b, 20),
+            {"tolerance": tolerance},
+        )
+    b = Boundary((60,) * 4)
+    yield HardQuestion(
+        "40 strokes across a square of 60, strict", b, cross_many(b, 40), {"strict": True}
+    )
+    b = place_round(Boundary((60,) * 5))
+    yield HardQuestion("20 drawn strokes, 5 sides of 60", b, draw(cross_many(b, 20), b))
+    b = place_round(Boundary((200,) * 6))
+    yield HardQuestion("no stroke, by points, 6 sides of 200", b, (), {"pool": 100000, **every})
+    b = Boundary.closed(60)
+    loops = tuple(Stroke.loop() for _ in range(12))
+    yield HardQuestion("12 loops in a closed side of 60", b, loops)
+    yield HardQuestion("12 loops in 6 sides of 60", Boundary((60,) * 6), loops)
+    across = tuple(Stroke((0, k), (0, 59 - k)) for k in range(12))
+    yield HardQuestion("12 strokes across a closed side of 60", b, across)
+    for n, length, often in ((127, 9, 3), (127, 28, 2), (126, 1, 3), (60, 40, 3), (30, 100, 2)):
+        b = crooked(n, length, often, n)
+        yield HardQuestion(f"{n} sides up to {length}, every {often}. corner reflex", b, (), every)
+    b = crooked(40, 30, 3, 7)
+    yield HardQuestion("40 sides, some reflex, 12 random strokes", b, scatter(b, 12, 3))
+    yield HardQuestion("127 convex sides of 15", Boundary((15,) * 126 + (22,)), (), every)
+    yield HardQuestion("127 convex sides of 1 and 3", Boundary((1, 3) * 63 + (2,)), (), every)
+    for n, length in ((6, 16), (7, 60), (4, 60)):
+        b = Boundary((length,) * (n - 1) + (length + length * n % 2,))
+        yield HardQuestion(f"CP-SAT, {n} sides of {length}", b, (), {"solver": "cp-sat", **every})
+    b = Boundary((60,) * 4)
+    yield HardQuestion("CP-SAT, 3 strokes", b, cross_many(b, 3), {"solver": "cp-sat"})
+    b = Boundary((30,) * 6)
+    yield HardQuestion("CP-SAT, 20 strokes", b, cross_many(b, 20), {"solver": "cp-sat"})
+    for n, length in ((8, 250), (6, 332), (3, 666), (2, 1000), (1, 2000)):
+        yield HardQuestion(f"{n} sides of {length}", Boundary((length,) * n), (), every)
+    yield HardQuestion("a closed side of 2000", Boundary.closed(2000), (), every)
+    yield HardQuestion(
+        "8 sides of 60, any number irregular on the boundary",
+        Boundary((60,) * 8),
+        (),
+        {"max_boundary_irregular": 500, **every},
+    )
+    yield HardQuestion("1, 1, 1 and 1997", Boundary((1, 1, 1, 1997)), (), every)
+    yield HardQuestion(
+        "one in a million of 12 sides",
+        Boundary((101, 7) * 6),
+        (),
+        {"max_irregular": 2, "max_boundary_irregular": 1, "has_loop": True},
+    )
+
+
+def ask(database: patterndb.Database, question: HardQuestion, **more: Any) -> Any:
+    """The list of a question, not begun yet."""
+    return fills(database, question.boundary, strokes=question.strokes, **question.options, **more)
+
+
+def warm_up(database: patterndb.Database, question: HardQuestion) -> None:
+    """Load tables and kernels by easy questions of the same kind."""
+    n = question.boundary.n_sides
+    easy = Boundary.closed(8) if n == 0 else Boundary((4,) * n, question.boundary.corners)
+    points = question.boundary.points is not None
+    easy = place_round(easy) if points else easy
+    ends = ((0, 1), (0, 6)) if n == 0 else ((0, 1), (n - 1, 2))
+    strokes = (Stroke(*ends),) if n != 1 else ()
+    if points:
+        strokes = draw(strokes, easy)
+    for some in ((), strokes):
+        for option in ({}, {"strict": True}):
+            found = fills(database, easy, strokes=some, limit=3, time_limit=1.0, **option)
+            list(found)
+
+
+def _work(number: int, way: str, seconds: float, results: Connection) -> None:
+    question = list(list_questions())[number]
+    with patterndb.open() as database:
+        # What is compiled and loaded once is not the question's time.
+        warm_up(database, question)
+        results.send(time.monotonic())
+        more = {"time_limit": seconds} if way == "limit" else {}
+        found = ask(database, question, **more)
+        began = time.monotonic()
+        if way == "cancel":
+            threading.Timer(seconds, found.cancel).start()
+        elif way == "key":
+            threading.Timer(seconds, os.kill, (os.getpid(), signal.SIGINT)).start()
+        count = 0
+        try:
+            for _ in found:
+                count += 1
+        except KeyboardInterrupt:
+            pass
+        results.send((count, time.monotonic() - began))
+        os._exit(0)
+
+
+def try_question(number: int, way: str, seconds: float) -> tuple[int, float] | None:
+    """Fills listed, and seconds that it took; None where it had to be killed."""
+    context = multiprocessing.get_context("spawn")
+    mine, theirs = context.Pipe(duplex=False)
+    process = context.Process(target=_work, args=(number, way, seconds, theirs))
+    process.start()
+    theirs.close()
+    try:
+        if mine.poll(180):
+            mine.recv()
+            if mine.poll(seconds + NEVER):
+                return mine.recv()
+        return None
+    except EOFError:
+        return None
+    finally:
+        process.kill()
+        process.join()
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("--seconds", type=float, default=2.0, help="when it shall end")
+    parser.add_argument("--late", type=float, default=0.25, help="seconds after that are too many")
+    parser.add_argument("--way", choices=WAYS, action="append", help="all if not given")
+    parser.add_argument("--only", type=int, action="append", help="numbers of questions")
+    given = parser.parse_args()
+    ways = given.way or list(WAYS)
+    print(f"| | question | {' | '.join(f'{w}: fills, s after' for w in ways)} |")
+    print(f"|--:|---|{'---|' * len(ways)}")
+    worst = 0.0
+    for number, question in enumerate(list_questions()):
+        if given.only and number not in given.only:
+            continue
+        cells: list[str] = []
+        for way in ways:
+            got = try_question(number, way, given.seconds)
+            after = math.inf if got is None else max(0.0, got[1] - given.seconds)
+            worst = max(worst, after)
+            cells.append("never" if got is None else f"{got[0]:,}, {after:.2f}")
+        print(f"| {number} | {question.name} | {' | '.join(cells)} |", flush=True)
+    print(f"\nworst: {worst:.2f} s after the moment")
+    return int(worst > given.late)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
