@@ -1,4 +1,4 @@
--- The pattern database, whole. Version 2.
+-- The pattern database, whole. Version 3.
 --
 -- One file holds the meshes that were learned from, the patterns found in them, how often
 -- each pattern occurs in each mesh, and how often its fills were used. Words are those of
@@ -8,7 +8,7 @@
 -- that more follow; nearly every number takes one byte.
 
 PRAGMA application_id = 0x50617444;  -- 'PatD'
-PRAGMA user_version = 2;
+PRAGMA user_version = 3;
 
 -- A mesh is known by the bytes of its file: the same bytes under another name are the
 -- same mesh, and are counted once. A mesh given by a program as arrays is known by the bytes
@@ -100,6 +100,16 @@ CREATE TABLE usage (
     origin     TEXT    NOT NULL
                CHECK (origin IN ('learned', 'imported', 'family', 'constructed'))
 ) STRICT;
+
+-- For each table the sum, modulo 2^128, of hashes of its rows; whoever writes keeps them. A row that
+-- changed otherwise (a bad disk, another program) is so found by verify. Patterns need none: their id
+-- is a hash of the code, and the rest follows. More in patterndb/store/checksums.py.
+CREATE TABLE checksum (
+    name  TEXT PRIMARY KEY,
+    total BLOB NOT NULL CHECK (length(total) = 16)
+) STRICT, WITHOUT ROWID;
+INSERT INTO checksum VALUES
+    ('mesh', zeroblob(16)), ('occurrence', zeroblob(16)), ('usage', zeroblob(16));
 
 -- A pattern's frequency is the sum of its occurrences, and its origin follows from them; both
 -- are kept by the database itself. 'learned' > 'imported', so that max() finds the origin.

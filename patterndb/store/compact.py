@@ -26,6 +26,7 @@ from patterndb.core.packing import pack, unpack, unpack_many
 from patterndb.core.patternclass import ORIGINS
 from patterndb.errors import DatabaseError
 from patterndb.store import writing
+from patterndb.store.checksums import sum_tables
 from patterndb.store.classblocks import dump_class, order_codes, parse_columns, split_codes
 from patterndb.store.connection import atomic, connect
 from patterndb.store.reading import count_by_column, load_class
@@ -181,6 +182,7 @@ def load(data: bytes, path: Path, progress: Progress | None = None) -> None:
             _fill_tables(connection, data, head, meshes, progress)
             for _, _, statement in upkeep:
                 connection.execute(statement)
+            sum_tables(connection)
     finally:
         connection.close()
 

@@ -17,6 +17,7 @@ from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
 from patterndb.errors import PatternDBError
 from patterndb.store import writing
+from patterndb.store.checksums import find_changed_tables
 from patterndb.store.reading import options_of
 
 #: Findings after which verify() stops listing; a damaged database has as many as rows.
@@ -83,11 +84,21 @@ def verify(connection: sqlite3.Connection) -> list[str]:
     Checks the file (SQLite's own integrity, types and foreign keys), every pattern (its code is a
     canonical disk's, reduced, its id and columns follow from it), that frequencies are the
     sums of the occurrences and origins follow from them, that every pattern occurs in a
-    mesh or was used, and that meshes and examples can be what they say. Whatever stands in the
-    file, it ends in findings and not in an error.
+    mesh or was used, that meshes and examples can be what they say, and that the rows of tables
+    add up to their checksums (:mod:`patterndb.store.checksums`). Whatever stands in the file, it
+    ends in findings and not in an error.
     """
     found: list[str] = []
-    for check in (_check_file, _check_counts, _check_meshes, _check_examples, _check_patterns):
+    # The sums last: they say less of what is wrong than any other check.
+    checks = (
+        _check_file,
+        _check_counts,
+        _check_meshes,
+        _check_examples,
+        _check_patterns,
+        _check_sums,
+    )
+    for check in checks:
         if len(found) >= MAX_FINDINGS:
             break
         try:
@@ -110,6 +121,14 @@ def _check_file(connection: sqlite3.Connection) -> list[str]:
     return found + [
         f"row {row[1]} of {row[0]} refers to a row of {row[2]} that is missing"
         for row in connection.execute("PRAGMA foreign_key_check")
+    ]
+
+
+def _check_sums(connection: sqlite3.Connection) -> list[str]:
+    return [
+        f"the rows of table {table} are not those that were written: they do not add up to its "
+        "checksum"
+        for table in find_changed_tables(connection)
     ]
 
 

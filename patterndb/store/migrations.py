@@ -8,12 +8,14 @@ version n - 1 to version n.
 from __future__ import annotations
 
 import sqlite3
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib.resources import files
 from pathlib import Path
 
+from patterndb.store.checksums import sum_tables
+
 APPLICATION_ID = 0x50617444
-SCHEMA_VERSION = 2
+SCHEMA_VERSION = 3
 
 #: Step 2: how often fills were used, and where patterns come from.
 _STEP_2 = """
@@ -80,7 +82,20 @@ CREATE TRIGGER occurrence_changed AFTER UPDATE ON occurrence BEGIN
 END;
 """
 
-MIGRATIONS: Mapping[int, str] = {2: _STEP_2}
+#: Step 3: sums of the rows of each table, by which silent changes are found.
+_STEP_3 = """
+CREATE TABLE checksum (
+    name  TEXT PRIMARY KEY,
+    total BLOB NOT NULL CHECK (length(total) = 16)
+) STRICT, WITHOUT ROWID;
+INSERT INTO checksum VALUES
+    ('mesh', zeroblob(16)), ('occurrence', zeroblob(16)), ('usage', zeroblob(16));
+"""
+
+MIGRATIONS: Mapping[int, str] = {2: _STEP_2, 3: _STEP_3}
+
+#: What a step does beside its statements, in the same transaction.
+WORK: Mapping[int, Callable[[sqlite3.Connection], None]] = {3: sum_tables}
 
 
 def schema() -> str:
@@ -107,8 +122,11 @@ def migrate(
     for number in range(version + 1, target + 1):
         try:
             connection.executescript(
-                f"BEGIN IMMEDIATE;\n{steps[number]}\n;PRAGMA user_version = {number:d};\nCOMMIT;"
+                f"BEGIN IMMEDIATE;\n{steps[number]}\n;PRAGMA user_version = {number:d};"
             )
+            if number in WORK:
+                WORK[number](connection)
+            connection.execute("COMMIT")
         except BaseException:
             if connection.in_transaction:
                 connection.execute("ROLLBACK")

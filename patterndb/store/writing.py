@@ -22,6 +22,7 @@ from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
 from patterndb.errors import DatabaseError, InvalidCodeError
+from patterndb.store.checksums import add_to_sum, select_rows, sum_rows, summed
 from patterndb.store.records import Learned, LearningOptions, Provenance
 
 #: Uses are kept in 63 bits; this many at once is a slip.
@@ -123,22 +124,22 @@ def add_mesh(
             learned.origin,
         ),
     )
-    mesh_id = cursor.lastrowid
+    mesh_id = cursor.lastrowid or 0
+    add_to_sum(connection, "mesh", sum_rows(select_rows(connection, "mesh", "id = ?", (mesh_id,))))
     ids = [
         pattern_id(code, sides)
         for code, sides in zip(learned.codes, learned.sides.tolist(), strict=True)
     ]
     fresh = add_patterns(connection, ids, learned.codes)
-    connection.executemany(
-        INSERT_OCCURRENCE,
-        # In the order of the table's key, so that it is written front to back.
-        sorted(
-            (i, mesh_id, own + mirrored, mirrored, example)
-            for i, (own, mirrored), example in zip(
-                ids, learned.patches.tolist(), learned.examples, strict=True
-            )
-        ),
+    # In the order of the table's key, so that it is written front to back.
+    occurrences = sorted(
+        (i, mesh_id, own + mirrored, mirrored, example)
+        for i, (own, mirrored), example in zip(
+            ids, learned.patches.tolist(), learned.examples, strict=True
+        )
     )
+    connection.executemany(INSERT_OCCURRENCE, occurrences)
+    add_to_sum(connection, "occurrence", sum_rows(occurrences))
     return fresh
 
 
@@ -189,18 +190,21 @@ def set_provenance(
     connection: sqlite3.Connection, sha256: bytes, name: str, provenance: Provenance
 ) -> None:
     """Change what is said of where a mesh comes from."""
-    connection.execute(
-        "UPDATE mesh SET name = ?, author = ?, source = ?, licence = ? WHERE sha256 = ?",
-        (name, provenance.author, provenance.source, provenance.licence, sha256),
-    )
+    with summed(connection, "mesh", "sha256 = ?", (sha256,)):
+        connection.execute(
+            "UPDATE mesh SET name = ?, author = ?, source = ?, licence = ? WHERE sha256 = ?",
+            (name, provenance.author, provenance.source, provenance.licence, sha256),
+        )
 
 
 def remove_meshes(connection: sqlite3.Connection, mesh_ids: Iterable[int]) -> int:
     """Take meshes out, with the patterns that no other mesh holds and that were never used;
     return how many went."""
     for mesh_id in mesh_ids:
-        connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
-        connection.execute("DELETE FROM mesh WHERE id = ?", (mesh_id,))
+        with summed(connection, "occurrence", "mesh_id = ?", (mesh_id,)):
+            connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
+        with summed(connection, "mesh", "id = ?", (mesh_id,)):
+            connection.execute("DELETE FROM mesh WHERE id = ?", (mesh_id,))
     return connection.execute(
         "DELETE FROM pattern WHERE frequency = 0 AND id NOT IN (SELECT pattern_id FROM usage)"
     ).rowcount
@@ -230,17 +234,18 @@ def merge_database(
             replaced += 1
         else:
             added += 1
-        mesh_id = connection.execute(INSERT_MESH, values).lastrowid
+        mesh_id = connection.execute(INSERT_MESH, values).lastrowid or 0
+        written = select_rows(connection, "mesh", "id = ?", (mesh_id,))
+        add_to_sum(connection, "mesh", sum_rows(written))
         rows = other.execute(
             "SELECT pattern.id, code, patches, mirrored_patches, example FROM occurrence "
             "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern.id",
             (other_id,),
         ).fetchall()
         add_patterns(connection, [r[0] for r in rows], [r[1] for r in rows])
-        connection.executemany(
-            INSERT_OCCURRENCE,
-            ((r[0], mesh_id, r[2], r[3], r[4]) for r in rows),
-        )
+        occurrences = [(r[0], mesh_id, r[2], r[3], r[4]) for r in rows]
+        connection.executemany(INSERT_OCCURRENCE, occurrences)
+        add_to_sum(connection, "occurrence", sum_rows(occurrences))
     return added, replaced, same
 
 
@@ -267,9 +272,10 @@ def check_use(pattern: Pattern | Code, count: int) -> Pattern:
 def record_use(connection: sqlite3.Connection, pattern: Pattern, count: int) -> int:
     """Count the pattern's use; return how often it was used now. Belongs inside atomic()."""
     add_patterns(connection, [pattern.id], [pack(pattern.code)], pattern.origin)
-    return connection.execute(
-        "INSERT INTO usage (pattern_id, uses, origin) "
-        "SELECT id, ?, CASE frequency WHEN 0 THEN ? ELSE origin END FROM pattern WHERE id = ? "
-        "ON CONFLICT (pattern_id) DO UPDATE SET uses = uses + excluded.uses RETURNING uses",
-        (count, pattern.origin, pattern.id),
-    ).fetchone()[0]
+    with summed(connection, "usage", "pattern_id = ?", (pattern.id,)):
+        return connection.execute(
+            "INSERT INTO usage (pattern_id, uses, origin) "
+            "SELECT id, ?, CASE frequency WHEN 0 THEN ? ELSE origin END FROM pattern WHERE id = ? "
+            "ON CONFLICT (pattern_id) DO UPDATE SET uses = uses + excluded.uses RETURNING uses",
+            (count, pattern.origin, pattern.id),
+        ).fetchone()[0]

@@ -135,7 +135,7 @@ def described(path: Path) -> dict[str, object]:
     return found
 
 
-def test_version_1_becomes_version_2(full: Path, tmp_path: Path) -> None:
+def test_version_1_becomes_the_present_one(full: Path, tmp_path: Path) -> None:
     old = made_by_version_1(tmp_path / "old.db", full)
     assert version(old) == 1
     with pytest.raises(DatabaseError, match="has schema 1; open it once for writing"):
