@@ -52,6 +52,9 @@ def connect(
         raise DatabaseError(
             f"there is no database at {path}; 'patterndb ingest MESH... --db {path}' makes one"
         )
+    if path.exists() and not path.is_file():
+        # Opening a pipe would wait for ever for someone to write to it.
+        raise DatabaseError(f"{path} is no file, but a pipe or a device; name a database file")
     if mode == "create" and not path.parent.exists():
         raise DatabaseError(f"there is no folder {path.parent} to make {path.name} in")
     uri = (

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import heapq
 import math
+import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress

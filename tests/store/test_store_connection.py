@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sqlite3
 from collections.abc import Callable
 from pathlib import Path
@@ -73,6 +74,15 @@ def newer(path: Path) -> None:
 
 def directory(path: Path) -> None:
     path.mkdir()
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="needs pipes with names")
+@pytest.mark.parametrize("mode", ["read", "write", "create"])
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path, mode: str) -> None:
+    path = tmp_path / "pipe.db"
+    os.mkfifo(path)
+    with pytest.raises(DatabaseError, match="pipe"):
+        Database(path, mode)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("mode", ["read", "write", "create"])
