@@ -72,7 +72,15 @@ def kernel(function: Any = None, **options: Any) -> Any:
         return partial(kernel, **options)
     made: Any = numba.njit(nogil=True, **options)(function)
     made._cache = ContentCache(made, options)
+    made.get_call_template = partial(_get_plain_template, made, made.get_call_template)
     return made
+
+
+def _get_plain_template(made: Any, get_template: Any, args: Any, kws: Any) -> Any:
+    """What numba asks of a kernel that another calls, constants taken for numbers of their kind:
+    it would compile the kernel once more for each of them."""
+    _, folded = made.fold_argument_types(args, kws)
+    return get_template(tuple(map(numba.types.unliteral, folded)), {})
 
 
 class ContentCache(CacheProtocol):
