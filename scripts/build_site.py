@@ -62,6 +62,7 @@ SECTIONS = {
         "surfacing",
         "features",
         "retopo",
+        "page",
     ),
     "Notebooks": ("notebooks/fills", "notebooks/learning", "notebooks/placing", "examples"),
     "Reference": ("definitions", "cli", "service", "database", "names", "api"),

@@ -90,10 +90,10 @@ export function decodeQuestion(values: URLSearchParams): Question | null {
   };
 }
 
-/** Coordinates with six figures: fine enough that a link gives the same list. */
+/** Coordinates with six figures, none below 1e-9: a link shall give the same list. */
 export const roundPoint = (p: Point): Point => [round(p[0]), round(p[1]), round(p[2])];
 
-const round = (x: number): number => Number(x.toPrecision(6)) || 0;
+const round = (x: number): number => (Math.abs(x) < 1e-9 ? 0 : Number(x.toPrecision(6)));
 
 function formatPoints(points: readonly Point[]): string {
   return points.map((p) => roundPoint(p).slice(0, p[2] === 0 ? 2 : 3).join(",")).join(";");
