@@ -64,7 +64,8 @@ function wireTabs(): void {
     find(`tab-${next}`).focus();
   });
   // A link that is followed or pasted; the page itself changes its address without this event.
-  window.addEventListener("hashchange", () => {
+  window.addEventListener("hashchange", (event) => {
+    addresses.set(current, new URL(event.oldURL).hash);
     const { tab, values } = parsePlace(location.hash);
     void openTab(readTab(tab), values);
   });
