@@ -59,7 +59,8 @@ class OpenPage:
 
     def __call__(self, path: str = "/", **options: Any) -> Page:
         """Open an address of the service; options: of the window, as playwright has them."""
-        options = {"viewport": VIEWPORT, **options}
+        # What moves is drawn often, and here by the processor.
+        options = {"viewport": VIEWPORT, "reduced_motion": "reduce", **options}
         context = self._browser.new_context(accept_downloads=True, **options)
         context.set_default_timeout(PATIENCE)
         self._contexts.append(context)

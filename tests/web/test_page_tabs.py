@@ -125,7 +125,7 @@ def test_colours_follow_the_system_until_one_chooses(open_page: OpenPage) -> Non
     assert root.get_attribute("data-theme") == "light"
     page.get_by_role("button", name="dark colours").click()
     page.emulate_media(color_scheme="light")
-    assert root.get_attribute("data-theme") == "light"
+    page.locator("html[data-theme=light]").wait_for()
 
 
 def test_a_narrow_window_shows_all_without_scrolling_sideways(open_page: OpenPage) -> None:
