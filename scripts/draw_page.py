@@ -1,27 +1,23 @@
 """Draw the pictures of docs/page.md: the page of ``patterndb serve``, as a browser shows it.
 
     python scripts/draw_page.py              into docs/images
-    python scripts/draw_page.py FOLDER
+    python scripts/draw_page.py --only page-hole --out FOLDER
 
 Needs the page (``make page``), a browser of the system, and the extra ``dev``.
 """
 
 from __future__ import annotations
 
-import sys
+import argparse
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from drive_page import ROOT, click_corners, draw_line, open_browser, run_service, wait_for_fills
-from PIL import Image
 from playwright.sync_api import Page
 
 WIDE = {"width": 1280, "height": 800}
 NARROW = {"width": 390, "height": 844}
-
-#: Colours of a picture's palette: its files are small, and flat surfaces stay clean.
-COLOURS = 160
 
 
 def draw_fill(page: Page) -> None:
@@ -86,23 +82,25 @@ PICTURES: dict[str, tuple[Callable[[Page], None], dict[str, Any]]] = {
 
 
 def main() -> None:
-    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else ROOT / "docs" / "images"
+    parser = argparse.ArgumentParser(description="draw the pictures of docs/page.md")
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images", help="the folder")
+    parser.add_argument("--only", choices=PICTURES, nargs="+", default=list(PICTURES))
+    asked = parser.parse_args()
+    folder: Path = asked.out
     folder.mkdir(parents=True, exist_ok=True)
     with run_service() as address, open_browser() as browser:
-        for name, (draw, options) in PICTURES.items():
-            context = browser.new_context(**options)
+        for name in asked.only:
+            draw, options = PICTURES[name]
+            context = browser.new_context(reduced_motion="reduce", **options)
             context.set_default_timeout(120_000)
             page = context.new_page()
             page.goto(address)
             draw(page)
-            # Cards and thumbnails fade in.
-            page.wait_for_timeout(1200)
+            # The last of what was asked for is drawn.
+            page.wait_for_timeout(500)
             path = folder / f"{name}.png"
             page.screenshot(path=path)
             context.close()
-            with Image.open(path) as picture:
-                small = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
-            small.save(path, optimize=True)
             print(f"{path}: {path.stat().st_size:,} bytes")
 
 

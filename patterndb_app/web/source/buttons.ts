@@ -32,6 +32,14 @@ export interface ChoiceButton {
   readonly hint?: string;
 }
 
+/** Gives the arrow keys back to the fills after a click with the pointer, which leaves the focus. */
+export function releaseFocus(element: HTMLElement): void {
+  element.addEventListener("click", (event) => {
+    // Keys click, too, but count no clicks.
+    if (event.detail > 0 && document.activeElement instanceof HTMLElement) document.activeElement.blur();
+  });
+}
+
 /** A group of buttons of which one is on: a radio group with one tab stop and arrow keys. */
 export class ChoiceGroup {
   readonly element: HTMLDivElement;
@@ -58,6 +66,7 @@ export class ChoiceGroup {
       next.focus();
       next.click();
     });
+    releaseFocus(this.element);
     this.set("");
   }
 

@@ -1,5 +1,6 @@
 /** The page: three tabs, one address for each state of them. */
 
+import { releaseFocus } from "./buttons.ts";
 import { makeIcon, find, isTyping } from "./dom.ts";
 import { FillView } from "./fillview.ts";
 import { HoleView } from "./holeview.ts";
@@ -54,6 +55,7 @@ function switchTab(tab: Tab): void {
 }
 
 function wireTabs(): void {
+  releaseFocus(find("tabs"));
   for (const tab of TABS) find(`tab-${tab}`).addEventListener("click", () => switchTab(tab));
   find("tabs").addEventListener("keydown", (event) => {
     const step = { ArrowRight: 1, ArrowLeft: -1 }[event.key];

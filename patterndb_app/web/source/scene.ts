@@ -155,8 +155,7 @@ export class Stage {
       const [x, y] = [viewport.x * width, (1 - viewport.y - viewport.height) * height];
       const [w, h] = [viewport.width * width, viewport.height * height];
       for (const other of this.figures.children) other.visible = other === figure;
-      this.camera.aspect = w / h;
-      this.camera.updateProjectionMatrix();
+      this.aim(w, h);
       resolution.set(w, h);
       this.renderer.setViewport(x, y, w, h);
       this.renderer.setScissor(x, y, w, h);
@@ -164,6 +163,14 @@ export class Stage {
     }
     for (const listener of this.drawnListeners) listener();
     for (const callback of this.onceDrawn.splice(0)) callback();
+  }
+
+  /** Sets the camera's view to a part of the canvas; what fits into the whole fits into it. */
+  private aim(width: number, height: number): void {
+    const whole = Math.min(1, this.size.width / this.size.height);
+    this.camera.aspect = width / height;
+    this.camera.zoom = Math.min(1, width / height / whole);
+    this.camera.updateProjectionMatrix();
   }
 
   private resize(): void {
@@ -197,8 +204,7 @@ export class Stage {
       this.viewports.find((p) => u >= p.x && u < p.x + p.width && v >= p.y && v < p.y + p.height) ?? WHOLE;
     const at = new Vector2(((u - view.x) / view.width) * 2 - 1, 1 - ((v - view.y) / view.height) * 2);
     const ray = new Raycaster();
-    this.camera.aspect = (view.width * box.width) / (view.height * box.height);
-    this.camera.updateProjectionMatrix();
+    this.aim(view.width * box.width, view.height * box.height);
     ray.setFromCamera(at, this.camera);
     return ray;
   }
