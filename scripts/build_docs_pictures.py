@@ -33,6 +33,7 @@ DRAWN_APART = (
     "shapes-",
     "retopo-",
     "holes-",
+    "page-",
 )
 
 #: Bytes that a picture of the documentation may have.
