@@ -48,7 +48,7 @@ def draw_compared(page: Page) -> None:
 
 
 def draw_patterns(page: Page) -> None:
-    """The patterns of six sides, one of them large, a polychord lit up."""
+    """The patterns of five sides, one of them large, a polychord lit up."""
     page.locator("#tab-patterns").click()
     page.locator(".pattern-card").nth(5).click()
     page.locator(".pattern-figure").wait_for()
