@@ -34,7 +34,7 @@ ROOT = Path(__file__).resolve().parents[1]
 LIMIT = 20
 
 #: A list that is long enough to be closed in its midst.
-LONG = {"sides": [40, 40, 40, 40, 40, 40], "limit": 1000}
+LONG = {"sides": [20, 20, 20, 20, 20, 20], "limit": 1000}
 
 #: Streams that are open at the same time while they are closed at random.
 TOGETHER = 8

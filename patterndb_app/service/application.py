@@ -79,7 +79,7 @@ def warm(service: Service) -> None:
     """Load what nearly every question needs; a database that fails says so when it is asked."""
     try:
         if service.settings.warm:
-            service.catalogue.warm()
+            service.catalogue.warm(lambda: service.workers.stopping)
     except PatternDBError as error:
         LOG.warning("a database could not be read at the start: %s", error)
     service.warm = True

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
@@ -24,7 +23,7 @@ STARTER = "starter"
 
 
 class ServedDatabase:
-    """A database that threads ask one at a time; what they get of it they share.
+    """A database that threads share, by its name.
 
     To :func:`query.fills` it is a source of patterns like any other.
     """
@@ -33,26 +32,30 @@ class ServedDatabase:
         """Open it for reading; path: None for the starter database."""
         self.name = name
         self.path = path
-        self._lock = threading.RLock()
         self._database = patterndb.open(path)
+        # Questions wait for each other: those that take seconds have a connection of their own.
+        self._apart = patterndb.open(path)
 
     def close(self) -> None:
         """Close the file."""
-        with self._lock:
-            self._database.close()
+        self._database.close()
+        self._apart.close()
 
     def ask(self, question: Callable[[Database], T]) -> T:
-        """Ask it something, when no other thread does."""
-        with self._lock:
-            return question(self._database)
+        """Ask it something that is answered in milliseconds."""
+        return question(self._database)
+
+    def ask_slowly(self, question: Callable[[Database], T]) -> T:
+        """Ask it something that takes seconds, which nobody else who asks shall wait for."""
+        return question(self._apart)
 
     def pattern_class(self, n_sides: int) -> PatternClass:
         """All patterns of ``n_sides`` sides, in default order."""
-        return self.ask(lambda database: database.pattern_class(n_sides))
+        return self._database.pattern_class(n_sides)
 
     def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k,) int64 patches that reduce to the patterns of these ids (k,)."""
-        return self.ask(lambda database: database.frequencies(ids))
+        return self._database.frequencies(ids)
 
     def pattern_ids(
         self,
@@ -61,7 +64,7 @@ class ServedDatabase:
         licences: Sequence[str] | None = None,
     ) -> NDArray[np.int64]:
         """As :meth:`patterndb.store.Database.pattern_ids`."""
-        return self.ask(lambda database: database.pattern_ids(n_sides, meshes, licences))
+        return self._database.pattern_ids(n_sides, meshes, licences)
 
 
 class Catalogue:
@@ -106,12 +109,14 @@ class Catalogue:
             )
         return found
 
-    def warm(self) -> None:
+    def warm(self, is_stopping: Callable[[], bool]) -> None:
         """Load what nearly every question needs, so that the first need not wait."""
         from query import fills
 
         for database in self._databases.values():
             for sides in WARMING:
+                if is_stopping():
+                    return
                 list(fills(database, sides, limit=2))
 
 

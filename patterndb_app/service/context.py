@@ -61,7 +61,9 @@ class Service:
         self.settings = settings
         self.limits = limits
         self.metrics = Metrics()
-        self.workers = Workers(limits)
+        self.workers = Workers(
+            limits, lambda why: self.metrics.count("patterndb_ended_total", why=why)
+        )
         self.surfaces = SurfaceShelf(limits.surfaces_bytes, limits.surface_seconds)
         self.catalogue = Catalogue(settings.databases)
         changeable = {
@@ -116,7 +118,6 @@ async def make_in_thread(request: Request, make: Callable[[RequestWork], bytes])
     if not chunks:
         if work.stopped == STOPPING:
             raise StoppingError("the service is being stopped", headers={"Retry-After": "10"})
-        service.metrics.count("patterndb_ended_total", by_what=str(work.stopped))
         raise ClientGoneError("the client went away before its answer was there")
     return b"".join(chunks)
 

@@ -19,8 +19,7 @@ from query.stroke import TOLERANCE
 #: Why a list ends that would be larger than the service allows.
 TOO_LARGE = "answer size"
 
-#: A fill of a question is found, and so the number of processors that look for it; the other
-#: requests at work have the others.
+#: Threads that look for the fills of one question: the other requests at work have the others.
 THREADS = 1
 
 

@@ -123,7 +123,7 @@ class Guard:
             )
         if scope["method"] not in SAFE_METHODS:
             origin = headers.get("origin")
-            if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+            if origin is not None and find_host(origin) != host.lower():
                 raise ForeignOriginError(
                     f"a page of {origin[:64]!r} may not ask here; pages of the service itself may"
                 )
@@ -181,6 +181,14 @@ def split_host(host: str) -> str:
     if host.startswith("["):
         return host[1:].partition("]")[0].lower()
     return host.partition(":")[0].lower()
+
+
+def find_host(origin: str) -> str | None:
+    """The host and port of an Origin header; None for what is none."""
+    try:
+        return urlsplit(origin).netloc.lower()
+    except ValueError:
+        return None
 
 
 def _too_large(most: int) -> LargeRequestError:

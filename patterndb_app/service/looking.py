@@ -104,7 +104,7 @@ async def tell_statistics(request: Request, db: Db = None) -> Response:
         request,
         lambda _: {
             "db": database.name,
-            **asdict(database.ask(lambda opened: opened.statistics())),
+            **asdict(database.ask_slowly(lambda opened: opened.statistics())),
         },
         kept=True,
     )

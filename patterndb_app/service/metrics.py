@@ -22,8 +22,7 @@ HELP = {
     "patterndb_requests_total": "Requests answered, by method, route and status.",
     "patterndb_request_seconds": "Seconds from a request's headers to its last byte, by route.",
     "patterndb_first_line_seconds": "Seconds from a question to the first line of its stream.",
-    "patterndb_fills_total": "Fills sent.",
-    "patterndb_ended_total": "Searches that ended early, by what ended them.",
+    "patterndb_ended_total": "Requests whose work was ended early, by what ended it.",
     "patterndb_errors_total": "Errors that no one foresaw, those of databases included.",
 }
 

@@ -202,7 +202,7 @@ def parse_cursor(cursor: str, order: str) -> tuple[int, int]:
 def describe_pattern(database: ServedDatabase, name: str) -> PatternDetailJson:
     """All that is known of the pattern whose name begins so; NotFoundError if not exactly one."""
     pattern = database.ask(lambda db: db.pattern(name))
-    seen = database.ask(lambda db: db.occurrences(pattern))
+    seen = database.ask_slowly(lambda db: db.occurrences(pattern))
     known = {mesh.name: mesh.provenance for mesh in database.ask(lambda db: db.meshes())}
     from viewer import embed_disk
 

@@ -129,8 +129,10 @@ class RequestWork:
 class Workers:
     """The places for requests at work, with a thread each."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: Limits, ended: Callable[[str], None]) -> None:
+        """ended: is told why work was ended early, of all that was."""
         self._limits = limits
+        self._ended = ended
         self._threads = ThreadPoolExecutor(limits.at_work, thread_name_prefix="work")
         self._places = asyncio.Semaphore(limits.at_work)
         self._of_client: Counter[str] = Counter()
@@ -190,6 +192,8 @@ class Workers:
         def free(_: object) -> None:
             late.cancel()
             self._works.discard(work)
+            if work.stopped is not None:
+                self._ended(work.stopped)
             self._places.release()
             self._forget(client)
 

@@ -49,7 +49,7 @@ def test_other_hosts_are_refused(starter: ServedHere) -> None:
 
 
 def test_pages_of_other_sites_may_not_ask(starter: ServedHere) -> None:
-    for origin in ("http://evil.example", "null", "http://127.0.0.1:1"):
+    for origin in ("http://evil.example", "null", "http://127.0.0.1:1", "http://[x"):
         refused = starter.http.post("/v1/fills", content=QUESTION, headers={"Origin": origin})
         assert refused.status_code == 403
     own = starter.http.post("/v1/fills", content=QUESTION, headers={"Origin": starter.url})
