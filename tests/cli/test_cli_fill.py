@@ -253,7 +253,7 @@ class TestBoundaryFile:
             (square(sides=[[[0, 0, 0], [1, 0, 10**400]]]), ["sides[0][1][2]", "finite"]),
             (square(sides=sides(SQUARE)[:3]), ["side 2 ends", "where side 0 begins"]),
             (square(strokes=[[[0, 0, 0]]]), ["strokes[0]", "two points"]),
-            (square(strokes=[{"loop": True}]), ["strokes[0]", '"points" is missing']),
+            (square(strokes=[{"loop": False}]), ["strokes[0]", '"points" is missing']),
             (square(strokes=[{"points": [], "closed": 1}]), ["strokes[0].closed"]),
             (square(strokes=[{"points": [[0, 0], [1, 1]], "loop": 1}]), ["strokes[0].loop: 1"]),
             (square(strokes=[[[0.1, 0, 0], [0.1, 0.1, 0]]]), ["strokes[0]", "loop"]),

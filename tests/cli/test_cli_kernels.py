@@ -20,7 +20,7 @@ sys.path.insert(0, str(CHECKOUT / "scripts"))
 from verb_runs import RUNS
 
 #: Verbs that have nothing of their own to run: what they do is asked of the others.
-ABOUT_THE_PROGRAM = {"warmup", "report"}
+ABOUT_THE_PROGRAM = {"warmup", "report", "serve"}
 
 #: Those that are run here; benchmarks and CI run them all (scripts/verb_runs.py --none-compiled).
 QUICK = ("list", "meshes", "show", "export")
