@@ -169,6 +169,7 @@ def list_questions() -> Iterator[HardQuestion]:
         (),
         {"max_boundary_irregular": 500, **every},
     )
+    yield HardQuestion("4 sides of 500", Boundary((500,) * 4), (), every)
     yield HardQuestion("1, 1, 1 and 1997", Boundary((1, 1, 1, 1997)), (), every)
     yield HardQuestion(
         "one in a million of 12 sides",
@@ -197,6 +198,8 @@ def warm_up(database: patterndb.Database, question: HardQuestion) -> None:
         for option in ({}, {"strict": True}):
             found = fills(database, easy, strokes=some, limit=3, time_limit=1.0, **option)
             list(found)
+    if "solver" in question.options:
+        next(fills(database, easy, solver=question.options["solver"], limit=1, strict=True), None)
 
 
 def _work(number: int, way: str, seconds: float, results: Connection) -> None:
