@@ -55,6 +55,7 @@ def main() -> None:
             wait_for_fills(page)
             page.wait_for_timeout(300)
             times.append(page.evaluate(MEASURE)[-1])
+            print(f"{n} sides: {times[-1]:.0f} ms", file=sys.stderr, flush=True)
     first, *rest = times
     rest.sort()
     middle, late = statistics.median(rest), rest[min(len(rest) - 1, int(0.95 * len(rest)))]
