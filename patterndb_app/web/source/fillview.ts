@@ -471,9 +471,8 @@ export class FillView {
       this.chosen = -1;
       this.gallery.clear();
     }
-    const before = this.items.length;
     this.items = [...found];
-    if (fresh) this.choose(0, before);
+    if (fresh) this.choose(0);
     const show = (): void => {
       const normal = this.sketch.findNormal();
       const up: Point = this.known.ground.geometry ? this.stage.up : [0, 1, 0];
@@ -520,7 +519,7 @@ export class FillView {
     this.ask();
   }
 
-  private choose(index: number, _from = 0): void {
+  private choose(index: number): void {
     if (index < 0 || index >= this.items.length || index === this.chosen) return;
     this.chosen = index;
     this.gallery.select(index);
