@@ -26,6 +26,9 @@ from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 #: Set to 0, a wheel without kernels is built though there is a pack.
 VARIABLE = "PATTERNDB_WHEEL_KERNELS"
 
+#: Set to 0, a package without the page is built where there is none: that needs no network.
+PAGE_VARIABLE = "PATTERNDB_WHEEL_PAGE"
+
 #: What is there when the page is.
 PAGE = "patterndb_app/web/bundle/page.js"
 
@@ -40,13 +43,23 @@ class PackageHook(BuildHookInterface[Any]):
 
     def dependencies(self) -> list[str]:
         """What building needs: Node.js, if the page is not built and there is none."""
-        has_page = (Path(self.root) / PAGE).is_file()
-        return [] if has_page or shutil.which("npm") else [NODE]
+        return [] if shutil.which("npm") or not self.lacks_page() else [NODE]
+
+    def lacks_page(self) -> bool:
+        """Is the page to be built?"""
+        return os.environ.get(PAGE_VARIABLE) != "0" and not (Path(self.root) / PAGE).is_file()
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Called by hatchling before a package is built; a standard wheel takes the pack along."""
-        if version == "standard" and not (Path(self.root) / PAGE).is_file():
-            subprocess.run([sys.executable, "scripts/build_page.py"], cwd=self.root, check=True)
+        if version == "standard" and self.lacks_page():
+            done = subprocess.run(
+                [sys.executable, "scripts/build_page.py"], cwd=self.root, check=False
+            )
+            if done.returncode:
+                sys.exit(
+                    "the page of 'patterndb serve' could not be built (see above); set "
+                    f"{PAGE_VARIABLE}=0 to install without it"
+                )
         if self.target_name != "wheel":
             return
         name = f"patterndb/data/kernels/{sys.implementation.cache_tag}.pack"
