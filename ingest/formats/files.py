@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import MeshFileError
+from patterndb.system.files import IRREGULAR, open_regular
 
 MIB = 2**20
 
@@ -54,10 +55,9 @@ def load_file(path: str | Path, limits: ReadLimits = DEFAULT_LIMITS) -> bytes:
     """
     check_file(path, limits)
     try:
-        # Between the check and here the path may have become a pipe: O_NONBLOCK lets
-        # the open return, the descriptor is checked again, and the read is bounded.
-        descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _O_BINARY)
-        with os.fdopen(descriptor, "rb") as file:
+        # Between the check and here the path may have become another file, so that what is open
+        # is checked again, and the read is bounded.
+        with open_regular(path) as file:
             _check_status(os.fstat(file.fileno()), path, limits)
             data = file.read(limits.max_bytes + 1)
     except OSError as error:
@@ -79,16 +79,11 @@ def check_file(path: str | Path, limits: ReadLimits) -> None:
     _check_status(status, path, limits)
 
 
-_O_BINARY: int = getattr(os, "O_BINARY", 0)  # Windows alone translates line ends without it
-
-
 def _check_status(status: os.stat_result, path: str | Path, limits: ReadLimits) -> None:
     if stat.S_ISDIR(status.st_mode):
         raise MeshFileError("this is a directory; name a mesh file in it", path=path)
     if not stat.S_ISREG(status.st_mode):
-        raise MeshFileError(
-            "not a regular file but a pipe, socket or device; write it to a file first", path=path
-        )
+        raise MeshFileError(IRREGULAR, path=path)
     if status.st_size == 0:
         raise MeshFileError("the file is empty; export the mesh again", path=path)
     if status.st_size > limits.max_bytes:

@@ -27,6 +27,7 @@ from patterndb.store import ddqkey
 from patterndb.store.connection import atomic, explained
 from patterndb.store.migrations import APPLICATION_ID
 from patterndb.store.records import Learned
+from patterndb.system.files import open_regular
 
 TABLE = "Patches"
 NUMBERS = ("nSingularities", "nCorners", "nFaces", "nVertices", "nOccurrences", "nConcaveCorners")
@@ -116,7 +117,7 @@ class _Text(bytes):
 
 def file_hash(path: Path) -> str:
     """SHA-256 of the file's bytes, hexadecimal, by which the database knows it."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()
 
 
@@ -179,7 +180,7 @@ def _opened(path: Path) -> Generator[sqlite3.Connection]:
     """The file, read as it stands: nothing is made beside it, no lock is taken."""
     if path.is_dir():
         raise DatabaseError(f"{path} is a directory; name the SQLite file in it")
-    with path.open("rb") as file:  # says what is wrong better than SQLite does
+    with open_regular(path) as file:  # says what is wrong better than SQLite does
         empty = not file.read(1)
     if empty:
         raise DatabaseError(f"{path} is empty: it is no SQLite file")

@@ -29,6 +29,7 @@ from typing import Annotated, Any, NoReturn, TypeVar, cast, overload
 from msgspec import Meta, Struct, ValidationError, convert, inspect
 
 from patterndb.errors import PatternDBError
+from patterndb.system.files import open_regular
 
 T = TypeVar("T")
 
@@ -227,11 +228,13 @@ def parse_json(data: bytes | str, error: type[PatternDBError], what: str) -> Jso
 
 
 def read_limited(path: Path, max_bytes: int, error: type[PatternDBError], mending: str) -> bytes:
-    """Return the content of a file; raises ``error`` if it has more bytes, OSError as reading does.
+    """Return the content of a regular file.
+
+    Raises ``error`` if it has more bytes, OSError as :func:`patterndb.system.files.open_regular`.
 
     mending: what would make it smaller, for the message, such as "give fewer points".
     """
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         data = file.read(max_bytes + 1)
     if len(data) > max_bytes:
         raise error(f"the file is larger than {max_bytes:,} bytes; {mending}")

@@ -35,7 +35,7 @@ from numba.core.caching import _Cache as CacheProtocol
 from numba.core.compiler import CompileResult
 from numba.core.dispatcher import Dispatcher
 from numba.core.environment import _rebuild_env
-from numba.core.runtime import rtsys
+from numba.core.runtime.nrt import rtsys
 from numba.core.serialize import dumps
 
 from patterndb.system.caches import kernel_folder

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -12,6 +11,7 @@ from msgspec import Meta
 
 from patterndb.errors import InvalidMeshError, NotFoundError, PatternDBError
 from patterndb.system.documents import Entries, parse_json
+from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
     FileName,
@@ -375,7 +375,7 @@ def _answer_batch(database: Database, path: Path, limit: int, twins: bool) -> in
 
     asked = unreadable = unanswered = 0
     last: tuple[str, MeshTopology] | None = None
-    for number, line in _read_lines(path):
+    for number, line in read_lines(path, LONGEST_LINE, InvalidMeshError):
         asked += 1
         try:
             question = parse_json(line, InvalidMeshError, "a question").read(HoleQuestion)
@@ -411,20 +411,6 @@ def _beside(batch: Path, name: str) -> Path:
     """A mesh that a batch names: beside the batch file, or as seen from here."""
     near = batch.parent / name
     return near if near.exists() else Path(name)
-
-
-def _read_lines(path: Path) -> Iterator[tuple[int, bytes]]:
-    """The lines of a file that are not blank, with their numbers."""
-    with path.open("rb") as file:
-        number = 0
-        while line := file.readline(LONGEST_LINE + 1):
-            number += 1
-            if len(line) > LONGEST_LINE:
-                raise InvalidMeshError(
-                    f"{path}: line {number} has more than {LONGEST_LINE:,} characters"
-                )
-            if line.strip():
-                yield number, line.removeprefix(b"\xef\xbb\xbf")
 
 
 def _list_holes(mesh: Path, found: list[Hole]) -> None:

@@ -9,6 +9,7 @@ import click
 
 from patterndb.errors import InvalidBoundaryError
 from patterndb.system.compiling import read_work_clock
+from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
     FileName,
@@ -49,6 +50,10 @@ if TYPE_CHECKING:
     from patterndb.store import Database
     from patterndb_app.client.remote import RemoteDatabase
     from query import Boundary, Fill, Stroke
+
+
+#: Bytes of a line of a batch file; as many as a boundary's own file may have.
+LONGEST_LINE = 32_000_000
 
 
 @click.command(
@@ -308,33 +313,30 @@ def run_batch(
     from query.errors import InvalidQueryError
 
     asked = unreadable = unanswered = 0
-    with path.open("rb") as lines:
-        for number, line in enumerate(lines, 1):
-            if not line.strip():
-                continue
-            asked += 1
-            try:
-                boundary, strokes = parse_line(_text(line))
-                found = find_fills(database, boundary, strokes=strokes, **arguments)
-                listed = list(found)
-            except (InvalidBoundaryError, InvalidQueryError) as error:
-                unreadable += 1
-                write_json({"line": number, "error": str(error)})
-                continue
-            unanswered += not listed
-            document = {
-                "line": number,
-                "sides": list(boundary.lengths),
-                "corners": list(boundary.corners),
-                "truncated": found.truncated,
-                "stopped": found.stopped,
-                "reason": found.reason,
-                "seconds": round(found.seconds, 4),
-            }
-            write_json_with(document, "fills", (fill.to_json() for fill in listed))
-            folder = None if obj is None else obj / f"line-{number:03}"
-            sheet = image and image.with_name(f"{image.stem}-line-{number}{image.suffix}")
-            _keep(listed, boundary, strokes, arguments["tolerance"], None, folder, sheet)
+    for number, line in read_lines(path, LONGEST_LINE, InvalidQueryError):
+        asked += 1
+        try:
+            boundary, strokes = parse_line(_text(line))
+            found = find_fills(database, boundary, strokes=strokes, **arguments)
+            listed = list(found)
+        except (InvalidBoundaryError, InvalidQueryError) as error:
+            unreadable += 1
+            write_json({"line": number, "error": str(error)})
+            continue
+        unanswered += not listed
+        document = {
+            "line": number,
+            "sides": list(boundary.lengths),
+            "corners": list(boundary.corners),
+            "truncated": found.truncated,
+            "stopped": found.stopped,
+            "reason": found.reason,
+            "seconds": round(found.seconds, 4),
+        }
+        write_json_with(document, "fills", (fill.to_json() for fill in listed))
+        folder = None if obj is None else obj / f"line-{number:03}"
+        sheet = image and image.with_name(f"{image.stem}-line-{number}{image.suffix}")
+        _keep(listed, boundary, strokes, arguments["tolerance"], None, folder, sheet)
     say(
         f"{plural(asked, 'boundary', 'boundaries')}, {unanswered} without a fill, "
         f"{unreadable} that could not be read"
@@ -346,7 +348,6 @@ def run_batch(
 
 def _text(line: bytes) -> str:
     try:
-        # Some editors begin a file with a mark that is no text.
-        return line.decode("utf-8-sig")
+        return line.decode()
     except UnicodeDecodeError as error:
         raise InvalidBoundaryError(f"the line is no UTF-8: {error}") from None
