@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.stats import truncnorm
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points, as_points
@@ -176,6 +175,9 @@ class ShapeModel:
     def sample(self, seed: int) -> Floats:
         """(l,) coefficients of a new shape: normally distributed as the known ones are, within
         their box. The same seed gives the same."""
+        # Imported here: scipy's statistics take longer than recovering a curve.
+        from scipy.stats import truncnorm
+
         low, high = (bound / self.deviations for bound in self.box)
         drawn = truncnorm.rvs(low, high, random_state=np.random.default_rng(seed))
         return np.clip(np.asarray(drawn, np.float64) * self.deviations, *self.box)
