@@ -50,7 +50,7 @@ class RetopoCommand(SectionedCommand):
     cls=RetopoCommand,
     sections={
         "Input": ("--script", "--lenient", "--session", "--quads", "--db"),
-        "Output": ("-o", "--record", "--picture", "--view", "--json"),
+        "Output": ("-o", "--record", "--picture", "--view", "--exports-anywhere", "--json"),
     },
 )
 @click.argument("surface", type=FileName(), required=False)
@@ -86,6 +86,11 @@ class RetopoCommand(SectionedCommand):
 @click.option(
     "--lenient", is_flag=True, help="Go on after a call that is refused, and say what was."
 )
+@click.option(
+    "--exports-anywhere",
+    is_flag=True,
+    help="Let the script write elsewhere than beside it and below; for scripts that you trust.",
+)
 @db_to_read
 @as_json
 def retopo(
@@ -98,6 +103,7 @@ def retopo(
     view: bool,
     record: Path | None,
     lenient: bool,
+    exports_anywhere: bool,
     db: Path | None,
     as_json: bool,
 ) -> int:
@@ -168,7 +174,7 @@ def retopo(
         say(f"{name}: {plural(len(start.ground.triangles), 'triangle')}")
         began = read_work_clock()
         if wanted is not None and script is not None:
-            done, refused = _play_script(wanted, editor, script, lenient)
+            done, refused = _play_script(wanted, editor, script, lenient, exports_anywhere)
         found = editor.fill()
         seconds = read_work_clock() - began
         said = Script(start.surface, tuple(done), start.quads)
@@ -220,13 +226,20 @@ def retopo(
 
 
 def _play_script(
-    wanted: Script, editor: Editor, script: Path, lenient: bool
+    wanted: Script, editor: Editor, script: Path, lenient: bool, anywhere: bool
 ) -> tuple[list[ScriptLine], list[tuple[ScriptLine, Outcome]]]:
     """Play a script; the lines that did something, and those that were refused."""
-    from patterndb_sketch.retopo.script import play_script
+    from patterndb_sketch.retopo.script import EXPORT, export_path, locate_export, play_script
+
+    for line in wanted.lines:
+        if line.call.tool == EXPORT:
+            # Refused before anything is done, not in the middle.
+            locate_export(script, export_path(line.call), anywhere=anywhere)
 
     def export(name: str, found: FilledNetwork) -> None:
-        _write(script.parent / name, editor.mesh(found))
+        path = locate_export(script, name, anywhere=anywhere)
+        _write(path, editor.mesh(found))
+        say(f"written: {path}")
 
     done: list[ScriptLine] = []
     refused: list[tuple[ScriptLine, Outcome]] = []

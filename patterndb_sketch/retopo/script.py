@@ -17,6 +17,7 @@ every call, so the same script gives the same mesh, bit for bit.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -108,6 +109,22 @@ def export_path(call: Call) -> str:
     path = call.arguments.get("mesh")
     if set(call.arguments) - {"mesh"} or not isinstance(path, str) or not path:
         raise InvalidRetopoError('export needs mesh, a file: {"tool": "export", "mesh": "a.obj"}')
+    return path
+
+
+def locate_export(script: Path, name: str, *, anywhere: bool = False) -> Path:
+    """Where an export of a script goes: to its name beside the script, or in a folder below.
+
+    A script may come from somebody else: raises InvalidRetopoError for any other place, also by a
+    symbolic link, unless ``anywhere``.
+    """
+    path = script.parent / name
+    folder = Path(os.path.realpath(script.parent))
+    if not anywhere and not Path(os.path.realpath(path)).is_relative_to(folder):
+        raise InvalidRetopoError(
+            f"export to {name}: that is not beside the script, nor in a folder below; change the "
+            "script, or, if you trust it, allow it to write anywhere (--exports-anywhere)"
+        )
     return path
 
 

@@ -87,6 +87,30 @@ def test_a_script_makes_the_mesh_that_is_told(ball: Path, tmp_path: Path) -> Non
     assert text.count("\ng patch_") == 8
 
 
+@pytest.mark.parametrize("way", ["above", "absolute", "link", "linked folder"])
+def test_a_script_writes_beside_itself_and_below_alone(
+    ball: Path, tmp_path: Path, way: str
+) -> None:
+    folder, outside = tmp_path / "scripts", tmp_path / "outside"
+    folder.mkdir()
+    outside.mkdir()
+    (folder / "link.obj").symlink_to(outside / "stolen.obj")
+    (folder / "linked").symlink_to(outside)
+    name = {
+        "above": "../outside/stolen.obj",
+        "absolute": str(outside / "stolen.obj"),
+        "link": "link.obj",
+        "linked folder": "linked/stolen.obj",
+    }[way]
+    played = script(folder / "ball.jsonl", *LOOPS, {"tool": "export", "mesh": name})
+    result = run("retopo", ball, "--script", played, "-o", tmp_path / "out.obj")
+    assert_refused(result, 3, name, "not beside the script", "--exports-anywhere")
+    assert list(outside.iterdir()) == [] and not (tmp_path / "out.obj").exists()
+    trusted = run("retopo", ball, "--script", played, "--exports-anywhere")
+    assert trusted.code == 0 and (outside / "stolen.obj").is_file()
+    assert "written: " in trusted.err
+
+
 def test_the_table_says_what_the_json_says(ball: Path, tmp_path: Path) -> None:
     played = script(tmp_path / "ball.jsonl", *LOOPS)
     told = document("--script", played)
