@@ -83,9 +83,14 @@ def open_browser() -> Iterator[Browser]:
 
 
 def click_corners(page: Page, corners: list[tuple[float, float]]) -> None:
-    """Click corners on the canvas, in shares of its width and height, and close the polygon."""
+    """Click corners on the canvas, in shares of its width and height, and close the polygon.
+
+    Enter closes it where the view came to rest late, and the first corner is not where it was
+    clicked; it does nothing to a polygon that is closed.
+    """
     for x, y in [*corners, corners[0]]:
         page.mouse.click(*find_place(page.locator("#fill-canvas"), x, y))
+    page.keyboard.press("Enter")
 
 
 def draw_line(page: Page, points: list[tuple[float, float]]) -> None:

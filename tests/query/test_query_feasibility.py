@@ -20,6 +20,7 @@ from query_cases import (
 
 from patterndb.core.pattern import Pattern
 from query import Boundary
+from query.ending import NEVER
 from query.listing.filters import Filters
 from query.listing.table import get_strict_table
 from query.solving import cpsat, feasibility
@@ -86,7 +87,7 @@ def test_cpsat_answers_the_same(n_sides: int) -> None:
         entries = table.entries(boundary, np.ones(len(patterns), np.bool_))
         kernel = table.feasible(entries, boundary, np.zeros(1, np.uint8), None)
         question = pose_question(boundary, (), 0)
-        other = cpsat.keep_carriers(table.labels, entries.row, entries.allowed, question)
+        other = cpsat.keep_carriers(table.labels, entries.row, entries.allowed, question, NEVER)
         assert other.tolist() == kernel.tolist()
 
 

@@ -225,3 +225,15 @@ def test_what_is_not_taken_is_told_with_its_curves() -> None:
     assert names in told and "most allowed is 0" in told and told in found.notes
     kept = find_cycles(network, worst=0.0, added=[missed.cycle])
     assert keys(kept.cycles) == {missed.cycle.key}
+
+
+def test_two_bent_curves_on_one_another_enclose_nothing() -> None:
+    t = np.linspace(0.0, 2.0, 20)
+    arc = np.column_stack([np.cos(t), np.sin(t), 0 * t])
+    nodes = arc[[0, -1]]
+    same = CurveNetwork((Curve(arc, (0, 1), 1, 1), Curve(arc[::-1], (1, 0), 2, 2)), nodes)
+    assert find_cycles(same).cycles == ()
+    other = np.column_stack([np.cos(t), np.sin(t), 0.3 * np.sin(t * np.pi / 2)])
+    other[-1] = arc[-1]
+    apart = CurveNetwork((Curve(arc, (0, 1), 1, 1), Curve(other[::-1], (1, 0), 2, 2)), nodes)
+    assert len(find_cycles(apart).cycles) == 1

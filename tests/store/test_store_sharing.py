@@ -193,12 +193,22 @@ def db_content(path: Path) -> str:
 
 
 def test_control_c_ends_a_statement_without_end(full: Path) -> None:
+    running = threading.Event()
+
+    def ask(held: sqlite3.Connection) -> object:
+        running.set()
+        return held.execute(ENDLESS).fetchone()
+
     def press() -> None:
-        time.sleep(0.1)
+        # The key is pressed while the statement runs, however slowly it came to that.
+        running.wait()
+        time.sleep(0.2)
         os.kill(os.getpid(), signal.SIGINT)
 
     with Database(full) as db:
-        threading.Thread(target=press).start()
+        key = threading.Thread(target=press)
         with pytest.raises(KeyboardInterrupt):
-            ask_for_ever(db)
+            key.start()
+            db._ask(ask)
+        key.join()
         assert db.verify() == []

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
 from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.polyline import sample_polyline
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 
@@ -58,15 +59,38 @@ def group_components(network: CurveNetwork, alive: NDArray[np.bool_]) -> list[ND
     return [np.array(group, np.int64) for group in groups.values()]
 
 
+#: A loop whose points lie this near to a line, as a share of its extent, encloses nothing.
+NARROWEST = 1e-6
+
+
 def find_lone_loops(network: CurveNetwork, alive: NDArray[np.bool_]) -> list[tuple[int, ...]]:
-    """The sorted curves of every closed loop that no other living curve touches."""
+    """The sorted curves of every closed loop that no other living curve touches.
+
+    Curves that lie on a line, or on one another, enclose nothing.
+    """
     ends = curve_ends(network)
     degree = np.bincount(ends[alive].ravel(), minlength=len(network.nodes))
     return [
         tuple(sorted(curves.tolist()))
         for curves in group_components(network, alive)
-        if (degree[ends[curves]] == 2).all()
+        if (degree[ends[curves]] == 2).all() and _encloses_something(network, curves)
     ]
+
+
+def _encloses_something(network: CurveNetwork, curves: NDArray[np.int64]) -> bool:
+    points = np.concatenate([network.curves[c].points for c in curves.tolist()])
+    extents = np.linalg.svd(points - points.mean(axis=0), compute_uv=False)
+    if extents[1] <= NARROWEST * extents[0]:
+        return False
+    if len(curves) != 2:
+        return True
+    one, other = (sample_polyline(network.curves[c].points, SAMPLES) for c in curves.tolist())
+    gap = min(float(np.abs(one - way).max()) for way in (other, other[::-1]))
+    return gap > NARROWEST * float(np.ptp(points, axis=0).max())
+
+
+#: Points of two curves that are compared.
+SAMPLES = 33
 
 
 @dataclass(frozen=True, slots=True)
