@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import signal
 import sqlite3
+import subprocess
+import sys
 import tempfile
 import threading
 import time
@@ -192,23 +194,35 @@ def db_content(path: Path) -> str:
     return found[0]
 
 
+#: A program of its own, since what a key ends here would be the one that runs the tests.
+PRESSED = f"""
+import signal, sys
+from patterndb.store import Database
+
+# A shell that starts programs in the background has them ignore the key.
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
+def ask(held):
+    print("running", flush=True)
+    return held.execute("{ENDLESS}").fetchone()
+
+with Database(sys.argv[1]) as db:
+    try:
+        db._ask(ask)
+    except KeyboardInterrupt:
+        print("ended", db.verify(), flush=True)
+"""
+
+
 def test_control_c_ends_a_statement_without_end(full: Path) -> None:
-    running = threading.Event()
-
-    def ask(held: sqlite3.Connection) -> object:
-        running.set()
-        return held.execute(ENDLESS).fetchone()
-
-    def press() -> None:
-        # The key is pressed while the statement runs, however slowly it came to that.
-        running.wait()
-        time.sleep(0.2)
-        os.kill(os.getpid(), signal.SIGINT)
-
-    with Database(full) as db:
-        key = threading.Thread(target=press)
-        with pytest.raises(KeyboardInterrupt):
-            key.start()
-            db._ask(ask)
-        key.join()
-        assert db.verify() == []
+    command = [sys.executable, "-c", PRESSED, str(full)]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        try:
+            assert process.stdout.readline() == "running\n"
+            time.sleep(0.2)
+            process.send_signal(signal.SIGINT)
+            assert process.communicate(timeout=60)[0] == "ended []\n"
+        finally:
+            process.kill()
+    assert process.returncode == 0
