@@ -11,7 +11,7 @@ from collections.abc import Iterator
 import httpx
 
 from patterndb_app.service.context import Service, ServiceSettings
-from patterndb_app.service.serving import make_server
+from patterndb_app.service.serving import listen, make_server
 
 #: Seconds that a test waits for what should come at once: no measure, but an end.
 PATIENCE = 30.0
@@ -24,7 +24,7 @@ class ServedHere:
 
     def __init__(self, settings: ServiceSettings) -> None:
         self.server = make_server(settings)
-        self.listener = socket.create_server(("127.0.0.1", 0))
+        self.listener = listen("127.0.0.1", 0)
         self.port: int = self.listener.getsockname()[1]
         self.url = f"http://127.0.0.1:{self.port}"
         self.http = httpx.Client(base_url=self.url, timeout=PATIENCE, trust_env=False)

@@ -15,6 +15,7 @@ from patterndb_app.service.answers import takes_gzip
 from patterndb_app.service.context import ServiceSettings
 from patterndb_app.service.questions import refuse_depth
 from patterndb_app.service.refusals import LargeRequestError
+from patterndb_app.service.serving import listen
 
 QUESTION = json.dumps({"sides": [3, 5, 4, 6], "limit": 1}).encode()
 LONG = {"sides": [40, 40, 40, 40, 40, 40], "limit": 1000}
@@ -73,6 +74,13 @@ def test_answers_are_compressed_for_who_takes_it(starter: ServedHere) -> None:
     packed = starter.http.get("/v1/limits", headers={"Accept-Encoding": "gzip"})
     assert packed.headers["content-encoding"] == "gzip" and packed.json() == plain.json()
     assert takes_gzip("br, gzip;q=0.5") and not takes_gzip("gzip;q=0.0") and not takes_gzip("br")
+
+
+def test_lines_do_not_wait_for_the_last_to_be_acknowledged() -> None:
+    with listen("127.0.0.1", 0) as listener, socket.create_connection(listener.getsockname()):
+        taken, _ = listener.accept()
+        with taken:
+            assert taken.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
 
 
 def test_a_body_that_is_too_long_is_not_read(strict: ServedHere) -> None:
