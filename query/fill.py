@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, TypedDict
 
 import numpy as np
@@ -117,11 +117,14 @@ class Fill:
 
     def sides(self) -> list[Int32Array]:
         """(L_i + 1,) int32 vertices along every side of the boundary, corner to corner."""
-        start = np.r_[0, np.cumsum(self.lengths)]
-        return [
-            (np.arange(first, last + 1) % self.perimeter).astype(np.int32)
-            for first, last in pairwise(start.tolist())
-        ]
+        return [np.array(side, dtype=np.int32) for side in self._list_sides()]
+
+    def _list_sides(self) -> list[list[int]]:
+        """The sides in Python's own numbers, of which an answer has thousands."""
+        ends = [0, *accumulate(self.lengths)]
+        sides = [list(range(first, last + 1)) for first, last in pairwise(ends)]
+        sides[-1][-1] = 0
+        return sides
 
     def place(
         self,
@@ -153,5 +156,5 @@ class Fill:
             "flow_distance": self.flow_distance,
             "n_vertices": self.n_vertices,
             "quads": self.quads.tolist(),
-            "sides": [side.tolist() for side in self.sides()],
+            "sides": self._list_sides(),
         }

@@ -61,7 +61,7 @@ class Limits:
         metadata={"unit": "seconds", "what": "for a client to take what it was sent last"},
     )
     at_work: int = field(
-        default_factory=lambda: 4 * (os.cpu_count() or 1),
+        default_factory=lambda: 8 * (os.cpu_count() or 1),
         metadata={"unit": "requests", "what": "at work at the same time"},
     )
     waiting: int = field(
