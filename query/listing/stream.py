@@ -5,11 +5,11 @@ from __future__ import annotations
 import heapq
 import math
 import threading
+import weakref
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import combinations, islice
 
 import numpy as np
@@ -152,7 +152,7 @@ class Fills(Iterator[Fill]):
         if self._query.time_limit is not None and self._alarm is None:
             self._deadline = begin + self._query.time_limit
             # Another thread tells the kernels, which look at nothing but their flag.
-            self._alarm = Alarm(self._deadline, partial(self._time_out, self._cancelled))
+            self._alarm = self._set_alarm(self._deadline)
         try:
             # Statements of the database end a little later: the last, hurried fill may ask it.
             with end_by(self._deadline + HURRY_SECONDS):
@@ -174,6 +174,8 @@ class Fills(Iterator[Fill]):
         """End the list as soon as may be, from whichever thread."""
         self.stopped = "cancelled"
         self._cancelled[0] = 1
+        if self._alarm is not None:
+            self._alarm.call_off()
 
     @property
     def feasible_patterns(self) -> int:
@@ -287,6 +289,18 @@ class Fills(Iterator[Fill]):
             if self._alarm is not None:
                 self._alarm.call_off()
 
+    def _set_alarm(self, moment: float) -> Alarm:
+        """Have the search that runs with the present flag ended at a moment."""
+        # A list that nobody holds any more is not kept until its time is up.
+        held, flag = weakref.ref(self), self._cancelled
+
+        def ring() -> None:
+            fills = held()
+            if fills is not None:
+                fills._time_out(flag)
+
+        return Alarm(moment, ring)
+
     def _time_out(self, flag: EndFlag) -> None:
         self.stopped = self.stopped or "time limit"
         flag[0] = 1
@@ -322,7 +336,7 @@ class Fills(Iterator[Fill]):
         # Time is up and nothing is found: a grid takes no search, and for a moment something else
         # that comes easily is looked for.
         flag, self._cancelled = self._cancelled, np.zeros(1, np.uint8)
-        end = Alarm(self._deadline + HURRY_SECONDS, partial(self._time_out, self._cancelled))
+        end = self._set_alarm(self._deadline + HURRY_SECONDS)
         try:
             yield from islice(self._passes(1), 1)
             if not self._found:
