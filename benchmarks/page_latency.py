@@ -18,7 +18,8 @@ import statistics
 import sys
 from pathlib import Path
 
-sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "scripts"))
+ROOT = Path(__file__).resolve().parents[1]
+sys.path.insert(0, str(ROOT / "scripts"))
 
 from drive_page import click_corners, open_browser, run_service, wait_for_fills
 
@@ -32,6 +33,8 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="time the first fill on the page")
     parser.add_argument("--rounds", type=int, default=25, help="polygons that are drawn")
     asked = parser.parse_args()
+    if not (ROOT / "patterndb_app" / "web" / "bundle" / "index.html").is_file():
+        parser.error("there is no page yet; make it with: python scripts/build_page.py")
     draw = random.Random(SEED)
     times: list[float] = []
     with run_service() as address, open_browser() as browser:
