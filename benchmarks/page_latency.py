@@ -21,7 +21,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT / "scripts"))
 
-from drive_page import click_corners, open_browser, run_service, wait_for_fills
+from drive_page import click_corners, open_browser, run_service, wait_for_fills  # noqa: E402
 
 SEED = 7
 
