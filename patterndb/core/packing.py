@@ -6,7 +6,9 @@ Nearly every number in a code or a label is below 128, so most take one byte.
 from __future__ import annotations
 
 import itertools
+import operator
 from collections.abc import Sequence
+from typing import overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,3 +76,42 @@ def unpack_many(blobs: Sequence[bytes]) -> tuple[NDArray[np.int32], NDArray[np.i
     last = np.r_[0, np.cumsum(np.frombuffer(data, np.uint8) < 128)]
     ends = np.cumsum([len(blob) for blob in blobs], dtype=np.int64)
     return unpack(data), last[np.r_[0, ends].astype(np.int64)].astype(np.int64)
+
+
+class PackedRows(Sequence[bytes]):
+    """Bytes of many rows in one array, as a sequence of a ``bytes`` a row.
+
+    Takes the place of a list where there are too many rows for an object each.
+    """
+
+    __slots__ = ("ends", "raw")
+
+    def __init__(self, raw: NDArray[np.uint8], ends: NDArray[np.int64]) -> None:
+        """raw: (b,) bytes of all rows. ends: (n + 1,); row i is ``raw[ends[i]:ends[i + 1]]``."""
+        self.raw = raw
+        self.ends = ends
+
+    @classmethod
+    def from_rows(cls, rows: Sequence[bytes]) -> PackedRows:
+        """Of the bytes of every row."""
+        ends = np.zeros(len(rows) + 1, np.int64)
+        np.cumsum(np.fromiter(map(len, rows), np.int64, len(rows)), out=ends[1:])
+        return cls(np.frombuffer(b"".join(rows), np.uint8), ends)
+
+    def __len__(self) -> int:
+        return len(self.ends) - 1
+
+    @overload
+    def __getitem__(self, at: int) -> bytes: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> list[bytes]: ...
+
+    def __getitem__(self, at: int | slice) -> bytes | list[bytes]:
+        if isinstance(at, slice):
+            return [self[i] for i in range(*at.indices(len(self)))]
+        row = operator.index(at)
+        if not -len(self) <= row < len(self):
+            raise IndexError(f"there are {len(self)} rows, and none has the number {at}")
+        row %= len(self)
+        return self.raw[self.ends[row] : self.ends[row + 1]].tobytes()

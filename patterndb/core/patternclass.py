@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,21 @@ from patterndb.errors import InvalidCodeError
 #: Where patterns come from, as ``PatternClass.origin`` numbers it: found in learned meshes,
 #: found in imported tables alone, made by a query as one of a family or by construction.
 ORIGINS = ("learned", "imported", "family", "constructed")
+
+
+class Shelf(Protocol):
+    """Where arrays that take a while to make of a class are kept between processes."""
+
+    def find_or_make(
+        self, what: str, make: Callable[[], Mapping[str, NDArray[Any]]]
+    ) -> Mapping[str, NDArray[Any]]:
+        """The arrays kept under a name; where there are none they are made, and kept."""
+        ...
+
+
+def shrink(counts: NDArray[np.integer]) -> NDArray[np.unsignedinteger]:
+    """Counts, none negative, as the smallest unsigned integers that hold them."""
+    return counts.astype(np.min_scalar_type(int(counts.max(initial=0))))
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
@@ -45,9 +61,11 @@ class PatternClass:
                  rotation + i, or rotation - i read backwards where reflected. Where N = 0
                  rotation counts boundary edges.
     codes:       p packed codes.
-    lengths:     (s, max(N, 1)) int32 base length of every side of a signature.
-    joins:       (s, max(N, 1), max(N, 1)) int32 n_ij of a signature, symmetric; a polychord
-                 with both ends on side i counts once in n_ii.
+    lengths:     (s, max(N, 1)) base length of every side of a signature. Unsigned integers, the
+                 smallest that hold them.
+    joins:       (s, max(N, 1), max(N, 1)) n_ij of a signature, symmetric; a polychord with both
+                 ends on side i counts once in n_ii. Unsigned integers, the smallest that hold them.
+    shelf:       where arrays that take a while to make of the class are kept; None: nowhere.
     """
 
     n_sides: int
@@ -71,9 +89,10 @@ class PatternClass:
     signature: NDArray[np.int32]
     rotation: NDArray[np.int32]
     reflected: NDArray[np.bool_]
-    codes: list[bytes]
-    lengths: NDArray[np.int32]
-    joins: NDArray[np.int32]
+    codes: Sequence[bytes]
+    lengths: NDArray[np.unsignedinteger]
+    joins: NDArray[np.unsignedinteger]
+    shelf: Shelf | None = None
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -146,6 +165,6 @@ class PatternClass:
             rotation=rows.counts[:, d.SIG_ROTATION].copy(),
             reflected=rows.counts[:, d.SIG_REFLECTED].astype(np.bool_),
             codes=[pack(p.code) for p in patterns],
-            lengths=np.array(lengths, np.int32).reshape(-1, max(n_sides, 1)),
-            joins=join_matrices(n_sides, pairs, owner, len(joins)),
+            lengths=shrink(np.array(lengths, np.int32).reshape(-1, max(n_sides, 1))),
+            joins=shrink(join_matrices(n_sides, pairs, owner, len(joins))),
         )

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from patterndb.core.code import pattern_id
 from patterndb.core.label import join_matrices
 from patterndb.core.packing import pack, unpack
-from patterndb.core.patternclass import PatternClass
+from patterndb.core.patternclass import PatternClass, shrink
 from patterndb.errors import DatabaseError
 
 #: Arrays of a class with a number a row, which are columns as they stand.
@@ -143,8 +143,8 @@ def _make_class(n_sides: int, codes: list[bytes], held: dict[str, bytes]) -> Pat
         rotation=rotation,
         reflected=reflected,
         codes=codes,
-        lengths=lengths,
-        joins=joins,
+        lengths=shrink(lengths),
+        joins=shrink(joins),
     )
 
 

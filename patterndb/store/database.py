@@ -17,7 +17,7 @@ from patterndb.core.code import Code
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
-from patterndb.store import compact, contents, ddq, reading, writing
+from patterndb.store import classcache, compact, contents, ddq, reading, writing
 from patterndb.store.connection import (
     Mode,
     atomic,
@@ -124,7 +124,9 @@ class Database:
     def pattern_class(self, n_sides: int) -> PatternClass:
         """All patterns of ``n_sides`` sides, in default order.
 
-        Loaded once, and again after another program has written to the file.
+        Loaded once, and again after another program has written to the file. A large class is
+        kept in the user's cache folder (:mod:`patterndb.store.classcache`), and shares its memory
+        with other processes.
         """
         with self._lock:
             # Looked at before loading: a write between the two is seen the next time.
@@ -133,7 +135,7 @@ class Database:
                 self._classes.clear()
                 self._seen_version = version
             if n_sides not in self._classes:
-                self._classes[n_sides] = self._ask(reading.load_class, n_sides)
+                self._classes[n_sides] = self._ask(classcache.read_class, self.path, n_sides)
             return self._classes[n_sides]
 
     def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:

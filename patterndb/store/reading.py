@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from patterndb.core.code import MAX_CLASS
 from patterndb.core.packing import unpack
 from patterndb.core.pattern import Pattern
-from patterndb.core.patternclass import ORIGINS, PatternClass
+from patterndb.core.patternclass import ORIGINS, PatternClass, shrink
 from patterndb.core.rowcheck import NUMBERS, check_rows
 from patterndb.errors import NotFoundError
 from patterndb.store.columns import (
@@ -119,8 +119,8 @@ def load_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
         rotation=numbers["sig_rotation"].astype(np.int32),
         reflected=numbers["sig_reflected"].astype(np.bool_),
         codes=list(codes),
-        lengths=checked.lengths,
-        joins=checked.joins,
+        lengths=shrink(checked.lengths),
+        joins=shrink(checked.joins),
     )
 
 

@@ -15,14 +15,15 @@ whose edges are the classes of polychords that join them. What parity says of a 
 from __future__ import annotations
 
 import weakref
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.core.patternclass import PatternClass
 from patterndb.system.kernels import kernel
 
 
@@ -220,7 +221,10 @@ class Systems(NamedTuple):
 
 #: The systems of the classes in use, by the identity of their joins, and what keeps them
 #: apart from a later array at the same address.
-_known: dict[int, tuple[weakref.ref[NDArray[np.int32]], Systems]] = {}
+_known: dict[int, tuple[weakref.ref[NDArray[np.integer]], Systems]] = {}
+
+#: The name of systems among what is kept of a class; changed whenever what they hold is.
+SHELVED_SYSTEMS = "systems-1"
 
 
 class SignedRows(Protocol):
@@ -236,9 +240,9 @@ class SignedRows(Protocol):
     @property
     def reflected(self) -> NDArray[np.bool_]: ...
     @property
-    def lengths(self) -> Int32Array: ...
+    def lengths(self) -> NDArray[np.integer]: ...
     @property
-    def joins(self) -> Int32Array: ...
+    def joins(self) -> NDArray[np.integer]: ...
 
 
 def systems_of(patterns: SignedRows) -> Systems:
@@ -247,9 +251,18 @@ def systems_of(patterns: SignedRows) -> Systems:
     known = _known.get(key)
     if known is not None and known[0]() is patterns.joins:
         return known[1]
-    made = make_systems(patterns.lengths, patterns.joins)
+    shelf = patterns.shelf if isinstance(patterns, PatternClass) else None
+    if shelf is None:
+        made = make_systems(patterns.lengths, patterns.joins)
+    else:
+        made = _from_arrays(
+            shelf.find_or_make(
+                f"{patterns.lengths.shape[1]}-{SHELVED_SYSTEMS}",
+                lambda: _to_arrays(make_systems(patterns.lengths, patterns.joins)),
+            )
+        )
 
-    def forget(gone: weakref.ref[NDArray[np.int32]]) -> None:
+    def forget(gone: weakref.ref[NDArray[np.integer]]) -> None:
         if _known.get(key, (None,))[0] is gone:
             del _known[key]
 
@@ -257,7 +270,20 @@ def systems_of(patterns: SignedRows) -> Systems:
     return made
 
 
-def make_systems(lengths: Int32Array, joins: Int32Array) -> Systems:
+def _to_arrays(systems: Systems) -> dict[str, NDArray[Any]]:
+    """The arrays of systems by name, those of the graphs among them."""
+    return systems.graphs._asdict() | {
+        name: array for name, array in systems._asdict().items() if name != "graphs"
+    }
+
+
+def _from_arrays(arrays: Mapping[str, NDArray[Any]]) -> Systems:
+    """What :func:`_to_arrays` gave."""
+    graphs = Graphs(*(arrays[name] for name in Graphs._fields))
+    return Systems(graphs, *(arrays[name] for name in Systems._fields[1:]))
+
+
+def make_systems(lengths: NDArray[np.integer], joins: NDArray[np.integer]) -> Systems:
     """The systems of (s, w) base lengths and (s, w, w) joins; see :class:`SignedRows`."""
     s, w = lengths.shape
     joined = joins > 0
@@ -274,7 +300,7 @@ def make_systems(lengths: Int32Array, joins: Int32Array) -> Systems:
     made = Systems(
         graphs,
         # Longer than any boundary is long enough.
-        base=np.minimum(lengths, np.iinfo(np.int16).max).astype(np.int16),
+        base=np.minimum(lengths.astype(np.int32), np.iinfo(np.int16).max).astype(np.int16),
         perimeter=lengths.sum(axis=1, dtype=np.int32),
         looped=np.ascontiguousarray(np.diagonal(joined, axis1=1, axis2=2)),
         component=np.empty((s, w), np.int16),

@@ -75,6 +75,7 @@ WORLDLY_MODULES += (
 WORLDLY_MODULES += (
     "patterndb.system.kernellist",
     "patterndb.system.kernelpack",
+    "patterndb.system.mappedarrays",
     "patterndb.system.warming",
 )
 

@@ -151,6 +151,7 @@ def test_a_code_that_is_no_disk_is_told_by_name_when_its_pattern_is_made(full: P
         if turned is not None
     )
     row, code = other
+    assert isinstance(patterns.codes, list)
     patterns.codes[row] = code
     with pytest.raises(InvalidCodeError, match=f"{int(patterns.ids[row]):016x}"):
         patterns.pattern(row)
