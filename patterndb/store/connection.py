@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import sqlite3
 from collections.abc import Generator
+from functools import partial
 from pathlib import Path
 from typing import Literal
 from urllib.parse import quote
@@ -76,6 +77,19 @@ def connect(
     except BaseException:
         connection.close()
         raise
+    return connection
+
+
+def connect_unchecked(path: Path) -> sqlite3.Connection:
+    """Open a database for reading whatever stands in it: for who saves what is left of one.
+
+    Texts that are none are read with signs of replacement. Raises DatabaseError if there is no
+    file, or it cannot be opened.
+    """
+    if not path.is_file():
+        raise DatabaseError(f"there is no database at {path}")
+    connection = _open(f"file:{quote(str(path.absolute()))}?mode=ro", path)
+    connection.text_factory = partial(str, encoding="utf-8", errors="replace")
     return connection
 
 

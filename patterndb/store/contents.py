@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from patterndb.core import description as d
-from patterndb.core.code import canonical_code, decode, format_id, pattern_id
+from patterndb.core.code import Code, canonical_code, decode, format_id, pattern_id
 from patterndb.core.disk import Disk
 from patterndb.core.packing import unpack
 from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
-from patterndb.errors import PatternDBError
+from patterndb.errors import InvalidCodeError, PatternDBError
 from patterndb.store import writing
 from patterndb.store.checksums import find_changed_tables
 from patterndb.store.reading import options_of
@@ -30,7 +30,7 @@ CHECKED_AT_ONCE = 1000
 LARGEST_FACE = 1 << 31
 
 #: Bytes of a SHA-256.
-_SHA256 = 32
+SHA256_SIZE = 32
 
 
 def hash_content(connection: sqlite3.Connection) -> str:
@@ -160,8 +160,8 @@ def _check_meshes(connection: sqlite3.Connection) -> list[str]:
         _, _, _, basic, side, convex, prepared, _, _, *patches, distinct = rest
         try:
             options_of(basic, side, convex, prepared)
-            if len(sha256) != _SHA256:
-                found.append(f"mesh {name} has a hash of {len(sha256)} bytes, not {_SHA256}")
+            if len(sha256) != SHA256_SIZE:
+                found.append(f"mesh {name} has a hash of {len(sha256)} bytes, not {SHA256_SIZE}")
             # A patch is found by one mode or more.
             if origin == "learned" and not max(patches) <= distinct <= sum(patches):
                 found.append(f"mesh {name} has {distinct} patches, but {patches} by modes")
@@ -200,16 +200,7 @@ def _check_patterns(connection: sqlite3.Connection) -> list[str]:
         if len(found) >= MAX_FINDINGS:
             break
         try:
-            code = unpack(packed).astype(np.uint16)
-            twin = decode(code)
-            Disk.from_twin(twin)
-            if not np.array_equal(canonical_code(twin)[0], code):
-                found.append(f"pattern {format_id(number)} has a code that is not canonical")
-                continue
-            if len(reduce_disk(twin)) != len(twin):
-                found.append(f"pattern {format_id(number)} can be reduced further")
-                continue
-            rows = d.describe([code])
+            rows = d.describe([check_code(packed)])
         except _UNREADABLE as error:
             found.append(f"pattern {format_id(number)}: {error}")
             continue
@@ -220,6 +211,21 @@ def _check_patterns(connection: sqlite3.Connection) -> list[str]:
                 f"pattern {format_id(number)} has columns that do not follow from its code"
             )
     return found
+
+
+def check_code(packed: bytes) -> Code:
+    """The code of a pattern, which must be the canonical one of a disk that cannot be reduced.
+
+    Raises PatternDBError, ValueError, TypeError, LookupError or OverflowError where it is not.
+    """
+    code = unpack(packed).astype(np.uint16)
+    twin = decode(code)
+    Disk.from_twin(twin)
+    if not np.array_equal(canonical_code(twin)[0], code):
+        raise InvalidCodeError("its code is not canonical")
+    if len(reduce_disk(twin)) != len(twin):
+        raise InvalidCodeError("it can be reduced further")
+    return code
 
 
 def _list_patterns(connection: sqlite3.Connection) -> Iterator[tuple[Any, ...]]:

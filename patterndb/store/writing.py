@@ -28,7 +28,7 @@ from patterndb.store.records import Learned, LearningOptions, Provenance
 #: Uses are kept in 63 bits; this many at once is a slip.
 MOST_AT_ONCE = 1 << 40
 
-_MESH = (
+MESH = (
     "sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, prepared, "
     "quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches, origin"
 )
@@ -48,8 +48,9 @@ def _marks(columns: str) -> str:
 
 
 # All put together from the constants above, and from nothing else.
-SELECT_MESHES = f"SELECT id, {_MESH} FROM mesh ORDER BY sha256"  # noqa: S608
-INSERT_MESH = f"INSERT INTO mesh ({_MESH}) VALUES ({_marks(_MESH)})"  # noqa: S608
+SELECT_MESHES = f"SELECT id, {MESH} FROM mesh ORDER BY sha256"  # noqa: S608
+INSERT_MESH = f"INSERT INTO mesh ({MESH}) VALUES ({_marks(MESH)})"  # noqa: S608
+INSERT_MESH_WITH_ID = f"INSERT INTO mesh (id, {MESH}) VALUES (?, {_marks(MESH)})"  # noqa: S608
 SELECT_PATTERNS = f"SELECT id, code, {_DERIVED} FROM pattern"  # noqa: S608
 INSERT_PATTERN = (
     f"INSERT INTO pattern (id, code, {_DERIVED}, origin) "  # noqa: S608

@@ -53,6 +53,13 @@ def read_lines(
                 yield number, line.removeprefix(b"\xef\xbb\xbf") if number == 1 else line
 
 
+def make_readable(path: Path) -> None:
+    """Give a file that ``mkstemp`` made, for its owner alone, the mode that ``open`` gives."""
+    mask = os.umask(0)
+    os.umask(mask)
+    path.chmod(0o666 & ~mask)
+
+
 def replace_file(path: Path, content: str | bytes) -> None:
     """Write ``content`` beside ``path`` and move it there in one step.
 
@@ -68,10 +75,7 @@ def replace_file(path: Path, content: str | bytes) -> None:
             # Else a crash of the machine could leave the new name with nothing in it.
             file.flush()
             os.fsync(file.fileno())
-        # mkstemp makes files for the owner alone; give it what open() would have.
-        mask = os.umask(0)
-        os.umask(mask)
-        Path(name).chmod(0o666 & ~mask)
+        make_readable(Path(name))
         Path(name).replace(path)
     except BaseException:
         with contextlib.suppress(OSError):

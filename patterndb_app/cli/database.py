@@ -79,17 +79,28 @@ def meshes(db: Path | None, as_json: bool) -> int:
 @click.command()
 @db_to_read
 @click.option("--migrate", is_flag=True, help="Bring an older database to the present schema.")
+@click.option(
+    "--repair",
+    type=FileName(),
+    metavar="NEW",
+    help="Save what is sound in a damaged database into a new file, and say what is lost.",
+)
 @as_json
-def verify(db: Path | None, migrate: bool, as_json: bool) -> int:
+def verify(db: Path | None, migrate: bool, repair: Path | None, as_json: bool) -> int:
     """Check a database: the file, every pattern's code, and all counts.
 
-    Exit code 3 if anything is wrong.
+    Exit code 3 if anything is wrong. A damaged file is never changed: --repair writes another.
 
     \b
     patterndb verify --db my.db
+    patterndb verify --db damaged.db --repair saved.db
     """
     if migrate and db is None:
         raise click.UsageError("--migrate needs --db: the starter database is always up to date")
+    if repair is not None:
+        if db is None or migrate:
+            raise click.UsageError("--repair needs --db, and takes no --migrate")
+        return save_sound(db, repair, as_json)
     with open_database(db, "write" if migrate else "read") as database:
         findings = database.verify()
         name = database.path
@@ -100,6 +111,35 @@ def verify(db: Path | None, migrate: bool, as_json: bool) -> int:
             write(finding)
         say(f"{name}: {plural(len(findings), 'finding') if findings else 'sound'}")
     return EXIT_BAD_INPUT if findings else 0
+
+
+def save_sound(db: Path, into: Path, as_json: bool) -> int:
+    """Save what is sound in a database into a new file, and say what became of the rest."""
+    # Imported here because checking codes compiles kernels, which counting needs none of.
+    from patterndb.store.salvage import salvage_database
+
+    found = salvage_database(db, into)
+    if as_json:
+        document = dataclasses.asdict(found) | {"ok": found.whole, "file": str(into)}
+        write_json(document)
+        return 0 if found.whole else EXIT_BAD_INPUT
+    for name, reasons in found.lost.items():
+        for why, count in reasons.most_common():
+            write(f"{name}: {plural(count, 'row')} not saved: {printable(why)}")
+    for name in found.unreadable:
+        write(f"{name}: some rows cannot be read")
+    for name in found.changed:
+        write(f"{name}: the rows do not add up to their checksum; some are changed, or missing")
+    for name in found.incomplete:
+        write(f"incomplete: {printable(name)}; remove and ingest it to learn it anew")
+    saved = found.saved
+    say(
+        f"{into}: {plural(saved['mesh'], 'mesh', 'meshes')}, "
+        f"{plural(saved['pattern'], 'pattern')}, {plural(saved['occurrence'], 'occurrence')}, "
+        f"{plural(saved['usage'], 'pattern')} with uses; "
+        + ("all that was there" if found.whole else "what is sound")
+    )
+    return 0 if found.whole else EXIT_BAD_INPUT
 
 
 @click.command()
