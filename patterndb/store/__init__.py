@@ -1,9 +1,9 @@
 """Keep patterns, meshes and occurrences in one SQLite file (schema.sql).
 
 Read in this order: records (what goes in and comes out), migrations and connection (the file),
-reading and classcache (large classes, mapped), writing, contents (hash and check), compact and
-starter (the shipped database), ddqkey and ddq (tables of the paper's authors), database (all of it
-as one object).
+reading, writing, contents (hash and check), contentkey with classcache and answercache (what is
+kept in the cache folder), compact and starter (the shipped database), ddqkey and ddq (tables of the
+paper's authors), database (all of it as one object).
 """
 
 from patterndb.store.database import Database
