@@ -158,7 +158,7 @@ def _list_tables(source: sqlite3.Connection, path: Path) -> set[str]:
 
 def _read_sound(source: sqlite3.Connection, tables: set[str], found: Salvage) -> _Sound:
     def read(table: str, columns: str, key: str) -> Iterator[tuple[Any, ...]]:
-        rows = _Rows(source, f"SELECT {columns} FROM {table}", key)  # noqa: S608
+        rows = _RowsByKey(source, f"SELECT {columns} FROM {table}", key)  # noqa: S608
         yield from rows.read()
         if rows.unreadable:
             found.unreadable.append(table)
@@ -293,7 +293,7 @@ def _fit_modes(modes: list[int], distinct: int) -> list[int]:
     return modes if sum(modes) >= distinct else [distinct, *modes[1:]]
 
 
-class _Rows:
+class _RowsByKey:
     """The rows of a table by its key, around those that cannot be read.
 
     unreadable: were there such? Known once all were read.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import shutil
+import sqlite3
 from pathlib import Path
 
 import pytest
@@ -132,3 +133,28 @@ def test_json_is_one_line_of_ascii(tmp_path: Path) -> None:
     result = run("ingest", mesh, "--db", tmp_path / "a.db", *TINY, "--author", "Ådä", "--json")
     assert result.out.isascii()
     assert json.loads(result.out)["meshes"][0]["name"] == "jüg.obj"
+
+
+class TestRepair:
+    def test_saves_all_of_a_sound_database(self, tiny: Path, tmp_path: Path) -> None:
+        saved = tmp_path / "saved.db"
+        document = run("verify", "--db", tiny, "--repair", saved, "--json").document()
+        assert document["ok"] is True
+        assert document["saved"]["mesh"] == 2
+        assert content_hash(saved) == content_hash(tiny)
+
+    def test_tells_what_is_lost(self, tiny: Path, tmp_path: Path) -> None:
+        connection = sqlite3.connect(tiny)
+        connection.execute("UPDATE mesh SET distinct_patches = 1 WHERE name = 'jug.obj'")
+        connection.commit()
+        connection.close()
+        saved = tmp_path / "saved.db"
+        told = run("verify", "--db", tiny, "--repair", saved)
+        assert told.code == 3
+        assert "incomplete: jug.obj" in told.out
+        assert "do not add up" in told.out
+        assert run("verify", "--db", saved).code == 0
+
+    def test_needs_a_new_file(self, tiny: Path) -> None:
+        assert_refused(run("verify", "--db", tiny, "--repair", tiny), 3, "there already")
+        assert run("verify", "--repair", tiny).code == 2
