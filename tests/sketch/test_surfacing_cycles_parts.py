@@ -11,8 +11,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from networks import cube, torus
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import dijkstra
 
 from patterndb.geometry.leastarea import triangulate_cheapest
+from patterndb_sketch.surfacing.cycles import choosing, closing, find_cycles
 from patterndb_sketch.surfacing.cycles.choosing import choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     find_candidate_cycles,
@@ -81,6 +83,75 @@ def test_the_choice_is_the_best_of_all_subsets(case: Packing) -> None:
     assert choice is not None and choice.proven
     assert choice.value == pytest.approx(best, abs=1e-6)
     assert value_of(choice.chosen, gains, costs) == pytest.approx(best, abs=1e-6)
+
+
+@settings(max_examples=150, deadline=None)
+@given(packings())
+def test_a_choice_by_windows_keeps_to_the_rules_and_is_proven_only_if_it_is_the_best(
+    case: Packing,
+) -> None:
+    curves, gains, costs, forced, excluded, _ = case
+    exact = choose_cycles(curves, np.array(gains), costs, forced=forced, excluded=excluded)
+    with pytest.MonkeyPatch.context() as patch:
+        for name, size in (("MOST_AT_ONCE", 0), ("WINDOW", 3), ("CORE", 2)):
+            patch.setattr(choosing, name, size)
+        choice = choose_cycles(curves, np.array(gains), costs, forced=forced, excluded=excluded)
+    assert (choice is None) == (exact is None)
+    if choice is None or exact is None:
+        return
+    assert max(sum(c in curves[i] for i in choice.chosen) for c in range(6)) <= 2
+    assert forced <= set(choice.chosen)
+    assert not any(set(group) <= set(choice.chosen) for group in excluded)
+    assert choice.value == pytest.approx(value_of(choice.chosen, gains, costs), abs=1e-6)
+    assert choice.value <= exact.value + 1e-6
+    if choice.proven:
+        assert choice.value == pytest.approx(exact.value, abs=1e-3)
+
+
+@pytest.mark.parametrize("effort", [0.0, 1e-9])
+def test_a_solver_out_of_time_leaves_a_greedy_choice(effort: float) -> None:
+    gains = np.array([1.0, 2.0, 3.0])
+    choice = choose_cycles([[0], [0], [0]], gains, {}, effort=effort)
+    assert choice is not None and choice.chosen == (1, 2)
+
+
+def test_a_large_grid_has_all_its_squares() -> None:
+    n = 24
+    at = np.arange((n + 1) ** 2).reshape(n + 1, n + 1)
+    points = np.stack([at // (n + 1), at % (n + 1), 0 * at], axis=-1).reshape(-1, 3).astype(float)
+    across = np.stack([at[:, :-1], at[:, 1:]], axis=-1).reshape(-1, 2)
+    along = np.stack([at[:-1], at[1:]], axis=-1).reshape(-1, 2)
+    found = find_cycles(CurveNetwork.from_edges(points, np.concatenate([across, along])))
+    assert found.proven and found.candidates > choosing.MOST_AT_ONCE
+    assert len(found.cycles) == n * n
+    assert {len(cycle.steps) for cycle in found.cycles} == {4}
+
+
+@pytest.mark.parametrize("limit", [1, 3, 1_000])
+def test_ways_beyond_the_near_nodes_are_bounded_from_below(
+    limit: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(closing, "NEAR_NODES", limit)
+    network = random_network(np.random.default_rng(5), 12, 20)
+    halves = list_half_curves(network, np.ones(20, bool))
+    weights = np.zeros((12, 12))
+    for curve in network.curves:
+        a, b = curve.nodes
+        weights[a, b] = weights[b, a] = curve.length
+    expected = dijkstra(weights, directed=False)
+    for target in range(12):
+        distance = np.full(12, np.inf)
+        near = np.empty(12, np.int64)
+        measure = getattr(closing.measure_ways, "py_func", closing.measure_ways)
+        met, farther = measure(
+            halves.end, halves.length, halves.first, halves.leaving, target, distance, near
+        )
+        assert np.isfinite(distance[near[:met]]).all() and np.isfinite(distance).sum() == met
+        bound = np.minimum(distance, farther)
+        assert (bound <= expected[target] + 1e-12).all()
+        known = distance < farther
+        assert np.allclose(distance[known], expected[target][known])
+        assert known.sum() >= min(limit, 12)
 
 
 def test_a_choice_below_what_it_should_be_worth_is_none() -> None:

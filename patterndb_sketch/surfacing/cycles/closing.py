@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import heapq
+import math
 from dataclasses import dataclass, field
-from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import dijkstra
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.polyline import sample_polyline
 from patterndb.system.kernels import kernel
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
+
+#: From the end of a path to be found, the lengths of the ways to this many nodes, the nearest, are
+#: known exactly; others are at least as far as the last of these. All pairs of nodes would take
+#: memory with the square of their number, and patches are local.
+NEAR_NODES = 512
 
 #: Paths that are begun, at most, to close one pair of curves. In all 28 CASSIE sketches with
 #: patches together, 132 pairs would need more for 8 closings; that is reported.
@@ -100,7 +104,6 @@ class HalfCurves:
     start, end: (2m,) int64, their nodes. length: (2m,), arc length.
     first:      (n + 1,) int64; half-curves leaving[first[v]:first[v + 1]] leave node v. Curves
                 that dangle do not count.
-    distance:   (n, n), length of the shortest path between two nodes.
     """
 
     start: Int64Array = field(repr=False)
@@ -108,7 +111,6 @@ class HalfCurves:
     length: NDArray[np.float64] = field(repr=False)
     first: Int64Array = field(repr=False)
     leaving: Int64Array = field(repr=False)
-    distance: NDArray[np.float64] = field(repr=False)
 
 
 def list_half_curves(network: CurveNetwork, alive: NDArray[np.bool_]) -> HalfCurves:
@@ -120,15 +122,47 @@ def list_half_curves(network: CurveNetwork, alive: NDArray[np.bool_]) -> HalfCur
     living = np.flatnonzero(np.repeat(alive, 2))
     leaving = living[np.argsort(start[living], kind="stable")]
     first = np.r_[0, np.cumsum(np.bincount(start[living], minlength=n))]
-    # Of curves between the same nodes the shortest: written last, it stays.
-    shortest = np.full((n, n), np.inf)
-    by_length = np.flatnonzero(alive)[np.argsort(-length[alive], kind="stable")]
-    a, b = ends[by_length].T
-    shortest[a, b] = length[by_length]
-    shortest = np.minimum(shortest, shortest.T)
-    np.fill_diagonal(shortest, np.inf)
-    distance = dijkstra(np.where(np.isfinite(shortest), shortest, 0.0), directed=False)
-    return HalfCurves(start, end, np.repeat(length, 2), first, leaving, distance)
+    return HalfCurves(start, end, np.repeat(length, 2), first, leaving)
+
+
+@kernel
+def measure_ways(
+    end: Int64Array,
+    length: NDArray[np.float64],
+    first: Int64Array,
+    leaving: Int64Array,
+    target: int,
+    distance: NDArray[np.float64],
+    near: Int64Array,
+) -> tuple[int, float]:
+    """Write the lengths of the shortest ways to a node from the nodes near it, by Dijkstra.
+
+    distance: (n,), inf on entry; written for the nodes that are met, which are listed in near (n,).
+    Returns how many were met, and ``farther``: what is longer is not known to be the shortest,
+    and no way that is not known is shorter; inf where all that can be reached are known.
+    """
+    distance[target] = 0.0
+    near[0] = target
+    met, settled = 1, 0
+    waiting = [(0.0, target)]
+    while len(waiting) > 0:
+        so_far, at = heapq.heappop(waiting)
+        if so_far > distance[at]:
+            continue
+        settled += 1
+        if settled > NEAR_NODES:
+            return met, so_far
+        for k in range(first[at], first[at + 1]):
+            half = leaving[k]
+            to = int(end[half])
+            longer = so_far + float(length[half])
+            if longer < distance[to]:
+                if distance[to] == np.inf:
+                    near[met] = to
+                    met += 1
+                distance[to] = longer
+                heapq.heappush(waiting, (longer, to))
+    return met, np.inf
 
 
 @kernel
@@ -139,6 +173,7 @@ def find_closing_paths(
     first: Int64Array,
     leaving: Int64Array,
     distance: NDArray[np.float64],
+    farther: float,
     out: int,
     back: int,
     paths: Int64Array,
@@ -149,7 +184,8 @@ def find_closing_paths(
 
     Both half-curves leave the node, are of two curves and end at two other nodes. Half-curves
     of cycle i in order are written to paths[i, : sizes[i]], shortest first, as many as ``paths``
-    has rows. Returns how many there are, and whether ``most`` paths were tried before.
+    has rows. distance, farther: as :func:`measure_ways` has them for the end of ``back``. Returns
+    how many there are, and whether ``most`` paths were tried before.
 
     The remaining distance bounds a path's length from below (A*), so paths come out by length.
     """
@@ -158,7 +194,7 @@ def find_closing_paths(
     by = np.empty(most, np.int64)
     before[0], by[0] = -1, out
     made, found = 1, 0
-    waiting = [(length[out] + distance[end[out], target], 0, length[out])]
+    waiting = [(length[out] + min(distance[end[out]], farther), 0, length[out])]
     while len(waiting) > 0 and found < len(paths):
         _, path, so_far = heapq.heappop(waiting)
         at = end[by[path]]
@@ -191,7 +227,7 @@ def find_closing_paths(
                 return found, True
             before[made], by[made] = path, half
             longer = so_far + length[half]
-            heapq.heappush(waiting, (longer + distance[to, target], made, longer))
+            heapq.heappush(waiting, (longer + min(distance[to], farther), made, longer))
             made += 1
     return found, False
 
@@ -218,9 +254,13 @@ def find_candidate_cycles(
         steps = tuple((half >> 1, bool(half & 1)) for half in halves)
         found.setdefault(tuple(sorted(half >> 1 for half in halves)), Cycle(steps))
 
+    distance = np.full(len(network.nodes), np.inf)
+    near = np.empty(len(network.nodes), np.int64)
+    measured, met, farther = -1, 0, math.inf
+
     for node in range(len(network.nodes)):
         at = halves.leaving[halves.first[node] : halves.first[node + 1]].tolist()
-        for out, back in combinations(at, 2):
+        for back, out in ((b, a) for i, b in enumerate(at) for a in at[:i]):
             if out >> 1 == back >> 1:
                 keep([out])
             elif node in (halves.end[out], halves.end[back]):
@@ -228,13 +268,26 @@ def find_candidate_cycles(
             elif halves.end[out] == halves.end[back]:
                 keep([out, back ^ 1])
             else:
+                if halves.end[back] != measured:
+                    distance[near[:met]] = np.inf
+                    measured = int(halves.end[back])
+                    met, farther = measure_ways(
+                        halves.end,
+                        halves.length,
+                        halves.first,
+                        halves.leaving,
+                        measured,
+                        distance,
+                        near,
+                    )
                 n, cut_short = find_closing_paths(
                     halves.start,
                     halves.end,
                     halves.length,
                     halves.first,
                     halves.leaving,
-                    halves.distance,
+                    distance,
+                    farther,
                     out,
                     back,
                     paths,

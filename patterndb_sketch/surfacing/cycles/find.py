@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.surfacing.cycles.choosing import SIDES, CycleChoice, choose_cycles
+from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     find_candidate_cycles,
     find_dangling,
@@ -31,6 +31,7 @@ from patterndb_sketch.surfacing.cycles.measures import (
     price_folds,
     rate_badness,
 )
+from patterndb_sketch.surfacing.cycles.packing import SIDES
 from patterndb_sketch.surfacing.network import (
     Curve,
     CurveNetwork,
@@ -232,7 +233,8 @@ def _chosen(
     proven = best.proven
     if NEARLY_CLOSED * len(part.curves) <= len(twice) < len(part.curves):
         least = CLOSED_SHARE * best.value
-        whole = _surface(network, part, effort, part.curves.tolist(), least)
+        kept_fixed = _far_from(network, part, best, set(part.curves.tolist()) - twice)
+        whole = _surface(network, part, effort, part.curves.tolist(), least, kept_fixed)
         if whole is not None:
             best = whole
             proven = whole.proven
@@ -252,6 +254,19 @@ def _chosen(
     return kept, proven
 
 
+def _far_from(
+    network: CurveNetwork, part: _NetworkPart, choice: CycleChoice, curves: set[int]
+) -> set[int]:
+    """Chosen cycles that stay while others are looked for at some curves, in large parts only."""
+    if not choice.by_windows:
+        return set()
+    near = {node for curve in curves for node in network.curves[curve].nodes}
+    nodes = {i: set(network.walk(part.cycles[i])) for i in choice.chosen}
+    for _ in range(REACH):
+        near |= set[int]().union(*(at for at in nodes.values() if at & near))
+    return {i for i, at in nodes.items() if not at & near}
+
+
 def _of(part: _NetworkPart, choice: CycleChoice) -> list[Cycle]:
     return [part.cycles[i] for i in choice.chosen]
 
@@ -262,8 +277,9 @@ def _surface(
     effort: float,
     full: Sequence[int] = (),
     least: float | None = None,
+    fixed: Collection[int] = (),
 ) -> CycleChoice | None:
-    """The best choice, mended until it can be oriented and has no pinch.
+    """The best choice that has what is ``fixed``, mended until it is a surface without a pinch.
 
     Each choice that is no surface bars what is wrong with it, and the next is made with what is
     near; after MENDS of them cycles are dropped instead. What comes from added cycles alone
@@ -272,7 +288,7 @@ def _surface(
     curves = [cycle.curves for cycle in part.cycles]
     nodes = [set(network.walk(cycle)) for cycle in part.cycles]
     excluded: list[tuple[int, ...]] = []
-    forced = part.forced
+    forced = part.forced.union(fixed)
     near: set[int] = set()
     mends = 0
     while True:
@@ -290,7 +306,7 @@ def _surface(
             return None
         wrong = _wrong(network, part, choice.chosen)
         if not wrong:
-            return CycleChoice(choice.chosen, choice.value, choice.proven and not mends)
+            return replace(choice, proven=choice.proven and not mends)
         if mends == MENDS:
             return None if full else _dropped(network, part, choice)
         mends += 1
@@ -328,7 +344,7 @@ def _dropped(network: CurveNetwork, part: _NetworkPart, choice: CycleChoice) -> 
         group, _ = wrong[0]
         worst = min(set(group) - part.forced, key=lambda i: (part.gains[i], i))
         chosen.remove(worst)
-    return CycleChoice(tuple(chosen), choice.value, False)
+    return replace(choice, chosen=tuple(chosen), proven=False)
 
 
 @dataclass(frozen=True, slots=True)
