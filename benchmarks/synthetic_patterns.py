@@ -246,23 +246,22 @@ def main() -> None:
     if given.db.exists():
         parser.error(f"{given.db} is there already")
     shutil.copy(given.base, given.db)
-    chance = np.random.default_rng(given.seed)
     with Database(given.db, "write") as database:
         histogram = database.sides_histogram()
-        parts = Parts(database, chance)
         weights = {n: histogram.get(n, 0) for n in SIDES}
         if given.sides is not None:
             weights = {given.sides: 1}
         held = sum(count for n, count in histogram.items() if given.sides in (None, n))
-        step = 0
+        # What is made of a base that is made so itself is not made of the same draws.
+        chance = np.random.default_rng([given.seed, held])
+        parts = Parts(database, chance)
         while held < given.patterns:
             begun = time.perf_counter()
             found = make_patterns(parts, weights, chance, min(STEP, given.patterns - held))
             made = time.perf_counter()
-            new = write(database, f"synthetic {step}", found)
+            new = write(database, f"synthetic from {held}", found)
             done = time.perf_counter()
             held += new
-            step += 1
             print(
                 f"{held:,} patterns; {new:,} new ones made in {made - begun:.0f} s, written in "
                 f"{done - made:.1f} s, {1e6 * (done - made) / max(new, 1):.0f} us each",
