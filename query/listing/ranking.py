@@ -70,7 +70,7 @@ class Ranking:
         common = worth if self.worth else seen
         keys = (entries.row, ids, -common, entries.boundary, entries.irregular)
         order = np.lexsort((*keys, -worth) if self.artist else keys)
-        return Listing(self, entries.take(order), worth[order], seen[order], ids[order])
+        return Listing(self, entries.take(order), worth[order], seen[order], table.ids)
 
     def rank_constructed(self, irregular: int, boundary: int, off: int, place: int) -> Rank:
         """The rank of a fill that no table holds."""
@@ -83,7 +83,8 @@ class Listing:
     """Entries in order, with what ranks their fits.
 
     worth: (e,) float64 frequency times meshes times symmetries, 0 where corners are not where
-           they should be, or a pattern was never seen. seen, ids: (e,) int64.
+           they should be, or a pattern was never seen. seen: (e,) int64.
+    ids:   (r,) int64 of the table's rows.
     """
 
     ranking: Ranking
@@ -102,7 +103,7 @@ class Listing:
             self.entries.take(chosen),
             self.worth[chosen],
             self.seen[chosen],
-            self.ids[chosen],
+            self.ids,
         )
 
     def rank(self, at: int, off: int, place: int) -> Rank:
@@ -113,7 +114,7 @@ class Listing:
             int(entries.irregular[at]),
             int(entries.boundary[at]),
             -float(self.worth[at] if self.ranking.worth else self.seen[at]),
-            int(self.ids[at]),
+            int(self.ids[entries.row[at]]),
             int(entries.row[at]),
             off,
             place,

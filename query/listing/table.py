@@ -48,21 +48,39 @@ class TableEntries:
     row:       (e,) int64 row of the table.
     irregular: (e,) int32 irregular vertices in all, the same in all allowed orientations.
     boundary:  (e,) int32 those of them on the boundary.
-    allowed:   (e, o) bool, the orientations, without those that the pattern's own symmetries
-               make equal.
+    packed:    (e, ceil(o / 8)) uint8, ``allowed``, eight to a byte: a query keeps some million
+               entries for each order, and looks at few of them.
+    n_orientations: o.
     """
 
     row: NDArray[np.int64]
     irregular: Int32Array
     boundary: Int32Array
-    allowed: NDArray[np.bool_]
+    packed: NDArray[np.uint8]
+    n_orientations: int
 
     def __len__(self) -> int:
         return len(self.row)
 
+    @property
+    def allowed(self) -> NDArray[np.bool_]:
+        """(e, o) bool, the orientations, without those that the pattern's own symmetries make
+        equal."""
+        return _unpack(self.packed, self.n_orientations)
+
     def take(self, at: NDArray[np.int64] | NDArray[np.bool_] | slice) -> TableEntries:
         """Those of the entries, in that order."""
-        return TableEntries(self.row[at], self.irregular[at], self.boundary[at], self.allowed[at])
+        return TableEntries(
+            self.row[at],
+            self.irregular[at],
+            self.boundary[at],
+            self.packed[at],
+            self.n_orientations,
+        )
+
+
+def _unpack(packed: NDArray[np.uint8], n: int) -> NDArray[np.bool_]:
+    return np.unpackbits(packed, axis=1, count=n).view(np.bool_)
 
 
 class Table(Protocol):
@@ -145,7 +163,7 @@ class StrictTable:
         self.min_valence = patterns.min_valence
         self.max_valence = patterns.max_valence
         self.listings: dict[Any, Any] = {}
-        self.distinct = _distinct(patterns)
+        self._distinct = np.packbits(_distinct(patterns), axis=1)
         self._repeats: dict[int, bool] = {}
         # Queries expand few patterns, many times each.
         self.pattern = lru_cache(maxsize=4096)(patterns.pattern)
@@ -154,16 +172,18 @@ class StrictTable:
         patterns = self.patterns
         reflex = boundary.n_reflex
         rows = np.flatnonzero(passing & (patterns.n_reflex == reflex))
-        allowed = self.distinct[rows]
+        n_orientations = len(list_orientations(patterns.n_sides))
+        packed = self._distinct[rows]
         if reflex:
+            allowed = _unpack(packed, n_orientations)
             wanted = np.array(boundary.corner_counts, np.uint8)[list_corners_seen(boundary.n_sides)]
             corners = patterns.corners[rows]
             for o in range(len(wanted)):
                 allowed[:, o] &= (corners == wanted[o]).all(axis=1)
             some = allowed.any(axis=1)
-            rows, allowed = rows[some], allowed[some]
+            rows, packed = rows[some], np.packbits(allowed[some], axis=1)
         zeros = np.zeros(len(rows), np.int32)
-        return TableEntries(rows, patterns.n_irregular[rows], zeros, allowed)
+        return TableEntries(rows, patterns.n_irregular[rows], zeros, packed, n_orientations)
 
     def feasible(
         self,
@@ -280,17 +300,20 @@ class RelaxedTable:
             some = np.flatnonzero(allowed.any(axis=1))
             interior = marked.cost[rows[some]] - marked.n_unmarked[rows[some]]
             on_boundary = np.full(len(some), level, np.int32)
+            packed = np.packbits(allowed[some], axis=1)
             parts.append(
-                TableEntries(rows[some], interior + on_boundary, on_boundary, allowed[some])
+                TableEntries(rows[some], interior + on_boundary, on_boundary, packed, len(every))
             )
         if not parts:
             none = np.zeros(0, np.int32)
-            return TableEntries(rows[:0], none, none, np.zeros((0, len(every)), np.bool_))
+            packed = np.packbits(np.zeros((0, len(every)), np.bool_), axis=1)
+            return TableEntries(rows[:0], none, none, packed, len(every))
         return TableEntries(
             np.concatenate([p.row for p in parts]),
             np.concatenate([p.irregular for p in parts]),
             np.concatenate([p.boundary for p in parts]),
-            np.concatenate([p.allowed for p in parts]),
+            np.concatenate([p.packed for p in parts]),
+            len(every),
         )
 
     def feasible(
