@@ -2,7 +2,7 @@
 
 A file holds the arrays as they lie in memory, so that nothing is read before it is used, and no
 process has a copy of its own. It begins with a line of JSON that tells its key, and of each array
-its name, type, shape and place; the line ends with the checksum of the arrays and its own. A file
+its name, type, shape, place and checksums; a line with the checksum of the first follows. A file
 that is not whole, or whose key is another, is as good as none: its arrays are made again.
 
 The mappings are private and can be written to, since kernels are compiled for arrays that can:
@@ -20,6 +20,7 @@ import tempfile
 import time
 import zlib
 from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from io import BufferedReader
 from math import prod
@@ -45,11 +46,11 @@ DTYPES = frozenset(("|u1", "<u2", "<u4", "|i1", "<i2", "<i4", "<i8", "|b1"))
 #: Bytes at a multiple of which every array begins: a line of the processor's cache.
 ALIGNMENT = 64
 
-#: Bytes of the longest head; there are some dozens of arrays.
-LONGEST_HEAD = 65536
+#: Bytes of the longest head: some dozens of arrays, and a checksum for each CHUNK of them.
+LONGEST_HEAD = 1 << 20
 
-#: Bytes that are read at a time for the checksum.
-CHUNK = 1 << 20
+#: Bytes that one checksum is of: threads share them out.
+CHUNK = 4 << 20
 
 #: Bytes of all files together; those not used for longest go first.
 MOST_BYTES = 16 << 30
@@ -124,13 +125,11 @@ def write_arrays(path: Path, key: str, arrays: Mapping[str, Array]) -> None:
     told: list[list[object]] = []
     at = 0
     for name, array in held.items():
-        told.append([name, array.dtype.str, list(array.shape), at])
+        flat = _bytes_of(array)
+        sums = [zlib.crc32(flat[a : a + CHUNK]) for a in range(0, array.nbytes, CHUNK)]
+        told.append([name, array.dtype.str, list(array.shape), at, sums])
         at += -(-array.nbytes // ALIGNMENT) * ALIGNMENT
-    checksum = 0
-    for array in held.values():
-        checksum = zlib.crc32(_bytes_of(array), checksum)
-        checksum = zlib.crc32(_padding(array), checksum)
-    line = json.dumps({"key": key, "arrays": told, "size": at, "checksum": checksum}).encode()
+    line = json.dumps({"key": key, "arrays": told, "size": at}).encode()
     head = MAGIC + line + b"\n" + _digest_bytes(line) + b"\n"
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
     try:
@@ -156,14 +155,12 @@ def map_arrays(path: Path, key: str) -> dict[str, Array] | None:
                 return None
             begin = -(-file.tell() // ALIGNMENT) * ALIGNMENT
             size = os.fstat(file.fileno()).st_size
-            if size != begin + head["size"] or _sum_file(file, begin) != head["checksum"]:
+            if size != begin + head["size"] or not _add_up(file, begin, head["arrays"]):
                 return None
             # An empty map cannot be made; a file has its head at least.
             mapped = mmap.mmap(file.fileno(), size, access=mmap.ACCESS_COPY)
         arrays: dict[str, Array] = {}
-        for name, dtype, shape, at in head["arrays"]:
-            if dtype not in DTYPES:
-                return None
+        for name, dtype, shape, at, _ in head["arrays"]:
             # numpy makes no empty array of a buffer's end.
             n = prod(shape)
             flat = np.frombuffer(mapped, dtype, n, begin + at) if n else np.empty(0, dtype)
@@ -207,16 +204,31 @@ def _read_head(file: BufferedReader) -> dict[str, Any] | None:
     return json.loads(line)
 
 
-def _sum_file(file: BufferedReader, begin: int) -> int:
-    """Sum what a file holds from a place on. It is read, not mapped, so that the process gets none
-    of the pages that it may never use."""
-    file.seek(begin)
-    checksum = 0
-    buffer = bytearray(CHUNK)
-    view = memoryview(buffer)
-    while n := file.readinto(buffer):
-        checksum = zlib.crc32(view[:n], checksum)
-    return checksum
+def _add_up(file: BufferedReader, begin: int, told: list[Any]) -> bool:
+    """Are the arrays of a file of types that it may hold, and those that were written?"""
+    if any(dtype not in DTYPES for _, dtype, _, _, _ in told):
+        return False
+    parts: list[tuple[int, int, int]] = []
+    for _, dtype, shape, at, sums in told:
+        size = prod(shape) * np.dtype(dtype).itemsize
+        if len(sums) != -(-size // CHUNK):
+            return False
+        for k, checksum in enumerate(sums):
+            first = begin + at + k * CHUNK
+            parts.append((first, min(first + CHUNK, begin + at + size), checksum))
+    # A map of its own, which is gone afterwards, with the pages that the process may never use.
+    with (
+        mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as mapped,
+        memoryview(mapped) as view,
+        ThreadPoolExecutor(os.cpu_count()) as pool,
+    ):
+
+        def is_right(part: tuple[int, int, int]) -> bool:
+            first, last, checksum = part
+            with view[first:last] as chunk:
+                return zlib.crc32(chunk) == checksum
+
+        return all(pool.map(is_right, parts))
 
 
 def _to_plain(name: str, array: Array) -> Array:
