@@ -16,9 +16,9 @@ notebook are the one exception to the rule that nothing here imports what stands
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 from patterndb.errors import PatternDBError
 from patterndb.system.latenames import load_late
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from patterndb.core.polygonmesh import PolygonMesh
     from patterndb.geometry.surface import Surface
     from patterndb.notebook import Sheet
-    from patterndb.store import Database, LearningOptions, Provenance
+    from patterndb.store import Database, DatabaseUnion, LearningOptions, Provenance
     from patterndb.store.connection import Mode
     from patterndb_app.client.remote import connect
     from query.boundary import Boundary
@@ -45,9 +45,13 @@ if TYPE_CHECKING:
 
 __version__ = "0.1.0"
 
+#: What the starter database is called where databases are named by their files.
+STARTER_NAME = ":starter:"
+
 __all__ = [
     "Boundary",
     "Database",
+    "DatabaseUnion",
     "Fill",
     "Fills",
     "HoleFill",
@@ -84,6 +88,7 @@ __all__ = [
 _HOMES = {
     "Boundary": "query",
     "Database": "patterndb.store",
+    "DatabaseUnion": "patterndb.store",
     "Fill": "query",
     "Fills": "query",
     "HoleFill": "query.holes",
@@ -119,13 +124,29 @@ refuse_hidden_packages(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 __getattr__, __dir__ = load_late(__name__, _HOMES)
 
 
+@overload
 def open(
     path: Path | str | None = None,
     mode: Mode = "read",
     *,
     say: Callable[[str], None] | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> Database:
+) -> Database: ...
+@overload
+def open(
+    path: Sequence[Path | str | tuple[Path | str | None, float] | None],
+    mode: Mode = "read",
+    *,
+    say: Callable[[str], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> DatabaseUnion: ...
+def open(
+    path: Path | str | Sequence[Path | str | tuple[Path | str | None, float] | None] | None = None,
+    mode: Mode = "read",
+    *,
+    say: Callable[[str], None] | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Database | DatabaseUnion:
     """Open a pattern database; without a path, the starter database that comes along.
 
     mode: "read", "write" (it must exist) or "create" (made if it does not). The starter
@@ -133,14 +154,29 @@ def open(
     unpacks it into an SQLite file, which takes seconds: ``say`` is told so, and ``progress`` how
     much is done, of how much. Raises DatabaseError, saying what would mend it.
 
-    Example: ``patterndb.open().statistics().patterns``
+    A list of paths is asked as one database (:class:`patterndb.store.DatabaseUnion`): frequencies
+    are added, each times a weight where a path comes as ``(path, weight)``; None, or ":starter:",
+    is the starter database. With mode "write" the first that may be written gets what is recorded.
+
+    Example: ``patterndb.open().statistics().patterns``;
+    ``patterndb.open([None, ("own.db", 3.0)])``
     """
     from patterndb.store import Database
-
-    if path is not None:
-        return Database(path, mode)
-    if mode != "read":
-        raise ValueError("the starter database is never written to; give a path of your own")
     from patterndb.store.starter import StarterDatabase
 
-    return StarterDatabase(say, progress)
+    if path is None or path == STARTER_NAME:
+        if mode != "read":
+            raise ValueError("the starter database is never written to; give a path of your own")
+        return StarterDatabase(say, progress)
+    if isinstance(path, str | Path):
+        return Database(path, mode)
+    from patterndb.store.union import open_union
+
+    named: list[tuple[str, Path | None, float]] = []
+    for item in path:
+        one, weight = item if isinstance(item, tuple) else (item, 1.0)
+        if one is None or one == STARTER_NAME:
+            named.append((STARTER_NAME, None, weight))
+        else:
+            named.append((str(one), Path(one), weight))
+    return open_union(named, mode, lambda: StarterDatabase(say, progress))

@@ -115,3 +115,9 @@ class PackedRows(Sequence[bytes]):
             raise IndexError(f"there are {len(self)} rows, and none has the number {at}")
         row %= len(self)
         return self.raw[self.ends[row] : self.ends[row + 1]].tobytes()
+
+
+def list_stretches(starts: NDArray[np.integer], sizes: NDArray[np.integer]) -> NDArray[np.int64]:
+    """List the places of stretches of so many numbers from these on, one after the other."""
+    ends = np.cumsum(sizes, dtype=np.int64)
+    return np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - ends + sizes, sizes)

@@ -3,7 +3,7 @@
 Read in this order: records (what goes in and comes out), migrations and connection (the file),
 reading, writing, contents (hash and check), contentkey with classcache and answercache (what is
 kept in the cache folder), compact and starter (the shipped database), ddqkey and ddq (tables of the
-paper's authors), database (all of it as one object).
+paper's authors), database (all of it as one object), union (several as one).
 """
 
 from patterndb.store.database import Database
@@ -16,15 +16,18 @@ from patterndb.store.records import (
     Provenance,
     Statistics,
 )
+from patterndb.store.union import DatabaseUnion, PatternHolder
 
 __all__ = [
     "Database",
+    "DatabaseUnion",
     "Exported",
     "Learned",
     "LearningOptions",
     "Mesh",
     "Occurrence",
     "PatchTable",
+    "PatternHolder",
     "Provenance",
     "RefusedRow",
     "Statistics",

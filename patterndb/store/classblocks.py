@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.code import pattern_id
 from patterndb.core.label import join_matrices
-from patterndb.core.packing import pack, unpack
+from patterndb.core.packing import list_stretches, pack, unpack
 from patterndb.core.patternclass import PatternClass, shrink
 from patterndb.errors import DatabaseError
 
@@ -59,7 +59,7 @@ def dump_class(patterns: PatternClass) -> bytes:
         "codes": b"".join(codes),
         "corners": pack(patterns.corners[rows].ravel()),
         "word_sizes": pack(sizes),
-        "words": pack(patterns.words[_spread(patterns.word_start[rows], sizes)]),
+        "words": pack(patterns.words[list_stretches(patterns.word_start[rows], sizes)]),
         "signature": pack(_number(patterns.signature[rows])[0]),
     }
     for name in NUMBERS:
@@ -108,14 +108,14 @@ def _make_class(n_sides: int, codes: list[bytes], held: dict[str, bytes]) -> Pat
     corners = unpack(held["corners"]).astype(np.uint8).reshape(len(codes), n_sides)[order]
     sizes = unpack(held["word_sizes"]).astype(np.int64)
     starts = np.cumsum(sizes) - sizes
-    words = unpack(held["words"])[_spread(starts[order], sizes[order])]
+    words = unpack(held["words"])[list_stretches(starts[order], sizes[order])]
     word_start = np.cumsum(np.r_[0, sizes[order]])
     signature, first = _number(unpack(held["signature"])[order])
     rotation = numbers["rotation"][order]
     reflected = numbers["reflected"][order].astype(np.bool_)
     lengths, joins = _join_sides(
         n_sides,
-        words[_spread(word_start[first], sizes[order][first])],
+        words[list_stretches(word_start[first], sizes[order][first])],
         np.cumsum(np.r_[0, sizes[order][first]]),
         rotation[first],
         reflected[first],
@@ -146,12 +146,6 @@ def _make_class(n_sides: int, codes: list[bytes], held: dict[str, bytes]) -> Pat
         lengths=shrink(lengths),
         joins=shrink(joins),
     )
-
-
-def _spread(starts: NDArray[np.int64], sizes: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Places of the stretches of so many numbers from these on, one after the other."""
-    ends = np.cumsum(sizes)
-    return np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - ends + sizes, sizes)
 
 
 def _number(values: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:

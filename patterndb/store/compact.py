@@ -137,6 +137,11 @@ class PackedMeshes:
         """Numbers of the patterns that a mesh has, ascending."""
         return np.cumsum(unpack(self.columns[mesh][0]), dtype=np.int64)
 
+    def count_patches(self, mesh: int) -> NDArray[np.int64]:
+        """Patches of each of these patterns, those that are mirror images among them."""
+        _, own, mirrored, *_ = self.columns[mesh]
+        return unpack(own).astype(np.int64) + unpack(mirrored)
+
 
 def parse_meshes(block: bytes) -> PackedMeshes:
     """The block of meshes. Raises DatabaseError where it is damaged."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 import threading
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Collection, Generator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -113,6 +113,10 @@ class Database:
         """The mesh of a file with this SHA-256 (hexadecimal), or None."""
         return self._ask(reading.find_mesh, bytes.fromhex(sha256))
 
+    def known_meshes(self) -> list[reading.KnownMesh]:
+        """What every mesh can be chosen by: name, hash and licence."""
+        return self._ask(reading.list_known)
+
     def pattern(self, name: str) -> Pattern:
         """The pattern whose name begins with ``name``; NotFoundError if not exactly one."""
         return self._ask(reading.find_pattern, name)
@@ -141,6 +145,18 @@ class Database:
     def frequencies(self, ids: NDArray[np.int64]) -> NDArray[np.int64]:
         """(k,) int64 patches that reduce to the patterns of these ids (k,); 0 for unknown ones."""
         return self._ask(reading.read_frequencies, ids)
+
+    def count_in_meshes(
+        self, ids: NDArray[np.int64], hashes: Collection[str]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+        """Count patches (k,) int64 of the patterns of these ids (k,) in the meshes of these
+        SHA-256 (hexadecimal), and in how many of them (k,) int32 they occur."""
+        return self._ask(reading.count_in_meshes, ids, hashes)
+
+    def count_by_mesh(self, number: int) -> dict[str, int]:
+        """Patches of the pattern of this id by name of mesh, the most first; none for an
+        unknown one."""
+        return self._ask(reading.count_by_mesh, number)
 
     def pattern_ids(
         self,

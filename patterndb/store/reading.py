@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import sqlite3
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, TypeVar
@@ -150,6 +150,45 @@ def read_frequencies(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> 
     return np.array([found.get(number, 0) for number in wanted], np.int64)
 
 
+def count_in_meshes(
+    connection: sqlite3.Connection, ids: NDArray[np.int64], hashes: Collection[str]
+) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+    """How many patches of the patterns (k,) certain meshes have, and how many of these meshes.
+
+    hashes: SHA-256 of the meshes, hexadecimal. Returns (k,) int64 and (k,) int32.
+    """
+    numbers = ids.tolist()
+    found = {
+        number: (patches, meshes)
+        for number, patches, meshes in connection.execute(
+            "SELECT pattern_id, sum(patches), count(*) FROM occurrence "
+            "WHERE pattern_id IN (SELECT value FROM json_each(?)) AND mesh_id IN "
+            "(SELECT id FROM mesh WHERE lower(hex(sha256)) IN (SELECT value FROM json_each(?))) "
+            "GROUP BY pattern_id",
+            (json.dumps(numbers), json.dumps(sorted(hashes))),
+        )
+    }
+    counts = np.array([found.get(number, (0, 0)) for number in numbers], np.int64).reshape(-1, 2)
+    return counts[:, 0], counts[:, 1].astype(np.int32)
+
+
+def count_by_mesh(connection: sqlite3.Connection, number: int) -> dict[str, int]:
+    """Patches of a pattern by name of mesh, the most first."""
+    rows = connection.execute(
+        "SELECT patches, name FROM occurrence JOIN mesh ON mesh.id = mesh_id WHERE pattern_id = ?",
+        (number,),
+    )
+    return sum_by_name(rows.fetchall())
+
+
+def sum_by_name(counts: Sequence[tuple[int, str]]) -> dict[str, int]:
+    """Add the counts of one name; the names with the most first, then by name."""
+    found: dict[str, int] = {}
+    for count, name in counts:
+        found[name] = found.get(name, 0) + count
+    return dict(sorted(found.items(), key=lambda item: (-item[1], item[0])))
+
+
 _PATTERN = "SELECT code, frequency, origin FROM pattern WHERE id "
 
 
@@ -229,7 +268,7 @@ class KnownMesh:
 
 def find_mesh_ids(connection: sqlite3.Connection, name: str) -> list[int]:
     """Ids of the meshes of this name, or whose SHA-256 begins with it (8 digits and more)."""
-    return choose_named(_list_known(connection), name)
+    return choose_named(list_known(connection), name)
 
 
 def choose_named(known: Sequence[KnownMesh], name: str) -> list[int]:
@@ -240,7 +279,8 @@ def choose_named(known: Sequence[KnownMesh], name: str) -> list[int]:
     return found
 
 
-def _list_known(connection: sqlite3.Connection) -> list[KnownMesh]:
+def list_known(connection: sqlite3.Connection) -> list[KnownMesh]:
+    """What every mesh can be chosen by, in the order in which they were learned."""
     rows = connection.execute("SELECT id, name, sha256, licence FROM mesh ORDER BY id")
     return [KnownMesh(*row) for row in rows]
 
@@ -328,7 +368,7 @@ def find_pattern_ids(
             (low, high, n_sides),
         )
     else:
-        chosen = choose_meshes(_list_known(connection), meshes, licences)
+        chosen = choose_meshes(list_known(connection), meshes, licences)
         # The rows of one class lie together; only the last class holds several numbers of sides.
         rows = connection.execute(
             "SELECT DISTINCT pattern_id FROM occurrence WHERE pattern_id BETWEEN ? AND ? "
@@ -350,7 +390,7 @@ def _of_any_class(
         rows = connection.execute(
             "SELECT DISTINCT pattern_id FROM occurrence "
             "WHERE mesh_id IN (SELECT value FROM json_each(?)) ORDER BY pattern_id",
-            (json.dumps(sorted(choose_meshes(_list_known(connection), meshes, licences))),),
+            (json.dumps(sorted(choose_meshes(list_known(connection), meshes, licences))),),
         )
     return np.array([row[0] for row in rows.fetchall()], np.int64)
 

@@ -12,7 +12,7 @@ import contextlib
 import hashlib
 import sqlite3
 import tempfile
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Collection, Generator, Sequence
 from functools import cached_property
 from importlib.resources import files
 from pathlib import Path
@@ -62,6 +62,8 @@ class StarterDatabase(Database):
         self._packed = packed
         self._say = say
         self._progress = progress
+        self._ids: dict[int, NDArray[np.int64]] = {}
+        self._counts: dict[int, tuple[NDArray[np.int64], NDArray[np.int64]]] = {}
         self._immutable = True
         self._begin_sharing()
         with packed.open("rb") as file:
@@ -142,27 +144,51 @@ class StarterDatabase(Database):
         licences: Sequence[str] | None = None,
     ) -> NDArray[np.int64]:
         """As :meth:`Database.pattern_ids`."""
-        every = np.concatenate(
-            [np.zeros(0, np.int64), *(self._class_ids(n) for n in self._head.classes)]
-            if n_sides is None
-            else [np.zeros(0, np.int64), self._class_ids(n_sides)]
-        )
+        every = self._numbered_ids if n_sides is None else self._class_ids(n_sides)
         if meshes is None and licences is None:
             return np.sort(every)
-        known = [
-            reading.KnownMesh(number, str(name), bytes.fromhex(str(sha256)), licence)  # pyright: ignore[reportArgumentType]
-            for number, (sha256, name, _, _, licence, *_) in enumerate(self._meshes.rows)
-        ]
-        chosen = reading.choose_meshes(known, meshes, licences)
-        # Patterns are numbered class by class.
-        before = 0
-        for n, (count, _, _) in self._head.classes.items():
-            if n_sides is None or n >= n_sides:
-                break
-            before += count
+        chosen = reading.choose_meshes(self.known_meshes(), meshes, licences)
+        before = 0 if n_sides is None else self._count_before(n_sides)
         places = np.concatenate([np.zeros(0, np.int64), *map(self._meshes.places, sorted(chosen))])
         places = np.unique(places) - before
         return np.sort(every[places[(places >= 0) & (places < len(every))]])
+
+    def known_meshes(self) -> list[reading.KnownMesh]:
+        """What every mesh can be chosen by: name, hash and licence."""
+        return [
+            reading.KnownMesh(number, str(name), bytes.fromhex(str(sha256)), licence)  # pyright: ignore[reportArgumentType]
+            for number, (sha256, name, _, _, licence, *_) in enumerate(self._meshes.rows)
+        ]
+
+    def count_in_meshes(
+        self, ids: NDArray[np.int64], hashes: Collection[str]
+    ) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+        """As :meth:`Database.count_in_meshes`."""
+        # One more than there are, which is never met, stands for those that are unknown.
+        every = np.append(self._numbered_ids, -1)
+        counts = np.zeros((len(every), 2), np.int64)
+        for mesh, (sha256, *_) in enumerate(self._meshes.rows):
+            if sha256 in hashes:
+                places, patches = self._mesh_counts(mesh)
+                counts[places, 0] += patches
+                counts[places, 1] += 1
+        order = np.argsort(every)
+        at = order[np.minimum(np.searchsorted(every, ids, sorter=order), len(every) - 1)]
+        found = counts[np.where(every[at] == ids, at, -1)]
+        return found[:, 0], found[:, 1].astype(np.int32)
+
+    def count_by_mesh(self, number: int) -> dict[str, int]:
+        """As :meth:`Database.count_by_mesh`."""
+        found: list[tuple[int, str]] = []
+        place = self._find_place(number)
+        if place is None:
+            return {}
+        for mesh, (_, name, *_) in enumerate(self._meshes.rows):
+            places, patches = self._mesh_counts(mesh)
+            at = int(np.searchsorted(places, place))
+            if at < len(places) and places[at] == place:
+                found.append((int(patches[at]), str(name)))
+        return reading.sum_by_name(found)
 
     def uses(self) -> dict[int, int]:
         """How often fills were accepted: never, for nothing is recorded in the starter."""
@@ -179,12 +205,39 @@ class StarterDatabase(Database):
     def _meshes(self) -> compact.PackedMeshes:
         return compact.parse_meshes(self._read(*self._head.meshes))
 
+    def _mesh_counts(self, mesh: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Numbers of the patterns that a mesh has, ascending, and the patches of each."""
+        if mesh not in self._counts:
+            self._counts[mesh] = self._meshes.places(mesh), self._meshes.count_patches(mesh)
+        return self._counts[mesh]
+
+    def _find_place(self, number: int) -> int | None:
+        """By what number meshes name the pattern of an id; None for an unknown one."""
+        for n_sides in self._head.classes:
+            if min(n_sides, MAX_CLASS) == number >> 56:
+                at = np.flatnonzero(self._class_ids(n_sides) == number)
+                if len(at):
+                    return self._count_before(n_sides) + int(at[0])
+        return None
+
+    def _count_before(self, n_sides: int) -> int:
+        """Patterns of fewer sides: they are numbered class by class."""
+        return sum(count for n, (count, _, _) in self._head.classes.items() if n < n_sides)
+
+    @cached_property
+    def _numbered_ids(self) -> NDArray[np.int64]:
+        """(p,) ids of all patterns, in the order in which they are numbered."""
+        found = [self._class_ids(n) for n in self._head.classes]
+        return np.concatenate([np.zeros(0, np.int64), *found])
+
     def _class_ids(self, n_sides: int) -> NDArray[np.int64]:
         """(p,) ids of the patterns of a class, in the order in which they are numbered."""
-        if n_sides not in self._head.classes:
-            return np.zeros(0, np.int64)
-        codes = split_codes(parse_columns(self._read(*self._head.classes[n_sides][1:])))
-        return np.array([pattern_id(code, n_sides) for code in codes], np.int64)
+        if n_sides not in self._ids:
+            codes: list[bytes] = []
+            if n_sides in self._head.classes:
+                codes = split_codes(parse_columns(self._read(*self._head.classes[n_sides][1:])))
+            self._ids[n_sides] = np.array([pattern_id(code, n_sides) for code in codes], np.int64)
+        return self._ids[n_sides]
 
     def _read(self, begin: int, end: int) -> bytes:
         with self._packed.open("rb") as file:

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from patterndb_app.cli.options import (
+    DatabaseChoice,
     FileName,
     Numbers,
     boundary_of,
-    db_to_read,
+    dbs_to_read,
     open_database,
     picture_path,
 )
@@ -56,7 +57,7 @@ if TYPE_CHECKING:
     help="Begin with the K-th fill.",
 )
 @click.option("--flat", is_flag=True, help="List every fill, not one of each pattern.")
-@db_to_read
+@dbs_to_read
 @click.option(
     "-o",
     "--output",
@@ -74,7 +75,7 @@ def explore(
     tolerance: int,
     rank: int,
     flat: bool,
-    db: Path | None,
+    db: DatabaseChoice,
     output: Path | None,
     keys: str,
 ) -> int:

@@ -12,9 +12,10 @@ from patterndb.errors import NotFoundError
 from patterndb.system.compiling import read_work_clock
 from patterndb_app.cli.options import (
     OBJ,
+    DatabaseChoice,
     FileName,
     as_json,
-    db_to_read,
+    dbs_to_read,
     open_database,
     open_source,
     server_to_ask,
@@ -24,7 +25,9 @@ from patterndb_app.cli.search import (
     FILTER_OPTIONS,
     ORDER_OPTIONS,
     SEARCH_OPTIONS,
+    describe_fills,
     find_fills,
+    find_holders,
     search_arguments,
     search_options,
 )
@@ -72,12 +75,13 @@ MOST_OF_SURFACE = 0.5
     metavar="K",
     help="Place the K-th fill: of different patterns, or with --flat or --json of all.",
 )
-@db_to_read
+@dbs_to_read
 @server_to_ask
 @click.option(
     "--record",
     is_flag=True,
-    help="Record in --db that the fill was accepted, for --use-counts.",
+    help="Record in --db that the fill was accepted, for --use-counts; of several in the first "
+    "that may be written.",
 )
 @search_options
 @click.option(
@@ -89,7 +93,7 @@ def fill(
     surface: Path | None,
     strokes: Path | None,
     rank: int,
-    db: Path | None,
+    db: DatabaseChoice,
     server: str | None,
     record: bool,
     output: Path,
@@ -143,6 +147,7 @@ def fill(
         started = read_work_clock()
         listed = list(find_fills(source, asked, **options))
         found_at = read_work_clock()
+        holders = find_holders(source, listed[rank - 1 : rank])
     if len(listed) < rank:
         folded = options["folded"]
         count = plural(len(listed), "pattern" if folded else "fill")
@@ -160,23 +165,41 @@ def fill(
 
     write_placed_fill(output, chosen, placement.vertices)
     if record:
-        with open_database(db, "write") as database:
-            uses = database.record_use(chosen.pattern)
-        say(f"recorded: {plural(uses, 'use')} of pattern {chosen.pattern.name}")
+        say(_record(db, chosen))
     if as_json:
-        write_json(_document(chosen, placement, rank, output, seconds))
+        described = next(describe_fills([chosen], holders))
+        write_json(_document(chosen, described, placement, rank, output, seconds))
     _tell(chosen, placement, seconds)
     say(f"written: {output}")
     return 0
 
 
+def _record(db: DatabaseChoice, fill: Fill) -> str:
+    """Record that the fill was accepted, of several databases in the first that may be written;
+    return what is to be said of it."""
+    from patterndb.store import DatabaseUnion
+
+    with open_database(db, "write") as database:
+        uses = database.record_use(fill.pattern)
+        where = ""
+        if isinstance(database, DatabaseUnion):
+            where = f" in {database.find_writable().name}"
+    return f"recorded{where}: {plural(uses, 'use')} of pattern {fill.pattern.name}"
+
+
 def _document(
-    fill: Fill, placement: Placement, rank: int, output: Path, seconds: tuple[float, float]
+    fill: Fill,
+    described: dict[str, object],
+    placement: Placement,
+    rank: int,
+    output: Path,
+    seconds: tuple[float, float],
 ) -> dict[str, object]:
+    """described: the fill as JSON."""
     return {
         "output": str(output),
         "rank": rank,
-        "fill": fill.to_json(),
+        "fill": described,
         "irregular": fill.disk().irregular().tolist(),
         **placement.to_json(),
         "seconds_query": round(seconds[0], 4),

@@ -14,11 +14,12 @@ from patterndb.system.documents import Entries, parse_json
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
+    DatabaseChoice,
     FileName,
     FileToWrite,
     ParamType,
     as_json,
-    db_to_read,
+    dbs_to_read,
     open_database,
     picture_path,
 )
@@ -27,7 +28,7 @@ from patterndb_app.cli.text import plural, say, table, write, write_json
 
 if TYPE_CHECKING:
     from patterndb.core.polygonmesh import PolygonMesh
-    from patterndb.store import Database
+    from patterndb.store import Database, DatabaseUnion
     from query import Stroke
     from query.holes import Hole, HoleFill, HoleFills, MeshTopology
 
@@ -183,7 +184,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
     help='Questions, one a line: {"mesh": "a.obj", "loop": [3, 17]}, or with "faces". One JSON '
     "document a line out.",
 )
-@db_to_read
+@dbs_to_read
 @as_json
 def holes(
     mesh: Path | None,
@@ -200,7 +201,7 @@ def holes(
     surface: Path | None,
     picture: Path | None,
     batch: Path | None,
-    db: Path | None,
+    db: DatabaseChoice,
     as_json: bool,
 ) -> int:
     """Fill holes of a mesh with quads, joined vertex for vertex, as an artist would.
@@ -337,7 +338,7 @@ def _make_even(hole: Hole, kind: str) -> Hole:
 
 
 def _answer(
-    database: Database,
+    database: Database | DatabaseUnion,
     chosen: list[Hole],
     corners: dict[int, int],
     flows: tuple[tuple[int, int] | str, ...],
@@ -367,7 +368,7 @@ def _stroke_on(hole: Hole, flow: tuple[int, int] | str) -> Stroke:
     return Stroke((0, place[flow[0]]), (0, place[flow[1]]))
 
 
-def _answer_batch(database: Database, path: Path, limit: int, twins: bool) -> int:
+def _answer_batch(database: Database | DatabaseUnion, path: Path, limit: int, twins: bool) -> int:
     """Answer questions, a line each. Returns the exit code: that of bad input if a line could not
     be read, that of nothing found if a hole could not be filled."""
     from ingest.formats import read_mesh

@@ -16,9 +16,10 @@ import click
 from patterndb.errors import NotFoundError
 from patterndb.system.files import replace_file
 from patterndb_app.cli.options import (
+    DatabaseChoice,
     FileName,
     as_json,
-    db_to_read,
+    dbs_to_read,
     max_irregular_option,
     open_database,
     provenance_options,
@@ -29,7 +30,7 @@ from patterndb_app.cli.text import plural, say, table, tell_left_over, write, wr
 
 if TYPE_CHECKING:
     from patterndb.core.pattern import Pattern
-    from patterndb.store import Database
+    from patterndb.store import Database, DatabaseUnion
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -81,7 +82,9 @@ def choice_options(verb: F) -> F:
     return verb
 
 
-def choose_patterns(database: Database, choice: dict[str, Any]) -> Iterator[ListedPattern]:
+def choose_patterns(
+    database: Database | DatabaseUnion, choice: dict[str, Any]
+) -> Iterator[ListedPattern]:
     """Choose patterns by the options of :func:`choice_options`: class by class, the fewest
     irregular vertices first, then the most frequent."""
     # Imported here because compiled kernels take a moment that --help need not wait for.
@@ -126,9 +129,9 @@ def choose_patterns(database: Database, choice: dict[str, Any]) -> Iterator[List
     metavar="N",
     help="List at most N.",
 )
-@db_to_read
+@dbs_to_read
 @as_json
-def list_(limit: int, db: Path | None, as_json: bool, **choice: Any) -> int:
+def list_(limit: int, db: DatabaseChoice, as_json: bool, **choice: Any) -> int:
     """List patterns of a database: sides, irregular vertices, and how often they were seen.
 
     Class by class, the fewest irregular vertices first, then the most frequent.
@@ -173,8 +176,8 @@ def list_(limit: int, db: Path | None, as_json: bool, **choice: Any) -> int:
 @click.argument("output", metavar="OUTPUT", type=FileName())
 @choice_options
 @click.option("--limit", type=click.IntRange(1), metavar="N", help="Write at most N.")
-@db_to_read
-def export(output: Path, limit: int | None, db: Path | None, **choice: Any) -> int:
+@dbs_to_read
+def export(output: Path, limit: int | None, db: DatabaseChoice, **choice: Any) -> int:
     """Write patterns of a database for other programs.
 
     OUTPUT says how by its suffix: .jsonl for a JSON document a line, with the quads; .csv for a

@@ -7,18 +7,20 @@ import contextlib
 import math
 import re
 from collections.abc import Generator
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, overload
 
 import click
 from click.shell_completion import CompletionItem
 
+from patterndb import STARTER_NAME
 from patterndb.system.extras import require_extra
 from patterndb_app.cli.progressline import ProgressLine
 from patterndb_app.cli.text import say
 
 if TYPE_CHECKING:
-    from patterndb.store import Database
+    from patterndb.store import Database, DatabaseUnion
     from patterndb.store.connection import Mode
     from patterndb_app.client.remote import RemoteDatabase
     from patterndb_sketch.features.model import Model
@@ -84,6 +86,70 @@ db_to_read = click.option(
     help="The database to ask; the starter database if not given.",
 )
 
+
+@dataclass(frozen=True, slots=True)
+class DatabaseShare:
+    """One of several databases to ask. path: None for the starter database. weight: what its
+    frequencies count."""
+
+    path: Path | None
+    weight: float = 1.0
+
+
+#: What --db names: nothing (the starter database), one file, or several databases.
+DatabaseChoice = Path | tuple[DatabaseShare, ...] | None
+
+
+class DatabaseParam(ParamType):
+    """A database and what its frequencies count: own.db, own.db=3; 1 if only the file is given."""
+
+    name = "file[=weight]"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> DatabaseShare:
+        if isinstance(value, DatabaseShare):
+            return value
+        # A file whose name has a = is that file.
+        text, equals, number = (str(value), "", "")
+        if not Path(text).exists():
+            file, equals, number = text.rpartition("=")
+            text = file if equals else text
+        try:
+            weight = float(number) if equals else 1.0
+        except ValueError:
+            weight = math.nan
+        if not (math.isfinite(weight) and weight > 0):
+            self.fail(f"{value!r} is no database and a weight above 0, like own.db=3", param, ctx)
+        if text == STARTER_NAME:
+            return DatabaseShare(None, weight)
+        return DatabaseShare(FileName().convert(text, param, ctx), weight)
+
+    def shell_complete(
+        self, ctx: click.Context, param: click.Parameter, incomplete: str
+    ) -> list[CompletionItem]:
+        return FileName().shell_complete(ctx, param, incomplete)
+
+
+def _choose_databases(
+    ctx: click.Context, param: click.Parameter, value: tuple[DatabaseShare, ...]
+) -> DatabaseChoice:
+    if not value or value == (DatabaseShare(None),):
+        return None
+    # One database without a weight is asked as it stands.
+    return value[0].path if len(value) == 1 and value[0].weight == 1.0 else value
+
+
+dbs_to_read = click.option(
+    "--db",
+    type=DatabaseParam(),
+    multiple=True,
+    callback=_choose_databases,
+    metavar="FILE[=WEIGHT]",
+    help="The database to ask; the starter database if not given. Given again, all are asked as "
+    f"one, what each has seen times its weight; {STARTER_NAME} is the starter database.",
+)
+
 db_to_write = click.option(
     "--db",
     type=FileName(),
@@ -101,18 +167,27 @@ server_to_ask = click.option(
 as_json = click.option("--json", "as_json", is_flag=True, help="Write one JSON document to stdout.")
 
 
-def open_database(path: Path | None, mode: Mode = "read") -> Database:
-    """The database named by --db, or the starter."""
+@overload
+def open_database(path: Path | None, mode: Mode = "read") -> Database: ...
+@overload
+def open_database(path: DatabaseChoice, mode: Mode = "read") -> Database | DatabaseUnion: ...
+def open_database(path: DatabaseChoice, mode: Mode = "read") -> Database | DatabaseUnion:
+    """The database named by --db, or the starter, or all that are named."""
     # Imported here because --help and wrong usage need not wait for compiled kernels.
     import patterndb
 
+    if isinstance(path, tuple):
+        shares = [(share.path, share.weight) for share in path]
+        return patterndb.open(shares, mode, say=say, progress=UnpackingLine().update)
     if path is not None:
         return patterndb.open(path, mode)
     return patterndb.open(None, mode, say=say, progress=UnpackingLine().update)
 
 
 @contextlib.contextmanager
-def open_source(db: Path | None, server: str | None) -> Generator[Database | RemoteDatabase]:
+def open_source(
+    db: DatabaseChoice, server: str | None
+) -> Generator[Database | DatabaseUnion | RemoteDatabase]:
     """The database named by --db, or the starter, or what the service of --server answers from."""
     if server is not None and db is not None:
         raise click.UsageError("give --db or --server, not both")

@@ -12,11 +12,12 @@ from patterndb.system.compiling import read_work_clock
 from patterndb.system.files import read_lines
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, EXIT_NOTHING
 from patterndb_app.cli.options import (
+    DatabaseChoice,
     FileName,
     Numbers,
     as_json,
     boundary_of,
-    db_to_read,
+    dbs_to_read,
     open_source,
     picture_path,
     server_to_ask,
@@ -28,7 +29,9 @@ from patterndb_app.cli.search import (
     SEARCH_OPTIONS,
     Corners,
     FlowParam,
+    describe_fills,
     find_fills,
+    find_holders,
     format_variants,
     search_arguments,
     search_options,
@@ -36,6 +39,7 @@ from patterndb_app.cli.search import (
 )
 from patterndb_app.cli.text import (
     plural,
+    printable,
     say,
     table,
     tell_left_over,
@@ -47,7 +51,7 @@ from patterndb_app.cli.text import (
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from patterndb.store import Database
+    from patterndb.store import Database, DatabaseUnion, PatternHolder
     from patterndb_app.client.remote import RemoteDatabase
     from query import Boundary, Fill, Stroke
 
@@ -88,7 +92,7 @@ LONGEST_LINE = 32_000_000
     help='Boundaries, one a line: 3,5,4,6 or {"sides": [...], "corners": [...], '
     '"strokes": [[[a, i], [b, j]], ...], "loops": n}. One JSON document a line out.',
 )
-@db_to_read
+@dbs_to_read
 @server_to_ask
 @click.option(
     "--limit",
@@ -119,7 +123,7 @@ def query(
     flows: tuple[Any, ...],
     loops: int,
     batch: Path | None,
-    db: Path | None,
+    db: DatabaseChoice,
     server: str | None,
     limit: int,
     as_json: bool,
@@ -141,6 +145,7 @@ def query(
     patterndb query --sides 5,4,6,5 --flow 0:2-2:3 --loop --image fills.png
     patterndb query --sides 6,2,4,4,2,4 --corners c,c,c,r,c,c --order regular
     patterndb query --batch boundaries.jsonl --limit 5 --obj fills
+    patterndb query --sides 3,5,4,6 --db :starter: --db own.db=3
     patterndb query --sides 3,5,4,6 --server http://127.0.0.1:8017
     """
     if (sides is None) == (batch is None):
@@ -169,7 +174,7 @@ def query(
 
 
 def _one(
-    db: Path | None,
+    db: DatabaseChoice,
     server: str | None,
     boundary: Boundary,
     flows: tuple[Any, ...],
@@ -193,6 +198,7 @@ def _one(
             variants = found.count_variants(listed) if folded and found.stopped is None else None
             feasible = found.feasible_patterns
         reason = found.reason
+        holders = find_holders(source, listed)
     seconds = read_work_clock() - started
     if as_json:
         document = {
@@ -204,13 +210,13 @@ def _one(
             "reason": reason,
             "seconds": round(seconds, 4),
         }
-        fills = (fill.to_json() for fill in listed)
+        fills = describe_fills(listed, holders)
         if variants is not None:
             counted = zip(fills, variants, strict=True)
             fills = ({**fill, "variants": count} for fill, count in counted)
         write_json_with(document, "fills", fills)
     elif listed:
-        write(_fill_table(listed, variants))
+        write(_fill_table(listed, variants, holders))
         fit = "pattern fits" if feasible == 1 else "patterns fit"
         told = (
             plural(len(listed), "fill")
@@ -230,14 +236,21 @@ def _one(
     return 0
 
 
-def _fill_table(fills: Sequence[Fill], variants: Sequence[int] | None) -> str:
-    """variants: how many more fills each pattern has, in a folded list."""
+def _fill_table(
+    fills: Sequence[Fill],
+    variants: Sequence[int] | None,
+    holders: Sequence[Sequence[PatternHolder]] | None,
+) -> str:
+    """variants: how many more fills each pattern has, in a folded list. holders: which databases
+    hold it, where several were asked."""
     strokes = any(fill.flow_distance is not None for fill in fills)
     heads: tuple[str, ...] = ("rank", "pattern")
     heads += ("variants",) if variants is not None and any(variants) else ()
     heads += ("irregular",)
     heads += ("off",) if strokes else ()
-    heads += ("quads", "origin", "seen", "turned", "widths")
+    heads += ("quads", "origin", "seen")
+    heads += ("in",) if holders is not None else ()
+    heads += ("turned", "widths")
     rows: list[tuple[object, ...]] = []
     for rank, fill in enumerate(fills, 1):
         boundary = fill.n_irregular_boundary
@@ -248,12 +261,12 @@ def _fill_table(fills: Sequence[Fill], variants: Sequence[int] | None) -> str:
         row += (irregular,)
         if strokes:
             row += (f"{fill.flow_distance or 0:g}",)
+        row += (len(fill.quads), fill.origin, fill.pattern.frequency)
+        if holders is not None:
+            row += (", ".join(printable(one.database) for one in holders[rank - 1]) or "-",)
         rows.append(
             (
                 *row,
-                len(fill.quads),
-                fill.origin,
-                fill.pattern.frequency,
                 f"{fill.rotation} mirrored" if fill.mirrored else str(fill.rotation),
                 " ".join(map(str, fill.widths)),
             )
@@ -297,7 +310,7 @@ def _write_objs(folder: Path, fills: Sequence[Fill], boundary: Boundary) -> None
 
 def run_batch(
     path: Path,
-    database: Database | RemoteDatabase,
+    database: Database | DatabaseUnion | RemoteDatabase,
     arguments: dict[str, Any],
     obj: Path | None = None,
     image: Path | None = None,
@@ -333,7 +346,8 @@ def run_batch(
             "reason": found.reason,
             "seconds": round(found.seconds, 4),
         }
-        write_json_with(document, "fills", (fill.to_json() for fill in listed))
+        described = describe_fills(listed, find_holders(database, listed))
+        write_json_with(document, "fills", described)
         folder = None if obj is None else obj / f"line-{number:03}"
         sheet = image and image.with_name(f"{image.stem}-line-{number}{image.suffix}")
         _keep(listed, boundary, strokes, arguments["tolerance"], None, folder, sheet)

@@ -12,10 +12,11 @@ from patterndb.system.compiling import read_work_clock
 from patterndb.system.extras import require_extra
 from patterndb_app.cli.options import (
     OBJ,
+    DatabaseChoice,
     FileName,
     FileToWrite,
     as_json,
-    db_to_read,
+    dbs_to_read,
     open_database,
     picture_path,
     require_viewer,
@@ -25,7 +26,7 @@ from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, table, write, write_json
 
 if TYPE_CHECKING:
-    from patterndb.store import Database
+    from patterndb.store import Database, DatabaseUnion
     from patterndb_sketch.retopo.editor import Editor, Outcome
     from patterndb_sketch.retopo.filling import FilledNetwork, RetopoMesh
     from patterndb_sketch.retopo.filling.report import Report
@@ -91,7 +92,7 @@ class RetopoCommand(SectionedCommand):
     is_flag=True,
     help="Let the script write elsewhere than beside it and below; for scripts that you trust.",
 )
-@db_to_read
+@dbs_to_read
 @as_json
 def retopo(
     surface: Path | None,
@@ -104,7 +105,7 @@ def retopo(
     record: Path | None,
     lenient: bool,
     exports_anywhere: bool,
-    db: Path | None,
+    db: DatabaseChoice,
     as_json: bool,
 ) -> int:
     """Make a clean quad mesh on a surface, from curves drawn on it.
@@ -329,7 +330,7 @@ class RetopoBeginning:
 
 
 def begin_retopo(
-    asked: RetopoRequest, script: Script | None, database: Database
+    asked: RetopoRequest, script: Script | None, database: Database | DatabaseUnion
 ) -> RetopoBeginning:
     """An editor as it is before anything is done."""
     from patterndb_sketch.retopo.editor import Editor
@@ -365,7 +366,7 @@ def _ground(path: Path) -> Ground:
     return Ground.of_polygons(read_mesh(path))
 
 
-def _from_quads(path: Path, database: Database) -> Editor:
+def _from_quads(path: Path, database: Database | DatabaseUnion) -> Editor:
     from ingest.formats import read_mesh
     from patterndb_sketch.retopo.editor import Editor
     from patterndb_sketch.retopo.errors import InvalidRetopoError

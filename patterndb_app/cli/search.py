@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar, overload
 
 import click
@@ -17,9 +17,9 @@ from patterndb_app.cli.options import (
 )
 
 if TYPE_CHECKING:
-    from patterndb.store import Database
+    from patterndb.store import Database, DatabaseUnion, PatternHolder
     from patterndb_app.client.remote import RemoteDatabase, RemoteFills
-    from query import Boundary, Fills, Stroke
+    from query import Boundary, Fill, Fills, Stroke
     from query.stroke import BoundaryEdge
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -251,25 +251,34 @@ def search_arguments(given: dict[str, Any], *, program: bool) -> dict[str, Any]:
 
 @overload
 def find_fills(
-    source: Database, boundary: Boundary, *, folded: bool, **arguments: Any
+    source: Database | DatabaseUnion, boundary: Boundary, *, folded: bool, **arguments: Any
 ) -> Fills: ...
 @overload
 def find_fills(
-    source: Database | RemoteDatabase, boundary: Boundary, *, folded: bool, **arguments: Any
+    source: Database | DatabaseUnion | RemoteDatabase,
+    boundary: Boundary,
+    *,
+    folded: bool,
+    **arguments: Any,
 ) -> Fills | RemoteFills: ...
 def find_fills(
-    source: Database | RemoteDatabase, boundary: Boundary, *, folded: bool, **arguments: Any
+    source: Database | DatabaseUnion | RemoteDatabase,
+    boundary: Boundary,
+    *,
+    folded: bool,
+    **arguments: Any,
 ) -> Fills | RemoteFills:
     """As :func:`query.fills`, but that the pattern goes by the first digits of its name.
 
-    source: a database, or one that a service answers for. folded: one fill of each pattern.
+    source: a database, several as one, or one that a service answers for. folded: one fill of
+    each pattern.
     """
-    from patterndb.store import Database
+    from patterndb.store import Database, DatabaseUnion
     from query import fills
 
     if folded:
         arguments["per_pattern"] = 1
-    if not isinstance(source, Database):
+    if not isinstance(source, Database | DatabaseUnion):
         return source.fills(boundary, **arguments)
     name = arguments.get("pattern")
     if name is not None:
@@ -277,7 +286,28 @@ def find_fills(
     return fills(source, boundary, **arguments)
 
 
-def _identify_pattern(database: Database, name: str) -> int:
+def find_holders(
+    source: Database | DatabaseUnion | RemoteDatabase, fills: Sequence[Fill]
+) -> list[list[PatternHolder]] | None:
+    """Find which of several databases hold the pattern of each fill; None where one is asked."""
+    from patterndb.store import DatabaseUnion
+
+    if not isinstance(source, DatabaseUnion):
+        return None
+    return [source.find_holders(fill.pattern) for fill in fills]
+
+
+def describe_fills(
+    fills: Sequence[Fill], holders: Sequence[Sequence[PatternHolder]] | None
+) -> Iterator[dict[str, object]]:
+    """The fills as JSON takes them, with the databases that hold their patterns where several
+    were asked (:func:`find_holders`)."""
+    for at, fill in enumerate(fills):
+        told = {} if holders is None else {"databases": [one.to_json() for one in holders[at]]}
+        yield {**fill.to_json(), **told}
+
+
+def _identify_pattern(database: Database | DatabaseUnion, name: str) -> int:
     """The id of a pattern, which no mesh need have shown if its name is given whole."""
     if re.fullmatch(r"[0-9a-fA-F]{16}", name):
         return int(name, 16)
