@@ -9,7 +9,7 @@ not depend on how the mesh is cut, nor on which task ends first.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -176,78 +176,93 @@ class MeshLearning:
         _keep_census(self._widest, census)
         return result
 
-    def finish(self, tallies: list[Tally]) -> Learned:
+    def finish(self, tallies: Sequence[Tally]) -> Learned:
         """Put the tasks' results together."""
-        rows: dict[bytes, int] = {}
-        where = [
-            np.array([rows.setdefault(code, len(rows)) for code in t.codes], np.int64)
-            for t in tallies
-        ]
-        n = len(rows)
-        patches = np.zeros((n, 2), np.int64)
-        sides = np.zeros(n, np.int32)
-        best: list[tuple[int, int, int, int, int] | None] = [None] * n
-        for number, (t, w) in enumerate(zip(tallies, where, strict=True)):
-            patches[w] += t.patches
-            sides[w] = t.sides
-            hashes = t.example_hash.tolist()
-            for i, (row, size) in enumerate(zip(w.tolist(), t.example_size.tolist(), strict=True)):
-                candidate = (size, hashes[i][0], hashes[i][1], number, i)
-                held = best[row]
-                if held is None or candidate < held:
-                    best[row] = candidate
-        totals = np.sum([t.totals for t in tallies], axis=0) if tallies else np.zeros(3, np.int64)
-        side, convex = self._count_far(tallies, where, patches)
+        all_of_it = merge_tallies(tallies)
+        patches = all_of_it.patches.copy()
+        side, convex = _count_far(all_of_it, patches)
+        assert patches.sum(axis=1).all(), "a pattern was met but in no patch that counts"
         examples: list[bytes] = []
-        for held in best:
-            assert held is not None, "every pattern met has an example"
-            size, _, _, number, i = held
-            quads = self._mesh.source_quad[tallies[number].example[i, :size]]
-            faces = np.sort(self._faces[quads])
+        for size, example in zip(all_of_it.example_size.tolist(), all_of_it.example, strict=True):
+            faces = np.sort(self._faces[self._mesh.source_quad[example[:size]]])
             examples.append(pack(np.diff(faces, prepend=0)))
-        met = np.flatnonzero(patches.sum(axis=1))
-        codes = list(rows)
-        assert len(met) == n, "a pattern was met but in no patch that counts"
+        basic, near_side, near_convex = all_of_it.totals
         return Learned(
             quads_read=self.quads_read,
             quads_used=self._mesh.n_quads,
-            basic=int(totals[0]),
-            side=int(totals[1]) + side,
-            convex=int(totals[2]) + convex,
+            basic=basic,
+            side=near_side + side,
+            convex=near_convex + convex,
             distinct=int(patches.sum()),
-            codes=codes,
-            sides=sides,
+            codes=all_of_it.codes,
+            sides=all_of_it.sides,
             patches=patches,
             examples=examples,
         )
 
-    def _count_far(
-        self, tallies: list[Tally], where: list[NDArray[np.int64]], patches: NDArray[np.int64]
-    ) -> tuple[int, int]:
-        """Count the patches that reach into several shards, each once; return the totals of
-        the side and of the convex mode."""
-        far = [t for t in tallies if len(t.far_mode)]
-        if not far:
-            return 0, 0
-        hashes = np.concatenate([t.far_hash for t in far])
-        mode = np.concatenate([t.far_mode for t in far])
-        mirrored = np.concatenate([t.far_mirrored for t in far])
-        row = np.concatenate(
+
+def merge_tallies(tallies: Sequence[Tally]) -> Tally:
+    """Make one tally of several tasks of a mesh: patterns that several met come once.
+
+    Of their examples the one with the fewest quads stays, then that with the smallest hash.
+    """
+    rows: dict[bytes, int] = {}
+    where = [
+        np.array([rows.setdefault(code, len(rows)) for code in t.codes], np.int64) for t in tallies
+    ]
+    row = np.concatenate([np.zeros(0, np.int64), *where])
+    sizes = np.concatenate([np.zeros(0, np.int32), *(t.example_size for t in tallies)])
+    hashes = np.concatenate([np.zeros((0, 2), np.uint64), *(t.example_hash for t in tallies)])
+    # A tally without patterns may be of no task at all, and tells no width.
+    held = [t.example for t in tallies if len(t.example)]
+    widest = max((example.shape[1] for example in held), default=0)
+    examples = np.concatenate([np.zeros((0, widest), np.int32), *held])
+    sides = np.concatenate([np.zeros(0, np.int32), *(t.sides for t in tallies)])
+    patches = np.zeros((len(rows), 2), np.int64)
+    np.add.at(patches, row, np.concatenate([patches[:0], *(t.patches for t in tallies)]))
+    # The first of each row is its best.
+    order = np.lexsort((hashes[:, 1], hashes[:, 0], sizes, row))
+    best = order[np.searchsorted(row[order], np.arange(len(rows)))]
+    totals = np.sum([(0, 0, 0), *(t.totals for t in tallies)], axis=0).tolist()
+    return Tally(
+        totals=(totals[0], totals[1], totals[2]),
+        codes=list(rows),
+        sides=sides[best],
+        patches=patches,
+        example_size=sizes[best],
+        example_hash=hashes[best],
+        example=examples[best],
+        far_mode=np.concatenate([np.zeros(0, np.int8), *(t.far_mode for t in tallies)]),
+        far_hash=np.concatenate([np.zeros((0, 2), np.uint64), *(t.far_hash for t in tallies)]),
+        far_row=np.concatenate(
             [
-                np.where(t.far_row >= 0, w[t.far_row] if len(w) else -1, -1)
-                for t, w in zip(tallies, where, strict=True)
-                if len(t.far_mode)
+                np.zeros(0, np.int32),
+                *(
+                    # A place more, for patches that no row counts.
+                    np.append(w, -1)[t.far_row].astype(np.int32)
+                    for t, w in zip(tallies, where, strict=True)
+                ),
             ]
-        )
-        # By hash, and patches that the census knows before those that it does not count.
-        order = np.lexsort((-row, hashes[:, 1], hashes[:, 0]))
-        hashes, mode, row, mirrored = hashes[order], mode[order], row[order], mirrored[order]
-        new = np.r_[True, (hashes[1:] != hashes[:-1]).any(axis=1)]
-        group = np.cumsum(new) - 1
-        counted = new & (row >= 0)
-        np.add.at(patches, (row[counted], mirrored[counted].astype(np.int64)), 1)
-        side, convex = (len(np.unique(group[mode == m])) for m in (1, 2))
-        return side, convex
+        ),
+        far_mirrored=np.concatenate([np.zeros(0, np.int8), *(t.far_mirrored for t in tallies)]),
+    )
+
+
+def _count_far(tally: Tally, patches: NDArray[np.int64]) -> tuple[int, int]:
+    """Count the patches that reach into several shards, each once; return the totals of
+    the side and of the convex mode."""
+    # By hash, and patches that the census knows before those that it does not count.
+    order = np.lexsort((-tally.far_row, tally.far_hash[:, 1], tally.far_hash[:, 0]))
+    if not len(order):
+        return 0, 0
+    hashes, mode = tally.far_hash[order], tally.far_mode[order]
+    row, mirrored = tally.far_row[order], tally.far_mirrored[order]
+    new = np.r_[True, (hashes[1:] != hashes[:-1]).any(axis=1)]
+    group = np.cumsum(new) - 1
+    counted = new & (row >= 0)
+    np.add.at(patches, (row[counted], mirrored[counted].astype(np.int64)), 1)
+    side, convex = (len(np.unique(group[mode == m])) for m in (1, 2))
+    return side, convex
 
 
 _local = threading.local()

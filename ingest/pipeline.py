@@ -1,39 +1,28 @@
-"""From mesh files, or a mesh in arrays, to the store: read, learn on all cores, write one
-mesh at a time.
+"""From mesh files, or a mesh in arrays, to the store: read, learn on all cores or on a cluster
+(:mod:`ingest.engines`), write one mesh at a time.
 
-Threads are enough, for the kernels run without the interpreter lock. Meshes are taken
-largest first, so that the cores run dry together; each is written in one step as soon as
-its last task has ended, so that a crash loses at most the meshes in work.
+Meshes are taken largest first, so that the cores run dry together; each is written in one step as
+soon as its last task has ended, so that a crash loses at most the meshes in work.
 """
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
-import os
-from collections.abc import Callable, Generator, Iterable, Sequence
-from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import FIRST_COMPLETED, wait
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from ingest.arrays import canonical_bytes, mesh_of_arrays
+from ingest.engines import LearningEngine, MeshRun, ThreadEngine, list_parts
 from ingest.formats import ReadLimits, load_file, parse
-from ingest.learning import MeshLearning, Tally
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError, MeshFileError
 from patterndb.store import Database, Learned, LearningOptions, Provenance
 from patterndb.system.compiling import read_work_clock
-
-#: Most quads of a growth task, which remembers the patches it met: up to 100 kB a quad on
-#: very irregular meshes.
-SHARD_QUADS = 4096
-#: Where one mesh must keep all cores busy it is cut finer, but not below this: patches that
-#: reach into two shards are found twice.
-SMALLEST_SHARD = 1024
 
 Outcome = Literal["learned", "replaced", "unchanged", "updated", "no quads"]
 
@@ -82,13 +71,15 @@ class Progress:
     """How far an ingest is; passed to the callback about ten times a second.
 
     bytes_done of bytes_total: share of the files, by size, that is learned, counting the
-    tasks of meshes in work. patches: met so far, over all modes. working: names in work.
+    tasks of meshes in work. patches: met so far, over all modes; on a cluster in meshes that are
+    done. working: names in work. workers: processes of the cluster; None where there is none.
     """
 
     bytes_total: int
     bytes_done: float = 0.0
     patches: int = 0
     working: list[str] = field(default_factory=list[str])
+    workers: int | None = None
 
 
 @dataclass(slots=True)
@@ -102,10 +93,7 @@ class _Work:
     sha256: str = ""
     outcome: Outcome = "learned"
     started: float = 0.0
-    learning: MeshLearning | None = None
-    running: set[Future[Tally]] = field(default_factory=set[Future[Tally]])
-    tallies: list[Tally] = field(default_factory=list[Tally])
-    learned: Learned | None = None
+    run: MeshRun | None = None
 
 
 def ingest(
@@ -114,6 +102,7 @@ def ingest(
     options: LearningOptions | None = None,
     *,
     jobs: int | None = None,
+    scheduler: str | None = None,
     provenance: Provenance | Callable[[Path], Provenance] | None = None,
     limits: ReadLimits | None = None,
     skip_bad: bool = False,
@@ -124,7 +113,9 @@ def ingest(
 
     A file whose bytes the database has learned with the same options changes nothing but,
     where ``provenance`` says something else than before, that. jobs: threads, default one a
-    core. provenance: of all files, or asked for each. report is called for every file as it
+    core. scheduler: learn on a Dask cluster instead, the one at this address
+    ("tcp://10.0.0.5:8786") or one of N processes of this machine ("local:N"); what is learned is
+    the same. provenance: of all files, or asked for each. report is called for every file as it
     is done.
 
     All files are read and checked before anything is learned: if one cannot be read,
@@ -133,19 +124,22 @@ def ingest(
     can be read that is an error all the same. A mesh without quads leaves nothing.
 
     On KeyboardInterrupt the tasks in work are broken off, what was written stays, and the report
-    says "interrupted".
+    says "interrupted". Raises MissingExtraError where a scheduler is given and the extra "dask" is
+    not installed, ClusterError where the cluster cannot be used, or is lost; what was written stays
+    then, too, and the same call goes on.
     """
     started = read_work_clock()
     options = options or LearningOptions()
     limits = limits or ReadLimits()
-    run = _Run(database, options, jobs, limits, provenance, progress, report)
+    engine = _choose_engine(jobs, scheduler)
+    run = _Run(database, options, engine, limits, provenance, progress, report)
     interrupted = False
     skipped: list[MeshFileError] = []
     try:
-        with run.pool() as pool:
+        with engine:
             checked = _check(_work_of(paths), database, options, limits, skip_bad)
             skipped = checked.bad
-            run.run(checked, pool)
+            run.run(checked)
     except (KeyboardInterrupt, SystemError) as error:
         if not _is_interrupt(error):
             raise
@@ -156,6 +150,18 @@ def ingest(
         interrupted,
         tuple(skipped),
     )
+
+
+def _choose_engine(jobs: int | None, scheduler: str | None) -> LearningEngine:
+    """Where meshes are learned: on threads, or on a cluster where one is named."""
+    if scheduler is None:
+        return ThreadEngine(jobs)
+    if jobs is not None:
+        raise ValueError("jobs is about threads of this process; a cluster's workers have theirs")
+    # Imported here because Dask is an extra, and takes a moment.
+    from ingest.cluster import ClusterEngine
+
+    return ClusterEngine(scheduler)
 
 
 def _is_interrupt(error: BaseException | None) -> bool:
@@ -214,9 +220,10 @@ def learn_mesh(
         checked.empty.append(w)
     else:
         checked.waiting.append(w)
-    run = _Run(database, options, jobs, ReadLimits(), provenance, progress, None)
-    with run.pool() as pool:
-        run.run(checked, pool)
+    engine = ThreadEngine(jobs)
+    run = _Run(database, options, engine, ReadLimits(), provenance, progress, None)
+    with engine:
+        run.run(checked)
     return run.reports[0]
 
 
@@ -323,7 +330,7 @@ class _Run:
         self,
         database: Database,
         options: LearningOptions,
-        jobs: int | None,
+        engine: LearningEngine,
         limits: ReadLimits,
         provenance: Provenance | Callable[[Path], Provenance] | None,
         progress: Callable[[Progress], None] | None,
@@ -331,27 +338,16 @@ class _Run:
     ) -> None:
         self.database = database
         self.options = options
-        self.jobs = jobs or os.cpu_count() or 1
+        self.engine = engine
         self.limits = limits
         self.provenance = provenance
         self.progress = progress
         self.report = report
         self.reports: dict[int, MeshReport] = {}
-        self.pulse = np.zeros(2, np.int64)
         self.done_bytes = 0
         self.done_patches = 0
 
-    @contextlib.contextmanager
-    def pool(self) -> Generator[ThreadPoolExecutor]:
-        """The threads; tasks in work are broken off at the end."""
-        with ThreadPoolExecutor(self.jobs, thread_name_prefix="learn") as pool:
-            try:
-                yield pool
-            finally:
-                self.pulse[0] = 1
-                pool.shutdown(cancel_futures=True)
-
-    def run(self, checked: _Checked, pool: ThreadPoolExecutor) -> None:
+    def run(self, checked: _Checked) -> None:
         """See to meshes that are there, to be learned, and to twins of these."""
         waiting = checked.waiting
         self.state = Progress(sum(w.size for w in (*checked.known, *waiting, *checked.twins)))
@@ -362,28 +358,29 @@ class _Run:
         waiting.sort(key=lambda w: (-w.size, w.index))
         open_meshes: list[_Work] = []
         while waiting or open_meshes:
-            # One mesh more than there are threads keeps every thread busy.
-            while waiting and sum(len(w.running) for w in open_meshes) <= self.jobs:
+            # One mesh more than are worked on at a time keeps all of them busy.
+            while waiting and self._count_parts(open_meshes) <= self.engine.width:
                 fresh = waiting.pop(0)
-                self._begin(fresh, pool, alone=len(waiting) < self.jobs)
+                self._begin(fresh, alone=len(waiting) < self.engine.width)
                 open_meshes.append(fresh)
-            running = [f for w in open_meshes for f in w.running]
+            running = list_parts(w.run for w in open_meshes if w.run is not None)
             if running:
                 wait(running, timeout=0.1, return_when=FIRST_COMPLETED)
             for w in list(open_meshes):
-                for future in [f for f in w.running if f.done()]:
-                    w.running.remove(future)
-                    w.tallies.append(future.result())
-                if not w.running:
-                    self._finish(w)
+                if w.run is not None and w.run.is_done():
+                    self._finish(w, w.run.finish())
                     open_meshes.remove(w)
             self._show(open_meshes)
         for w in checked.twins:
             self._report_known(w)
 
-    def _begin(self, w: _Work, pool: ThreadPoolExecutor, *, alone: bool) -> None:
-        """Read and prepare the mesh and start its tasks. alone: no other meshes are left to
-        keep the other cores busy."""
+    @staticmethod
+    def _count_parts(open_meshes: Iterable[_Work]) -> int:
+        return len(list_parts(w.run for w in open_meshes if w.run is not None))
+
+    def _begin(self, w: _Work, *, alone: bool) -> None:
+        """Read the mesh and begin to learn it. alone: no other meshes are left to keep the
+        engine busy."""
         w.started = read_work_clock()
         if isinstance(w.source, Path):
             data = load_file(w.source, self.limits)
@@ -393,17 +390,10 @@ class _Run:
         else:
             mesh = w.source
         quads, faces = mesh.quads()
-        shard = SHARD_QUADS
-        if alone and self.jobs > 1:
-            shard = max(SMALLEST_SHARD, min(shard, len(quads) // (2 * self.jobs)))
-        w.learning = MeshLearning(quads, faces, self.options, shard_quads=shard, pulse=self.pulse)
-        w.running = {pool.submit(task) for task in w.learning.tasks}
+        w.run = self.engine.begin(quads, faces, self.options, alone=alone)
 
-    def _finish(self, w: _Work) -> None:
-        assert w.learning is not None
-        learned = w.learning.finish(w.tallies)
-        w.tallies.clear()
-        w.learning = None
+    def _finish(self, w: _Work, learned: Learned) -> None:
+        w.run = None
         here = self.database.find_mesh(w.sha256)
         provenance = self._provenance_of(w, here.provenance if here else Provenance())
         new = self.database.add_mesh(w.name, w.sha256, provenance, self.options, learned)
@@ -481,10 +471,10 @@ class _Run:
             return
         done = float(self.done_bytes)
         for w in open_meshes:
-            total = len(w.tallies) + len(w.running)
-            done += w.size * len(w.tallies) / total if total else 0
+            done += 0.0 if w.run is None else w.size * w.run.share
         self.state.bytes_done = done
-        # The kernels of several threads count in one place without a lock, and may lose a patch.
-        self.state.patches = max(self.state.patches, self.done_patches, int(self.pulse[1]))
+        met = max(self.done_patches, self.engine.count_patches())
+        self.state.patches = max(self.state.patches, met)
+        self.state.workers = self.engine.n_workers
         self.state.working = [w.name for w in open_meshes]
         self.progress(self.state)

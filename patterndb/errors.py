@@ -63,6 +63,10 @@ class TimeLimitError(DatabaseError):
     """A time limit was over before a database had answered."""
 
 
+class ClusterError(PatternDBError, ConnectionError):
+    """A cluster that was to learn cannot be used: unlike versions, no workers, or it was lost."""
+
+
 class NotFoundError(PatternDBError, LookupError):
     """No mesh or pattern of that name, id or code in the database."""
 

@@ -63,6 +63,7 @@ SECTIONS = {
         "features",
         "retopo",
         "page",
+        "cluster",
     ),
     "Notebooks": ("notebooks/fills", "notebooks/learning", "notebooks/placing", "examples"),
     "Reference": ("definitions", "cli", "service", "database", "names", "api"),

@@ -46,6 +46,7 @@ EXTRAS = {
         Extra("usd", ("pxr",), "reading USD files"),
         Extra("service", ("fastapi", "uvicorn", "python_multipart"), "answering over HTTP"),
         Extra("client", ("httpx",), "asking a service"),
+        Extra("dask", ("dask", "distributed"), "learning on a cluster"),
     )
 }
 

@@ -11,6 +11,7 @@ import click
 
 from patterndb.errors import MeshFileError, NotFoundError
 from patterndb.system.compiling import read_work_clock
+from patterndb.system.extras import require_extra
 from patterndb_app.cli.database import count_patterns
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, Interrupted, resumable
 from patterndb_app.cli.options import FileName, as_json, db_to_write, open_database
@@ -38,12 +39,26 @@ def _limit(name: str, default: int, what: str) -> Callable[[F], F]:
     )
 
 
+def _check_scheduler(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:
+    """Refuse what is no scheduler, and one without what it takes, before any file is read."""
+    if value is None:
+        return None
+    from ingest.scheduler import parse_scheduler
+
+    try:
+        parse_scheduler(value)
+    except ValueError as error:
+        raise click.BadParameter(str(error), ctx, param) from error
+    require_extra("dask", "--scheduler")
+    return value
+
+
 @click.command(
     cls=SectionedCommand,
     sections={
         "What is learned": ("--basic", "--side", "--convex", "--prepare"),
         "What is kept with it": ("--db", "--author", "--source", "--licence"),
-        "How": ("--jobs", "--max-bytes", "--skip-bad", "--json"),
+        "How": ("--jobs", "--scheduler", "--max-bytes", "--skip-bad", "--json"),
     },
 )
 @click.argument("meshes", nargs=-1, required=True, metavar="MESH...", type=FileName())
@@ -59,6 +74,13 @@ def _limit(name: str, default: int, what: str) -> Callable[[F], F]:
 )
 @click.option(
     "--jobs", type=click.IntRange(1, 1024), metavar="N", help="Threads; one a core if not given."
+)
+@click.option(
+    "--scheduler",
+    metavar="ADDRESS",
+    callback=_check_scheduler,
+    help="Learn on a Dask cluster, tcp://HOST:8786, or on N processes of this machine, local:N; "
+    "threads of this process if not given.",
 )
 @click.option("--author", metavar="TEXT", help="Who made the meshes; kept with them.")
 @click.option("--source", metavar="TEXT", help="Where they come from; kept with them.")
@@ -83,6 +105,7 @@ def ingest(
     convex: int,
     prepare: bool,
     jobs: int | None,
+    scheduler: str | None,
     author: str | None,
     source: str | None,
     licence: str | None,
@@ -104,6 +127,7 @@ def ingest(
     patterndb ingest meshes/ --db my.db --licence CC0-1.0
     patterndb ingest downloads/ --db my.db --skip-bad
     patterndb ingest head.obj --db my.db --convex 60 --json
+    patterndb ingest meshes/ --db my.db --scheduler tcp://10.0.0.5:8786
     """
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from ingest import check_files
@@ -111,6 +135,8 @@ def ingest(
     from ingest.formats import ReadLimits
     from patterndb.store import LearningOptions, Provenance
 
+    if scheduler is not None and jobs is not None:
+        raise click.UsageError("--jobs is about threads here; those of workers are theirs")
     try:
         options = LearningOptions(basic, side, convex, prepare)
     except ValueError as error:
@@ -130,6 +156,7 @@ def ingest(
                 files,
                 options,
                 jobs=jobs,
+                scheduler=scheduler,
                 provenance=Provenance(author, source, licence),
                 limits=limits,
                 skip_bad=skip_bad,
@@ -226,6 +253,12 @@ def _below(folder: Path) -> Iterator[Path]:
 SHOWN_NAMES = 30
 
 
+def _tell_workers(workers: int | None) -> str:
+    if workers is None:
+        return ""
+    return f"{plural(workers, 'worker') if workers else 'waiting for workers'}: "
+
+
 class LearningProgress:
     """Shows what an ingest reports: lines for files, and a bar if there is one."""
 
@@ -246,7 +279,8 @@ class LearningProgress:
             self._task,
             completed=state.bytes_done,
             rate=f"{state.patches / max(seconds, 1e-9):,.0f} patches/s",
-            names=shorten(printable(", ".join(state.working)), SHOWN_NAMES),
+            names=_tell_workers(state.workers)
+            + shorten(printable(", ".join(state.working)), SHOWN_NAMES),
         )
 
     def report(self, mesh: MeshReport) -> None:

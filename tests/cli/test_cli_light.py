@@ -144,6 +144,7 @@ def test_a_verb_imports_what_it_uses(folder: Path, arguments: str, imported: set
         ("retopo --script a.jsonl -o a.obj", "sketch"),
         ("query --sides 2,2,2,2 --db a.db --solver cp-sat", "sketch"),
         ("ingest a.usd --db b.db", "usd"),
+        ("ingest square.vtk --db b.db --scheduler local:2", "dask"),
     ],
 )
 def test_a_verb_whose_extra_lacks_says_what_installs_it(

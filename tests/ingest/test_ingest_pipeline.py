@@ -10,7 +10,17 @@ import numpy as np
 import pytest
 from meshes import CUP, DOUBLET, ONE, SHAPES, examples, grid, star, write_obj
 
-from ingest import MeshReport, Progress, ingest, learn, learn_mesh, learning, pipeline, read_mesh
+from ingest import (
+    MeshReport,
+    Progress,
+    engines,
+    ingest,
+    learn,
+    learn_mesh,
+    learning,
+    pipeline,
+    read_mesh,
+)
 from patterndb.core.packing import unpack
 from patterndb.errors import DatabaseError, InvalidMeshError, MeshFileError
 from patterndb.store import Database, LearningOptions, Provenance
@@ -39,8 +49,8 @@ def test_jobs_and_shards_do_not_matter(
     with Database(tmp_path / "plain.db", "create") as plain:
         ingest(plain, examples(), options, jobs=1)
         expected = plain.content_hash()
-    monkeypatch.setattr(pipeline, "SMALLEST_SHARD", shard_quads)
-    monkeypatch.setattr(pipeline, "SHARD_QUADS", shard_quads)
+    monkeypatch.setattr(engines, "SMALLEST_SHARD", shard_quads)
+    monkeypatch.setattr(engines, "SHARD_QUADS", shard_quads)
     monkeypatch.setattr(learning, "BASIC_RANGE", shard_quads)
     with Database(tmp_path / "cut.db", "create") as cut:
         ingest(cut, examples(), options, jobs=jobs)
