@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import sys
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
@@ -224,6 +225,12 @@ def parse_json(data: bytes | str, error: type[PatternDBError], what: str) -> Jso
     except ValueError as reason:
         # A whole number of more digits than Python reads.
         raise error(f"this is no JSON that can be read: {reason}") from None
+    half = _find_half_character(data)
+    if half is not None:
+        raise error(
+            f"{half} is half a character: in \\u escapes one of \\ud800 to \\udbff and one of "
+            "\\udc00 to \\udfff belong together"
+        )
     return JsonValue(value, "", error)
 
 
@@ -248,6 +255,30 @@ def name_file(path: Path, error: type[PatternDBError]) -> Generator[None]:
         yield
     except PatternDBError as reason:
         raise error(f"{path}: {reason}") from None
+
+
+#: A surrogate or what may be the escape of one: found in a fraction of the time.
+_MAYBE_SURROGATE = re.compile(r"\\u[dD][89a-fA-F]|[\ud800-\udfff]")
+
+#: A surrogate without its other half, escaped or in the text itself: no file can hold it. After an
+#: odd number of backslashes another one is no escape.
+_HALF_CHARACTER = re.compile(
+    r"(?<!\\)(?:\\\\)*("
+    r"\\u[dD][89abAB][0-9a-fA-F]{2}(?!\\u[dD][c-fC-F][0-9a-fA-F]{2})"
+    r"|(?<!\\u[dD][89abAB][0-9a-fA-F]{2})\\u[dD][c-fC-F][0-9a-fA-F]{2}|[\ud800-\udfff])"
+)
+
+
+def _find_half_character(data: bytes | str) -> str | None:
+    """Find a surrogate without its other half in a text of JSON, as an escape."""
+    if isinstance(data, bytes):
+        data = data.decode(json.detect_encoding(data), "surrogatepass")
+    if _MAYBE_SURROGATE.search(data) is None:
+        return None
+    found = _HALF_CHARACTER.search(data)
+    if found is None:
+        return None
+    return found[1].encode("ascii", "backslashreplace").decode()
 
 
 #: What JSON has for the types of msgspec, and how messages call it.

@@ -18,7 +18,6 @@ from __future__ import annotations
 import io
 import json
 import zipfile
-import zlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -29,6 +28,7 @@ from msgspec import Meta
 
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.geometry.points import Points
+from patterndb.system.archives import read_members
 from patterndb.system.documents import (
     Entries,
     JsonValue,
@@ -206,7 +206,13 @@ def session_bytes(session: FeatureSession) -> bytes:
 
 def parse_session(data: bytes) -> FeatureSession:
     """As :func:`read_session`, of a file's content; messages do not name a file."""
-    content = _members(data)
+    content = read_members(
+        data,
+        InvalidFeatureError,
+        "a session",
+        max_bytes=MAX_SHAPE_BYTES,
+        max_members=MAX_ENTRIES,
+    )
     if JSON_NAME not in content:
         raise InvalidFeatureError(f"{JSON_NAME} is missing in the session's zip")
     document = _json(content.pop(JSON_NAME), "a session")
@@ -268,25 +274,6 @@ def _template(name: str, value: JsonValue) -> Template:
         value.fail('a session has the "quads" of its templates itself, not a mesh file\'s name')
     with value.named():
         return template_of(value, None, name)
-
-
-def _members(data: bytes) -> dict[str, bytes]:
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members = archive.infolist()
-            if len({one.filename for one in members}) < len(members):
-                raise InvalidFeatureError("the session's zip has two entries of one name")
-            size = sum(one.file_size for one in members)
-            if len(members) > MAX_ENTRIES or size > MAX_SHAPE_BYTES:
-                raise InvalidFeatureError(
-                    f"the session's zip has {len(members)} entries of {size:,} bytes; limits are "
-                    f"{MAX_ENTRIES} and {MAX_SHAPE_BYTES:,}"
-                )
-            return {one.filename: archive.read(one) for one in members}
-    except (zipfile.BadZipFile, zlib.error, EOFError, RuntimeError, NotImplementedError) as reason:
-        raise InvalidFeatureError(
-            f"this is no session, which is a zip file with {JSON_NAME}: {reason}"
-        ) from None
 
 
 def _add(archive: zipfile.ZipFile, name: str, content: bytes) -> None:

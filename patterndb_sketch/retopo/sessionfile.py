@@ -22,7 +22,6 @@ import io
 import json
 import math
 import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -37,6 +36,7 @@ from scipy.sparse.csgraph import connected_components
 from patterndb.core.code import decode
 from patterndb.core.disk import Disk
 from patterndb.errors import InvalidCodeError, InvalidMeshError, PatternDBError
+from patterndb.system.archives import read_array, read_members
 from patterndb.system.documents import (
     Entries,
     JsonValue,
@@ -241,7 +241,7 @@ def surface_bytes(ground: Ground) -> bytes:
 
 def parse_session(data: bytes) -> RetopoSession:
     """As :func:`read_session`, of a file's content; messages do not name a file."""
-    content = _members(data, "a session of retopology")
+    content = read_members(data, InvalidRetopoError, "a session of retopology", max_bytes=MAX_BYTES)
     names = (JSON_NAME, SURFACE_NAME, NETWORK_NAME)
     if sorted(content) != sorted(names):
         there = ", ".join(sorted(content))[:200] or "nothing"
@@ -542,16 +542,13 @@ def _packed(arrays: Mapping[str, NDArray[Any]]) -> bytes:
 
 def _arrays(data: bytes, wanted: Mapping[str, tuple[str, int]]) -> dict[str, NDArray[Any]]:
     """Arrays by name: of these types, with rows of so many, 0 for plain numbers."""
-    content = _members(data, "an entry of a session")
+    content = read_members(data, InvalidRetopoError, "an entry of a session", max_bytes=MAX_BYTES)
     if sorted(content) != sorted(f"{name}.npy" for name in wanted):
         there = ", ".join(sorted(content))[:200] or "nothing"
         raise InvalidRetopoError(f"the session's arrays are {', '.join(wanted)}; it has {there}")
     found: dict[str, NDArray[Any]] = {}
     for name, (kind, row) in wanted.items():
-        try:
-            array = np.lib.format.read_array(io.BytesIO(content[f"{name}.npy"]), allow_pickle=False)
-        except (ValueError, EOFError, OSError, MemoryError) as reason:
-            raise InvalidRetopoError(f"the session's {name} are damaged: {reason}") from None
+        array = read_array(content[f"{name}.npy"], InvalidRetopoError, f"the session's {name}")
         if array.dtype.str != kind or array.shape[1:] != ((row,) if row else ()) or not array.ndim:
             raise InvalidRetopoError(
                 f"the session's {name} must be {kind} in rows of {row or 1}, got "
@@ -559,24 +556,6 @@ def _arrays(data: bytes, wanted: Mapping[str, tuple[str, int]]) -> dict[str, NDA
             )
         found[name] = np.ascontiguousarray(array)
     return found
-
-
-def _members(data: bytes, what: str) -> dict[str, bytes]:
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members = archive.infolist()
-            if len({one.filename for one in members}) < len(members):
-                raise InvalidRetopoError(f"{what} has two entries of one name in its zip")
-            if sum(one.file_size for one in members) > MAX_BYTES:
-                raise InvalidRetopoError(f"{what} has more than {MAX_BYTES:,} bytes in its zip")
-            return {one.filename: archive.read(one) for one in members}
-    except InvalidRetopoError:
-        raise
-    except (zipfile.BadZipFile, zlib.error, EOFError, OSError, ValueError) as reason:
-        raise InvalidRetopoError(f"this is not {what}, which is a zip file: {reason}") from None
-    except (RuntimeError, NotImplementedError, MemoryError) as reason:
-        # An encrypted entry, a method of packing that is not known, a size that is a lie.
-        raise InvalidRetopoError(f"this is not {what} that can be read: {reason}") from None
 
 
 def _add(

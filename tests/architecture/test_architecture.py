@@ -58,6 +58,7 @@ WORLDLY_MODULES += ("patterndb.__main__", "patterndb.errors", "patterndb.system.
 WORLDLY_MODULES += ("patterndb.store.starter", "patterndb.system.kernels", "ingest.pipeline")
 WORLDLY_MODULES += ("ingest.cluster",)  # processes and a network
 WORLDLY_MODULES += ("patterndb.system.caches", "query.boundaryfile", "patterndb.system.documents")
+WORLDLY_MODULES += ("patterndb.system.archives",)
 WORLDLY_MODULES += (
     "patterndb_sketch.surfacing.networkfile",
     "patterndb_sketch.features.sessionfile",

@@ -158,3 +158,30 @@ def test_entries_that_are_there_twice_are_found_in_linear_time() -> None:
     text = "{" + ",".join(f'"{i}": 0' for i in range(300_000)) + ', "299999": 0}'
     with pytest.raises(InvalidMeshError, match='the entry "299999" is there twice'):
         parsed(text)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        r'"\ud800"',
+        r'"\udc00"',
+        r'"\\\ud800"',
+        r'"\ud800\\udc00"',
+        r'"x\ud83d\ud83d\ude00"',
+        r'{"\uDFFF": 1}',
+        '"\ud800"',
+        r'"\ud800"'.encode("utf-16"),
+    ],
+)
+def test_half_a_character_is_refused(text: str | bytes) -> None:
+    with pytest.raises(InvalidMeshError, match=r"\\u[dD][89a-fA-F].. is half a character"):
+        parse_json(text, InvalidMeshError, "a text")
+
+
+@pytest.mark.parametrize(
+    ("text", "read"),
+    [(r'"\ud83d\ude00"', "\U0001f600"), (r'"\\ud800"', r"\ud800"), ('"\U0001f600"', "\U0001f600")],
+)
+def test_whole_characters_are_read(text: str, read: str) -> None:
+    assert parse_json(text, InvalidMeshError, "a text").value == read
+    assert parse_json(text.encode(), InvalidMeshError, "a text").value == read

@@ -278,7 +278,7 @@ def with_header(**entries: object) -> bytes:
 
 
 SHAPES = {
-    "no file of a shape model": lambda: b"nothing",
+    "this is not a shape model": lambda: b"nothing",
     "has the arrays": lambda: with_arrays(mean=None),
     "mean must be": lambda: with_arrays(mean=np.zeros((25, 3), np.float32)),
     "not finite": lambda: with_arrays(mean=np.full((25, 3), np.nan)),
@@ -287,7 +287,7 @@ SHAPES = {
     "a deviation above 0": lambda: with_arrays(deviations=np.zeros(4)),
     "about 0 and differ": lambda: with_arrays(coefficients=np.ones((5, 4))),
     "outside 0..24": lambda: with_arrays(quads=np.full((1, 4), 25, np.int32)),
-    "no file of a shape model: Object arrays": lambda: with_arrays(mean=np.array([{}], object)),
+    "mean are damaged: Object arrays": lambda: with_arrays(mean=np.array([{}], object)),
     "this is no JSON": lambda: with_arrays(header=np.frombuffer(b"{", np.uint8)),
     "the format is": lambda: with_header(version=2),
     '"names" is missing': lambda: with_header(names=None),
@@ -347,11 +347,11 @@ def test_what_is_no_session_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "a.session"
     for data in (b"", b"text", session_bytes(session())[:-100]):
         path.write_bytes(data)
-        with pytest.raises(InvalidFeatureError, match=r"a\.session: this is no session"):
+        with pytest.raises(InvalidFeatureError, match=r"a\.session: this is not a session"):
             read_session(path)
     with pytest.raises(InvalidFeatureError, match="does not name"):
         parse_session(with_entries({}, **{"../outside": b"x"}))
-    with pytest.raises(InvalidFeatureError, match=r"shapes\.cars: this is no file"):
+    with pytest.raises(InvalidFeatureError, match=r"shapes\.cars: this is not a shape"):
         parse_session(with_entries({}, **{"shapes/0.npz": b"x"}))
 
 

@@ -13,12 +13,11 @@ from __future__ import annotations
 
 import io
 import json
-import zipfile
-import zlib
 from typing import Any
 
 import numpy as np
 
+from patterndb.system.archives import read_array, read_members
 from patterndb.system.documents import JsonValue, parse_json
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import Feature
@@ -41,14 +40,6 @@ FEATURE_KEYS = ("name", "vertices")
 
 #: Bytes that the arrays may have together: a hundred modes of a million vertices.
 MAX_BYTES = 4_000_000_000
-
-#: What reading a file that is none of these may raise. RuntimeError: an encrypted member;
-#: NotImplementedError: a method of compression that is not known; MemoryError: a size that is a
-#: lie.
-UNREADABLE = (
-    zipfile.BadZipFile, zlib.error, ValueError, EOFError, OSError, KeyError, RuntimeError,
-    NotImplementedError, MemoryError,
-)  # fmt: skip
 
 #: How far modes may be from orthonormal: rounding alone moves them by some 1e-14.
 ORTHONORMAL = 1e-9
@@ -91,26 +82,16 @@ def shape_of(data: bytes) -> ShapeModel:
 
 
 def _arrays(data: bytes) -> dict[str, Any]:
-    try:
-        with zipfile.ZipFile(io.BytesIO(data)) as archive:
-            members = archive.infolist()
-            there = sorted(one.filename for one in members)
-            if there != sorted(f"{name}.npy" for name in ARRAYS):
-                raise InvalidFeatureError(
-                    f"a shape model has the arrays {', '.join(ARRAYS)}; the file has "
-                    f"{', '.join(there)[:200] or 'none'}"
-                )
-            if sum(one.file_size for one in members) > MAX_BYTES:
-                raise InvalidFeatureError(f"the shape model has more than {MAX_BYTES:,} bytes")
-            content = {one.filename[:-4]: archive.read(one) for one in members}
-        arrays = {
-            name: np.lib.format.read_array(io.BytesIO(one), allow_pickle=False)
-            for name, one in content.items()
-        }
-    except InvalidFeatureError:
-        raise
-    except UNREADABLE as reason:
-        raise InvalidFeatureError(f"this is no file of a shape model: {reason}") from None
+    members = read_members(data, InvalidFeatureError, "a shape model", max_bytes=MAX_BYTES)
+    if sorted(members) != sorted(f"{name}.npy" for name in ARRAYS):
+        raise InvalidFeatureError(
+            f"a shape model has the arrays {', '.join(ARRAYS)}; the file has "
+            f"{', '.join(sorted(members))[:200] or 'none'}"
+        )
+    arrays = {
+        name: read_array(members[f"{name}.npy"], InvalidFeatureError, f"the shape model's {name}")
+        for name in ARRAYS
+    }
     for name, (kind, axes) in ARRAYS.items():
         if arrays[name].dtype.str != kind or arrays[name].ndim != axes:
             raise InvalidFeatureError(
