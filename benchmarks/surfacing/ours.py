@@ -9,7 +9,9 @@ import numpy as np
 from filling import Filling
 
 from patterndb_sketch.surfacing.chords import ALPHA, AREA_PRICE, decompose
+from patterndb_sketch.surfacing.methods import make_smooth
 from patterndb_sketch.surfacing.sampling import Loop
+from patterndb_sketch.surfacing.surfaces import Settings
 from patterndb_sketch.surfacing.tessellation import minimal_area, tessellate_patch
 
 
@@ -54,10 +56,20 @@ def area(loop: Loop, spacing: float) -> Filling:
     return Filling(loop.points, triangles, time.perf_counter() - started)
 
 
+def smooth(loop: Loop, spacing: float) -> Filling:
+    """Lay a grid of near parallelograms into the loop; where it crosses itself, chords."""
+    started = time.perf_counter()
+    made = make_smooth(loop, Settings(), spacing, None)
+    seconds = time.perf_counter() - started
+    points = np.r_[loop.points, made.points]
+    return Filling(points, np.concatenate(made.faces), seconds, made.note)
+
+
 #: Our methods by name.
 OURS: dict[str, Callable[[Loop, float], Filling]] = {
     "chords": chords,
     "any chords": any_chords,
     "area": area,
     "one piece": whole,
+    "smooth": smooth,
 }

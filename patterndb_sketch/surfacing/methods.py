@@ -108,6 +108,28 @@ def make_by_area(
     return MadeSurface("area", "", mesh.points, mesh.faces)
 
 
+def make_smooth(
+    loop: Loop, settings: Settings, spacing: float, _db: PatternSource | None
+) -> MadeSurface:
+    """Fill a loop with a grid of quads as near to parallelograms as can be, cut into triangles.
+
+    Where the best choices of corners make faces that pass through each other, chords answer.
+    """
+    import numpy as np
+
+    from patterndb_sketch.surfacing.parallelograms import fill_with_parallelograms, rank_corners
+    from patterndb_sketch.surfacing.tessellation import find_self_intersections
+
+    named = np.flatnonzero(loop.corners).tolist()
+    for choice in rank_corners(loop.points, named)[:MOST_GRIDS]:
+        mesh = fill_with_parallelograms(loop.points, choice.corners)
+        together = np.concatenate([loop.points, mesh.points])
+        if not len(find_self_intersections(together, mesh.triangles)):
+            return MadeSurface("smooth", "", mesh.points, (mesh.triangles,))
+    made = make_by_chords(loop, settings, spacing, None)
+    return replace(made, note=_join("every smooth grid tried crosses itself", made.note))
+
+
 def make_by_quads(
     loop: Loop, settings: Settings, spacing: float, db: PatternSource | None
 ) -> MadeSurface:
@@ -131,6 +153,11 @@ def make_by_quads(
     return MadeSurface("quads", _join(ground.note, filled.note), filled.points, (filled.quads,))
 
 
+#: Grids that are tried for a smooth surface: crossings with the best choices of corners are seldom
+#: gone with others.
+MOST_GRIDS = 4
+
+
 def _join(*notes: str) -> str:
     return "; ".join(note for note in notes if note)
 
@@ -141,6 +168,7 @@ METHODS: dict[str, SurfacingMethod] = {
     for method in (
         SurfacingMethod("chords", "cut along chords", make_by_chords),
         SurfacingMethod("area", "take the triangulation of least area", make_by_area),
+        SurfacingMethod("smooth", "lay a smooth grid into the loop", make_smooth),
         SurfacingMethod(
             "quads", "fill with quads", make_by_quads, needs_database=True, makes_quads=True
         ),

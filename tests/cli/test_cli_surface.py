@@ -49,7 +49,7 @@ def faces(cycles: list[list[int]]) -> set[frozenset[int]]:
     return {frozenset(cycle) for cycle in cycles}
 
 
-@pytest.mark.parametrize("method", ["chords", "area", "quads"])
+@pytest.mark.parametrize("method", ["chords", "area", "smooth", "quads"])
 def test_writes_what_it_says(method: str, with_cycles: Path, tmp_path: Path, learned: Path) -> None:
     output = tmp_path / "out.obj"
     told = document(with_cycles, "-o", output, "--method", method, "--db", learned)

@@ -58,7 +58,7 @@ def db() -> patterndb.Database:
     return patterndb.open(None)
 
 
-@pytest.mark.parametrize("method", ["chords", "area", "quads"])
+@pytest.mark.parametrize("method", ["chords", "area", "smooth", "quads"])
 @pytest.mark.parametrize(("network", "euler"), [(cube(), 2), (prism(), 2), (torus(), 0)])
 def test_closed_networks_have_closed_surfaces(
     network: CurveNetwork, euler: int, method: str, db: patterndb.Database
