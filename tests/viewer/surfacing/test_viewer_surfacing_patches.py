@@ -201,6 +201,8 @@ def test_methods_for_all_and_for_one() -> None:
             keys(state, "m")
             assert {patch.method for patch in state.surfaces.patches} == {"area"}
             keys(state, "m")
+            assert {patch.method for patch in state.surfaces.patches} == {"smooth"}
+            keys(state, "m")
             assert {patch.method for patch in state.surfaces.patches} == {
                 "quads"
             } and state.edges_shown
@@ -211,13 +213,13 @@ def test_methods_for_all_and_for_one() -> None:
             keys(state, "n")
             assert [patch.method for patch in state.surfaces.patches].count("area") == 1
             keys(state, "u u u")
-            assert {patch.method for patch in state.surfaces.patches} == {"area"}
+            assert {patch.method for patch in state.surfaces.patches} == {"smooth"}
         finally:
             state.close()
 
 
 def test_without_a_database_there_are_no_quads(state: SurfacingState) -> None:
-    keys(state, "m m")
+    keys(state, "m m m")
     assert {patch.method for patch in state.surfaces.patches} == {"chords"}
     state.move(-state.camera.room[0] / 2.0 + 5.0, 0.0)
     keys(state, "n")
