@@ -41,6 +41,9 @@ if TYPE_CHECKING:
 #: Columns that a table leaves for the curves of a cycle.
 CURVES_WIDTH = 24
 
+#: Pairs of patches that pass through each other, named one by one.
+MOST_CROSSINGS = 5
+
 
 class CurveNames(ParamType):
     """A cycle by the names of its curves in order: 4,7,12."""
@@ -223,6 +226,9 @@ def surface(
             "patches": [_patch(made, patch) for patch in made.patches],
             "area": made.area,
             "intersections_between_patches": made.intersections,
+            "crossings": [
+                {"patches": [i + 1, j + 1], "pairs": pairs} for i, j, pairs in made.crossings
+            ],
             "seconds": round(seconds, 6),
             "notes": [*notes, *made.notes],
             "output": None if output is None else str(output),
@@ -415,3 +421,10 @@ def _say_made(made: Surfacing, seconds: float) -> None:
             f"faces that pass through each other: {plural(within, 'pair')} within patches, "
             f"{made.intersections:,} between patches; the method does not exclude them"
         )
+    for i, j, pairs in made.crossings[:MOST_CROSSINGS]:
+        say(
+            f"patches {i + 1} and {j + 1} pass through each other: {plural(pairs, 'pair')} of faces"
+        )
+    if len(made.crossings) > MOST_CROSSINGS:
+        more = len(made.crossings) - MOST_CROSSINGS
+        say(f"{plural(more, 'more pair')} of patches pass through each other; --json lists all")

@@ -84,8 +84,8 @@ class Surfacing:
     sampling:  its shared vertices; they come first in ``points``.
     points:    (v, 3) float64, all vertices.
     patches:   one for each cycle, in the order of the cycles.
-    intersections: pairs of faces of two different patches that pass through each other. The
-               method does not exclude them, nor those within a patch.
+    crossings: (i, j, n) for patches i < j of which n pairs of faces pass through each other, the
+               most first. No method excludes them, nor those within a patch.
     notes:     what else a user should know of the whole.
     """
 
@@ -93,8 +93,13 @@ class Surfacing:
     sampling: Sampling = field(repr=False)
     points: Points = field(repr=False)
     patches: tuple[SurfacePatch, ...]
-    intersections: int
+    crossings: tuple[tuple[int, int, int], ...]
     notes: tuple[str, ...] = ()
+
+    @property
+    def intersections(self) -> int:
+        """Pairs of faces of two different patches that pass through each other."""
+        return sum(pairs for _, _, pairs in self.crossings)
 
     @property
     def cycles(self) -> tuple[Cycle, ...]:

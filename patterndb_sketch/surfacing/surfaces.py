@@ -172,8 +172,8 @@ def surface(
         points.append(inner)
         n_points += len(inner)
     together = np.concatenate(points)
-    between = _count_intersections(together, patches)
-    return Surfacing(network, sampling, together, tuple(patches), between, notes)
+    crossings = _find_crossings(together, patches)
+    return Surfacing(network, sampling, together, tuple(patches), crossings, notes)
 
 
 def _make_patch(
@@ -230,13 +230,19 @@ def turn_loop(loop: Loop, start: int, backward: bool) -> Loop:
     return Loop(loop.points[order], loop.corners[order], loop.vertices[order])
 
 
-def _count_intersections(points: Points, patches: Sequence[SurfacePatch]) -> int:
+def _find_crossings(
+    points: Points, patches: Sequence[SurfacePatch]
+) -> tuple[tuple[int, int, int], ...]:
+    """The pairs of patches that pass through each other, as :class:`Surfacing` has them."""
     triangles = [as_triangles(patch.faces) for patch in patches]
     owner = np.repeat(np.arange(len(patches)), [len(part) for part in triangles])
     if len(owner) == 0:
-        return 0
-    pairs = find_self_intersections(points, np.concatenate(triangles))
-    return int((owner[pairs[:, 0]] != owner[pairs[:, 1]]).sum())
+        return ()
+    faces = find_self_intersections(points, np.concatenate(triangles))
+    pairs = np.sort(owner[faces].reshape(-1, 2), axis=1)
+    pairs, counts = np.unique(pairs[pairs[:, 0] != pairs[:, 1]], axis=0, return_counts=True)
+    found = [(i, j, n) for (i, j), n in zip(pairs.tolist(), counts.tolist(), strict=True)]
+    return tuple(sorted(found, key=lambda one: (-one[2], one)))
 
 
 class LoopMemory:

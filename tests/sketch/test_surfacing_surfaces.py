@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from networks import cube, prism, ring, shuffled, torus
+from networks import cube, faces_network, prism, ring, shuffled, torus
 
 import patterndb
 from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
@@ -189,3 +189,16 @@ def test_a_loop_is_walked_by_convention() -> None:
             assert np.array_equal(same.points, upright.points)
             assert np.array_equal(same.corners, upright.corners)
             assert np.array_equal(same.vertices, upright.vertices)
+
+
+def test_patches_that_pass_through_each_other_are_told_by_pair() -> None:
+    square = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    upright = square[:, [0, 2, 1]] * 0.5
+    aside = upright + np.array([0.1, 0.0, 5.0])
+    points = np.concatenate([square, upright, aside, aside[:, [1, 0, 2]] + [0.1, -0.1, 0.0]])
+    made = surface(faces_network(points, [[4 * k + i for i in range(4)] for k in range(4)]))
+    assert {(i, j) for i, j, _ in made.crossings} == {(0, 1), (2, 3)}
+    assert [n for _, _, n in made.crossings] == sorted(
+        (n for *_, n in made.crossings), reverse=True
+    )
+    assert made.intersections == sum(n for _, _, n in made.crossings) > 0
