@@ -316,6 +316,7 @@ RUNS: dict[str, VerbRun] = {
         (
             "surface examples/networks/teacup.json -o cup.obj --picture cup.png",
             "surface examples/networks/teacup.json --method quads -o quads.obj",
+            "surface examples/networks/teacup.json --method smooth -o smooth.obj",
             "surface examples/networks/teacup.json --find-cycles --method area -o area.obj",
         ),
         (make_surfaces,),
