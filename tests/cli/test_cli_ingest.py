@@ -8,7 +8,16 @@ import shutil
 from pathlib import Path
 
 import pytest
-from commandline import TINY, assert_refused, content_hash, mesh_names, run, write_obj
+from commandline import (
+    SMALL,
+    TINY,
+    assert_refused,
+    content_hash,
+    mesh_names,
+    program,
+    run,
+    write_obj,
+)
 from shared import EXAMPLES
 
 JUG = EXAMPLES / "jug.obj"
@@ -302,3 +311,42 @@ def test_the_help_names_every_format_of_the_registry() -> None:
 
     for verb in ("ingest", "features"):
         assert f"({list_format_names()})" in run(verb, "--help").out.replace("\n ", "")
+
+
+class TestScheduler:
+    def test_processes_learn_what_threads_learn(self, tmp_path: Path) -> None:
+        documents: list[object] = []
+        for name, more in (("threads", ()), ("processes", ("--scheduler", "local:1"))):
+            db = tmp_path / f"{name}.db"
+            done = program("ingest", JUG, "--db", db, *SMALL, "--json", *more)
+            assert done.code == 0, done.err
+            document = done.document()
+            for entry in document["meshes"]:
+                del entry["seconds"]
+            documents.append({**document, "seconds": 0})
+        assert documents[0] == documents[1]
+        assert content_hash(tmp_path / "threads.db") == content_hash(tmp_path / "processes.db")
+
+    @pytest.mark.parametrize("text", ["local", "local:0", "10.0.0.5:8786", "http://a"])
+    def test_what_is_no_scheduler_is_refused_at_once(self, tmp_path: Path, text: str) -> None:
+        db = tmp_path / "a.db"
+        refused = run("ingest", JUG, "--db", db, "--scheduler", text)
+        assert_refused(refused, 2, "is no scheduler", "local:4")
+        assert not db.exists()
+
+    def test_jobs_are_not_those_of_workers(self, tmp_path: Path) -> None:
+        more = ("--scheduler", "local:1", "--jobs", 2)
+        refused = run("ingest", JUG, "--db", tmp_path / "a.db", *more)
+        assert_refused(refused, 2, "--jobs is about threads here")
+
+    def test_a_cluster_that_is_not_there_leaves_the_database_as_it_was(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        monkeypatch.setattr("ingest.cluster.PATIENCE", 0.5)
+        db = tmp_path / "a.db"
+        assert run("ingest", JUG, "--db", db, *TINY).code == 0
+        before = content_hash(db)
+        more = ("--scheduler", "tcp://127.0.0.1:9")
+        refused = run("ingest", HAND, "--db", db, *TINY, *more)
+        assert_refused(refused, 3, "no Dask scheduler answers at tcp://127.0.0.1:9")
+        assert content_hash(db) == before
