@@ -68,6 +68,16 @@ def start_cluster(stack: ExitStack, workers: int, folder: Path) -> str:
     return address
 
 
+def learn_best(
+    files: list[Path], options: LearningOptions, folder: Path, **how: Any
+) -> tuple[str, float]:
+    """Learn the meshes twice, the first time of which compiles what is not compiled yet; return the
+    hash, and the seconds of the faster run."""
+    runs = [learn(files, options, folder, **how) for _ in range(2)]
+    assert runs[0][0] == runs[1][0], "the same meshes gave two hashes"
+    return min(runs, key=lambda run: run[1])
+
+
 def learn(
     files: list[Path], options: LearningOptions, folder: Path, **how: Any
 ) -> tuple[str, float]:
@@ -129,8 +139,7 @@ def main() -> int:
     bad = 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        learn(files[:1], options, folder)  # kernels are compiled before anything is timed
-        expected, by_threads = learn(files, options, folder, jobs=2)
+        expected, by_threads = learn_best(files, options, folder, jobs=2)
         print(f"{len(files)} meshes of {sum(f.stat().st_size for f in files) / 1e6:.1f} MB")
         print("| | seconds | of threads | MB sent | MB back | hash |")
         print("| --- | ---: | ---: | ---: | ---: | --- |")
@@ -138,8 +147,7 @@ def main() -> int:
         for workers in map(int, given.workers.split(",")):
             with ExitStack() as stack:
                 address = start_cluster(stack, workers, folder)
-                learn(files[:1], options, folder, scheduler=address)
-                found, seconds = learn(files, options, folder, scheduler=address)
+                found, seconds = learn_best(files, options, folder, scheduler=address)
                 bad += found != expected
                 sent, back = engines[-1].bytes_sent / 1e6, engines[-1].bytes_received / 1e6
                 print(

@@ -64,6 +64,7 @@ SECTIONS = {
         "retopo",
         "page",
         "cluster",
+        "scaling",
     ),
     "Notebooks": ("notebooks/fills", "notebooks/learning", "notebooks/placing", "examples"),
     "Reference": ("definitions", "cli", "service", "database", "names", "api"),
