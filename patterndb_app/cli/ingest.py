@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from patterndb.errors import MeshFileError, NotFoundError
+from patterndb.errors import ClusterError, MeshFileError, NotFoundError
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.extras import require_extra
 from patterndb_app.cli.database import count_patterns
@@ -146,24 +146,31 @@ def ingest(
     # A bad file must not leave an empty database behind, nor must meshes without quads.
     if not db.exists() and not check_files(None, files, options, limits, skip_bad=skip_bad):
         raise NotFoundError(_no_quads(files))
-    with (
-        resumable(f"what was learned is in {db}; the same command goes on from here"),
-        open_database(db, "create") as database,
-    ):
-        with learning_progress(talk=not as_json) as progress:
-            report = ingest_files(
-                database,
-                files,
-                options,
-                jobs=jobs,
-                scheduler=scheduler,
-                provenance=Provenance(author, source, licence),
-                limits=limits,
-                skip_bad=skip_bad,
-                progress=progress.update,
-                report=progress.report,
-            )
-        patterns = count_patterns(database)
+    fresh = not db.exists()
+    try:
+        with (
+            resumable(f"what was learned is in {db}; the same command goes on from here"),
+            open_database(db, "create") as database,
+        ):
+            with learning_progress(talk=not as_json) as progress:
+                report = ingest_files(
+                    database,
+                    files,
+                    options,
+                    jobs=jobs,
+                    scheduler=scheduler,
+                    provenance=Provenance(author, source, licence),
+                    limits=limits,
+                    skip_bad=skip_bad,
+                    progress=progress.update,
+                    report=progress.report,
+                )
+            patterns = count_patterns(database)
+    except ClusterError:
+        # A cluster that is not there must leave no empty database either.
+        if fresh:
+            _remove_empty(db)
+        raise
     if as_json:
         write_json(
             {
@@ -251,6 +258,14 @@ def _below(folder: Path) -> Iterator[Path]:
 
 #: Characters of the names of the meshes in work beside the bar.
 SHOWN_NAMES = 30
+
+
+def _remove_empty(db: Path) -> None:
+    """Remove a database that has no mesh."""
+    with open_database(db) as database:
+        is_empty = not database.meshes()
+    if is_empty:
+        db.unlink()
 
 
 def _tell_workers(workers: int | None) -> str:

@@ -350,3 +350,6 @@ class TestScheduler:
         refused = run("ingest", HAND, "--db", db, *TINY, *more)
         assert_refused(refused, 3, "no Dask scheduler answers at tcp://127.0.0.1:9")
         assert content_hash(db) == before
+        fresh = tmp_path / "fresh.db"
+        assert run("ingest", HAND, "--db", fresh, *TINY, *more).code == 3
+        assert not fresh.exists()
