@@ -212,7 +212,7 @@ def test_slips_are_refused(sedan: Path, few: Path, tmp_path: Path) -> None:
     broken.write_text('{"strokes": [{"points": [[0,0,0]]}]}')
     assert_refused(run("features", sedan, "--strokes", broken), 3, "broken.json", "strokes[0]")
     broken.write_text("{")
-    assert_refused(run("features", sedan, "--session", broken), 3, "broken.json", "no session")
+    assert_refused(run("features", sedan, "--session", broken), 3, "broken.json", "not a session")
 
 
 class TestRegister:

@@ -197,7 +197,7 @@ class TestSample:
         assert_refused(verb("sample", tmp_path / "no.npz"), 3, "no.npz")
         broken = tmp_path / "broken.npz"
         broken.write_bytes(b"nothing")
-        assert_refused(verb("sample", broken), 3, "no file of a shape model")
+        assert_refused(verb("sample", broken), 3, "not a shape model")
 
 
 class TestEdit:
