@@ -290,7 +290,12 @@ def cut_at_plane(draft: Draft, half: Half) -> Parting:
         places = find_plane_crossings(height, old.loose)
         for place in places:
             points, normals = interpolate_places(old.points, old.normals, np.array([place]))
-            draft.cut_chain(chain, place, (half.plane.flatten(points)[0], normals[0]))
+            known = set(draft.nodes)
+            node = draft.cut_chain(chain, place, (half.plane.flatten(points)[0], normals[0]))
+            point, normal = draft.nodes[node].point, draft.nodes[node].normal
+            if node in known and measure_heights(half, point[None]).any():
+                # A crossing so near to an end is the end, which may lie a little off.
+                draft.move_node(node, half.plane.flatten(point[None])[0], normal)
         cut += bool(places) and BORDER not in old.marks
         for piece in sorted(draft.pieces([chain])):
             there = measure_heights(half, draft.chains[piece].points)
