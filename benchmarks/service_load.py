@@ -1,7 +1,7 @@
 """The service under load: requests a second, waiting, refusals, memory; and hostile cases.
 
     python benchmarks/service_load.py load [--clients 1,10,50,200] [--seconds 10] [--workers 1]
-    python benchmarks/service_load.py closes [--streams 10000]
+    python benchmarks/service_load.py closes [--streams 10000] [--rounds 1]
     python benchmarks/service_load.py cases [--cases 10000]
 
 Each starts ``patterndb serve`` on the starter database, on a free port of this machine, and asks
@@ -222,7 +222,7 @@ async def close_streams(port: int, streams: int, seed: int) -> None:
     await asyncio.gather(*(client() for _ in range(TOGETHER)))
 
 
-def measure_closes(streams: int, seed: int) -> None:
+def measure_closes(streams: int, rounds: int, seed: int) -> None:
     with served() as running:
         asyncio.run(close_streams(running.port, 200, seed))
         wait_idle(running)
@@ -236,6 +236,10 @@ def measure_closes(streams: int, seed: int) -> None:
             f"after the last nothing was at work; memory {before:.0f} MB before, "
             f"{running.read_memory():.0f} MB after"
         )
+        for number in range(1, rounds):
+            asyncio.run(close_streams(running.port, streams, seed + 1 + number))
+            wait_idle(running)
+            print(f"  after as many again: {running.read_memory():.0f} MB", flush=True)
         print("how long a search goes on after its client has gone, one stream at a time:")
         waits: list[float] = []
         for number in range(50):
@@ -287,6 +291,7 @@ def main() -> None:
     parser.add_argument("--seconds", type=float, default=10.0)
     parser.add_argument("--workers", type=int, default=1)
     parser.add_argument("--streams", type=int, default=10_000)
+    parser.add_argument("--rounds", type=int, default=1, help="of closes, to see memory level off")
     parser.add_argument("--cases", type=int, default=10_000)
     parser.add_argument("--seed", type=int, default=1)
     given = parser.parse_args()
@@ -294,7 +299,7 @@ def main() -> None:
         counts = [int(count) for count in given.clients.split(",")]
         measure_load(counts, given.seconds, given.workers, given.seed)
     elif given.what == "closes":
-        measure_closes(given.streams, given.seed)
+        measure_closes(given.streams, given.rounds, given.seed)
     else:
         measure_cases(given.cases, given.seed)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import json
 import sqlite3
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, TypeVar
@@ -222,6 +222,22 @@ def choose_only(found: Sequence[T], name: str) -> T:
     if len(found) > 1:
         raise NotFoundError(f"more than one pattern's name begins with {name}; give more digits")
     return found[0]
+
+
+def find_in_classes(
+    name: str, sides: Iterable[int], pattern_class: Callable[[int], PatternClass]
+) -> Pattern:
+    """The pattern whose name begins with ``name``, in classes of these numbers of sides, of which
+    those that cannot hold it are not asked for; NotFoundError if there are none or several."""
+    low, high = parse_name(name)
+    found: list[Pattern] = []
+    for n_sides in sides:
+        first, last = get_id_range(n_sides)
+        if low <= last and first <= high:
+            patterns = pattern_class(n_sides)
+            rows = np.flatnonzero((patterns.ids >= low) & (patterns.ids <= high))[:2]
+            found += [patterns.pattern(row) for row in rows.tolist()]
+    return choose_only(found, name)
 
 
 def list_occurrences(connection: sqlite3.Connection, pattern_id: int) -> list[Occurrence]:

@@ -102,15 +102,7 @@ class StarterDatabase(Database):
 
     def pattern(self, name: str) -> Pattern:
         """The pattern whose name begins with ``name``; NotFoundError if not exactly one."""
-        low, high = reading.parse_name(name)
-        found: list[Pattern] = []
-        for n_sides in self._head.classes:
-            first, last = reading.get_id_range(n_sides)
-            if low <= last and first <= high:
-                patterns = self.pattern_class(n_sides)
-                rows = np.flatnonzero((patterns.ids >= low) & (patterns.ids <= high))[:2]
-                found += [patterns.pattern(row) for row in rows.tolist()]
-        return reading.choose_only(found, name)
+        return reading.find_in_classes(name, self._head.classes, self.pattern_class)
 
     def pattern_class(self, n_sides: int) -> PatternClass:
         """All patterns of ``n_sides`` sides, in default order."""
