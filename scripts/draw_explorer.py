@@ -23,8 +23,9 @@ from patterndb.store import Database
 from query.placing import Surface
 from viewer.camera import View
 from viewer.contour import make_flat_boundary
+from viewer.explorer_commands import KEYS
 from viewer.explorer_picture import compose_explorer
-from viewer.explorer_state import KEYS, ExplorerState
+from viewer.explorer_state import ExplorerState
 from viewer.picture import save_drawn
 
 ROOT = Path(__file__).parents[1]

@@ -61,6 +61,16 @@ class View:
         """After a drag: the thing turns the way the pointer goes."""
         return replace(self, axes=_about(1, -dx * TURN) @ (_about(0, dy * TURN) @ self.axes))
 
+    def orbited(self, dx: float, dy: float, up: Points) -> View:
+        """After a drag on a turntable: about ``up`` (3,), which stays upright, and about the
+        view's own horizontal."""
+        # Upside down the near side still follows the pointer.
+        angle = math.copysign(dx * TURN, float(self.axes[1] @ up))
+        x, y, z = up / np.linalg.norm(up)
+        across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        about = np.eye(3) + math.sin(angle) * across + (1.0 - math.cos(angle)) * across @ across
+        return replace(self, axes=_about(0, dy * TURN) @ (self.axes @ about))
+
     def rolled(self) -> View:
         """A quarter turn about the line of sight."""
         return replace(self, axes=_about(2, math.pi / 2.0) @ self.axes)
@@ -84,6 +94,11 @@ def _about(axis: int, angle: float) -> Points:
     return turn
 
 
+def turn_view(view: View, dx: float, dy: float, up: Points | None) -> View:
+    """Turn a view by a drag: about ``up`` (3,) as on a turntable, or any way without."""
+    return view.turned(dx, dy) if up is None else view.orbited(dx, dy, up)
+
+
 #: How much larger one step of the wheel makes things.
 STEP = 1.15
 
@@ -93,11 +108,13 @@ class Camera:
 
     points: (n, 3) of what is seen. toward: (3,) from where, up: (3,) what is upright, at first.
     view: where things are in the picture. room: width and height of the picture without the
-    panel, in points. pointer: its place, in points from the middle of the picture.
+    panel, in points. pointer: its place, in points from the middle of the picture. turntable: does
+    a drag turn about what is upright, rather than any way?
     """
 
     def __init__(self, points: Points, toward: ArrayLike, up: ArrayLike) -> None:
         self.pointer: tuple[float, float] | None = None
+        self.turntable = False
         self.room = (HEIGHT, HEIGHT)
         self._points = points
         self._toward = np.array(toward, np.float64)
@@ -124,6 +141,15 @@ class Camera:
     def roll(self) -> None:
         """A quarter turn about the line of sight."""
         self.aim(self.view.rolled())
+
+    def turn(self, dx: float, dy: float) -> None:
+        """A drag: the thing turns the way the pointer goes."""
+        self.aim(turn_view(self.view, dx, dy, self.upward if self.turntable else None))
+
+    @property
+    def upward(self) -> Points:
+        """(3,) what is upright."""
+        return self._up
 
     def aim(self, view: View) -> None:
         """Look from somewhere else."""
@@ -190,8 +216,12 @@ class ModelCamera(Camera):
         """A direction (3,) of a model that stands along z, for this one."""
         return np.roll(np.array(direction, np.float64), "zxy".index(self.upright))
 
+    @property
+    def upward(self) -> Points:
+        return self._turned((0.0, 0.0, 1.0))
+
     def fit_all(self) -> View:
-        up = self._turned((0.0, 0.0, 1.0))
+        up = self.upward
         if abs(up @ self._toward) > 0.999 * np.linalg.norm(self._toward):
             up = self._turned((0.0, 1.0, 0.0))
         return fit_view(self._points, self._toward, up, *self.room)

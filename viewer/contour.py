@@ -97,6 +97,17 @@ class Contour:
         lengths[side] = max(1, lengths[side] + by)
         return replace(self, lengths=tuple(lengths))
 
+    def list_even_lengths(self) -> list[tuple[int, int]]:
+        """List (side, edges) that make an odd perimeter even by one edge; none if it is even."""
+        if sum(self.lengths) % 2 == 0:
+            return []
+        return [
+            (side, length + by)
+            for side, length in enumerate(self.lengths)
+            for by in (-1, 1)
+            if length + by >= 1
+        ]
+
     def scaled(self, factor: float) -> Contour:
         """With about so many times the edges on all sides, and at least one more or fewer
         where that can be; raises InvalidBoundaryError for too many."""

@@ -8,18 +8,27 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.errors import PatternDBError
 from query import Boundary, Fill, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
-from viewer import saver
-from viewer.explorer_picture import compose_explorer
-from viewer.explorer_state import KEYS, ExplorerState
-from viewer.opengl import prepare_opengl
-from viewer.picture import Drawn, check_png, save_drawn
-from viewer.window import WINDOW, open_window
+from viewer import saver, style
+from viewer.contour import PointerMode
+from viewer.explorer_commands import COMMANDS, KEYS
+from viewer.explorer_picture import HINTS, compose_explorer, describe_explorer
+from viewer.explorer_state import ExplorerState
+from viewer.facts import FactWriter
+from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.saver import SaveWay
 
 #: Writes a placed fill, vertices (v, 3), to a file.
 WriteObj = Callable[[Path, Fill, NDArray[np.float64]], None]
+
+#: Told of a fill that was saved, as one that was chosen; says what came of it.
+Accept = Callable[[Fill], str]
+
+#: Reads a boundary with its strokes, or a surface to draw on, of a file.
+OpenQuestion = Callable[[Path], tuple[Boundary | None, Sequence[Stroke], Surface | None]]
 
 
 def explore(
@@ -32,6 +41,8 @@ def explore(
     rank: int = 1,
     folded: bool = True,
     write_obj: WriteObj | None = None,
+    accept: Accept | None = None,
+    open_file: OpenQuestion | None = None,
     off_screen: Path | str | None = None,
     keys: str = "",
     folder: Path | str = ".",
@@ -43,7 +54,8 @@ def explore(
     window. surface: what it lies on, and fills are placed on; None is a plane. strokes,
     tolerance: as for :func:`query.fills`. rank: the fill to begin with, from 1. folded: list one
     fill of each pattern, with its variants under it, not every fill. write_obj: for
-    the key that saves a fill. off_screen: write one picture to this PNG instead of opening a
+    the key that saves a fill. accept: called with every fill that is saved. open_file: reads a
+    file that is opened or dropped. off_screen: write one picture to this PNG instead of opening a
     window; it is drawn without OpenGL, and is the same everywhere. keys: pressed first, with
     spaces between ("o Right"), each once the query before has ended. folder: for what keys
     save. window_size: pixels.
@@ -56,12 +68,15 @@ def explore(
     if off_screen is not None:
         check_png(off_screen)
     else:
-        prepare_opengl(off_screen=False)
+        # Qt is imported for windows alone: pictures need none.
+        from viewer.shell.probe import check_display
+
+        check_display()
     state = ExplorerState(
         source, boundary, surface=surface, strokes=strokes, tolerance=tolerance, folded=folded
     )
     try:
-        shell = ExplorerSaver(state, Path(folder), write_obj, window_size)
+        shell = ExplorerSaver(state, Path(folder), write_obj, window_size, accept)
         if off_screen is not None:
             state.settle(rank - 1)
             shell.play(pressed)
@@ -71,15 +86,36 @@ def explore(
             return state
         if rank > 1:
             state.settle(rank - 1)
-        open_window(shell, pressed, "Fills")
+        from viewer.explorer_window import ExplorerWindow
+        from viewer.shell.opening import open_window
+
+        def open_another(path: Path) -> ExplorerSaver:
+            assert open_file is not None
+            found, drawn, ground = open_file(path)
+            # A boundary lies on the surface that there is.
+            ground = state.surface if ground is None else ground
+            other = ExplorerState(
+                source, found, surface=ground, strokes=drawn, tolerance=tolerance, folded=folded
+            )
+            return ExplorerSaver(other, Path(folder), write_obj, window_size, accept)
+
+        opener = None if open_file is None else open_another
+        shown = open_window(shell, pressed, "Fills", ExplorerWindow, opener)
+        state = shown.state
     finally:
         state.close()
     return state
 
 
+#: What to do where there is no boundary yet.
+FIRST_HINT = "press b and click the corners of a boundary, or open a boundary or a mesh: Ctrl+O"
+
+
 class ExplorerSaver(saver.Saver):
     """Obeys keys, and writes what some of them save."""
 
+    kind = "explore"
+    commands = COMMANDS
     state: ExplorerState
 
     def __init__(
@@ -88,13 +124,35 @@ class ExplorerSaver(saver.Saver):
         folder: Path,
         write_obj: WriteObj | None,
         size: tuple[int, int],
+        accept: Accept | None = None,
     ) -> None:
         super().__init__(state, KEYS, size)
         self._folder = folder
         self._write_obj = write_obj
+        self._accept = accept
 
     def drawn(self) -> Drawn:
         return compose_explorer(self.state, self.size[0] / self.size[1])
+
+    def draw_live(self, width: float, height: float) -> Drawn:
+        return compose_explorer(self.state, width / height, bare=True, height=height)
+
+    def describe(self, writer: FactWriter) -> None:
+        describe_explorer(writer, self.state)
+        if self.state.finder.trouble:
+            writer.paragraph(self.state.finder.trouble, style.MESSAGE)
+
+    def hint(self) -> str:
+        if self.state.contour is None and self.state.mode is PointerMode.LOOK:
+            return FIRST_HINT
+        return HINTS[self.state.mode]
+
+    def would_lose(self) -> str:
+        lost = self.state.drawn_here and self._write_obj is not None
+        return "What was drawn here is not saved: no fill of it was." if lost else ""
+
+    def save_ways(self) -> tuple[SaveWay, ...]:
+        return (SaveWay("save-fill", "Save fill", ".obj", self.write_fill, self._object_path),)
 
     def ready(self) -> None:
         if self.state.finder.boundary is not None:
@@ -104,14 +162,26 @@ class ExplorerSaver(saver.Saver):
         return self._folder / f"{self._name()}.png"
 
     def saved_object(self) -> str:
+        return self.write_fill(self._object_path())
+
+    def write_fill(self, path: Path) -> str:
+        """Write the fill that is looked at, and count it as used."""
         placed = self.state.finder.placed
         if placed is None:
             return "there is no placed fill to save"
         if self._write_obj is None:
             return "fills cannot be saved here: no way to write them was given"
-        path = self._folder / f"{self._name()}.obj"
         self._write_obj(path, placed.fill, placed.placement.vertices)
-        return f"saved {path}"
+        self.state.drawn_here = False
+        if self._accept is None:
+            return f"saved {path}"
+        try:
+            return f"saved {path}; {self._accept(placed.fill)}"
+        except PatternDBError as error:
+            return f"saved {path}, but not counted as used: {error}"
+
+    def _object_path(self) -> Path:
+        return self._folder / f"{self._name()}.obj"
 
     def _name(self) -> str:
         fill = self.state.finder.fill

@@ -10,10 +10,12 @@ from patterndb.geometry.points import Points
 from viewer import style
 from viewer.card import format_count, format_valences
 from viewer.contour import PointerMode
-from viewer.explorer_state import KEY_HELP, MOUSE_HELP, ExplorerState
+from viewer.explorer_commands import KEY_HELP, MOUSE_HELP
+from viewer.explorer_state import ExplorerState
+from viewer.facts import FactWriter, LegendEntry
 from viewer.finder import FillFinder
 from viewer.net import Net
-from viewer.panel import PANEL, PanelWriter, begin_panel, draw_help, draw_hint
+from viewer.panel import PANEL, begin_panel, draw_help, draw_hint
 from viewer.picture import Drawn
 from viewer.scene import HEIGHT, Scene, ScenePolygons
 from viewer.solid import Hiding, Solid
@@ -35,15 +37,28 @@ LABEL = 18.0
 LABEL_RIM = "#b9c1cb"
 
 
-def compose_explorer(state: ExplorerState, aspect: float) -> Drawn:
-    """Compose the picture for a window of this width to height."""
-    scene = Scene(HEIGHT * aspect, HEIGHT)
-    room = scene.width - PANEL
-    middle = (room / 2.0, HEIGHT / 2.0)
+def compose_explorer(
+    state: ExplorerState, aspect: float, *, bare: bool = False, height: float = HEIGHT
+) -> Drawn:
+    """Compose the picture for a window of this width to height.
+
+    bare: without the panel. height: of a bare picture, in points; one with the panel has always
+    the same.
+    """
+    height = height if bare else HEIGHT
+    scene = Scene(height * aspect, height)
+    room = scene.width if bare else scene.width - PANEL
+    middle = (room / 2.0, height / 2.0)
+    if bare:
+        state.fill_room(room, height)
     placed = None if state.hiding else state.finder.placed
-    net = None if placed is None else placed.net
-    solid = Solid.of(state.view, middle, state.surface, net)
-    painter = _Painter(state, scene, Hiding(solid, room, HEIGHT), middle)
+    # What was found before the boundary changed stays in sight until there is something new.
+    former = None if state.hiding or placed is not None else state.former
+    net = placed.net if placed is not None else None if former is None else former.net
+    solid = Solid.of(state.view, middle, state.surface, net, faded=former is not None)
+    if former is not None:
+        net = None
+    painter = _Painter(state, scene, Hiding(solid, room, height), middle)
     if net is not None:
         painter.net(net)
     painter.boundary(net)
@@ -53,9 +68,13 @@ def compose_explorer(state: ExplorerState, aspect: float) -> Drawn:
     if net is not None:
         painter.markers(net)
     painter.in_progress()
-    draw_panel(scene, state)
-    if state.helping:
-        draw_help(scene, KEY_HELP, MOUSE_HELP)
+    if not bare:
+        draw_panel(scene, state)
+        if state.helping:
+            draw_help(scene, KEY_HELP, MOUSE_HELP)
+    elif not scene.patches:
+        # Never without anything: a scene has a layer at least.
+        scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
     return Drawn(scene, solid, middle)
 
 
@@ -233,6 +252,7 @@ NAMES = 88.0
 #: More of a surface than this within the boundary: it may run the wrong way round.
 MOST_OF_SURFACE = 0.5
 
+#: What is to be done now, by what the pointer does.
 HINTS = {
     PointerMode.LOOK: "",
     PointerMode.CORNERS: "click corners on the surface    Enter: close    ⌫: take back    "
@@ -245,10 +265,7 @@ HINTS = {
 def draw_panel(scene: Scene, state: ExplorerState) -> None:
     """Write the panel, and a hint above the picture while something is drawn."""
     writer = begin_panel(scene, names=NAMES)
-    _headline(writer, state)
-    _fill(writer, state)
-    _question(writer, state)
-    _legend(writer, state)
+    describe_explorer(writer, state)
     trouble = state.message or state.finder.trouble
     if trouble:
         writer.skip(0.5)
@@ -257,7 +274,15 @@ def draw_panel(scene: Scene, state: ExplorerState) -> None:
         draw_hint(scene, HINTS[state.mode])
 
 
-def _headline(writer: PanelWriter, state: ExplorerState) -> None:
+def describe_explorer(writer: FactWriter, state: ExplorerState) -> None:
+    """Write what there is to say: the fill, the question, the legend."""
+    _headline(writer, state)
+    _fill(writer, state)
+    _question(writer, state)
+    _legend(writer, state)
+
+
+def _headline(writer: FactWriter, state: ExplorerState) -> None:
     count = len(state.finder.fills)
     if state.contour is None:
         writer.heading("No boundary yet", 18.0)
@@ -277,7 +302,7 @@ def _headline(writer: PanelWriter, state: ExplorerState) -> None:
     writer.skip(0.6)
 
 
-def _variants(writer: PanelWriter, finder: FillFinder) -> None:
+def _variants(writer: FactWriter, finder: FillFinder) -> None:
     """What is folded under the fill listed, or which of it is looked at."""
     found = f"{len(finder.variants):,}{' or more' if finder.counting else ''}"
     if finder.variant:
@@ -290,7 +315,7 @@ def _variants(writer: PanelWriter, finder: FillFinder) -> None:
     writer.paragraph(text, style.TEXT)
 
 
-def _fill(writer: PanelWriter, state: ExplorerState) -> None:
+def _fill(writer: FactWriter, state: ExplorerState) -> None:
     fill = state.finder.fill
     if fill is None:
         return
@@ -320,7 +345,7 @@ def _fill(writer: PanelWriter, state: ExplorerState) -> None:
     writer.skip(0.6)
 
 
-def _question(writer: PanelWriter, state: ExplorerState) -> None:
+def _question(writer: FactWriter, state: ExplorerState) -> None:
     contour = state.contour
     if contour is None:
         return
@@ -338,11 +363,11 @@ def _question(writer: PanelWriter, state: ExplorerState) -> None:
     writer.skip(0.6)
 
 
-def _legend(writer: PanelWriter, state: ExplorerState) -> None:
+def _legend(writer: FactWriter, state: ExplorerState) -> None:
     contour = state.contour
     if contour is None:
         return
-    entries: list[tuple[np.ndarray, str, str, str]] = []
+    entries: list[LegendEntry] = []
     placed = None if state.hiding else state.finder.placed
     if placed is not None:
         kinds, counts = np.unique(placed.net.valences, return_counts=True)
@@ -357,7 +382,4 @@ def _legend(writer: PanelWriter, state: ExplorerState) -> None:
         entries.append((style.make_circle() * 0.9, style.BOUNDARY, "none", "convex"))
     if "reflex" in contour.corners:
         entries.append((style.make_diamond() * 1.2, style.PAPER, style.BOUNDARY, "reflex"))
-    for i in range(0, len(entries), 2):
-        for column, (shape, face, line, text) in enumerate(entries[i : i + 2]):
-            writer.marker(column * 0.52 * writer.room, shape, face, line, text)
-        writer.skip(1.0)
+    writer.legend(entries)

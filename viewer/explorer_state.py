@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,15 +13,40 @@ from query import Boundary, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
 from query.stroke import TOLERANCE
-from viewer.camera import View
+from viewer.background import Placed
+from viewer.camera import View, turn_view
 from viewer.contour import Contour, PointerMode, PointerStroke
 from viewer.finder import LIMIT, FillFinder
 from viewer.ground import DrawingGround
-from viewer.keymap import ALIASES, Effect, KeyMap
 from viewer.nearness import SIDE_REACH
 
-#: Radius of the picture's middle that a boundary is fitted into, in points.
-RADIUS = 260.0
+#: Radius of the picture's middle that a boundary is fitted into, in points; in a window, as a
+#: part of its lesser size.
+RADIUS, FITTED = 260.0, 0.38
+
+#: What is upright on a turntable: most meshes stand along y.
+UPWARD = np.array([0.0, 1.0, 0.0])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ExplorerStep:
+    """What is asked for: all that undo brings back."""
+
+    contour: Contour | None
+    strokes: tuple[Stroke, ...]
+    choices: tuple[object, ...]
+
+    def is_like(self, other: ExplorerStep) -> bool:
+        """Is the same asked for?"""
+        return (
+            self.contour is other.contour
+            and [id(one) for one in self.strokes] == [id(one) for one in other.strokes]
+            and self.choices == other.choices
+        )
+
+
+#: What of a finder a step holds.
+CHOICES = ("tolerance", "order", "strict", "folded", "following", "max_irregular", "max_valence")
 
 
 class ExplorerState:
@@ -56,9 +82,18 @@ class ExplorerState:
             if surface is None:
                 self.ground = _plane_of(boundary)
         self.pen = PointerStroke(self.ground)
+        self.turntable = False
+        self._radius, self._moved = RADIUS, False
+        #: The fill that was shown before the boundary was changed, until there is another.
+        self.former: Placed | None = None
+        #: Was a boundary or a stroke drawn here since a fill was saved?
+        self.drawn_here = False
+        self._past: list[ExplorerStep] = []
+        self._future: list[ExplorerStep] = []
         self.view = self._fitted()
         if self.contour is not None:
             self._change(self.contour)
+        self._now = self._step()
 
     @property
     def surface(self) -> Surface | None:
@@ -93,14 +128,75 @@ class ExplorerState:
     def fit(self) -> None:
         """The boundary, or the surface, back into the middle."""
         self.view = self._fitted()
+        self._moved = False
+
+    def fill_room(self, width: float, height: float) -> None:
+        """A window has this size, in points; a view not yet moved is fitted into it."""
+        radius = FITTED * min(width, height)
+        if radius != self._radius:
+            self._radius = radius
+            if not self._moved:
+                self.view = self._fitted()
+
+    def aim(self, view: View) -> None:
+        """Look from somewhere else."""
+        self.view, self._moved = view, True
 
     def roll(self) -> None:
         """A quarter turn about the line of sight."""
-        self.view = self.view.rolled()
+        self.aim(self.view.rolled())
 
     def toggle(self, name: str) -> None:
         """Turn one of the switches helping and hiding (the fill)."""
         setattr(self, name, not getattr(self, name))
+
+    # Steps back and forward
+
+    @property
+    def undoable(self) -> int:
+        """Steps that can be taken back."""
+        return len(self._past)
+
+    @property
+    def redoable(self) -> int:
+        """Steps that can be done again."""
+        return len(self._future)
+
+    def keep_step(self) -> None:
+        """Keep what was asked for before, if it has changed; call it after whatever may have."""
+        now = self._step()
+        if not now.is_like(self._now):
+            self._past.append(self._now)
+            self._future.clear()
+            self._now = now
+
+    def undo(self) -> None:
+        """Ask for what was asked before; while corners are clicked, take the last back."""
+        if self.mode is PointerMode.CORNERS and self.pen.clicked:
+            self.pen.undo_corner()
+        else:
+            self._turn(self._past, self._future, "there is nothing to take back")
+
+    def redo(self) -> None:
+        """Ask again for what was taken back last."""
+        self._turn(self._future, self._past, "there is nothing to do again")
+
+    def _turn(self, source: list[ExplorerStep], target: list[ExplorerStep], otherwise: str) -> None:
+        if not source:
+            self.message = otherwise
+            return
+        target.append(self._now)
+        step = self._now = source.pop()
+        self.leave()
+        for name, value in zip(CHOICES, step.choices, strict=True):
+            setattr(self.finder, name, value)
+        self.finder.strokes = list(step.strokes)
+        self.contour = step.contour
+        self._ask()
+
+    def _step(self) -> ExplorerStep:
+        choices = tuple(getattr(self.finder, name) for name in CHOICES)
+        return ExplorerStep(self.contour, tuple(self.finder.strokes), choices)
 
     # The boundary
 
@@ -120,6 +216,16 @@ class ExplorerState:
             self._change(self.contour.scaled(factor))
         except PatternDBError as error:
             self.message = str(error)
+
+    def list_even_lengths(self) -> list[tuple[int, int]]:
+        """List sides and the numbers of edges, one more or fewer, that would make the perimeter
+        even; none if it is even."""
+        return [] if self.contour is None else self.contour.list_even_lengths()
+
+    def choose_length(self, side: int, length: int) -> None:
+        """Give a side another number of edges."""
+        if self.contour is not None:
+            self._change(self.contour.lengthened(side, length - self.contour.lengths[side]))
 
     def toggle_corner(self) -> None:
         """Make the corner under the pointer reflex, or convex."""
@@ -167,7 +273,10 @@ class ExplorerState:
             return
         self.leave()
         self.finder.strokes = []
+        self.drawn_here = True
         self._change(contour)
+        # That of another boundary altogether is of no use.
+        self.former = None
 
     # The pointer, at places of the picture in points from its middle
 
@@ -176,7 +285,8 @@ class ExplorerState:
         before = (self.side_under(), self.corner_under())
         last, self.pointer = self.pointer, (x, y)
         if self._turning and last is not None:
-            self.view = self.view.turned(x - last[0], y - last[1])
+            upward = UPWARD if self.turntable else None
+            self.aim(turn_view(self.view, x - last[0], y - last[1], upward))
         elif self.pen.line:
             self.pen.extend(self.view, x, y)
         elif self.mode is PointerMode.CORNERS and self.pen.clicked:
@@ -194,6 +304,7 @@ class ExplorerState:
         self.message = ""
         if self.mode is PointerMode.CORNERS:
             self._click(x, y)
+            self.keep_step()
         else:
             self.pen.extend(self.view, x, y)
             if not self.pen.line:
@@ -208,17 +319,18 @@ class ExplorerState:
         if self.pen.line:
             self.pen.extend(self.view, x, y)
             self._end_stroke()
+            self.keep_step()
             return True
         return False
 
     def wheel(self, steps: float) -> bool:
         """The wheel turns: nearer, or farther off, about the pointer."""
-        self.view = self.view.zoomed(1.15**steps, *(self.pointer or (0.0, 0.0)))
+        self.aim(self.view.zoomed(1.15**steps, *(self.pointer or (0.0, 0.0))))
         return True
 
     def drag_view(self, dx: float, dy: float) -> bool:
         """Shift the picture."""
-        self.view = self.view.moved(dx, dy)
+        self.aim(self.view.moved(dx, dy))
         return True
 
     def side_under(self) -> int | None:
@@ -261,17 +373,24 @@ class ExplorerState:
             return
         self.leave()
         self.finder.strokes.append(stroke)
+        self.drawn_here = True
         self.finder.restart()
 
     def _change(self, contour: Contour) -> None:
         """Another boundary: strokes are drawn on it anew, and fills are asked for."""
         self.contour = contour
+        self._ask(redraw=True)
+
+    def _ask(self, *, redraw: bool = False) -> None:
+        """Ask for fills of the boundary as it is now; redraw: strokes were drawn on another."""
+        self.former = self.finder.placed or self.former
         self.finder.boundary = None
-        try:
-            self.finder.boundary = contour.boundary()
-        except PatternDBError as error:
-            self.message = str(error)
-        else:
+        if self.contour is not None:
+            try:
+                self.finder.boundary = self.contour.boundary()
+            except PatternDBError as error:
+                self.message = str(error)
+        if redraw and self.finder.boundary is not None:
             self._redraw_strokes(self.finder.boundary)
         self.finder.restart()
 
@@ -292,11 +411,13 @@ class ExplorerState:
         if self.contour is not None:
             points = np.concatenate(self.contour.sides)
             toward = self.ground.on(points)[1].sum(axis=0)
-            return View.facing(points, toward, RADIUS)
+            return View.facing(points, toward, self._radius)
         if self.surface is not None:
             toward = np.array([0.35, 0.25, 1.0])
-            return View.facing(self.surface.vertices, toward, 1.25 * RADIUS)
-        return View.facing(np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), np.zeros(3), RADIUS)
+            return View.facing(self.surface.vertices, toward, 1.25 * self._radius)
+        return View.facing(
+            np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), np.zeros(3), self._radius
+        )
 
 
 def _plane_of(boundary: Boundary) -> DrawingGround:
@@ -317,109 +438,3 @@ def _distance(line: Points, pointer: tuple[float, float]) -> float:
     t = ((pointer - a) * along).sum(axis=1) / np.where(square > 0.0, square, 1.0)
     foot = a + np.clip(t, 0.0, 1.0)[:, None] * along
     return float(np.linalg.norm(foot - pointer, axis=1).min())
-
-
-# The fill explorer's keys: which there are, and what they do to its state.
-
-#: (keys, what they do), as the help lists them; a lone head begins a group.
-KEY_HELP = (
-    ("← →", "previous, next fill"),
-    ("↑ ↓", "variants of the fill: other fills of its pattern"),
-    ("a", "all fills, or one of each pattern"),
-    ("Home End", "first, last fill so far"),
-    ("m", "look for twice as many"),
-    ("o", "order of the fills"),
-    ("r", "relaxed or strict corners"),
-    ("b", "draw a boundary: click its corners;"),
-    ("", "click the last again, or Enter, to close"),
-    ("⌫", "take the last corner back"),
-    ("- +", "edges of the side at the pointer"),
-    ("[ ]", "edges of all sides"),
-    ("c", "corner at the pointer: convex, reflex"),
-    ("k", "fill the boundary's other side"),
-    ("s   l", "draw a stroke; a loop (drag)"),
-    ("x", "forget the last stroke"),
-    (", .", "tolerance of strokes, in edges"),
-    ("f", "strands follow strokes, or not"),
-    ("n", "show the fill, or the boundary alone"),
-    ("v   u", "view back to the middle; roll it"),
-    ("w   p", "save the fill as OBJ; the picture"),
-    ("h ?   q", "this list; quit"),
-)
-
-#: Under the list of keys.
-MOUSE_HELP = "drag: turn    right drag: turn, always    middle drag: shift    wheel: zoom"
-
-#: By how much the keys [ and ] scale edge counts.
-FINER = 1.25
-
-#: Other names of keys: X's, and capitals.
-ALIASES = (
-    {name: key for name, key in ALIASES.items() if key in {*"[],.+-"} or key == "h"}
-    | {
-        "space": "Right",
-        "Return": "Enter",
-        "KP_Enter": "Enter",
-        "Delete": "BackSpace",
-        "Page_Down": "Next",
-        "Page_Up": "Prior",
-    }
-    | {c.upper(): c for c in "amorbcksxlfnvuwphq"}
-)
-
-ACTIONS: dict[str, Callable[[ExplorerState], None]] = {
-    "Left": lambda e: e.finder.step(-1),
-    "Right": lambda e: e.finder.step(1),
-    "Up": lambda e: e.finder.step_variant(-1),
-    "Down": lambda e: e.finder.step_variant(1),
-    "a": lambda e: e.finder.toggle_folded(),
-    "Prior": lambda e: e.finder.step(-10),
-    "Next": lambda e: e.finder.step(10),
-    "Home": lambda e: e.finder.look_at(0),
-    "End": lambda e: e.finder.look_at(-1),
-    "m": lambda e: e.finder.more(),
-    "o": lambda e: e.finder.change_order(),
-    "r": lambda e: e.finder.toggle_strict(),
-    "b": lambda e: _enter(e, PointerMode.CORNERS),
-    "Enter": lambda e: e.close_boundary(),
-    "BackSpace": lambda e: e.undo_corner(),
-    "-": lambda e: e.change_length(-1),
-    "+": lambda e: e.change_length(1),
-    "[": lambda e: e.scale_lengths(1.0 / FINER),
-    "]": lambda e: e.scale_lengths(FINER),
-    "c": lambda e: e.toggle_corner(),
-    "k": lambda e: e.reverse(),
-    "s": lambda e: _enter(e, PointerMode.STROKE),
-    "l": lambda e: _enter(e, PointerMode.LOOP),
-    "x": lambda e: e.finder.drop_stroke(),
-    ",": lambda e: e.finder.change_tolerance(-1),
-    ".": lambda e: e.finder.change_tolerance(1),
-    "f": lambda e: e.finder.toggle_following(),
-    "n": lambda e: e.toggle("hiding"),
-    "v": lambda e: e.fit(),
-    "u": lambda e: e.roll(),
-    "h": lambda e: e.toggle("helping"),
-}
-
-#: What the window does itself.
-EFFECTS = {"w": Effect.OBJ, "p": Effect.PICTURE, "q": Effect.QUIT}
-
-
-def _enter(state: ExplorerState, mode: PointerMode) -> None:
-    """The key that entered a mode leaves it, too."""
-    if state.mode is mode:
-        state.leave()
-    else:
-        state.begin(mode)
-
-
-def _leave(state: ExplorerState) -> bool:
-    """Leave a mode or the help; False if there is none to leave."""
-    left = state.mode is not PointerMode.LOOK or state.helping
-    if left:
-        state.helping = False
-        state.leave()
-    return left
-
-
-KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, _leave)

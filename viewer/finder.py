@@ -13,6 +13,7 @@ from concurrent.futures import Future
 from patterndb.errors import NotFoundError
 from query import Boundary, Fill, Fills, Stroke, fills
 from query.engine import PatternSource
+from query.listing.filters import NO_DOUBLETS
 from query.listing.orders import ORDERS, default_order
 from query.placing import Surface
 from query.stroke import TOLERANCE
@@ -37,7 +38,8 @@ class FillFinder:
 
     Nothing is asked for until there is a boundary. tolerance, order, strict, limit: as for
     :func:`query.fills`. following: are strands pulled onto their strokes? folded: is every fill
-    listed of another pattern, with its variants under it? Else all fills are. rank: of the fill
+    listed of another pattern, with its variants under it? Else all fills are. max_irregular,
+    max_valence: of vertices within a fill, None for any. rank: of the fill
     that is looked at, from 0. variant: 0 for the fill listed, k for the k-th variant under it.
     """
 
@@ -59,6 +61,8 @@ class FillFinder:
         self.limit = limit
         self.following = True
         self.folded = folded
+        self.max_irregular: int | None = None
+        self.max_valence: int | None = None
         self.message = ""
         self.rank = 0
         self.variant = 0
@@ -210,10 +214,38 @@ class FillFinder:
         self.folded = not self.folded
         self.restart()
 
+    def stop(self) -> None:
+        """End the query that runs; the fills found so far stay."""
+        if self._search is not None and not self._search.done:
+            self._search.cancel()
+            self.message = "stopped looking: these are the fills found so far"
+
     def change_tolerance(self, by: int) -> None:
         """How far strands may miss the strokes' ends, in edges."""
         self.tolerance = max(0, min(self.tolerance + by, MAX_TOLERANCE))
         self.restart()
+
+    def limit_irregular(self, most: int | None) -> None:
+        """Fills with at most so many irregular vertices, None for any number."""
+        if most != self.max_irregular:
+            self.max_irregular = most
+            self.restart()
+
+    def limit_valence(self, most: int | None) -> None:
+        """Fills whose vertices have at most so many quads, None for any number."""
+        if most != self.max_valence:
+            self.max_valence = most
+            self.restart()
+
+    def choose_order(self, order: str | None) -> None:
+        """An order by its name, None for the one by default."""
+        if order != self.order:
+            self.order = order
+            self.restart()
+
+    def list_orders(self) -> list[str]:
+        """List the orders that make sense here."""
+        return [name for name in ORDERS if self._is_usable(name)]
 
     def change_order(self) -> None:
         """The next order that makes sense here, after the last the default."""
@@ -262,6 +294,8 @@ class FillFinder:
     def _question(self, boundary: Boundary) -> Callable[[], Fills]:
         strokes, tolerance, limit = tuple(self.strokes), self.tolerance, self.limit
         order, strict, source = self.order, self.strict, self._source
+        irregular = self.max_irregular
+        highest = NO_DOUBLETS if self.max_valence is None else (NO_DOUBLETS[0], self.max_valence)
         per_pattern = 1 if self.folded else None
         if order is not None and not self._is_usable(order):
             order = None
@@ -276,6 +310,8 @@ class FillFinder:
                 per_pattern=per_pattern,
                 order=order,
                 strict=strict,
+                max_irregular=irregular,
+                valence=highest,
             )
 
         return ask

@@ -68,7 +68,7 @@ class KeyMap(Generic[State]):
     """
 
     aliases: Mapping[str, str]
-    actions: Mapping[str, Callable[[State], None]]
+    actions: Mapping[str, Callable[[State], object]]
     effects: Mapping[str, Effect]
     leave: Callable[[State], bool] | None = None
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
+from viewer.facts import LegendEntry
 from viewer.scene import HEIGHT, HIGHLIGHT_LINE, RULE, Scene
 
 #: Width of the panel, and of its margins, in points.
@@ -66,6 +67,13 @@ class PanelWriter:
         self.scene.polygons((at + shape * radius)[None], face=face, line=line, width=1.4)
         grey = style.FAINT_TEXT
         self.scene.text(self.left + x + 19.0, self.y, text, 12.0, colour=grey, align="left")
+
+    def legend(self, entries: Sequence[LegendEntry]) -> None:
+        """What markers mean, two in a line."""
+        for i in range(0, len(entries), 2):
+            for column, (shape, face, line, text) in enumerate(entries[i : i + 2]):
+                self.marker(column * 0.52 * self.room, shape, face, line, text)
+            self.skip(1.0)
 
     def paragraph(self, text: str, colour: str) -> None:
         """A text in lines as long as fit."""

@@ -16,6 +16,9 @@ from viewer.raster import Raster
 from viewer.scene import HEIGHT, Scene
 from viewer.solid import NOTHING, Solid, Triangles
 
+#: Pixels of a picture of a window.
+WINDOW = (1400, 860)
+
 #: Samples of a pixel, each way, of what is shaded.
 SAMPLES = 2
 

@@ -3,20 +3,53 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from viewer.commands import Command
+from viewer.facts import FactWriter
 from viewer.keymap import Effect, KeyMap
 from viewer.picture import Drawn, save_drawn
+
+
+@dataclass(frozen=True, slots=True)
+class SaveWay:
+    """One thing that a window can save.
+
+    name:   of the command ("save-session"). title: in the menu. suffix: of files, ".obj".
+    write:  writes it to a file, and says so; OSError as writing does.
+    suggest: a file that is not there yet. known: the file that it is saved to without asking.
+    """
+
+    name: str
+    title: str
+    suffix: str
+    write: Callable[[Path], str]
+    suggest: Callable[[], Path]
+    known: Callable[[], Path | None] = lambda: None
+
+
+@dataclass(frozen=True, slots=True)
+class LostWork:
+    """Work that a crash left. what: a sentence. open, discard: what can be done with it."""
+
+    what: str
+    open: Callable[[], object]
+    discard: Callable[[], object]
 
 
 class Saver(ABC):
     """Draws a state, obeys keys, and writes what some of them save.
 
-    state: the viewer's, with a ``message``. keys: the viewer's. size: pixels of the picture. A
-    viewer says in a class of its own how it is drawn, and what its files are.
+    state: the viewer's, with a ``message``. keys: the viewer's. size: pixels of the picture.
+    kind: of window, which settings go by. commands: what can be done, for menus. A viewer says
+    in a class of its own how it is drawn, and what its files are.
     """
+
+    kind = "window"
+    commands: Sequence[Command[Any]] = ()
 
     def __init__(self, state: Any, keys: KeyMap[Any], size: tuple[int, int]) -> None:
         self.state = state
@@ -27,6 +60,30 @@ class Saver(ABC):
     @abstractmethod
     def drawn(self) -> Drawn:
         """The picture of the state as it is now."""
+
+    @abstractmethod
+    def draw_live(self, width: float, height: float) -> Drawn:
+        """The picture without what a window says beside it, of so many points."""
+
+    def describe(self, writer: FactWriter) -> None:
+        """Write what is said beside the picture."""
+        raise NotImplementedError("a viewer says what it shows")
+
+    def hint(self) -> str:
+        """What is to be done now, in a line; "" for nothing in particular."""
+        return ""
+
+    def save_ways(self) -> tuple[SaveWay, ...]:
+        """What can be saved; the first is the work itself, which closing asks about."""
+        return ()
+
+    def refuse(self, command: Command[Any]) -> str:
+        """Why a command cannot be obeyed just now; "" if it can."""
+        return ""
+
+    def find_lost_work(self) -> LostWork | None:
+        """Work that a crash left, None for none."""
+        return None
 
     @abstractmethod
     def picture_path(self) -> Path:
@@ -79,7 +136,10 @@ class Saver(ABC):
     def _saved(self, effect: Effect) -> str:
         if effect is Effect.OBJ:
             return self.saved_object()
-        path = self.picture_path()
+        return self.save_picture(self.picture_path())
+
+    def save_picture(self, path: Path) -> str:
+        """Write the picture to a PNG, and say so."""
         save_drawn(path, self.drawn(), self.size[1])
         return f"saved {path}"
 

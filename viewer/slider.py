@@ -62,6 +62,14 @@ class Slider:
         if self.digits < 0 or self.step <= 0.0:
             raise ValueError(f"{self.label}: give a step above 0, and no negative digits")
 
+    @property
+    def decimals(self) -> int:
+        """Digits behind the point that tell all values apart; on a logarithmic scale, at its
+        lower end."""
+        if self.digits:
+            return max(0, self.digits - 1 - math.floor(math.log10(self.low)))
+        return max(0, -math.floor(math.log10(self.step) + 1e-9))
+
     def share(self, value: float) -> float:
         """Where a value is on the line, 0 to 1 from left to right."""
         value = min(max(value, self.low), self.high)
@@ -96,8 +104,7 @@ class Slider:
         """The value as it is written."""
         if self.digits:
             return f"{value:.{self.digits}g}{self.unit}"
-        digits = max(0, -math.floor(math.log10(self.step) + 1e-9))
-        return f"{value:.{digits}f}{self.unit}".replace("-", "\N{MINUS SIGN}")
+        return f"{value:.{self.decimals}f}{self.unit}".replace("-", "\N{MINUS SIGN}")
 
 
 @dataclass(frozen=True, slots=True)

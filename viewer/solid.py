@@ -183,6 +183,7 @@ SURFACE_BACK = "#97a2ae"
 FILL = "#fff8ea"
 FILL_BACK = "#d6ccb6"
 CARRIED = "#ffcb80"
+FORMER = "#cfd3d8"
 
 #: Where the light comes from, seen by the viewer; how bright is what it does not reach, of a
 #: surface and of a fill, whose lines must stand out; and how much it brightens: what faces the
@@ -218,9 +219,16 @@ class Solid:
 
     @classmethod
     def of(
-        cls, view: View, middle: tuple[float, float], surface: Surface | None, net: Net | None
+        cls,
+        view: View,
+        middle: tuple[float, float],
+        surface: Surface | None,
+        net: Net | None,
+        *,
+        faded: bool = False,
     ) -> Solid:
-        """A surface and a fill, either of which may be missing; middle: of the view."""
+        """A surface and a fill, either of which may be missing; middle: of the view. faded: the
+        fill is one of before, in grey."""
         corners: list[Points] = [np.zeros((0, 3, 3))]
         colours: list[Grid] = [np.zeros((0, 3, 3), np.float32)]
         shift = np.array([*middle, 0.0])
@@ -237,6 +245,8 @@ class Solid:
             normals = _triangles(net.normals @ view.axes.T)
             base = np.tile(style.parse_colour(FILL), (len(net.patches), 1))
             base[net.carried] = style.parse_colour(CARRIED)
+            if faded:
+                base[:] = style.parse_colour(FORMER)
             each = np.repeat(base, len(seen) // max(len(net.patches), 1), axis=0)
             corners.append(seen)
             colours.append(

@@ -52,7 +52,7 @@ def read_vtk(data: bytes, path: str | Path, limits: ReadLimits) -> PolygonMesh:
     Raises MissingExtraError without VTK; MeshFileError, also for whatever VTK reports. Nothing is
     printed.
     """
-    require_extra("viewer", "reading VTK files")
+    require_extra("viewer", "reading VTK files", ("vtkmodules", "pyvista"))
     _check_counts(data, path)
     return read_isolated("vtk", path, limits)
 

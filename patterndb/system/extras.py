@@ -41,7 +41,11 @@ class Extra:
 EXTRAS = {
     extra.name: extra
     for extra in (
-        Extra("viewer", ("vtkmodules", "pyvista", "matplotlib"), "windows; reading VTK files"),
+        Extra(
+            "viewer",
+            ("vtkmodules", "pyvista", "matplotlib", "PySide6", "pyvistaqt"),
+            "windows; reading VTK files",
+        ),
         Extra("sketch", ("ortools",), "surfacing networks, retopology, the solver cp-sat"),
         Extra("usd", ("pxr",), "reading USD files"),
         Extra("service", ("fastapi", "uvicorn", "python_multipart"), "answering over HTTP"),
@@ -51,15 +55,16 @@ EXTRAS = {
 }
 
 
-def require_extra(name: str, doing: str) -> None:
+def require_extra(name: str, doing: str, packages: tuple[str, ...] = ()) -> None:
     """Raise MissingExtraError where an extra is not installed, with the line that installs it.
 
-    doing: what needs it, the subject of the sentence ("reading USD files").
+    doing: what needs it, the subject of the sentence ("reading USD files"). packages: those of it
+    that are needed; () is all of them.
 
     Example: ``require_extra("viewer", "a window")``
     """
     extra = EXTRAS[name]
-    missing = extra.find_missing()
+    missing = [one for one in extra.find_missing() if not packages or one in packages]
     if missing:
         raise MissingExtraError(
             f"{doing} needs {' and '.join(missing)}, which is not installed: {extra.install}"

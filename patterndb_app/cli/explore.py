@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import contextlib
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from patterndb_app.cli.fill import record_accepted
 from patterndb_app.cli.options import (
     DatabaseChoice,
     FileName,
@@ -23,6 +25,7 @@ from patterndb_app.cli.text import say
 
 if TYPE_CHECKING:
     from query import Boundary, Stroke
+    from query.placing import Surface
 
 
 @click.command()
@@ -99,20 +102,15 @@ def explore(
     if output is not None and boundary is None and sides is None:
         raise click.UsageError("nothing to fill: give a boundary's file or --sides")
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from query.placing import Surface
     from viewer.explore import explore as open_explorer
-    from viewer.explorer_state import KEYS
+    from viewer.explorer_commands import KEYS
 
     try:
         KEYS.check(keys)
     except ValueError as error:
         raise click.BadParameter(str(error), param_hint="--keys") from error
     asked, strokes = _asked(boundary, sides, closed, corners)
-    ground: Surface | None = None
-    if surface is not None:
-        from ingest.formats import read_mesh
-
-        ground = Surface.from_polygons(read_mesh(surface))
+    ground = None if surface is None else _read_surface(surface)
     from patterndb_app.cli.obj import write_placed_fill
 
     window = hushed() if output is None else contextlib.nullcontext()
@@ -126,12 +124,32 @@ def explore(
             rank=rank,
             folded=not flat,
             write_obj=write_placed_fill,
+            accept=partial(record_accepted, db),
+            open_file=_open_question,
             off_screen=output,
             keys=keys,
         )
     if output is not None:
         say(f"drawn: {output}")
     return 0
+
+
+def _read_surface(path: Path) -> Surface:
+    """The surface of a mesh's file."""
+    from ingest.formats import read_mesh
+    from query.placing import Surface
+
+    return Surface.from_polygons(read_mesh(path))
+
+
+def _open_question(path: Path) -> tuple[Boundary | None, list[Stroke], Surface | None]:
+    """What a file that is opened in the window asks: a boundary's JSON, or a mesh to draw on."""
+    if path.suffix.lower() == ".json":
+        from query.boundaryfile import read_boundary
+
+        boundary, strokes = read_boundary(path)
+        return boundary, strokes, None
+    return None, [], _read_surface(path)
 
 
 def _asked(

@@ -165,7 +165,7 @@ def fill(
 
     write_placed_fill(output, chosen, placement.vertices)
     if record:
-        say(_record(db, chosen))
+        say(record_accepted(db, chosen))
     if as_json:
         described = next(describe_fills([chosen], holders))
         write_json(_document(chosen, described, placement, rank, output, seconds))
@@ -174,7 +174,7 @@ def fill(
     return 0
 
 
-def _record(db: DatabaseChoice, fill: Fill) -> str:
+def record_accepted(db: DatabaseChoice, fill: Fill) -> str:
     """Record that the fill was accepted, of several databases in the first that may be written;
     return what is to be said of it."""
     from patterndb.store import DatabaseUnion

@@ -6,6 +6,7 @@ import numpy as np
 
 from viewer import style
 from viewer.card import format_count
+from viewer.facts import FactWriter
 from viewer.features.edits import DrawnCurve, choose_curve_colour
 from viewer.features.layout import (
     AXES,
@@ -22,7 +23,7 @@ from viewer.features.layout import (
     place_rails,
 )
 from viewer.features.state import FeatureState
-from viewer.panel import LETTER, MARGIN, PANEL, PanelWriter, begin_panel, draw_hint
+from viewer.panel import LETTER, MARGIN, PANEL, begin_panel, draw_hint
 from viewer.scene import HIGHLIGHT, HIGHLIGHT_LINE, Scene
 from viewer.slider import ENDS_DOWN
 
@@ -60,14 +61,23 @@ def draw_panel(scene: Scene, state: FeatureState) -> None:
     if state.message:
         writer.skip(0.4)
         writer.paragraph(state.message, style.MESSAGE)
-    if state.editing.helping:
-        return
+    if not state.editing.helping and tell_hint(state):
+        draw_hint(scene, tell_hint(state))
+
+
+def tell_hint(state: FeatureState) -> str:
+    """Tell what is to be done now, in a line; "" for nothing in particular."""
     if state.editing.typed is not None:
-        draw_hint(scene, NAMING)
-    elif state.editing.clicks is not None:
-        draw_hint(scene, HINTS[min(len(state.editing.clicks), 2)])
-    elif not state.editing.edits.curves:
-        draw_hint(scene, "press c to draw a curve along a feature")
+        return NAMING
+    if state.editing.clicks is not None:
+        return HINTS[min(len(state.editing.clicks), 2)]
+    return "" if state.editing.edits.curves else "press c to draw a curve along a feature"
+
+
+def describe_features(writer: FactWriter, state: FeatureState) -> None:
+    """Write what there is to say of the curve that is drawn or selected."""
+    writer.fact("curves", f"{len(state.editing.edits.curves)}")
+    _facts(writer, state)
 
 
 def _list(scene: Scene, state: FeatureState, left: float) -> None:
@@ -142,7 +152,7 @@ def _button(scene: Scene, x: float, text: str, on: bool) -> None:
     scene.text(x, CHOICES - 4.5, text, 13.0, bold=on)
 
 
-def _facts(writer: PanelWriter, state: FeatureState) -> None:
+def _facts(writer: FactWriter, state: FeatureState) -> None:
     curve = state.editing.preview if state.editing.clicks is not None else state.editing.curve
     if curve is None:
         writer.paragraph(
@@ -155,9 +165,9 @@ def _facts(writer: PanelWriter, state: FeatureState) -> None:
     _curve(writer, state, curve)
 
 
-def _curve(writer: PanelWriter, state: FeatureState, curve: DrawnCurve) -> None:
+def _curve(writer: FactWriter, state: FeatureState, curve: DrawnCurve) -> None:
     look, snap = state.editing.look(curve), state.editing.snap_of(curve)
-    writer.heading(_fitted(curve.name, writer.room, 13.5))
+    writer.heading(_short(curve.name))
     if look is not None:
         writer.fact("length", f"{look.spline.length:.4g}")
         writer.fact("spline", format_count(len(look.spline.control), "control point"))

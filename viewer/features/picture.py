@@ -14,6 +14,7 @@ from viewer.features.pointing import PIN
 from viewer.features.state import FeatureState
 from viewer.panel import draw_axes, draw_help
 from viewer.picture import Drawn, Frame
+from viewer.scene import HEIGHT
 from viewer.skin import Shading
 from viewer.solid import Triangles, dash_line, make_discs, make_ribbons
 
@@ -49,9 +50,12 @@ class FeaturePainter:
     def __init__(self) -> None:
         self._shading = Shading()
 
-    def compose(self, state: FeatureState, aspect: float, *, bare: bool = False) -> Drawn:
-        """The picture for a window of this width to height; bare: without the panel."""
-        frame = Frame.of(state.camera, aspect, bare=bare)
+    def compose(
+        self, state: FeatureState, aspect: float, *, bare: bool = False, height: float = HEIGHT
+    ) -> Drawn:
+        """The picture for a window of this width to height; bare: without the panel, and so many
+        points high."""
+        frame = Frame.of(state.camera, aspect, bare=bare, height=height)
         model = self._shading.model(
             state.skin, state.camera.view, state.camera.model_look, frame.middle
         )

@@ -150,7 +150,7 @@ class FeatureState:
         if self._held == "curve":
             self._pull(x, y)
         else:
-            self.camera.aim(self.camera.view.turned(x - last[0], y - last[1]))
+            self.camera.turn(x - last[0], y - last[1])
         return True
 
     def release(self, x: float, y: float) -> bool:

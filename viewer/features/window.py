@@ -12,7 +12,9 @@ from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession, write_network, write_session
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
+from viewer.facts import FactWriter
 from viewer.features.keys import KEYS
+from viewer.features.panel import describe_features, tell_hint
 from viewer.features.picture import FeaturePainter
 from viewer.features.state import FeatureState
 from viewer.keymap import Effect
@@ -168,6 +170,15 @@ class FeatureSaver(saver.Saver):
 
     def drawn(self) -> Drawn:
         return self._painter.compose(self.state, self.size[0] / self.size[1], bare=self._bare)
+
+    def draw_live(self, width: float, height: float) -> Drawn:
+        return self._painter.compose(self.state, width / height, bare=True, height=height)
+
+    def describe(self, writer: FactWriter) -> None:
+        describe_features(writer, self.state)
+
+    def hint(self) -> str:
+        return tell_hint(self.state)
 
     def ready(self) -> None:
         self.state.settle()

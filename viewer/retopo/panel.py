@@ -10,6 +10,7 @@ from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.filling.placing import fill_of
 from viewer import style
 from viewer.card import format_count
+from viewer.facts import FactWriter
 from viewer.panel import LINE, MARGIN, PANEL, PanelWriter, begin_panel, draw_hint
 from viewer.retopo.layout import OPTION, place_mode, place_options
 from viewer.retopo.marks import choose_side_colour, choose_valence_colour
@@ -38,9 +39,20 @@ def draw_panel(scene: Scene, state: RetopoState) -> None:
         writer.skip(0.3)
         writer.paragraph(state.message, style.MESSAGE)
     if not state.helping:
-        preview = state.tool.preview
-        refused = "" if preview is None else preview.refused
-        draw_hint(scene, refused or state.tool.mode.hint)
+        draw_hint(scene, tell_hint(state))
+
+
+def tell_hint(state: RetopoState) -> str:
+    """Tell why a click would be refused, or else what the tool in use is for."""
+    preview = state.tool.preview
+    refused = "" if preview is None else preview.refused
+    return refused or state.tool.mode.hint
+
+
+def describe_network(writer: FactWriter, state: RetopoState) -> None:
+    """Write what there is to say of patches, quads, and the patch at the pointer."""
+    _facts(writer, None, state)
+    _patch(writer, state)
 
 
 def _modes(scene: Scene, state: RetopoState, left: float) -> None:
@@ -83,11 +95,12 @@ def _options(scene: Scene, state: RetopoState, left: float) -> None:
         scene.text(right, y - 4.5, f"{said}   {key:>3}", 12.5, bold=changed, align="right")
 
 
-def _facts(writer: PanelWriter, scene: Scene, state: RetopoState) -> None:
+def _facts(writer: FactWriter, scene: Scene | None, state: RetopoState) -> None:
     """Patches by their sides, quads, and irregular vertices."""
     shown = state.shown
     patches = shown.state.network.patches
-    _rule(writer, scene)
+    if scene is not None and isinstance(writer, PanelWriter):
+        _rule(writer, scene)
     sides: dict[int, int] = {}
     for patch in patches.values():
         sides[len(patch.corners)] = sides.get(len(patch.corners), 0) + 1
@@ -125,7 +138,7 @@ def _facts(writer: PanelWriter, scene: Scene, state: RetopoState) -> None:
         writer.paragraph(note, style.FAINT_TEXT)
 
 
-def _waiting(writer: PanelWriter, state: RetopoState) -> None:
+def _waiting(writer: FactWriter, state: RetopoState) -> None:
     """What is at work, and what waits for it."""
     titles = {mode.tool: mode.title for mode in state.tool.modes}
     names = [titles.get(tool, tool) for tool in state.editing.working]
@@ -138,10 +151,28 @@ def _waiting(writer: PanelWriter, state: RetopoState) -> None:
 
 
 def _row(
-    writer: PanelWriter, scene: Scene, entries: list[tuple[str, str, str]], *, shape: bool = False
+    writer: FactWriter,
+    scene: Scene | None,
+    entries: list[tuple[str, str, str]],
+    *,
+    shape: bool = False,
 ) -> None:
     """Small marks in colours, each with how many of them there are."""
     if not entries:
+        return
+    if scene is None or not isinstance(writer, PanelWriter):
+        square = style.make_diamond()
+        outlines = [style.choose_valence_shape(int(n)) if shape else square for _, _, n in entries]
+        noun = "valence" if shape else "sides"
+        said = [f"{n} {noun} ×{count}" if noun == "sides" else f"{noun} {n} ×{count}"
+                for _, count, n in entries]  # fmt: skip
+        colours = [colour for colour, _, _ in entries]
+        writer.legend(
+            [
+                (outline, colour, "none", text)
+                for outline, colour, text in zip(outlines, colours, said, strict=True)
+            ]
+        )
         return
     x = writer.left + writer.names
     y = writer.y + 4.0
@@ -161,7 +192,7 @@ def _rule(writer: PanelWriter, scene: Scene) -> None:
     scene.box(writer.left, writer.y + LINE, writer.room, 0.0, "#e3e6ea", "#e3e6ea")
 
 
-def _patch(writer: PanelWriter, state: RetopoState) -> None:
+def _patch(writer: FactWriter, state: RetopoState) -> None:
     """The patch under the pointer, if one is looked for."""
     number = state.tool.patch_under() if state.tool.mode.target == "patch" else None
     patch = None if number is None else state.network.patches.get(number)

@@ -225,7 +225,7 @@ class RetopoState:
                     return False
                 # What began as a click turns, by all that it has moved.
                 last, self.tool.pressed, self.tool.held = pressed, None, "view"
-            self.camera.aim(self.camera.view.turned(x - last[0], y - last[1]))
+            self.camera.turn(x - last[0], y - last[1])
             self.camera.pointer = (x, y)
             return True
         self.tool.point_at(x, y)

@@ -20,10 +20,12 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
 from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from viewer import saver
+from viewer.facts import FactWriter
 from viewer.keymap import Effect
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
 from viewer.retopo.keys import KEYS
+from viewer.retopo.panel import describe_network, tell_hint
 from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.state import RetopoState
 from viewer.saver import find_free_name
@@ -227,6 +229,15 @@ class RetopoSaver(saver.Saver):
         return self._painter.compose(
             self.state, self.size[0] / self.size[1], bare=self._bare, height=height
         )
+
+    def draw_live(self, width: float, height: float) -> Drawn:
+        return self._painter.compose(self.state, width / height, bare=True, height=height)
+
+    def describe(self, writer: FactWriter) -> None:
+        describe_network(writer, self.state)
+
+    def hint(self) -> str:
+        return tell_hint(self.state)
 
     def ready(self) -> None:
         self.state.settle()

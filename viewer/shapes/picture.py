@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points
 from viewer import style
 from viewer.card import format_count
-from viewer.panel import LETTER, MARGIN, PANEL, PanelWriter, begin_panel, draw_help
+from viewer.facts import FactWriter
+from viewer.panel import LETTER, MARGIN, PANEL, begin_panel, draw_help
 from viewer.picture import Drawn, Frame
 from viewer.scene import HEIGHT, HIGHLIGHT_LINE, Scene
 from viewer.shapes.shaping import KEEP
@@ -56,13 +57,15 @@ def compose_shape(
     aspect: float,
     *,
     bare: bool = False,
+    live: bool = False,
     caption: str = "",
     height: float = HEIGHT,
 ) -> Drawn:
     """Compose the picture for a window of this width to height.
 
-    bare: without the panel. caption: a line below the shape. height: of a bare picture, in
-    points; one with the panel has always the same.
+    bare: without the panel. live: in a window, with the name of the curve at the pointer.
+    caption: a line below the shape. height: of a bare picture, in points; one with the panel has
+    always the same.
     """
     frame = Frame.of(
         state.camera, aspect, bare=bare, height=height, below=CAPTION if caption else 0.0
@@ -77,6 +80,8 @@ def compose_shape(
             _label(scene, state, frame.middle)
             _message(scene, state.message, frame.room)
         draw_panel(scene, state)
+    elif live:
+        _label(scene, state, frame.middle)
     return frame.drawn(solid)
 
 
@@ -192,7 +197,7 @@ CHOSEN = 4.5
 def draw_panel(scene: Scene, state: ShapesState) -> None:
     """Write the panel."""
     writer = begin_panel(scene, names=84.0)
-    _facts(writer, state)
+    describe_shape(writer, state)
     left = scene.width - PANEL
     rails, value, hot = state.rails, state.value, state.knob_under()
     limits, (low, high) = state.shaping.limits, state.shaping.box
@@ -215,7 +220,8 @@ def draw_panel(scene: Scene, state: ShapesState) -> None:
         scene.text(left + PANEL - MARGIN, y, text, 11.0, colour=grey, align="right")
 
 
-def _facts(writer: PanelWriter, state: ShapesState) -> None:
+def describe_shape(writer: FactWriter, state: ShapesState) -> None:
+    """Write what there is to say of the shape that is shown."""
     shapes = state.shaping.shapes
     writer.heading(state.shaping.choice.origin, 18.0)
     writer.fact(

@@ -234,7 +234,7 @@ class ShapesState:
         elif self._drag is not None:
             self._slide(x, y)
         elif self._turning and last is not None:
-            self.camera.aim(self.camera.view.turned(x - last[0], y - last[1]))
+            self.camera.turn(x - last[0], y - last[1])
         else:
             return before != (self.line_under(), self.knob_under())
         return True

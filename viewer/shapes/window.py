@@ -11,11 +11,12 @@ from patterndb.system.obj import format_obj
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import saver
+from viewer.facts import FactWriter
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
 from viewer.saver import find_free_name
 from viewer.scene import HEIGHT
-from viewer.shapes.picture import compose_shape
+from viewer.shapes.picture import compose_shape, describe_shape
 from viewer.shapes.shaping import Shaping
 from viewer.shapes.state import KEYS, ShapesState
 from viewer.window import WINDOW, open_window
@@ -105,6 +106,12 @@ class ShapesSaver(saver.Saver):
 
     def drawn(self) -> Drawn:
         return compose_shape(self.state, self.size[0] / self.size[1])
+
+    def draw_live(self, width: float, height: float) -> Drawn:
+        return compose_shape(self.state, width / height, bare=True, live=True, height=height)
+
+    def describe(self, writer: FactWriter) -> None:
+        describe_shape(writer, self.state)
 
     def ready(self) -> None:
         """Nothing is made in the background."""

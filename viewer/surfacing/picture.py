@@ -8,6 +8,7 @@ from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.patch import SurfacePatch
 from viewer import style
 from viewer.card import format_count
+from viewer.facts import FactWriter
 from viewer.panel import MARGIN, NAMES, PANEL, SIZE, PanelWriter, begin_panel, draw_help, draw_hint
 from viewer.picture import Drawn, Frame
 from viewer.scene import HEIGHT, Scene
@@ -164,6 +165,10 @@ KNOB = 8.0
 TRACK = "#c9d0d9"
 
 
+#: What to do while strokes are drawn.
+DRAWING_HINT = "drag a stroke on the surface    Enter: make it a curve    u: undo    Esc: leave"
+
+
 def draw_panel(scene: Scene, state: SurfacingState) -> None:
     """Write the panel, and a hint above the picture while strokes are drawn."""
     left = scene.width - PANEL
@@ -178,13 +183,19 @@ def draw_panel(scene: Scene, state: SurfacingState) -> None:
             writer.skip(0.5)
             writer.paragraph(text, style.MESSAGE)
     if state.drawing_mode and not state.helping:
-        draw_hint(
-            scene,
-            "drag a stroke on the surface    Enter: make it a curve    u: undo    Esc: leave",
-        )
+        draw_hint(scene, DRAWING_HINT)
 
 
-def _counts(writer: PanelWriter, state: SurfacingState) -> None:
+def describe_surface(writer: FactWriter, state: SurfacingState) -> None:
+    """Write what there is to say of the surface, and of the patch at the pointer."""
+    _counts(writer, state)
+    writer.fact("method", state.surfaces.edits.method)
+    _patch(writer, state)
+    if state.surfaces.trouble:
+        writer.paragraph(state.surfaces.trouble, style.MESSAGE)
+
+
+def _counts(writer: FactWriter, state: SurfacingState) -> None:
     made, patches = state.surfaces.made, state.surfaces.patches
     writer.heading(_patches(len(patches)), 18.0)
     pieces = sum(len(patch.faces) for patch in patches)
@@ -248,7 +259,7 @@ def _methods(writer: PanelWriter, state: SurfacingState) -> None:
     writer.skip(1.6)
 
 
-def _patch(writer: PanelWriter, state: SurfacingState) -> None:
+def _patch(writer: FactWriter, state: SurfacingState) -> None:
     """The patch under the pointer, or what there is to say of the whole."""
     under = state.under()
     made = state.surfaces.made
@@ -271,7 +282,7 @@ def _patch(writer: PanelWriter, state: SurfacingState) -> None:
     _facts(writer, state, state.surfaces.patches[under.number])
 
 
-def _facts(writer: PanelWriter, state: SurfacingState, patch: SurfacePatch) -> None:
+def _facts(writer: FactWriter, state: SurfacingState, patch: SurfacePatch) -> None:
     writer.heading("Patch at the pointer")
     names = ", ".join(str(name) for name in state.surfaces.network_made.names(patch.cycle))
     writer.fact("curves", names if len(names) < 46 else names[:44] + " …")

@@ -213,14 +213,14 @@ class SurfacingState:
         elif self._drag == "stroke":
             self._quill.extend(self.camera.view, x, y, self._far())
         elif self._drag == "view" and last is not None and self._pressed is None:
-            self.camera.aim(self.camera.view.turned(x - last[0], y - last[1]))
+            self.camera.turn(x - last[0], y - last[1])
         elif self._drag == "view" and self._pressed is not None:
             dx, dy = x - self._pressed[0], y - self._pressed[1]
             if np.hypot(dx, dy) < CLICK:
                 return False
             # What began as a click turns the view by all that it has moved.
             self._pressed = None
-            self.camera.aim(self.camera.view.turned(dx, dy))
+            self.camera.turn(dx, dy)
         else:
             return before != self.under()
         return True

@@ -12,12 +12,13 @@ from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer import saver
+from viewer.facts import FactWriter
 from viewer.opengl import prepare_opengl
 from viewer.picture import Drawn, check_png, save_drawn
 from viewer.saver import find_free_name
 from viewer.scene import HEIGHT
 from viewer.surfacing.maker import Find, find_network_cycles
-from viewer.surfacing.picture import compose_surface
+from viewer.surfacing.picture import DRAWING_HINT, compose_surface, describe_surface
 from viewer.surfacing.state import KEYS, TOWARD, UP, SurfacingState
 from viewer.window import WINDOW, open_window
 
@@ -130,6 +131,15 @@ class SurfacingSaver(saver.Saver):
 
     def drawn(self) -> Drawn:
         return compose_surface(self.state, self.size[0] / self.size[1])
+
+    def draw_live(self, width: float, height: float) -> Drawn:
+        return compose_surface(self.state, width / height, bare=True, height=height)
+
+    def describe(self, writer: FactWriter) -> None:
+        describe_surface(writer, self.state)
+
+    def hint(self) -> str:
+        return DRAWING_HINT if self.state.drawing_mode else ""
 
     def ready(self) -> None:
         self.state.settle()

@@ -4,7 +4,8 @@ from viewer_disks import ALL, pattern
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from query.placing import Surface
-from viewer.explorer_state import KEYS, ExplorerState
+from viewer.explorer_commands import KEYS
+from viewer.explorer_state import ExplorerState
 from viewer.keymap import Effect
 
 

@@ -17,8 +17,9 @@ from query.identity import hash_fill
 from query.listing.orders import ORDERS
 from query.placing import find_strand
 from viewer.contour import PointerMode, make_flat_boundary
+from viewer.explorer_commands import ACTIONS, KEYS
 from viewer.explorer_picture import compose_explorer
-from viewer.explorer_state import ACTIONS, KEYS, ExplorerState
+from viewer.explorer_state import ExplorerState
 from viewer.finder import VARIANTS
 
 
@@ -32,7 +33,7 @@ def test_the_fills_are_the_library_s(state: ExplorerState) -> None:
     assert not state.finder.searching and len(wanted) > 3
     keys(state, "End Right")
     assert state.finder.rank == len(wanted) - 1
-    keys(state, "Left Left Next Prior Home Left")
+    keys(state, "Left Left Next Prior Ctrl+Home Left")
     assert state.finder.rank == 0
     keys(state, "r")
     state.settle()

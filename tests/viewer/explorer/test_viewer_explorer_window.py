@@ -14,8 +14,9 @@ from viewer import PictureFormatError
 from viewer.camera import View
 from viewer.contour import make_flat_boundary
 from viewer.explore import ExplorerSaver, explore
+from viewer.explorer_commands import EFFECTS, KEYS
 from viewer.explorer_picture import compose_explorer
-from viewer.explorer_state import EFFECTS, KEYS, ExplorerState
+from viewer.explorer_state import ExplorerState
 from viewer.keymap import Effect
 from viewer.panel import PANEL
 from viewer.picture import save_drawn

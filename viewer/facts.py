@@ -1,0 +1,90 @@
+"""What a window says beside its picture: headings, names with values, sentences, markers.
+
+The same is written into pictures by :class:`viewer.panel.PanelWriter`, and by
+:class:`FactSheet` into a window, which lays text out itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from html import escape
+from typing import Protocol
+
+import numpy as np
+
+from patterndb.geometry.points import Points
+from viewer import style
+
+
+class FactWriter(Protocol):
+    """Something that facts are written on, line under line."""
+
+    def skip(self, lines: float) -> None: ...
+    def heading(self, text: str, size: float = 13.5) -> None: ...
+    def fact(self, name: str, value: str, *, mono: bool = False) -> None: ...
+    def paragraph(self, text: str, colour: str) -> None: ...
+    def legend(self, entries: Sequence[LegendEntry]) -> None: ...
+
+
+#: A marker's outline (k, 2), its colour, the colour of its rim or "none", and what it means.
+LegendEntry = tuple[Points, str, str, str]
+
+#: Characters that look like the markers of :mod:`viewer.style`, by the corners of the outline.
+SHAPES = {3: "▲", 4: "◆", 5: "⬟", 6: "⬢", 24: "●"}
+
+
+class FactSheet:
+    """Collects facts, and gives them as HTML."""
+
+    def __init__(self) -> None:
+        self._parts: list[str] = []
+        self._in_table = False
+
+    def skip(self, lines: float) -> None:
+        """Leave room; half a line or less is not worth it."""
+        self._end_table()
+
+    def heading(self, text: str, size: float = 13.5) -> None:
+        """Write a line in bold."""
+        self._end_table()
+        tag = "h3" if size > 15.0 else "h4"
+        self._parts.append(f'<{tag} style="margin:8px 0 2px 0">{escape(text)}</{tag}>')
+
+    def fact(self, name: str, value: str, *, mono: bool = False) -> None:
+        """Write a name and its value."""
+        if not self._in_table:
+            self._parts.append('<table cellspacing="0" cellpadding="1" width="100%">')
+            self._in_table = True
+        said = f"<code>{escape(value)}</code>" if mono else escape(value)
+        self._parts.append(
+            f'<tr><td width="34%" style="padding-right:8px">{escape(name)}</td><td>{said}</td></tr>'
+        )
+
+    def paragraph(self, text: str, colour: str) -> None:
+        """Write a sentence; the colour of messages makes it stand out."""
+        self._end_table()
+        strong = colour == style.MESSAGE
+        said = f"<b>{escape(text)}</b>" if strong else f"<i>{escape(text)}</i>"
+        self._parts.append(f'<p style="margin:2px 0">{said}</p>')
+
+    def legend(self, entries: Sequence[LegendEntry]) -> None:
+        """Write what markers mean, several in a line."""
+        self._end_table()
+        said: list[str] = []
+        for shape, face, line, text in entries:
+            colour = line if face == style.PAPER and line != "none" else face
+            sign = SHAPES.get(len(np.asarray(shape)), "★")
+            if face == style.PAPER:
+                sign = {"●": "○", "◆": "◇"}.get(sign, sign)
+            said.append(f'<span style="color:{colour}">{sign}</span>&nbsp;{escape(text)}')
+        self._parts.append(f'<p style="margin:2px 0">{" &nbsp; ".join(said)}</p>')
+
+    def format_html(self) -> str:
+        """Format all that was written."""
+        self._end_table()
+        return "".join(self._parts)
+
+    def _end_table(self) -> None:
+        if self._in_table:
+            self._parts.append("</table>")
+            self._in_table = False

@@ -1,0 +1,108 @@
+"""The one QApplication, set up so that windows draw fast, tell of every event, and heed Ctrl-C."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Generator
+from contextlib import contextmanager
+from typing import Any, Protocol
+
+# Must be said before pyvistaqt is imported: it asks QtPy, which takes the first that it finds.
+os.environ["QT_API"] = "pyside6"
+
+from PySide6.QtCore import QCoreApplication, Qt, QTimer
+from PySide6.QtWidgets import QApplication
+
+from viewer.shell.settings import ShellSettings
+
+#: Milliseconds between two moments in which Python may look at signals: Qt's loop runs in C++.
+SIGNALS = 100
+
+SCHEMES = {
+    "system": Qt.ColorScheme.Unknown,
+    "light": Qt.ColorScheme.Light,
+    "dark": Qt.ColorScheme.Dark,
+}
+
+
+def start_application(settings: ShellSettings) -> QApplication:
+    """Return the application, made and set up if there is none yet."""
+    there = QApplication.instance()
+    if isinstance(there, QApplication):
+        app = there
+    else:
+        app = QApplication(sys.argv[:1])
+        app.setApplicationName("patterndb")
+        app.setStyle("fusion")
+    # After the application is made: before, the attribute reads True again, and of forty moves
+    # in half a second five arrive.
+    QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
+    use_theme(app, settings.theme)
+    return app
+
+
+def use_theme(app: QApplication, theme: str) -> None:
+    """Have all windows light or dark, or as the system is."""
+    app.styleHints().setColorScheme(SCHEMES[theme])
+
+
+def is_dark(app: QApplication) -> bool:
+    """Are the windows dark just now?"""
+    return app.palette().window().color().lightness() < 128
+
+
+def run_application(app: QApplication, window: ErrorTeller) -> None:
+    """Run until the window is closed; Ctrl-C in the terminal closes it without asking.
+
+    An error in an event's handler is told in the window, which stays: there may be work in it.
+    Raises KeyboardInterrupt after Ctrl-C.
+    """
+    with _heeding_interrupts(window) as seen, telling_errors(window):
+        app.exec()
+    if seen:
+        raise KeyboardInterrupt
+
+
+class ErrorTeller(Protocol):
+    """A window that can be closed, and told of errors."""
+
+    def quit_now(self) -> None: ...
+    def tell_error(self, error: BaseException) -> None: ...
+
+
+@contextmanager
+def _heeding_interrupts(window: ErrorTeller) -> Generator[list[int]]:
+    """Have Ctrl-C close the window."""
+    seen: list[int] = []
+
+    def interrupt(number: int, _frame: Any) -> None:
+        seen.append(number)
+        window.quit_now()
+
+    before = signal.signal(signal.SIGINT, interrupt)
+    clock = QTimer()
+    clock.timeout.connect(lambda: None)
+    clock.start(SIGNALS)
+    try:
+        yield seen
+    finally:
+        clock.stop()
+        signal.signal(signal.SIGINT, before)
+
+
+@contextmanager
+def telling_errors(window: ErrorTeller) -> Generator[None]:
+    """Have the window tell of an error that an event's handler raises; it is printed, too."""
+    before = sys.excepthook
+
+    def tell(kind: type[BaseException], error: BaseException, trace: Any) -> None:
+        before(kind, error, trace)
+        window.tell_error(error)
+
+    sys.excepthook = tell
+    try:
+        yield
+    finally:
+        sys.excepthook = before

@@ -1,0 +1,290 @@
+"""Docks beside a picture: facts, sliders, and lists of small pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from PySide6.QtCore import QSize, Qt, QTimer
+from PySide6.QtGui import QIcon, QPixmap
+from PySide6.QtWidgets import (
+    QDockWidget,
+    QDoubleSpinBox,
+    QFormLayout,
+    QFrame,
+    QHBoxLayout,
+    QLabel,
+    QListView,
+    QListWidget,
+    QListWidgetItem,
+    QScrollArea,
+    QSlider,
+    QVBoxLayout,
+    QWidget,
+)
+
+from viewer.facts import FactSheet
+from viewer.slider import Slider
+
+#: Steps of a slider from end to end.
+STEPS = 1000
+
+#: Width of docks at first, in logical pixels.
+DOCK_WIDTH = 300
+
+
+class Dock(QDockWidget):
+    """A dock that is remembered by its title."""
+
+    def __init__(self, title: str, parent: QWidget) -> None:
+        super().__init__(title, parent)
+        # Its place is remembered by this name.
+        self.setObjectName(title.replace(" ", "-").lower())
+        self.setMinimumWidth(220)
+
+    def show_scrolled(self, widget: QWidget) -> None:
+        """Show a widget, with a bar where it is higher than there is room for."""
+        area = QScrollArea(self)
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setWidget(widget)
+        self.setWidget(area)
+
+
+class FactsDock(Dock):
+    """Facts, as a sheet gives them; they can be selected and copied."""
+
+    def __init__(self, parent: QWidget, title: str = "Facts") -> None:
+        super().__init__(title, parent)
+        self.label = QLabel()
+        self.label.setWordWrap(True)
+        self.label.setTextFormat(Qt.TextFormat.RichText)
+        self.label.setAlignment(Qt.AlignmentFlag.AlignTop | Qt.AlignmentFlag.AlignLeft)
+        self.label.setMargin(8)
+        self.label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        self.show_scrolled(self.label)
+        self._shown = ""
+
+    def show_facts(self, sheet: FactSheet) -> None:
+        """Show a sheet; a text that is selected stays so while the facts are the same."""
+        text = sheet.format_html()
+        if text != self._shown:
+            self._shown = text
+            self.label.setText(text)
+
+
+@dataclass(frozen=True, slots=True)
+class SliderRow:
+    """A number to choose.
+
+    slider: its ends and steps. get: what it is now. set: makes it another one. begin, end: of
+    a drag, which is one step for undo. enabled: does it do anything now? tip: what it does.
+    """
+
+    slider: Slider
+    get: Callable[[], float]
+    set: Callable[[float], object]
+    begin: Callable[[], object] = lambda: None
+    end: Callable[[], object] = lambda: None
+    enabled: Callable[[], bool] = lambda: True
+    tip: str = ""
+
+
+class SliderPanel(QWidget):
+    """Sliders under each other, each with a field for its number.
+
+    changed: called after a value was changed.
+    """
+
+    def __init__(self, rows: Sequence[SliderRow], changed: Callable[[], object]) -> None:
+        super().__init__()
+        self._changed = changed
+        self._refreshing = False
+        self.rows: list[tuple[SliderRow, QSlider, QDoubleSpinBox]] = []
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(8, 4, 8, 4)
+        for row in rows:
+            layout.addLayout(self._make_row(row))
+        layout.addStretch(1)
+        self.refresh()
+
+    def _make_row(self, row: SliderRow) -> QVBoxLayout:
+        slider = row.slider
+        line, field = QSlider(Qt.Orientation.Horizontal), QDoubleSpinBox()
+        line.setRange(0, STEPS)
+        field.setRange(slider.low, slider.high)
+        field.setDecimals(slider.decimals)
+        field.setSuffix(slider.unit)
+        field.setSingleStep(slider.step or 10.0**-slider.decimals)
+        # A half typed number is no number yet.
+        field.setKeyboardTracking(False)
+        ends = " … ".join(end for end in slider.ends if end)
+        tip = row.tip or (f"{slider.label}: {ends}" if ends else slider.label)
+        for widget in (line, field):
+            widget.setToolTip(tip)
+            widget.setAccessibleName(slider.label)
+        line.sliderPressed.connect(row.begin)
+        line.sliderReleased.connect(lambda: self._end(row))
+        line.valueChanged.connect(lambda at: self._take(row, slider.value(at / STEPS), line))
+        field.valueChanged.connect(lambda value: self._take(row, value, None))
+        name = QLabel(slider.label)
+        name.setBuddy(field)
+        head = QHBoxLayout()
+        head.addWidget(name, 1)
+        head.addWidget(field)
+        whole = QVBoxLayout()
+        whole.setSpacing(0)
+        whole.addLayout(head)
+        whole.addWidget(line)
+        self.rows.append((row, line, field))
+        return whole
+
+    def _take(self, row: SliderRow, value: float, line: QSlider | None) -> None:
+        if self._refreshing or value == row.get():
+            return
+        held = line is not None and line.isSliderDown()
+        if not held:
+            row.begin()
+        row.set(value)
+        if not held:
+            row.end()
+        self._changed()
+
+    def _end(self, row: SliderRow) -> None:
+        row.end()
+        self._changed()
+
+    def refresh(self) -> None:
+        """Show what the numbers are now."""
+        self._refreshing = True
+        try:
+            for row, line, field in self.rows:
+                value = row.get()
+                if not line.isSliderDown():
+                    line.setValue(round(STEPS * row.slider.share(value)))
+                if not field.hasFocus() or abs(field.value() - value) > 10.0 ** -field.decimals():
+                    field.setValue(value)
+                for widget in (line, field):
+                    widget.setEnabled(row.enabled())
+        finally:
+            self._refreshing = False
+
+
+class PictureKey:
+    """What a small picture is of, told apart by identity: it holds what it names."""
+
+    def __init__(self, *things: object) -> None:
+        self._things = things
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, PictureKey) and self._ids() == other._ids()
+
+    def __hash__(self) -> int:
+        return hash(self._ids())
+
+    def _ids(self) -> tuple[int, ...]:
+        return tuple(id(thing) for thing in self._things)
+
+
+@dataclass(frozen=True, slots=True)
+class Thumbnail:
+    """key: what the picture is of; it is painted once. label: below it. tip: more of it."""
+
+    key: object
+    label: str
+    tip: str = ""
+
+
+class ThumbnailList(QListWidget):
+    """Small pictures in rows; one can be chosen with a click or the arrow keys.
+
+    paint: paints one of so many logical pixels; called one after another, while nothing else
+    goes on. choose: called with the number of the one that was chosen.
+    """
+
+    def __init__(
+        self,
+        paint: Callable[[int, int, float], QPixmap],
+        choose: Callable[[int], object],
+        size: int = 108,
+        lines: int = 1,
+    ) -> None:
+        super().__init__()
+        self._paint, self._choose, self._size = paint, choose, size
+        self._shown: list[Thumbnail] = []
+        self._icons: dict[tuple[object, float], QIcon] = {}
+        self._waiting: list[int] = []
+        self._refreshing = False
+        self._painter = QTimer(self)
+        self._painter.timeout.connect(self._paint_next)
+        self.setViewMode(QListView.ViewMode.IconMode)
+        self.setResizeMode(QListView.ResizeMode.Adjust)
+        self.setMovement(QListView.Movement.Static)
+        self.setIconSize(QSize(size, size))
+        self.setGridSize(QSize(size + 12, size + 10 + 18 * lines))
+        self.setWordWrap(True)
+        self.setUniformItemSizes(True)
+        self.setTextElideMode(Qt.TextElideMode.ElideRight)
+        self.currentRowChanged.connect(self._chosen)
+
+    def _chosen(self, row: int) -> None:
+        if not self._refreshing and row >= 0:
+            self._choose(row)
+
+    def show_thumbnails(self, wanted: Sequence[Thumbnail], chosen: int | None) -> None:
+        """Show these, one of them chosen; pictures that were painted are kept."""
+        self._refreshing = True
+        try:
+            if list(wanted) != self._shown:
+                self._fill(wanted)
+            row = -1 if chosen is None else chosen
+            if row != self.currentRow():
+                self.setCurrentRow(row)
+                item = self.item(row)
+                if item is not None:
+                    self.scrollToItem(item)
+        finally:
+            self._refreshing = False
+
+    def _fill(self, wanted: Sequence[Thumbnail]) -> None:
+        kept = 0
+        while kept < min(len(wanted), len(self._shown)) and wanted[kept] == self._shown[kept]:
+            kept += 1
+        while self.count() > kept:
+            self.takeItem(self.count() - 1)
+        self._shown = list(wanted)
+        # A picture that waits has its room already.
+        blank = QPixmap(self._size, self._size)
+        blank.fill(Qt.GlobalColor.transparent)
+        for one in wanted[kept:]:
+            item = QListWidgetItem(QIcon(blank), one.label)
+            item.setToolTip(one.tip or one.label)
+            item.setTextAlignment(Qt.AlignmentFlag.AlignHCenter)
+            self.addItem(item)
+        keys = {one.key for one in wanted}
+        self._icons = {key: icon for key, icon in self._icons.items() if key[0] in keys}
+        self._waiting = [n for n in self._waiting if n < kept] + list(range(kept, len(wanted)))
+        self._painter.start(0)
+
+    def _paint_next(self) -> None:
+        """Paint one picture; those after it wait for what else there is to do."""
+        if not self._waiting:
+            self._painter.stop()
+            return
+        number, density = self._waiting.pop(0), self.devicePixelRatioF()
+        key = (self._shown[number].key, density)
+        if key not in self._icons:
+            self._icons[key] = QIcon(self._paint(number, self._size, density))
+        item = self.item(number)
+        if item is not None:
+            item.setIcon(self._icons[key])
+
+
+def make_form(rows: Sequence[tuple[str, QWidget]]) -> QWidget:
+    """Make a widget of named rows."""
+    widget = QWidget()
+    form = QFormLayout(widget)
+    for name, field in rows:
+        form.addRow(name, field)
+    return widget

@@ -1,0 +1,73 @@
+"""Paints a drawing with Qt: what thumbnails, and flat pictures in windows, are made of."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen, QPixmap, QPolygonF
+
+from patterndb.geometry.points import Points
+from viewer import style
+from viewer.drawing import DiskDrawing
+from viewer.painting import Text, paint_disk
+from viewer.shell.scene import paint_text
+
+#: Room around the drawing of a thumbnail, in logical pixels.
+AROUND = 3.0
+
+
+class QtTarget:
+    """A :class:`viewer.painting.PaintTarget` on a painter; height: of it, in points."""
+
+    def __init__(self, painter: QPainter, height: float) -> None:
+        self._painter, self._height = painter, height
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+
+    def polygons(
+        self,
+        corners: Points,
+        *,
+        face: str = "none",
+        faces: Points | None = None,
+        line: str = "none",
+        width: float = 0.0,
+        gid: str | None = None,
+    ) -> None:
+        """See :class:`viewer.painting.PaintTarget`."""
+        painter = self._painter
+        outlined = line != "none" and width > 0.0
+        pen = QPen(QColor(line), width) if outlined else QPen(Qt.PenStyle.NoPen)
+        pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
+        painter.setPen(pen)
+        if faces is None:
+            painter.setBrush(QColor(face) if face != "none" else Qt.BrushStyle.NoBrush)
+        for number, outline in enumerate(corners.tolist()):
+            if faces is not None:
+                painter.setBrush(QColor.fromRgbF(*faces[number].tolist()))
+            painter.drawPolygon(QPolygonF([QPointF(x, self._height - y) for x, y in outline]))
+
+    def text(
+        self,
+        x: float,
+        y: float,
+        text: str,
+        size: float,
+        *,
+        colour: str = style.TEXT,
+        bold: bool = False,
+        mono: bool = False,
+        align: str = "center",
+    ) -> None:
+        """See :class:`viewer.painting.PaintTarget`."""
+        paint_text(self._painter, Text(x, y, text, size, colour, bold, mono, align), self._height)
+
+
+def paint_thumbnail(drawing: DiskDrawing, size: int, density: float) -> QPixmap:
+    """Paint a drawing in a square of so many logical pixels; density: pixels to one of them."""
+    pixmap = QPixmap(round(size * density), round(size * density))
+    pixmap.setDevicePixelRatio(density)
+    # Ink is dark, in dark windows too.
+    pixmap.fill(QColor(style.PAPER))
+    painter = QPainter(pixmap)
+    paint_disk(QtTarget(painter, size), drawing, size / 2.0, size / 2.0, size - 2.0 * AROUND)
+    painter.end()
+    return pixmap

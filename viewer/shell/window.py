@@ -1,0 +1,461 @@
+"""The main window of all viewers: menus, docks, messages, files, and how it is closed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from PySide6.QtCore import QEvent, QSize, Qt, QTimer
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import (
+    QApplication,
+    QFileDialog,
+    QFrame,
+    QLabel,
+    QMainWindow,
+    QMessageBox,
+    QToolBar,
+    QVBoxLayout,
+    QWidget,
+)
+
+from patterndb.errors import PatternDBError
+from viewer.commands import Command
+from viewer.facts import FactSheet
+from viewer.keymap import Effect
+from viewer.picture import WINDOW
+from viewer.saver import Saver, SaveWay
+from viewer.shell.actions import ActionTable
+from viewer.shell.application import is_dark, use_theme
+from viewer.shell.docks import DOCK_WIDTH, Dock, FactsDock
+from viewer.shell.palette import CommandPalette
+from viewer.shell.preferences import PreferencesDialog
+from viewer.shell.scene import SceneView
+from viewer.shell.settings import TURNTABLE, ShellSettings
+
+#: Milliseconds between two looks at what has been made in the background.
+PATIENCE = 40
+
+#: Makes what a window shows of a file.
+Opener = Callable[[Path], Saver]
+
+#: What is said where there is nothing to see yet, and a file can be opened.
+DROP_HINT = "drop a file here, or press Ctrl+O"
+
+
+class ShellWindow(QMainWindow):
+    """Shows what a saver draws, and has its commands in menus.
+
+    title: of the window. opener: makes another saver of a file that is opened or dropped; None
+    where no file can be. A viewer with docks of its own says so in a class of its own.
+    """
+
+    def __init__(
+        self,
+        saver: Saver,
+        title: str,
+        settings: ShellSettings,
+        opener: Opener | None = None,
+    ) -> None:
+        super().__init__()
+        self.saver, self.settings = saver, settings
+        self._title, self._opener = title, opener
+        self._quitting = False
+        self._told: str | None = None
+        self._failed = ""
+        self.picture = self.make_picture()
+        self.hint_label, self.message_label = QLabel(), QLabel()
+        self.setCentralWidget(self._make_middle())
+        self.table = ActionTable(self, self.picture, saver.kind, settings, self.run_command)
+        self.table.add_commands(saver.commands)
+        self.table.add_commands(self._list_window_commands())
+        self.table.make_menus()
+        self.facts = FactsDock(self)
+        self.docks: list[Dock] = [self.facts, *self.make_docks()]
+        for dock in self.docks:
+            self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
+        # Two under each other; the others behind the first, lest all be low.
+        for dock in self.docks[2:]:
+            self.tabifyDockWidget(self.facts, dock)
+        self.facts.raise_()
+        self.resizeDocks(self.docks, [DOCK_WIDTH] * len(self.docks), Qt.Orientation.Horizontal)
+        self.tool_bar = self._make_tool_bar()
+        self._finish_menus()
+        self.setAcceptDrops(True)
+        self.statusBar().addWidget(self.hint_label, 1)
+        self._restore_layout()
+        self._heed_settings()
+        self._clock = QTimer(self)
+        self._clock.timeout.connect(self._poll)
+        self._clock.start(PATIENCE)
+        self.refresh()
+
+    # What a viewer has of its own
+
+    def make_picture(self) -> SceneView:
+        """Make the widget in the middle."""
+        view = SceneView(self, self.saver.state)
+        view.changed.connect(view.ask_picture)
+        view.asked.connect(self.refresh)
+        return view
+
+    def make_docks(self) -> list[Dock]:
+        """Make the docks beside the facts."""
+        return []
+
+    def refresh_docks(self) -> None:
+        """Have the docks show the state as it is now."""
+
+    # What is shown
+
+    def show_change(self) -> None:
+        """Something has changed: show it with the next picture."""
+        self.picture.ask_picture()
+
+    def refresh(self) -> None:
+        """Show the state as it is now, in the picture and beside it."""
+        self.draw_picture()
+        sheet = FactSheet()
+        self.saver.describe(sheet)
+        self.facts.show_facts(sheet)
+        self.refresh_docks()
+        self.table.refresh(self.saver.state)
+        self._tell()
+        unsaved = bool(self.saver.would_lose())
+        self.setWindowTitle(f"{self._title}[*]")
+        self.setWindowModified(unsaved)
+
+    def draw_picture(self) -> None:
+        """Draw the picture."""
+        self.picture.show_picture(self.saver.draw_live(*self.picture.room))
+
+    def _tell(self) -> None:
+        hint, message = self.saver.hint(), self._failed or self.saver.state.message
+        self.hint_label.setText(hint)
+        self.hint_label.setToolTip(hint)
+        self.message_label.setText(message)
+        self.message_label.setVisible(bool(message))
+
+    def tell_error(self, error: BaseException) -> None:
+        """Tell of an error that is none of the user's; the window goes on."""
+        self._failed = (
+            f"an error in the program: {type(error).__name__}: {error}. "
+            "The terminal has more of it; save your work"
+        )
+        self._tell()
+
+    def _poll(self) -> None:
+        if self.saver.state.poll():
+            self.show_change()
+
+    # Commands
+
+    def run_command(self, command: Command[Any]) -> None:
+        """Obey a command, and show what came of it."""
+        self._failed = ""
+        refused = self.saver.refuse(command)
+        state = self.saver.state
+        state.message = refused
+        if not refused:
+            try:
+                command.run(state)
+            except (PatternDBError, OSError) as error:
+                state.message = str(error)
+        # At once: keys that repeat are obeyed one by one, but drawn as pictures can be.
+        self.table.refresh(state)
+        self.show_change()
+
+    def _list_window_commands(self) -> list[Command[Any]]:
+        """What every window can do, whatever it shows."""
+        ways = self.saver.save_ways()
+        effects = {effect: key for key, effect in self.saver.keys.effects.items()}
+        found: list[Command[Any]] = []
+
+        def add(
+            name: str, title: str, menu: str, keys: tuple[str, ...], run: Any, tip: str = ""
+        ) -> None:
+            found.append(Command(name, title, menu, keys, lambda _: run(), tip))
+
+        if self._opener is not None:
+            add("open", "Open…", "File", ("Ctrl+O",), self.open_file_dialog, "Open a file")
+        for number, way in enumerate(ways):
+            save = partial(self._save_number, number)
+            taken = any("Ctrl+S" in one.keys for one in self.saver.commands)
+            if number == 0:
+                own = effects.get(Effect.OBJ)
+                keys = ("Ctrl+S",) if own is None else (own, "Ctrl+S")
+                add(way.name, way.title, "File", () if taken else keys, save)
+                add(
+                    f"{way.name}-as",
+                    f"{way.title} as…",
+                    "File",
+                    ("Ctrl+Shift+S",),
+                    partial(save, ask=True),
+                )
+            else:
+                add(way.name, f"{way.title}…", "File", (), partial(save, ask=True))
+        add(
+            "save-picture",
+            "Save picture…",
+            "File",
+            (effects[Effect.PICTURE],) if Effect.PICTURE in effects else (),
+            self.save_picture_dialog,
+            "Write the picture to a PNG",
+        )
+        add("close", "Close", "File", (effects.get(Effect.QUIT, "q"), "Ctrl+Q"), self.close)
+        add(
+            "preferences",
+            "Preferences…",
+            "Edit",
+            ("Ctrl+,",),
+            self.open_preferences,
+            "Choose colours, how a drag turns, and every command's key",
+        )
+        add(
+            "find-command",
+            "Find a command…",
+            "Help",
+            ("Ctrl+P",),
+            self.open_palette,
+            "Find a command by a few letters of its name",
+        )
+        add(
+            "list-keys",
+            "Commands and keys",
+            "Help",
+            ("h", "F1", "?"),
+            self.open_palette,
+            "List all commands with their keys",
+        )
+        return found
+
+    def open_palette(self) -> None:
+        """Show all commands, and find one by its letters."""
+        CommandPalette(self, self.table).open()
+
+    def open_preferences(self) -> None:
+        """Choose colours, how a drag turns, and keys."""
+        dialog = PreferencesDialog(self, self.settings, self.table)
+        dialog.finished.connect(lambda _: self._heed_settings())
+        dialog.open()
+
+    # Files
+
+    def open_file_dialog(self) -> None:
+        """Ask for a file, and open it."""
+        name, _ = QFileDialog.getOpenFileName(self, "Open", str(Path.cwd()))
+        if name:
+            self.open_file(Path(name))
+
+    def open_file(self, path: Path) -> bool:
+        """Show a file instead of what is shown; False if it cannot be, or was not wished."""
+        if self._opener is None or not self.may_lose_work():
+            return False
+        try:
+            found = self._opener(path)
+        except (PatternDBError, OSError, ValueError) as error:
+            self.saver.state.message = str(error)
+            self.show_change()
+            return False
+        self.adopt_saver(found, path.name)
+        self.settings.add_recent_file(found.kind, path)
+        self._fill_recent()
+        return True
+
+    def adopt_saver(self, saver: Saver, title: str) -> None:
+        """Show another state from now on."""
+        before, self.saver = self.saver, saver
+        self._title = title
+        self.picture.state = saver.state
+        self._heed_settings()
+        self.refresh()
+        close = getattr(before.state, "close", None)
+        if close is not None:
+            close()
+
+    def _save_number(self, number: int, *, ask: bool = False) -> bool:
+        return self.save_by(self.saver.save_ways()[number], ask=ask)
+
+    def save_by(self, way: SaveWay, *, ask: bool = False) -> bool:
+        """Save something where it is known to go, or where the user says; False if it was not.
+
+        ask: in any case.
+        """
+        path = None if ask else way.known()
+        if path is None:
+            suggested = way.suggest()
+            name, _ = QFileDialog.getSaveFileName(self, way.title, str(suggested), f"*{way.suffix}")
+            if not name:
+                return False
+            path = Path(name)
+            if not path.suffix:
+                path = path.with_suffix(way.suffix)
+        state = self.saver.state
+        try:
+            state.message = way.write(path)
+        except (PatternDBError, OSError) as error:
+            state.message = f"not saved: {error}"
+            self.show_change()
+            return False
+        if path.exists():
+            self.settings.add_recent_file(self.saver.kind, path)
+            self._fill_recent()
+        self.show_change()
+        return True
+
+    def save_picture_dialog(self) -> None:
+        """Ask where, and write the picture to a PNG."""
+        suggested = self.saver.picture_path()
+        name, _ = QFileDialog.getSaveFileName(self, "Save picture", str(suggested), "*.png")
+        if not name:
+            return
+        path = Path(name).with_suffix(".png")
+        try:
+            self.saver.state.message = self.saver.save_picture(path)
+        except OSError as error:
+            self.saver.state.message = f"not saved: {error}"
+        self.show_change()
+
+    def _fill_recent(self) -> None:
+        self._recent.clear()
+        for path in self.settings.recent_files(self.saver.kind):
+            action = self._recent.addAction(path.name, partial(self.open_file, path))
+            action.setToolTip(str(path))
+        self._recent.setEnabled(self._opener is not None and not self._recent.isEmpty())
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """A file may be dropped where one can be opened."""
+        if self._opener is not None and event.mimeData().hasUrls():
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open the first file that is dropped."""
+        paths = [Path(url.toLocalFile()) for url in event.mimeData().urls() if url.isLocalFile()]
+        if paths:
+            event.acceptProposedAction()
+            # The program that it comes from waits until this returns.
+            QTimer.singleShot(0, partial(self.open_file, paths[0]))
+
+    # Closing
+
+    def may_lose_work(self) -> bool:
+        """Ask what to do with work that is not saved: True if it is saved, or may be lost."""
+        lost = self.saver.would_lose()
+        if not lost:
+            return True
+        kinds = QMessageBox.StandardButton
+        ways = self.saver.save_ways()
+        buttons = kinds.Discard | kinds.Cancel | (kinds.Save if ways else kinds.NoButton)
+        answer = QMessageBox.question(self, self._title, lost, buttons, kinds.Cancel)
+        if answer == kinds.Save:
+            return self.save_by(ways[0])
+        return answer == kinds.Discard
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Ask about work that is not saved, and remember the layout."""
+        if not self._quitting and not self.may_lose_work():
+            event.ignore()
+            return
+        self._clock.stop()
+        self.settings.keep_layout(self.saver.kind, self.saveGeometry(), self.saveState())
+        self.settings.flush()
+        self.picture.close()
+        event.accept()
+
+    def quit_now(self) -> None:
+        """Close without asking, as after Ctrl-C: what can be recovered is kept by its owner."""
+        self._quitting = True
+        self.close()
+
+    # What a user has chosen
+
+    def offer_lost_work(self) -> None:
+        """Offer what a crash left, if there is something."""
+        lost = self.saver.find_lost_work()
+        if lost is None:
+            return
+        box = QMessageBox(self)
+        box.setWindowTitle(self._title)
+        box.setText(lost.what)
+        yes = box.addButton("Open it", QMessageBox.ButtonRole.AcceptRole)
+        no = box.addButton("Delete it", QMessageBox.ButtonRole.DestructiveRole)
+        box.addButton("Decide later", QMessageBox.ButtonRole.RejectRole)
+        box.setDefaultButton(yes)
+        box.exec()
+        if box.clickedButton() is yes:
+            lost.open()
+        elif box.clickedButton() is no:
+            lost.discard()
+        self.show_change()
+
+    def _heed_settings(self) -> None:
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            use_theme(app, self.settings.theme)
+            self._heed_colours()
+        camera = getattr(self.saver.state, "camera", self.saver.state)
+        camera.turntable = self.settings.turning == TURNTABLE
+
+    def _heed_colours(self) -> None:
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            self.picture.set_ground(dark=is_dark(app))
+            self.show_change()
+
+    def changeEvent(self, event: QEvent) -> None:
+        """The system may go dark while the window is open."""
+        super().changeEvent(event)
+        if event.type() == QEvent.Type.PaletteChange and hasattr(self, "table"):
+            self._heed_colours()
+
+    def _restore_layout(self) -> None:
+        geometry, state = self.settings.layout(self.saver.kind)
+        if geometry.isEmpty():
+            self.resize(QSize(*WINDOW).boundedTo(self.screen().availableSize() * 0.94))
+        else:
+            self.restoreGeometry(geometry)
+            self.restoreState(state)
+
+    # How it is put together
+
+    def _make_middle(self) -> QWidget:
+        middle = QWidget()
+        layout = QVBoxLayout(middle)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.setSpacing(0)
+        # A long line is cut rather than the window made wider; the tooltip has all of it.
+        self.hint_label.setMinimumWidth(1)
+        self.message_label.setWordWrap(True)
+        self.message_label.setMargin(6)
+        self.message_label.setFrameShape(QFrame.Shape.StyledPanel)
+        self.message_label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
+        bold = self.message_label.font()
+        bold.setBold(True)
+        self.message_label.setFont(bold)
+        layout.addWidget(self.picture, 1)
+        layout.addWidget(self.message_label)
+        return middle
+
+    def _make_tool_bar(self) -> QToolBar:
+        bar = QToolBar("Tools", self)
+        bar.setObjectName("tools")
+        bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
+        for one in self.table.bound.values():
+            if one.command.bar:
+                bar.addAction(one.action)
+        self.addToolBar(bar)
+        return bar
+
+    def _finish_menus(self) -> None:
+        """Put in what is no command: recent files, and which docks are shown."""
+        file = self.table.menu("File")
+        self._recent = file.addMenu("Open recent")
+        self._recent.setToolTipsVisible(True)
+        self._fill_recent()
+        view = self.table.menu("View")
+        view.addSeparator()
+        for dock in self.docks:
+            view.addAction(dock.toggleViewAction())
+        view.addAction(self.tool_bar.toggleViewAction())
