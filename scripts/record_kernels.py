@@ -5,7 +5,8 @@
 To be run when a kernel is added, renamed or called with other types; a test says when it is. Runs
 what scripts/verb_runs.py lists for the verbs, all if none is named; the lines of other verbs stay.
 With --shared, what needs the shared folder beside the clone is run as well. Then every kernel that
-is not kept yet is compiled, for the seconds that it takes.
+is not kept yet is compiled, for the seconds that it takes. Then scripts/record_parts.py tells which
+call which.
 """
 
 from __future__ import annotations

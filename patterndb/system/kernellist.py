@@ -57,7 +57,7 @@ def parse_kernel(line: str) -> ListedKernel:
     document = json.loads(line)
     module, _, name = document["kernel"].partition(":")
     return ListedKernel(
-        module, name, _freeze(document["types"]), tuple(document["verbs"]), document["seconds"]
+        module, name, freeze_types(document["types"]), tuple(document["verbs"]), document["seconds"]
     )
 
 
@@ -142,5 +142,6 @@ def make_type(spelled: Any) -> Any:
     )
 
 
-def _freeze(value: Any) -> Any:
-    return tuple(_freeze(one) for one in value) if isinstance(value, list) else value
+def freeze_types(value: Any) -> Any:
+    """Types as JSON gives them, with tuples in place of lists: equal ones have equal hashes."""
+    return tuple(freeze_types(one) for one in value) if isinstance(value, list) else value

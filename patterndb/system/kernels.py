@@ -50,6 +50,9 @@ OWN_PACKAGES = {"patterndb", "ingest", "query", "patterndb_sketch", "viewer", "p
 
 _DIGEST = 32
 
+#: Told of every call that the compiler finds in a kernel, with what is called and its types.
+CALL_NOTES: list[Callable[[Any, tuple[Any, ...]], None]] = []
+
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -80,7 +83,10 @@ def _get_plain_template(made: Any, get_template: Any, args: Any, kws: Any) -> An
     """What numba asks of a kernel that another calls, constants taken for numbers of their kind:
     it would compile the kernel once more for each of them."""
     _, folded = made.fold_argument_types(args, kws)
-    return get_template(tuple(map(numba.types.unliteral, folded)), {})
+    types = tuple(map(numba.types.unliteral, folded))
+    for note in CALL_NOTES:
+        note(made, types)
+    return get_template(types, {})
 
 
 class ContentCache(CacheProtocol):

@@ -27,6 +27,7 @@ from patterndb.system.kernellist import (
     parse_kernel,
     read_list,
 )
+from patterndb.system.kernelparts import CompileOrder, name_part
 
 #: Most processes that are started: each takes 250 MB, and some seconds to begin.
 MOST_PROCESSES = 8
@@ -94,55 +95,71 @@ def compile_listed(
 
     environment: what theirs has beside this process's. Raises OSError where none can be started.
     """
-    # The longest first, so that no process is left with one of them at the end.
-    waiting = sorted(kernels, key=lambda kernel: kernel.seconds)
-    total = sum(kernel.seconds for kernel in waiting)
+    asked = {name_part(kernel) for kernel in kernels}
+    order = CompileOrder(kernels)
+    every = len(order)
+    total = sum(order.tenths.values()) / 10
     result = WarmingResult()
-    lock = threading.Lock()
+    # Guards all of these; it is told when a kernel is done, for which others may wait.
+    changed = threading.Condition()
     listed = spent = 0.0
+    done = 0
+
+    def take() -> tuple[str, ListedKernel] | None:
+        """The next kernel, once there is one; None when no more will come."""
+        with changed:
+            while (taken := order.take()) is None and not order.is_over():
+                changed.wait()
+            return taken
 
     def drive(worker: subprocess.Popen[str]) -> None:
-        nonlocal listed, spent
+        nonlocal listed, spent, done
         assert worker.stdin is not None and worker.stdout is not None
-        while True:
-            with lock:
-                if not waiting:
-                    return
-                kernel = waiting.pop()
+        while (taken := take()) is not None:
+            name, kernel = taken
             try:
                 worker.stdin.write(format_kernel(kernel) + "\n")
                 worker.stdin.flush()
                 answer = json.loads(worker.stdout.readline())
             except (OSError, ValueError):
                 # It was killed, by lack of memory or by Ctrl-C: others do what they can.
-                with lock:
-                    result.failed.append((kernel, "the process that compiled it ended"))
+                with changed:
+                    order.finish(name)
+                    changed.notify_all()
+                    if name in asked:
+                        result.failed.append((kernel, "the process that compiled it ended"))
                 return
-            with lock:
-                if answer["found"] is None:
-                    result.failed.append((kernel, answer["error"]))
-                elif answer["found"]:
-                    result.there.append(kernel)
-                else:
-                    result.gone.append(kernel)
-                result.seconds[kernel.key] = answer["seconds"]
-                listed += kernel.seconds
+            with changed:
+                order.finish(name)
+                changed.notify_all()
+                # What is wrong with a part is told of the kernel that calls it.
+                if name in asked:
+                    if answer["found"] is None:
+                        result.failed.append((kernel, answer["error"]))
+                    elif answer["found"]:
+                        result.there.append(kernel)
+                    else:
+                        result.gone.append(kernel)
+                    result.seconds[kernel.key] = answer["seconds"]
+                done += 1
+                listed += order.tenths[name] / 10
                 spent += answer["seconds"]
                 pace = (spent + SECONDS_A_PROCESS) / (listed + SECONDS_A_PROCESS)
                 if progress is not None:
-                    done = len(result.there) + len(result.gone) + len(result.failed)
-                    progress(done, len(kernels), (total - listed) * pace / len(workers))
+                    progress(done, every, max(0.0, total - listed) * pace / len(workers))
 
     workers: list[subprocess.Popen[str]] = []
     try:
-        for _ in range(max(1, min(processes, len(waiting)))):
+        for _ in range(max(1, min(processes, len(kernels)))):
             workers.append(_start_worker(environment or {}))
         threads = [threading.Thread(target=drive, args=(w,), daemon=True) for w in workers]
         for thread in threads:
             thread.start()
         for thread in threads:
             thread.join()
-        result.failed += [(kernel, "no process was left to compile it") for kernel in waiting]
+        told = {k.key for k in (*result.there, *result.gone, *(k for k, _ in result.failed))}
+        left = [kernel for kernel in kernels if kernel.key not in told]
+        result.failed += [(kernel, "no process was left to compile it") for kernel in left]
     finally:
         for worker in workers:
             # Left by Ctrl-C, it would compile on.

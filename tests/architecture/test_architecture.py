@@ -76,6 +76,7 @@ WORLDLY_MODULES += (
 
 WORLDLY_MODULES += (
     "patterndb.system.kernellist",
+    "patterndb.system.kernelparts",
     "patterndb.system.kernelpack",
     "patterndb.system.mappedarrays",
     "patterndb.system.warming",
