@@ -50,7 +50,7 @@ class RetopoCommand(SectionedCommand):
 @click.command(
     cls=RetopoCommand,
     sections={
-        "Input": ("--script", "--lenient", "--session", "--quads", "--db"),
+        "Input": ("--script", "--lenient", "--session", "--quads", "--draft", "--edge", "--db"),
         "Output": ("-o", "--record", "--picture", "--view", "--exports-anywhere", "--json"),
     },
 )
@@ -71,6 +71,15 @@ class RetopoCommand(SectionedCommand):
 )
 @click.option(
     "--quads", is_flag=True, help="SURFACE is a mesh of quads: begin from its regular grids."
+)
+@click.option(
+    "--draft", is_flag=True, help="Begin with a network proposed by the machine, on all of SURFACE."
+)
+@click.option(
+    "--edge",
+    type=click.FloatRange(min=0.0, min_open=True),
+    metavar="LENGTH",
+    help="Target length of the draft's edges, in its unit.  [default: 3 % of the diagonal]",
 )
 @click.option(
     "--view",
@@ -101,6 +110,8 @@ def retopo(
     output: Path | None,
     picture: Path | None,
     quads: bool,
+    draft: bool,
+    edge: float | None,
     view: bool,
     record: Path | None,
     lenient: bool,
@@ -134,6 +145,7 @@ def retopo(
     or a call that is refused.
 
     \b
+    patterndb retopo spot.obj --draft -o spot-draft.obj
     patterndb retopo spot.obj --session spot.retopo
     patterndb retopo --script spot.jsonl -o spot-quads.obj
     patterndb retopo --script legs.jsonl --session spot.retopo --picture legs.png
@@ -142,7 +154,9 @@ def retopo(
     """
     asked = RetopoRequest(surface, script, session, quads)
     asked.check()
+    check_draft(asked, draft, edge)
     nothing_else = script is None and output is None and picture is None and not as_json
+    nothing_else = nothing_else and not (draft and session is not None)
     view = view or nothing_else
     require_extra("sketch", "retopology")
     if view:
@@ -174,16 +188,17 @@ def retopo(
             )
         say(f"{name}: {plural(len(start.ground.triangles), 'triangle')}")
         began = read_work_clock()
+        drafted = [_make_draft(editor, edge)] if draft else []
         if wanted is not None and script is not None:
             done, refused = _play_script(wanted, editor, script, lenient, exports_anywhere)
         found = editor.fill()
         seconds = read_work_clock() - began
-        said = Script(start.surface, tuple(done), start.quads)
+        said = Script(start.surface, (*drafted, *done), start.quads)
         if view:
             _look(editor, name, session, record, said)
             found = editor.fill()
         mesh = editor.mesh(found)
-        if session is not None and wanted is not None and not view:
+        if session is not None and (wanted is not None or draft) and not view:
             write_session(session, RetopoSession(start.ground, editor.state, name))
             say(f"written: {session}")
         if record is not None and not view:
@@ -224,6 +239,21 @@ def retopo(
     else:
         write(table(("what", "value"), _rows(made, seconds)))
     return 0 if made.quads else 1
+
+
+def _make_draft(editor: Editor, edge: float | None) -> ScriptLine:
+    """Call the tool; what it says on stderr, and the line of a script that does the same."""
+    from patterndb_sketch.retopo.editor import Call
+    from patterndb_sketch.retopo.errors import RefusedError
+    from patterndb_sketch.retopo.script import ScriptLine
+
+    call = Call("draft", {} if edge is None else {"edge": edge})
+    outcome = editor.do(call)
+    if outcome.refused is not None:
+        raise RefusedError(f"--draft: {outcome.refused}")
+    for note in outcome.notes:
+        say(f"draft: {note}")
+    return ScriptLine(0, call)
 
 
 def _play_script(
@@ -317,6 +347,17 @@ class RetopoRequest:
         if self.surface is None and self.script is None and not self.goes_on:
             there = "no session is given" if self.session is None else f"there is no {self.session}"
             raise click.UsageError(f"nothing to draw on: give a SURFACE or a --script; {there}")
+
+
+def check_draft(asked: RetopoRequest, draft: bool, edge: float | None) -> None:
+    """UsageError where a draft does not go together with the rest."""
+    if edge is not None and not draft:
+        raise click.UsageError("--edge is the length of a draft's edges; give --draft, too")
+    if draft and (asked.quads or asked.goes_on):
+        what = "--quads" if asked.quads else str(asked.session)
+        raise click.UsageError(
+            f"a draft is for a bare surface, and {what} has curves already; leave --draft out"
+        )
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,9 +4,10 @@ After Takayama, Panozzo, Sorkine-Hornung and Sorkine-Hornung, "Sketch-Based Gene
 Editing of Quad Meshes" (2013). A surface becomes a :class:`~patterndb_sketch.retopo.ground.Ground`;
 strokes on it make a network of curves, whose loops are filled with patterns.
 
-Read :mod:`.ground`, :mod:`.network`, :mod:`.counts` and :mod:`.filling`, then :mod:`.symmetry`;
-then :mod:`.tool` (what a tool is, with :mod:`.arguments`), :mod:`.tools`, :mod:`.table` (all of
-them) and :mod:`.editor`, which obeys calls of them on a :mod:`.state`. :mod:`.script`,
+Read :mod:`.ground`, :mod:`.network`, :mod:`.counts` and :mod:`.filling`, then :mod:`.symmetry` and
+:mod:`.draft` (a first network by the machine); then :mod:`.tool` (what a tool is, with
+:mod:`.arguments`), :mod:`.tools`, :mod:`.table` (all of them) and :mod:`.editor`, which obeys calls
+of them on a :mod:`.state`. :mod:`.script`,
 :mod:`.sessionfile` and :mod:`.autosave` keep its work; :mod:`.quadimport` begins it from quads.
 """
 

@@ -78,6 +78,11 @@ def rings(source: PatternSource) -> Editor:
     return editor
 
 
+def bare(source: PatternSource) -> Editor:
+    """A ball with nothing on it."""
+    return Editor(sphere(), source)
+
+
 def beside_edge(source: PatternSource) -> Editor:
     """A curve on a box, beside one of its edges."""
     box = trimesh.creation.box((2.0, 2.0, 2.0)).subdivide().subdivide()
@@ -109,6 +114,7 @@ def bent(source: PatternSource) -> Editor:
 CALLS: dict[str, tuple[Callable[[PatternSource], Editor], dict[str, object]]] = {
     # Taken off, a loop that could be a patch is left, which is no sound network to other tests.
     "patch": (grid, {"at": PLACES[3]}),
+    "draft": (bare, {"edge": 0.3}),
     "cylinder": (rings, {"points": [[0.95, 0.0, -0.3], [1.0, 0.0, 0.0], [0.95, 0.0, 0.3]]}),
     "subdivide": (grid, {"at": [1.0, 0.5, 0.0], "by": 2}),
     "choose": (grid, {"at": [0.5, 0.5, 0.0], "by": 1}),

@@ -1,0 +1,309 @@
+"""Set traced lines into a network, with the order of ends around every node as it was traced.
+
+Adding the lines one by one would order them by measured angles, and refuse those that nearly lie on
+each other; here every order is known: around a singularity as its separatrices were listed, at a
+T-junction as the line was met, left or right, within the triangle.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
+
+from patterndb.geometry.points import Floats, Points, units
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import (
+    Chain,
+    Draft,
+    HalfChain,
+    Network,
+    Node,
+    count_genus,
+    count_handles,
+    has_dead_end,
+    walk_face,
+)
+from patterndb_sketch.retopo.network.faces import find_joined_chains
+from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
+from patterndb_sketch.retopo.sizes import Sizes
+
+
+@dataclass(frozen=True, slots=True)
+class AtSingularity:
+    """A node at a vertex of the field's mesh; order: where around it, counter-clockwise."""
+
+    vertex: int
+    order: float
+
+
+@dataclass(frozen=True, slots=True)
+class OnLine:
+    """A T-junction on another line, ``there`` along it, met from its left or its right."""
+
+    line: int
+    there: float
+    left: bool
+
+
+@dataclass(frozen=True, slots=True)
+class OnWall:
+    """A node on a chain that the network has already, at a place in samples; order: of those at
+    one place, counter-clockwise on their side."""
+
+    chain: int
+    place: float
+    left: bool
+    order: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DraftLine:
+    """A line to be laid: (n, 3) points with normals, from one joint to another."""
+
+    points: Points
+    normals: Points
+    along: Floats
+    start: AtSingularity | OnWall
+    end: AtSingularity | OnLine | OnWall
+
+
+@dataclass(slots=True, eq=False)
+class _Junction:
+    """A node to be: where it is, and what ends there, by order counter-clockwise. through: does a
+    line pass it, on the far side straight?"""
+
+    point: Points
+    normal: Points
+    through: bool
+    ends: list[tuple[float, HalfChain]] = field(default_factory=list)
+    wall: int = -1
+
+
+Key = tuple[str, int]
+
+#: What is on the right of a wall comes after all that is on its left: no vertex has more triangles.
+BEYOND = 1e6
+
+
+class NetworkBuilder:
+    """The steps of :func:`lay_lines`, which need the same things."""
+
+    def __init__(
+        self,
+        network: Network,
+        ground: Ground,
+        sizes: Sizes,
+        lines: list[DraftLine],
+        joining: float,
+        corners: list[OnWall],
+    ) -> None:
+        self.draft = Draft(network, ground)
+        self.ground = ground
+        self.sizes = sizes
+        self.lines = lines
+        self.junctions: dict[Key, _Junction] = {}
+        self.walls: dict[tuple[int, float], int] = {}
+        self.marked_corners = corners
+        self.ends_at: dict[int, Key] = {}
+        self.stops: dict[int, list[tuple[float, Key]]] = {}
+        self._join_opposite(joining)
+
+    def _join_opposite(self, joining: float) -> None:
+        """Find the nodes of T-junctions; two from both sides nearer than ``joining`` are one."""
+        met: dict[int, list[tuple[float, int, bool]]] = {}
+        for k, line in enumerate(self.lines):
+            if isinstance(line.end, OnLine):
+                met.setdefault(line.end.line, []).append((line.end.there, k, line.end.left))
+        for number, events in met.items():
+            events.sort()
+            stops = self.stops.setdefault(number, [])
+            pairs = sorted(
+                (b[0] - a[0], a[1], b[1])
+                for a, b in pairwise(events)
+                if a[2] != b[2] and b[0] - a[0] < joining
+            )
+            mate: dict[int, int] = {}
+            for _, one, two in pairs:
+                if one not in mate and two not in mate:
+                    mate[one], mate[two] = two, one
+            for there, k, _ in events:
+                other = mate.get(k)
+                if other is None:
+                    self.ends_at[k] = ("T", k)
+                    stops.append((there, ("T", k)))
+                elif k not in self.ends_at:
+                    end = self.lines[other].end
+                    assert isinstance(end, OnLine)
+                    self.ends_at[k] = self.ends_at[other] = ("T", k)
+                    stops.append((0.5 * (there + end.there), ("T", k)))
+
+    def build(self) -> Network:
+        """Lay everything; raises RefusedError where a region is no patch."""
+        self._cut_walls()
+        for number, stops in self.stops.items():
+            line = self.lines[number]
+            for there, key in stops:
+                at = np.array([there])
+                point, normal = interpolate_line(line.points, line.normals, line.along, at)
+                self._add_junction(key, point, normal, True)
+        for line in self.lines:
+            if isinstance(line.start, AtSingularity):
+                self._add_junction(("S", line.start.vertex), line.points[:1], line.normals[:1])
+            if isinstance(line.end, AtSingularity):
+                self._add_junction(("S", line.end.vertex), line.points[-1:], line.normals[-1:])
+        for k in range(len(self.lines)):
+            self._lay(k)
+        self._set_nodes()
+        return self._finish()
+
+    def _add_junction(self, key: Key, point: Points, normal: Points, through: bool = False) -> None:
+        if key in self.junctions:
+            return
+        there = self.ground.project_near(point, units(normal), self.sizes)
+        self.junctions[key] = _Junction(there.points[0], there.normals[0], through)
+
+    def _cut_walls(self) -> None:
+        """Cut the network's own chains where lines end on them."""
+        joints: list[OnWall] = [*self.marked_corners]
+        for line in self.lines:
+            joints += [at for at in (line.start, line.end) if isinstance(at, OnWall)]
+        for at in joints:
+            key = (at.chain, at.place)
+            if key in self.walls:
+                continue
+            node = self.draft.cut_chain(at.chain, at.place)
+            self.walls[key] = node
+            made = self.draft.nodes[node]
+            self.junctions[("W", node)] = _Junction(made.point, made.normal, False, wall=node)
+
+    def _key(self, k: int, at: AtSingularity | OnLine | OnWall) -> Key:
+        if isinstance(at, AtSingularity):
+            return ("S", at.vertex)
+        if isinstance(at, OnWall):
+            return ("W", self.walls[(at.chain, at.place)])
+        return self.ends_at[k]
+
+    def _order(self, at: AtSingularity | OnLine | OnWall) -> float:
+        """Where among the ends of its node a line's own end comes."""
+        if isinstance(at, AtSingularity):
+            return at.order
+        if isinstance(at, OnWall):
+            return at.order if at.left else at.order + BEYOND
+        # Of the line that is met the end onward is 0 and the end back is 2.
+        return 1 if at.left else 3
+
+    def _lay(self, k: int) -> None:
+        """Cut a line at its stops, and make a chain of each piece."""
+        line = self.lines[k]
+        stops = [
+            (0.0, self._key(k, line.start)),
+            *sorted(self.stops.get(k, [])),
+            (float(line.along[-1]), self._key(k, line.end)),
+        ]
+        for j, ((low, one), (high, two)) in enumerate(pairwise(stops)):
+            chain = self._add_piece(line, low, high, one, two)
+            start = self._order(line.start) if j == 0 else 0
+            end = self._order(line.end) if j == len(stops) - 2 else 2
+            self.junctions[one].ends.append((start, 2 * chain))
+            self.junctions[two].ends.append((end, 2 * chain + 1))
+
+    def _add_piece(self, line: DraftLine, low: float, high: float, one: Key, two: Key) -> int:
+        parts = max(2, math.ceil((high - low) / self.sizes.sampling))
+        at = np.linspace(low, high, parts + 1)
+        points, normals = interpolate_line(line.points, line.normals, line.along, at)
+        there = self.ground.project_near(points, normals, self.sizes)
+        begin, end = self.junctions[one], self.junctions[two]
+        share = np.linspace(0.0, 1.0, parts + 1)[:, None]
+        shift = (1.0 - share) * (begin.point - there.points[0])
+        shift = shift + share * (end.point - there.points[-1])
+        if np.abs(shift).max() > 1e-9 * self.ground.diagonal:
+            there = self.ground.project_near(there.points + shift, there.normals, self.sizes)
+        points, normals = there.points.copy(), there.normals.copy()
+        points[0], normals[0] = begin.point, begin.normal
+        points[-1], normals[-1] = end.point, end.normal
+        chain = self.draft.new_id()
+        self.draft.chains[chain] = Chain(chain, -1, -1, points, normals)
+        self.draft.touched_chains.add(chain)
+        return chain
+
+    def _set_nodes(self) -> None:
+        """Give every node its ends in order, and every end its node."""
+        corners = {self.walls[(at.chain, at.place)] for at in self.marked_corners}
+        for at in self.junctions.values():
+            at.ends.sort()
+            if at.wall >= 0:
+                node = self._open_wall(at, at.wall in corners)
+            else:
+                ends = tuple(half for _, half in at.ends)
+                flags = [True] * len(ends)
+                orders = [order for order, _ in at.ends]
+                if at.through and orders == [0, 1, 2]:
+                    flags[2] = False
+                elif at.through and orders == [0, 2, 3]:
+                    flags[0] = False
+                node = Node(
+                    self.draft.new_id(), at.point, at.normal, ends, tuple(flags), at.through
+                )
+            self.draft.set_node(node)
+            for _, half in at.ends:
+                name = "end" if half & 1 else "start"
+                chain = self.draft.chains[half >> 1]
+                self.draft.chains[half >> 1] = replace(chain, **{name: node.id})
+
+    def _open_wall(self, at: _Junction, corner: bool) -> Node:
+        """A node on a chain that was there, with what ends there on its left and its right."""
+        old = self.draft.nodes[at.wall]
+        forth, back = old.ends
+        left = [half for order, half in at.ends if order < BEYOND]
+        right = [half for order, half in at.ends if order >= BEYOND]
+        ends = (forth, *left, back, *right)
+        flags = (
+            *((True,) * (len(left) + 1) if left or corner else (False,)),
+            *((True,) * (len(right) + 1) if right else (False,)),
+        )
+        return replace(old, ends=ends, flagged=flags)
+
+    def _finish(self) -> Network:
+        nodes, chains = self.draft.nodes, self.draft.chains
+        taken = self.draft.before.patch_of()
+        kept = {h for h in taken if h >> 1 in chains}
+        forced: list[HalfChain] = []
+        seen: set[HalfChain] = set()
+        for chain in sorted(chains):
+            for half in (2 * chain, 2 * chain + 1):
+                if half in seen or half in kept or chains[chain].marks[half & 1]:
+                    continue
+                loop, corners = walk_face(nodes, chains, half)
+                seen.update(loop)
+                if len(corners) < FEWEST_CORNERS or has_dead_end(nodes, chains, loop):
+                    x, y, z = chains[loop[0] >> 1].points[len(chains[loop[0] >> 1].points) // 2]
+                    raise RefusedError(
+                        f"the region beside the curve at ({x:.4g}, {y:.4g}, {z:.4g}) came out with "
+                        f"{len(corners)} corners, and cannot be filled; draw a curve through it"
+                    )
+                forced.append(loop[0])
+        return self.draft.finish(also=forced)
+
+
+def interpolate_line(
+    points: Points, normals: Points, along: Floats, wanted: Floats
+) -> tuple[Points, Points]:
+    """(k, 3) points of a polyline at lengths (k,) along it, and (k, 3) unit normals."""
+    at = np.stack([np.interp(wanted, along, points[:, c]) for c in range(3)], axis=1)
+    up = np.stack([np.interp(wanted, along, normals[:, c]) for c in range(3)], axis=1)
+    return at, units(up)
+
+
+def is_cellular(network: Network, ground: Ground) -> bool:
+    """Is every region of the ground a disk: one network a part, which goes round all handles?"""
+    left = set(network.chains)
+    parts = 0
+    while left:
+        left -= find_joined_chains(network.nodes, network.chains, next(iter(left)))
+        parts += 1
+    handles = count_handles(ground)
+    return parts == 1 and count_genus(network.nodes, network.chains) == handles

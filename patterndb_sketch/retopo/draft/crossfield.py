@@ -1,0 +1,358 @@
+"""A smooth cross field: four directions at right angles in every triangle; and its singularities.
+
+A cross is one complex number, exp(4 i angle). The field is the smoothest under the connection
+Laplacian (Knoppel et al. 2013), pulled towards the directions of curvature, then diffused and made
+of unit length again in rounds (Viertel and Osting 2019), which takes singularities away that lie
+close together. Its crosses are then matched across edges (Bommes et al. 2009), and with these
+matchings, whole numbers, the singularities are fixed: pairs of opposed indices that are near each
+other are cancelled by changing the matchings on a way between them, and the angles are solved for
+once more.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Floats
+from patterndb.system.kernels import kernel
+from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+
+QUARTER = np.pi / 2.0
+
+#: Rounds of diffusing and normalising, each over SCALE of the diagonal. Measured: fewer leave
+#: pairs of singularities beside each other, more move them without taking any away.
+ROUNDS = 20
+SCALE = 0.04
+
+#: A difference of the two curvatures above this, in 1 / diagonal, is a direction to be trusted.
+SURE_CURVATURE = 10.0
+
+#: The crosses along borders weigh so many times what lies beside them.
+HELD = 1e3
+
+#: Weights of sides are at most so many times those of equilateral triangles: needles say nothing.
+MOST_WEIGHT = 10.0
+
+Complexes = NDArray[np.complexfloating]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CrossField:
+    """angle: (t,) float64, of one direction of every cross, in the frame of its triangle.
+
+    quarters: (3t,) int32: direction k of a triangle is direction k - quarters beyond a side; 0 at
+              borders. Opposite sides have opposite ones.
+    index:    (v,) int32, in quarters of a turn: an inner vertex has 4 - index directions. On a
+              border it is 2 less the quarters of a turn between its two border sides.
+    """
+
+    mesh: FieldMesh
+    angle: Floats
+    quarters: Int32Array
+    index: Int32Array
+
+    @property
+    def singular(self) -> NDArray[np.intp]:
+        """The vertices whose index is not 0."""
+        return np.flatnonzero(self.index)
+
+
+def solve_field(mesh: FieldMesh, alignment: float, merging: float) -> CrossField:
+    """Find the field of a mesh.
+
+    alignment: how much directions of curvature weigh. merging: singularities of opposed indices
+    nearer than this, a length, are cancelled.
+    """
+    found = _Solver(mesh, alignment)
+    angle = found.smooth()
+    quarters = match_crosses(mesh, angle)
+    index = measure_indices(mesh, angle, quarters)
+    changed = cancel_pairs(mesh, quarters, index, merging)
+    for _ in range(2):
+        angle = found.relax(angle, changed)
+    return CrossField(mesh, angle, changed, measure_indices(mesh, angle, changed))
+
+
+class _Solver:
+    """The steps of :func:`solve_field`, which share the Laplacian."""
+
+    def __init__(self, mesh: FieldMesh, alignment: float) -> None:
+        self.mesh = mesh
+        ground = mesh.ground
+        self.sides = mesh.inner
+        self.here, self.there = self.sides // 3, mesh.across[self.sides] // 3
+        length = np.linalg.norm(
+            ground.vertices[ground.triangles.ravel()[self.sides]]
+            - ground.vertices[ground.triangles[self.here, (self.sides % 3 + 1) % 3]],
+            axis=1,
+        )
+        middle = ground.vertices[ground.triangles].mean(axis=1)
+        apart = np.linalg.norm(middle[self.here] - middle[self.there], axis=1)
+        ratio = np.sqrt(3.0) * length / np.maximum(apart, 1e-12 * ground.diagonal) / 3.0
+        self.weight = np.zeros(3 * len(ground.triangles))
+        self.weight[self.sides] = np.minimum(ratio, MOST_WEIGHT)
+        area = ground.surface.areas
+        self.mass = area / area.mean()
+        pull = alignment * area.mean() / (SCALE * ground.diagonal) ** 2
+        target, sure = measure_curvature(mesh)
+        # Directions of curvature by their certainty, along borders theirs.
+        self.pull = 50.0 * pull * sure * self.mass
+        self.target = target
+        border = ground.topology.border
+        total = np.zeros(len(self.pull), np.complex128)
+        np.add.at(total, border // 3, np.exp(4j * mesh.side_angle.ravel()[border]))
+        held = np.unique(border // 3)
+        self.pull[held] = HELD
+        # Two sides of one triangle may want crosses that cancel out: then one is as good.
+        self.target[held] = _normalised(total[held])
+
+    def smooth(self) -> Floats:
+        """(t,) angles of the field: smoothest, then diffused in rounds."""
+        turned = np.zeros(len(self.weight), np.complex128)
+        turned[self.sides] = np.exp(4j * self.mesh.turn[self.mesh.across[self.sides]])
+        wanted = self.pull * self.target
+        least = 1e-6 * self.mass
+        u = np.ones(len(self.mass), np.complex128)
+        # Where nothing says which way, the inverse power method goes towards the smoothest.
+        for _ in range(1 if self.pull.any() else ROUNDS):
+            u = _normalised(self._solve(self.pull + least, turned, wanted + least * u, u))
+        step = self.mass * self.mesh.ground.surface.areas.mean()
+        step /= (SCALE * self.mesh.ground.diagonal) ** 2
+        for _ in range(ROUNDS):
+            u = _normalised(self._solve(self.pull + step, turned, wanted + step * u, u))
+        return np.angle(u).astype(np.float64) / 4.0
+
+    def relax(self, angle: Floats, quarters: Int32Array) -> Floats:
+        """(t,) the angles that fit the matchings best; the field has the same singularities."""
+        jump = np.zeros(len(self.weight))
+        jump[self.sides] = self.mesh.turn[self.sides] + QUARTER * quarters[self.sides]
+        right = -(self.weight * jump).reshape(-1, 3).sum(axis=1)
+        # Each triangle is pulled to that direction of its target which is nearest now.
+        aim = np.angle(self.target) / 4.0
+        aim += QUARTER * np.rint((angle - aim) / QUARTER)
+        pull = self.pull + 1e-6 * self.mass
+        alike = np.ones(len(self.weight), np.complex128)
+        found = self._solve(pull, alike, right + pull * aim + 0j, angle + 0j)
+        return np.ascontiguousarray(found.real, np.float64)
+
+    def _solve(self, pull: Floats, turned: Complexes, right: Complexes, u: Complexes) -> Complexes:
+        return _solve_laplacian(self.mesh.across, self.weight, turned, pull, right, u)
+
+
+#: Residuals are this part of the right side, at most; crosses are right to a ten thousandth then.
+RESIDUAL = 1e-7
+
+#: Steps of the solver at most; fields of 50,000 triangles take some hundreds.
+MOST_STEPS = 4000
+
+
+@kernel
+def _solve_laplacian(
+    across: Int32Array,
+    weight: Floats,
+    turned: Complexes,
+    pull: Floats,
+    right: Complexes,
+    start: Complexes,
+) -> Complexes:
+    """Solve (weights + pull) u - sum of weight * turned * the neighbour's u = right, by conjugate
+    gradients, from a start.
+
+    weight, turned: (3t,) of every side; turned brings the neighbour's value into the triangle.
+    Not by a factorisation: it would ask a BLAS with threads of its own for thousands of tiny
+    blocks, and these take a hundred times as long while other work is on.
+    """
+    n = len(pull)
+    diagonal = pull.copy()
+    for h in range(3 * n):
+        diagonal[h // 3] += weight[h]
+    u = start.copy()
+    r = np.empty(n, np.complex128)
+    p = np.empty(n, np.complex128)
+    q = np.empty(n, np.complex128)
+    size = 0.0
+    rho = 0.0
+    for f in range(n):
+        value = diagonal[f] * u[f]
+        for h in range(3 * f, 3 * f + 3):
+            if across[h] >= 0:
+                value -= weight[h] * turned[h] * u[across[h] // 3]
+        r[f] = right[f] - value
+        p[f] = r[f] / diagonal[f]
+        size += (right[f].real ** 2 + right[f].imag ** 2) / diagonal[f]
+        rho += (r[f].real ** 2 + r[f].imag ** 2) / diagonal[f]
+    for _ in range(MOST_STEPS):
+        if rho <= RESIDUAL * RESIDUAL * size:
+            break
+        along = 0.0
+        for f in range(n):
+            value = diagonal[f] * p[f]
+            for h in range(3 * f, 3 * f + 3):
+                if across[h] >= 0:
+                    value -= weight[h] * turned[h] * p[across[h] // 3]
+            q[f] = value
+            along += p[f].real * value.real + p[f].imag * value.imag
+        step = rho / along
+        before = rho
+        rho = 0.0
+        for f in range(n):
+            u[f] += step * p[f]
+            r[f] -= step * q[f]
+            rho += (r[f].real ** 2 + r[f].imag ** 2) / diagonal[f]
+        ratio = rho / before
+        for f in range(n):
+            p[f] = r[f] / diagonal[f] + ratio * p[f]
+    return u
+
+
+def _normalised(u: Complexes) -> Complexes:
+    size = np.abs(u)
+    return np.where(size > 1e-30, u / np.maximum(size, 1e-30), 1.0)
+
+
+def match_crosses(mesh: FieldMesh, angle: Floats) -> Int32Array:
+    """(3t,) quarters of the nearest matchings across all sides."""
+    quarters = np.zeros(3 * len(angle), np.int32)
+    sides = mesh.inner
+    other = mesh.across[sides]
+    gap = angle[other // 3] - angle[sides // 3] - mesh.turn[sides]
+    found = np.rint(gap / QUARTER).astype(np.int32)
+    # A tie must be the same from both sides.
+    first = sides < other
+    quarters[sides[first]] = found[first]
+    quarters[other[first]] = -found[first]
+    return _unwind(mesh, quarters)
+
+
+def _unwind(mesh: FieldMesh, quarters: Int32Array) -> Int32Array:
+    """Quarters as they are; a full turn between two frames counts as the frames' own."""
+    sides = mesh.inner
+    full = np.rint((mesh.turn[sides] + mesh.turn[mesh.across[sides]]) / QUARTER).astype(np.int32)
+    # turn + turn back is a multiple of a full turn, which the second of each pair takes up.
+    second = sides > mesh.across[sides]
+    quarters[sides[second]] -= full[second]
+    return quarters
+
+
+def measure_indices(mesh: FieldMesh, angle: Floats, quarters: Int32Array) -> Int32Array:
+    """(v,) indices of a field by its matchings; see :class:`CrossField`."""
+    gap = np.zeros(len(quarters))
+    sides = mesh.inner
+    gap[sides] = (
+        angle[mesh.across[sides] // 3]
+        - angle[sides // 3]
+        - mesh.turn[sides]
+        - QUARTER * quarters[sides]
+    )
+    n = len(mesh.vertices)
+    corners = mesh.triangles.ravel()
+    total = np.bincount(corners, mesh.corner_angle.ravel(), n)
+    # Counter-clockwise around a vertex, a triangle is left by the side that ends there.
+    before = np.arange(len(gap)).reshape(-1, 3)[:, [2, 0, 1]].ravel()
+    np.add.at(total, corners, -gap[before])
+    whole = np.where(mesh.on_border, np.pi, 2.0 * np.pi)
+    # From a border's side to the next the field turns by what it is off them, too.
+    border = mesh.ground.topology.border
+    off = mesh.side_angle.ravel()[border] - angle[border // 3]
+    off -= QUARTER * np.rint(off / QUARTER)
+    head = mesh.triangles[border // 3, (border % 3 + 1) % 3]
+    np.add.at(total, corners[border], off)
+    np.add.at(total, head, -off)
+    index = np.rint((whole - total) / QUARTER).astype(np.int32)
+    index[np.bincount(corners, minlength=n) == 0] = 0
+    return index
+
+
+def cancel_pairs(
+    mesh: FieldMesh, quarters: Int32Array, index: Int32Array, nearest: float
+) -> Int32Array:
+    """(3t,) quarters after pairs of vertices of opposed indices, nearest first, are gone.
+
+    nearest: pairs further apart than this, along edges, stay; twice that where one is on a border,
+    whose singularities count twice on a seam of symmetry: one of a single quarter is a vertex of
+    two quads there.
+    """
+    quarters, index = quarters.copy(), index.copy()
+    if nearest <= 0.0:
+        return quarters
+    graph = _edge_graph(mesh)
+    free = index.copy()
+    plus, minus = np.flatnonzero(free > 0), np.flatnonzero(free < 0)
+    if not len(plus) or not len(minus):
+        return quarters
+    far, before = dijkstra(graph, indices=plus, limit=2.0 * nearest, return_predecessors=True)
+    border = mesh.on_border[plus][:, None] | mesh.on_border[minus][None]
+    rows, columns = np.nonzero(far[:, minus] <= np.where(border, 2.0, 1.0) * nearest)
+    order = np.lexsort((minus[columns], plus[rows], far[rows, minus[columns]]))
+    sides_of = _sides_by_ends(mesh)
+    for k in order.tolist():
+        one, two = int(plus[rows[k]]), int(minus[columns[k]])
+        if free[one] <= 0 or free[two] >= 0:
+            continue
+        free[one] -= 1
+        free[two] += 1
+        at = two
+        while at != one:
+            back = int(before[rows[k], at])
+            side = sides_of[back, at]
+            # Of the way's edge from ``back`` to ``at``: what back loses, at gains.
+            quarters[side] -= 1
+            quarters[mesh.across[side]] += 1
+            at = back
+    return quarters
+
+
+def _edge_graph(mesh: FieldMesh) -> csr_array:
+    """Lengths of edges that are no border: over others nothing is matched."""
+    topology = mesh.ground.topology
+    inner = np.ones(len(topology.ends), np.bool_)
+    inner[topology.edges[topology.border]] = False
+    ends = topology.ends[inner]
+    length = np.linalg.norm(mesh.vertices[ends[:, 0]] - mesh.vertices[ends[:, 1]], axis=1)
+    n = len(mesh.vertices)
+    rows, columns = np.concatenate([ends, ends[:, ::-1]]).T
+    return coo_array((np.concatenate([length, length]), (rows, columns)), (n, n)).tocsr()
+
+
+def _sides_by_ends(mesh: FieldMesh) -> dict[tuple[int, int], int]:
+    tail = mesh.triangles.ravel().tolist()
+    head = np.roll(mesh.triangles, -1, axis=1).ravel().tolist()
+    return {pair: side for side, pair in enumerate(zip(tail, head, strict=True))}
+
+
+def measure_curvature(mesh: FieldMesh) -> tuple[Complexes, Floats]:
+    """(t,) crosses along the directions of curvature, and (t,) how sure they are, 0 to 1.
+
+    The shape operator of a triangle is fitted to how the normals of its vertices, smoothed, change
+    along its sides (Rusinkiewicz 2004).
+    """
+    ground = mesh.ground
+    triangles, area = mesh.triangles, ground.surface.areas
+    normals = ground.normals.copy()
+    for _ in range(3):
+        mean = normals[triangles].mean(axis=1) * area[:, None]
+        total = np.zeros_like(normals)
+        for e in range(3):
+            np.add.at(total, triangles[:, e], mean)
+        size = np.linalg.norm(total, axis=1, keepdims=True)
+        normals = total / np.maximum(size, 1e-300)
+    corner, up = ground.vertices[triangles], normals[triangles]
+    step, change = np.roll(corner, -1, axis=1) - corner, np.roll(up, -1, axis=1) - up
+    u, v = np.einsum("tec,tc->te", step, mesh.x), np.einsum("tec,tc->te", step, mesh.y)
+    p, q = np.einsum("tec,tc->te", change, mesh.x), np.einsum("tec,tc->te", change, mesh.y)
+    rows = np.zeros((len(triangles), 6, 3))
+    rows[:, 0::2, 0], rows[:, 0::2, 1] = u, v
+    rows[:, 1::2, 1], rows[:, 1::2, 2] = u, v
+    wanted = np.stack([p, q], axis=2).reshape(len(triangles), 6)
+    normal = np.einsum("tki,tkj->tij", rows, rows)
+    normal += 1e-9 * np.trace(normal, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    shape = np.linalg.solve(normal, np.einsum("tki,tk->ti", rows, wanted)[..., None])[..., 0]
+    half, twist = (shape[:, 0] - shape[:, 2]) / 2.0, shape[:, 1]
+    sure = np.minimum(np.hypot(half, twist) * ground.diagonal / SURE_CURVATURE, 1.0)
+    return np.exp(2j * np.arctan2(twist, half)), sure

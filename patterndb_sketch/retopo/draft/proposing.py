@@ -1,0 +1,418 @@
+"""A first draft of a network: separatrices of a cross field, laid, counted, the best of settings.
+
+:func:`propose_draft` is all of it; :class:`DraftSetting` is what differs between tries.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Points, units
+from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.counts.regular import solve_regular_counts
+from patterndb_sketch.retopo.counts.rules import sum_costs
+from patterndb_sketch.retopo.draft.arcs import cut_segments, find_arcs
+from patterndb_sketch.retopo.draft.assembly import (
+    AtSingularity,
+    DraftLine,
+    NetworkBuilder,
+    OnLine,
+    OnWall,
+    is_cellular,
+)
+from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
+from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.remesh import remesh_evenly
+from patterndb_sketch.retopo.draft.tracing import (
+    AT_BORDER,
+    AT_LINE,
+    LineSegments,
+    Starts,
+    TracedLines,
+    start_at_vertices,
+    trace_lines,
+)
+from patterndb_sketch.retopo.draft.walls import Walls
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling import (
+    FilledNetwork,
+    PlacedCache,
+    choose_counts,
+    fill_network,
+    weld_fills,
+)
+from patterndb_sketch.retopo.filling.edgecounts import NumberedCounts
+from patterndb_sketch.retopo.filling.report import Report, report_mesh
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Network
+from patterndb_sketch.retopo.sizes import Sizes
+from query.engine import PatternSource
+
+#: Edges of the mesh that the field is solved on, in target edges.
+REMESHED = 0.4
+
+#: T-junctions on both sides of a line, nearer than this to each other in target edges, are one
+#: crossing.
+JOINING = 0.7
+
+#: A trace this long, in diagonals, is cut off, and the try with it.
+LONGEST_TRACE = 12.0
+
+#: Regular places from which lines are traced, too, where regions would be rings: a torus, whose
+#: field has no singularity, needs one.
+MOST_SEEDS = 12
+
+
+#: Where a field has no singularity, regions with a longer border, in diagonals, are cut by a
+#: further place. It is
+#: the longest loop that Takayama et al.'s program takes for a patch.
+LONGEST_LOOP = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class DraftSetting:
+    """alignment: how much directions of curvature weigh. merging: singularities of opposed
+    indices nearer than this, in target edges, are cancelled. finer: edges are so many times as
+    long as asked for, where those come too far off the surface."""
+
+    alignment: float
+    merging: float
+    finer: float = 1.0
+
+
+#: What is tried, the first of equals taken.
+SETTINGS = (
+    DraftSetting(0.003, 3.0),
+    DraftSetting(0.01, 2.0),
+    DraftSetting(0.003, 3.0, 0.8),
+    DraftSetting(0.01, 2.0, 0.8),
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DraftedNetwork:
+    """A draft: a network with counts on every chain. singular: irregular vertices of its field.
+    cost: of its counts."""
+
+    network: Network
+    setting: DraftSetting
+    singular: int
+    cost: float
+
+
+def draft_network(
+    network: Network, ground: Ground, sizes: Sizes, setting: DraftSetting, remeshed: FieldMesh
+) -> DraftedNetwork:
+    """One try; raises RefusedError, with the place, where it comes to nothing."""
+    walls = Walls(network)
+    field = solve_field(remeshed, setting.alignment, setting.merging * sizes.edge)
+    total = int(field.index.sum())
+    if total != 4 * remeshed.euler:
+        raise RefusedError(
+            f"the field's indices sum to {total}, and to {4 * remeshed.euler} on any field: the "
+            "surface has folds that are too sharp; smooth it, or draw by hand"
+        )
+    seeds: list[int] = []
+    laid: Network | None = None
+    for _ in range(MOST_SEEDS + 1):
+        found = _lay_field(network, ground, sizes, field, walls, seeds)
+        if found is not None and is_cellular(found, ground):
+            laid = found
+            # Where there are singularities, they cut as finely as the shape asks for.
+            if len(field.singular) or not _has_long_patch(found, LONGEST_LOOP * ground.diagonal):
+                break
+        seeds.append(_find_seed(field, seeds))
+    if laid is None:
+        raise RefusedError("some regions would be rings or handles; draw by hand")
+    edge = setting.finer * sizes.edge
+    counted = _count_regularly(laid, edge)
+    costs = NumberedCounts.of(counted, edge, anew=True)
+    cost = sum_costs(costs.problem, costs.counts(counted))
+    return DraftedNetwork(counted, setting, len(field.singular), cost)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProposedDraft:
+    """The best draft: network: with counts and fills. setting: that it came from. report: of its
+    mesh. flaws: what is wrong with that, in words, with places."""
+
+    network: Network
+    setting: DraftSetting
+    report: Report
+    flaws: tuple[str, ...]
+
+
+def _has_long_patch(network: Network, longest: float) -> bool:
+    return any(
+        sum(network.chains[half >> 1].length for half in patch.loop) > longest
+        for patch in network.patches.values()
+    )
+
+
+def propose_draft(
+    network: Network, ground: Ground, sizes: Sizes, source: PatternSource
+) -> ProposedDraft:
+    """The best draft of all settings.
+
+    network: borders and the seam of symmetry, along which the field runs and on which lines end.
+    Raises RefusedError, with the place, for a surface that no field lies on, where curves are
+    drawn already, and where no setting comes to a mesh that is whole and near to the surface.
+    """
+    check_ground(ground)
+    for chain in network.chains.values():
+        if not chain.marked:
+            raise RefusedError(
+                f"curves are drawn already, the first at {_place(chain.points[0])}: a draft is for "
+                "a bare surface; erase them, or go on by hand"
+            )
+    vertices, triangles = remesh_evenly(ground, REMESHED * sizes.edge)
+    mesh = FieldMesh.of(Ground.of(vertices, triangles))
+    best: tuple[tuple[float, ...], ProposedDraft, FilledNetwork] | None = None
+    why = ""
+    for setting in SETTINGS:
+        try:
+            one = draft_network(network, ground, sizes, setting, mesh)
+        except RefusedError as error:
+            why = why or str(error)
+            continue
+        found = fill_network(one.network, ground, source, sizes.edge, PlacedCache())
+        made = report_mesh(found, ground, weld_fills(found))
+        off = max(made.to_ground, made.from_ground)
+        wrong = (made.unfilled, made.tangled, made.flipped, off > MOST_OFF)
+        rank = (*wrong, sum(made.irregular.values()), off)
+        if best is None or rank < best[0]:
+            proposed = ProposedDraft(found.network, setting, made, _list_flaws(found, ground, made))
+            best = (rank, proposed, found)
+        if not any(wrong):
+            break
+    if best is None:
+        raise RefusedError(f"no draft: {why}")
+    _, proposed, found = best
+    _refuse_bad(proposed, found, ground)
+    return proposed
+
+
+def _list_flaws(found: FilledNetwork, ground: Ground, made: Report) -> tuple[str, ...]:
+    """What of a mesh is flipped or far off, in words, with the first place."""
+    said: list[str] = []
+    if made.flipped:
+        placed = next(one for one in found.placed.values() if len(one.flipped))
+        at = placed.vertices[placed.quads[placed.flipped[0]]].mean(axis=0)
+        said.append(f"{made.flipped} quads are flipped, the first at {_place(at)}")
+    off = max(made.to_ground, made.from_ground)
+    if off > MOST_OFF:
+        said.append(f"{100 * off:.2g} % off at {_place(find_furthest(found, ground))}")
+    return tuple(said)
+
+
+def find_furthest(found: FilledNetwork, ground: Ground) -> Points:
+    """(3,) the vertex of the ground furthest from the quads, or of the quads from the ground."""
+    mesh = weld_fills(found)
+    quads = np.concatenate([mesh.quads[:, [0, 1, 2]], mesh.quads[:, [0, 2, 3]]])
+    surface = Surface.from_arrays(mesh.vertices, quads)
+    missed = np.linalg.norm(surface.nearest(ground.vertices).points - ground.vertices, axis=1)
+    gone = np.linalg.norm(ground.nearest(mesh.vertices).points - mesh.vertices, axis=1)
+    if missed.max() >= gone.max():
+        return ground.vertices[missed.argmax()]
+    return mesh.vertices[gone.argmax()]
+
+
+def _refuse_bad(proposed: ProposedDraft, found: FilledNetwork, ground: Ground) -> None:
+    """RefusedError for a mesh that is not whole, or is another shape than the surface."""
+    made = proposed.report
+    off = max(made.to_ground, made.from_ground)
+    worst = _place(find_furthest(found, ground)) if made.quads else "everywhere"
+    if made.unfilled or made.tangled:
+        raise RefusedError(
+            f"no draft: {made.unfilled} regions have no quads and {made.tangled} edges are "
+            f"tangled; the worst is at {worst}: the surface is too thin or too fine for its edges "
+            "there; take a smaller edge, or draw by hand"
+        )
+    if off > FAR_OFF or made.flipped > MOST_FLIPPED * made.quads:
+        raise RefusedError(
+            f"no draft: quads would be {100 * off:.2g} % of the diagonal off the surface, and "
+            f"{made.flipped} of {made.quads} flipped; the worst is at {worst}: take a smaller "
+            "edge, or draw by hand"
+        )
+
+
+#: A draft further off than this part of the diagonal, or with more than this part of its quads
+#: flipped, has lost a part of the surface: it is refused.
+FAR_OFF, MOST_FLIPPED = 0.05, 0.02
+
+#: A draft nearer to the surface than this part of its diagonal is near enough.
+MOST_OFF = 0.02
+
+
+def check_ground(ground: Ground) -> None:
+    """Raise RefusedError, with the place, for a surface on which no field can lie."""
+    topology, triangles = ground.topology, ground.triangles
+    uses = np.diff(topology.side_start)
+    shared = np.flatnonzero(uses > 2)
+    if len(shared):
+        raise RefusedError(
+            f"{len(shared)} edges have more than two triangles, the first at "
+            f"{_place(topology.middles[shared[0]])}: part the sheets that touch there"
+        )
+    inner = np.flatnonzero(topology.across >= 0)
+    corners = triangles.ravel()
+    alike = inner[corners[inner] == corners[topology.across[inner]]]
+    if len(alike):
+        middle = ground.vertices[triangles[alike[0] // 3]].mean(axis=0)
+        raise RefusedError(
+            f"{len(alike) // 2} neighbouring triangles are turned against each other, the first at "
+            f"{_place(middle)}: turn them all outward"
+        )
+    fans = np.bincount(corners, minlength=len(ground.vertices))
+    mesh = FieldMesh.of(ground)
+    for vertex in np.flatnonzero(fans).tolist():
+        if len(mesh.list_ring(vertex)) != fans[vertex]:
+            raise RefusedError(
+                f"parts of the surface touch in one vertex at {_place(ground.vertices[vertex])}: "
+                "part them, or join them along an edge"
+            )
+
+
+def _place(point: Points) -> str:
+    return "(" + ", ".join(f"{x:.4g}" for x in point) + ")"
+
+
+def _count_regularly(network: Network, edge: float) -> Network:
+    """Counts that leave regular grids; where there are none, those of any network."""
+    numbered = NumberedCounts.of(network, edge, anew=True)
+    found = solve_regular_counts(numbered.problem)
+    if found is None:
+        return choose_counts(network, edge)[0]
+    return numbered.put(network, found)
+
+
+def _find_seed(field: CrossField, seeds: list[int]) -> int:
+    """The inner regular vertex furthest from singularities, borders and other seeds."""
+    from scipy.sparse.csgraph import dijkstra
+
+    mesh = field.mesh
+    graph = mesh.edge_graph
+    sources = [*field.singular.tolist(), *seeds, *np.flatnonzero(mesh.on_border).tolist()]
+    inner = ~mesh.on_border & (field.index == 0)
+    if not sources:
+        return int(np.flatnonzero(inner)[0])
+    far = dijkstra(graph, indices=sources, min_only=True)
+    far[~inner] = -1.0
+    far[~np.isfinite(far)] = 2.0 * far[np.isfinite(far)].max() + 1.0
+    return int(far.argmax())
+
+
+def _lay_field(
+    network: Network,
+    ground: Ground,
+    sizes: Sizes,
+    field: CrossField,
+    walls: Walls,
+    seeds: list[int],
+) -> Network | None:
+    """The network of a field's separatrices; None if a line runs on and on."""
+    mesh = field.mesh
+    starts = start_at_vertices(field, [*field.singular.tolist(), *seeds])
+    arcs = find_arcs(field, starts, sizes.edge)
+    laid = [LineSegments.none()]
+    for k, arc in enumerate(arcs):
+        laid.append(cut_segments(field, arc.points, arc.triangles, k))
+    used = {end for arc in arcs for end in (arc.begin, arc.end)}
+    free = np.array([k for k in range(len(starts)) if k not in used], np.intp)
+    left = starts[free]
+    longest = LONGEST_TRACE * mesh.ground.diagonal
+    traced = trace_lines(field, left, LineSegments.joined(laid), len(arcs), longest)
+    if not np.isin(traced.ended, (AT_LINE, AT_BORDER)).all():
+        return None
+    joints = _Joints(network, field, walls, starts)
+    lines: list[DraftLine] = []
+    for arc in arcs:
+        normals = _normals_along(field, arc.triangles)
+        along = np.concatenate(
+            [[0.0], np.cumsum(np.linalg.norm(np.diff(arc.points, axis=0), axis=1))]
+        )
+        one = joints.start(arc.begin, (int(arc.triangles[0]), arc.points[1]))
+        two = joints.start(arc.end, (int(arc.triangles[-1]), arc.points[-2]))
+        lines.append(DraftLine(arc.points, normals, along, one, two))
+    lines += _list_traces(field, free, left, traced, joints, len(arcs))
+    corners = joints.corners()
+    builder = NetworkBuilder(network, ground, sizes, lines, JOINING * sizes.edge, corners)
+    return builder.build()
+
+
+def _normals_along(field: CrossField, triangles: Int32Array) -> Points:
+    """(n + 1, 3) normals at the points between pieces in triangles (n,)."""
+    up = field.mesh.normal[triangles]
+    return units(np.concatenate([up[:1], up[:-1] + up[1:], up[-1:]]))
+
+
+def _list_traces(
+    field: CrossField,
+    free: np.ndarray,
+    left: Starts,
+    traced: TracedLines,
+    joints: _Joints,
+    arcs: int,
+) -> Iterator[DraftLine]:
+    mesh = field.mesh
+    segments = traced.segments
+    begins = segments.lift(mesh, segments.begin)
+    ends = segments.lift(mesh, segments.end)
+    bounds = np.searchsorted(segments.line, arcs + np.arange(len(left) + 1))
+    for i in range(len(left)):
+        mine = slice(int(bounds[i]), int(bounds[i + 1]))
+        points = np.concatenate([begins[mine], ends[mine][-1:]])
+        normals = _normals_along(field, segments.triangle[mine])
+        along = np.concatenate([segments.along[mine], [traced.length[i]]])
+        if traced.ended[i] == AT_BORDER:
+            end = joints.on_border(points[-1], int(traced.other[i]))
+        else:
+            end = OnLine(int(traced.other[i]), float(traced.there[i]), bool(traced.left[i]))
+        yield DraftLine(points, normals, along, joints.start(int(free[i])), end)
+
+
+class _Joints:
+    """Where lines begin and end, in terms of the network."""
+
+    def __init__(self, network: Network, field: CrossField, walls: Walls, starts: Starts) -> None:
+        self.network = network
+        self.field = field
+        self.walls = walls
+        self.starts = starts
+        self.borders: dict[int, OnWall] = {}
+        mesh = field.mesh
+        for vertex in np.flatnonzero(mesh.on_border & (field.index != 0)).tolist():
+            self.borders[vertex] = self.on_border(mesh.vertices[vertex], int(mesh.leaving[vertex]))
+
+    def start(self, k: int, led: tuple[int, Points] | None = None) -> AtSingularity | OnWall:
+        """The joint of a start; led: the triangle and the point that an arc goes to from there,
+        which need not be where the trace would have gone."""
+        mesh = self.field.mesh
+        vertex, triangle = int(self.starts.vertex[k]), int(self.starts.triangle[k])
+        corner, angle = int(self.starts.corner[k]), float(self.starts.angle[k])
+        if led is not None:
+            triangle = led[0]
+            corner = int(np.flatnonzero(mesh.triangles[triangle] == vertex)[0])
+            away = led[1] - mesh.vertices[vertex]
+            angle = float(np.arctan2(away @ mesh.y[triangle], away @ mesh.x[triangle]))
+        turned = (angle - mesh.side_angle[triangle, corner] + 0.1) % (2.0 * np.pi) - 0.1
+        share = min(max(turned / mesh.corner_angle[triangle, corner], 0.0), 1.0)
+        order = mesh.list_ring(vertex).index(3 * triangle + corner) + share
+        if vertex in self.borders:
+            return replace(self.borders[vertex], order=order)
+        return AtSingularity(vertex, order)
+
+    def on_border(self, point: Points, side: int) -> OnWall:
+        """The place of the network's border chains that a place on a border's side is."""
+        mesh = self.field.mesh
+        f, e = divmod(side, 3)
+        ahead = mesh.vertices[mesh.triangles[f, (e + 1) % 3]] - mesh.vertices[mesh.triangles[f, e]]
+        return self.walls.find_place(point, ahead)
+
+    def corners(self) -> list[OnWall]:
+        """Border vertices with one wedge, which no line leaves."""
+        return [at for vertex, at in self.borders.items() if self.field.index[vertex] == 1]

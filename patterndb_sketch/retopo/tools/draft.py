@@ -1,0 +1,82 @@
+"""The tool that proposes a first network for a whole surface."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
+from patterndb_sketch.retopo.draft.proposing import ProposedDraft, propose_draft
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.network.structure import SYMMETRY
+from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
+from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+
+#: A surface is worked on by halves if its image is this near to it, in parts of its diagonal: the
+#: root of the mean square. A scan of what is symmetric is some thousandths off.
+SYMMETRIC = 0.005
+
+#: Edges of a draft, in parts of the surface's diagonal: more than 0.15 leave no shape, and less
+#: than 0.004 give a hundred thousand quads, for which a draft is not made.
+LEAST_EDGE, MOST_EDGE = 0.004, 0.15
+
+
+def _act(work: ToolWork, a: dict[str, Any]) -> Result:
+    state = work.state
+    if a["edge"] is not None:
+        state = replace(state, sizes=replace(state.sizes, edge=a["edge"]))
+    share = state.sizes.edge / work.ground.diagonal
+    if not LEAST_EDGE <= share <= MOST_EDGE:
+        low, high = (part * work.ground.diagonal for part in (LEAST_EDGE, MOST_EDGE))
+        raise RefusedError(
+            f"an edge of {state.sizes.edge:g} is out of proportion for a draft of this surface; "
+            f"give edge from {low:.3g} to {high:.3g}"
+        )
+    notes: list[str] = []
+    drawn = any(not chain.marked for chain in work.network.chains.values())
+    if a["symmetry"] and state.plane is None and not drawn:
+        found = propose_plane(work.ground)
+        if found.off <= SYMMETRIC:
+            half = cut_half(work.ground, found.plane)
+            seam = begin_symmetry(work.network, half, state.sizes.sampling).network
+            if any(SYMMETRY in chain.marks for chain in seam.chains.values()):
+                try:
+                    made = propose_draft(seam, half.ground, state.sizes, work.source)
+                except RefusedError as error:
+                    notes.append(f"not by halves, though the surface is symmetric: {error}")
+                else:
+                    point = ", ".join(f"{x:.4g}" for x in found.plane.point)
+                    normal = ", ".join(f"{x:.4g}" for x in found.plane.normal)
+                    said = (
+                        f"symmetry is on: the plane through [{point}] across [{normal}], "
+                        f"{100 * found.off:.2g} % off"
+                    )
+                    now = replace(state, network=made.network, plane=found.plane)
+                    return Result(now, (said, *_describe(made)))
+    made = propose_draft(work.network, work.ground, state.sizes, work.source)
+    return Result(replace(state, network=made.network), (*notes, *_describe(made)))
+
+
+def _describe(made: ProposedDraft) -> tuple[str, ...]:
+    """What came of it, in words."""
+    report = made.report
+    off = 100 * max(report.to_ground, report.from_ground)
+    said = (
+        f"{sum(report.patches.values())} patches, {report.quads} quads, "
+        f"{sum(report.irregular.values())} irregular vertices, {off:.2g} % off at most"
+    )
+    return (said, *made.flaws)
+
+
+DRAFT = Tool(
+    "draft",
+    "Propose a network for the whole surface, to be edited like any other.",
+    {
+        "edge": optional_length("target length of the quads' edges"),
+        "symmetry": Argument(Flag(), "work on one half of a surface that is symmetric", True),
+    },
+    _act,
+    position=235,
+    holds=True,
+    control=Control("8", "draft", "a first network by the machine, to be edited", gesture="act"),
+)

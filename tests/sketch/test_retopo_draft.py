@@ -1,0 +1,254 @@
+"""First drafts: indices, invariants of networks and meshes, and what is refused, with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+import trimesh
+from editor_cases import do
+from retopo_cases import sphere
+
+from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
+from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.remesh import remesh_evenly
+from patterndb_sketch.retopo.draft.tracing import (
+    AT_BORDER,
+    AT_LINE,
+    LineSegments,
+    start_at_vertices,
+    trace_lines,
+)
+from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.filling.report import Report, report_mesh
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import BORDER, are_equal, check_network, count_genus
+from patterndb_sketch.retopo.symmetry import Plane, cut_half
+from query.engine import PatternSource
+
+
+@cache
+def torus() -> Ground:
+    mesh = trimesh.creation.torus(1.0, 0.4, major_sections=64, minor_sections=32)
+    return Ground.of(mesh.vertices, mesh.faces)
+
+
+@cache
+def box() -> Ground:
+    mesh = trimesh.creation.box((2.0, 1.2, 1.0)).subdivide().subdivide().subdivide()
+    return Ground.of(mesh.vertices, mesh.faces)
+
+
+@cache
+def bean() -> Ground:
+    """A ball that is bent and drawn out, so that it has no plane of symmetry of its own."""
+    mesh = trimesh.creation.icosphere(subdivisions=4)
+    x, y, z = mesh.vertices.T
+    points = np.stack([1.6 * x + 0.3 * z * z, y + 0.25 * x * x + 0.1 * z, 0.8 * z + 0.2 * x * y], 1)
+    return Ground.of(points, mesh.faces)
+
+
+@cache
+def dish() -> Ground:
+    """Two thirds of a ball, open."""
+    return cut_half(sphere(), Plane.of((0.0, 0.0, -0.3), (0.0, 0.0, 1.0))).ground
+
+
+@cache
+def field_of(make: Callable[[], Ground], merging: float = 0.0) -> CrossField:
+    ground = make()
+    vertices, triangles = remesh_evenly(ground, 0.03 * ground.diagonal)
+    return solve_field(
+        FieldMesh.of(Ground.of(vertices, triangles)), 0.003, merging * ground.diagonal
+    )
+
+
+@pytest.mark.parametrize("make", [sphere, torus, box, bean, dish])
+def test_remeshing_keeps_handles_and_borders_and_makes_edges_alike(
+    make: Callable[[], Ground],
+) -> None:
+    ground = make()
+    wanted = 0.03 * ground.diagonal
+    vertices, triangles = remesh_evenly(ground, wanted)
+    mesh = FieldMesh.of(Ground.of(vertices, triangles))
+    assert mesh.euler == FieldMesh.of(ground).euler
+    assert np.diff(mesh.ground.topology.side_start).max() == 2
+    ends = mesh.ground.topology.ends
+    lengths = np.linalg.norm(vertices[ends[:, 0]] - vertices[ends[:, 1]], axis=1)
+    assert np.quantile(lengths, 0.05) > 0.5 * wanted and np.quantile(lengths, 0.95) < 1.5 * wanted
+    off = np.linalg.norm(ground.nearest(vertices).points - vertices, axis=1)
+    assert off.max() < 1e-9 * ground.diagonal
+    corner = vertices[triangles]
+    across = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    facing = np.einsum("tc,tc->t", across, ground.nearest(corner.mean(axis=1)).normals)
+    assert (facing > 0.0).all()
+    again = remesh_evenly(ground, wanted)
+    assert (again[0] == vertices).all() and (again[1] == triangles).all()
+
+
+def test_a_flat_sheet_is_remeshed_flat_with_its_outline() -> None:
+    # Two triangles of 10 units: all that is there afterwards is made by halving.
+    sheet = Ground.of([[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]], [[0, 1, 2], [0, 2, 3]])
+    vertices, triangles = remesh_evenly(sheet, 0.5)
+    ground = Ground.of(vertices, triangles)
+    assert ground.surface.areas.sum() == pytest.approx(100.0)
+    assert len(triangles) == pytest.approx(100.0 / (0.433 * 0.25), rel=0.25)
+    border = vertices[ground.triangles.ravel()[ground.topology.border]]
+    assert (np.isin(border[:, 0], (0.0, 10.0)) | np.isin(border[:, 1], (0.0, 10.0))).all()
+
+
+@pytest.mark.parametrize("make", [sphere, torus, box, bean, dish])
+@pytest.mark.parametrize("merging", [0.0, 0.15])
+def test_indices_sum_to_four_times_the_euler_number(
+    make: Callable[[], Ground], merging: float
+) -> None:
+    field = field_of(make, merging)
+    assert field.index.sum() == 4 * field.mesh.euler
+    sides = field.mesh.inner
+    other = field.mesh.across[sides]
+    gap = field.angle[other // 3] - field.angle[sides // 3] - field.mesh.turn[sides]
+    gap -= 0.5 * np.pi * field.quarters[sides]
+    # What a side says, its opposite says, too: the matchings are those of one field.
+    back = np.empty(3 * len(field.angle))
+    back[sides] = gap
+    np.testing.assert_allclose(back[sides], -back[other], atol=1e-9)
+
+
+def test_a_ball_has_eight_singularities_a_box_one_a_corner_and_a_torus_none() -> None:
+    ball = field_of(sphere, 0.2)
+    assert np.bincount(ball.index, minlength=2).tolist() == [len(ball.index) - 8, 8]
+    corners = field_of(box, 0.1)
+    assert (corners.index >= 0).all() and corners.index.sum() == 8
+    points = corners.mesh.vertices[corners.singular]
+    assert len({tuple(np.sign(p).tolist()) for p in points}) == 8
+    assert not field_of(torus, 0.3).index.any()
+
+
+@pytest.mark.parametrize("make", [sphere, box, bean, dish])
+def test_cancelling_only_takes_away(make: Callable[[], Ground]) -> None:
+    before, after = field_of(make), field_of(make, 0.15)
+    assert np.abs(after.index).sum() <= np.abs(before.index).sum()
+    changed = np.flatnonzero(before.index != after.index)
+    assert (np.abs(after.index[changed]) < np.abs(before.index[changed])).all()
+
+
+@pytest.mark.parametrize("make", [box, bean, dish])
+def test_every_singularity_has_its_directions_and_every_trace_ends(
+    make: Callable[[], Ground],
+) -> None:
+    field = field_of(make, 0.05)
+    starts = start_at_vertices(field, field.singular.tolist())
+    counts = np.bincount(starts.vertex, minlength=len(field.index))
+    border = field.mesh.on_border
+    wanted = np.where(border, 1 - field.index, 4 - field.index)
+    assert (counts[field.singular] == wanted[field.singular]).all()
+    traced = trace_lines(field, starts, LineSegments.none(), 0, 20.0 * field.mesh.ground.diagonal)
+    assert np.isin(traced.ended, (AT_LINE, AT_BORDER)).all()
+    # Each trace's pieces follow each other, and where it met another is on that.
+    segments = traced.segments
+    ends = segments.lift(field.mesh, segments.end)
+    begins = segments.lift(field.mesh, segments.begin)
+    for i in range(len(starts)):
+        mine = np.flatnonzero(segments.line == i)
+        np.testing.assert_allclose(ends[mine[:-1]], begins[mine[1:]], atol=1e-9)
+        if traced.ended[i] == AT_LINE:
+            other = np.flatnonzero(segments.line == traced.other[i])
+            k = other[np.searchsorted(segments.along[other], traced.there[i], side="right") - 1]
+            share = (traced.there[i] - segments.along[k]) / max(segments.reach[k], 1e-30)
+            there = begins[k] + share * (ends[k] - begins[k])
+            np.testing.assert_allclose(ends[mine[-1]], there, atol=1e-6)
+
+
+def drafted(ground: Ground, source: PatternSource, **arguments: object) -> tuple[Editor, Report]:
+    editor = Editor(ground, source)
+    outcome = do(editor, "draft", **arguments)
+    assert outcome.changed and outcome.notes
+    found = editor.fill()
+    return editor, report_mesh(found, ground, editor.mesh(found))
+
+
+@pytest.mark.parametrize(
+    ("make", "handles", "symmetry"),
+    [(sphere, 0, True), (box, 0, True), (bean, 0, True), (torus, 1, False)],
+)
+def test_a_draft_is_a_closed_mesh_of_quads_near_the_surface(
+    make: Callable[[], Ground], handles: int, symmetry: bool, source: PatternSource
+) -> None:
+    ground = make()
+    edge = 0.05 * ground.diagonal
+    editor, made = drafted(ground, source, edge=edge, symmetry=symmetry)
+    assert made.open_edges == made.tangled == made.unfilled == 0
+    assert made.flipped <= 0.01 * made.quads
+    assert made.euler == 2 - 2 * handles
+    assert max(made.to_ground, made.from_ground) < 0.05
+    check_network(editor.network, patches=False)
+    sides = [half for patch in editor.network.patches.values() for half in patch.loop]
+    assert len(sides) == len(set(sides))
+    # Every side of every curve is a patch's, but those beyond the seam.
+    marked = sum(mark != "" for chain in editor.network.chains.values() for mark in chain.marks)
+    assert len(sides) + marked == 2 * len(editor.network.chains)
+    assert (editor.state.plane is not None) == (symmetry and make is not bean)
+    if not symmetry:
+        assert count_genus(editor.network.nodes, editor.network.chains) == handles
+
+
+def test_an_open_surface_gets_quads_up_to_its_border(source: PatternSource) -> None:
+    editor, made = drafted(dish(), source, edge=0.15, symmetry=False)
+    assert made.tangled == made.unfilled == made.flipped == 0
+    assert made.euler == 1 and made.open_edges > 0
+    assert any(BORDER in chain.marks for chain in editor.network.chains.values())
+
+
+def test_the_same_surface_gives_the_same_draft_and_one_step_takes_it_back(
+    source: PatternSource,
+) -> None:
+    one, _ = drafted(bean(), source, edge=0.3)
+    two, _ = drafted(bean(), source, edge=0.3)
+    assert are_equal(one.network, two.network)
+    do(one, "undo")
+    assert not one.network.chains
+
+
+def test_a_finer_edge_makes_more_quads(source: PatternSource) -> None:
+    coarse, fine = (drafted(sphere(), source, edge=edge)[1].quads for edge in (0.4, 0.2))
+    assert 1.5 * coarse < fine < 6.0 * coarse
+
+
+def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=2)
+
+    def refused(ground: Ground, **arguments: object) -> str:
+        editor = Editor(ground, source)
+        before = editor.state
+        outcome = editor.do(Call("draft", arguments))
+        assert outcome.refused is not None and editor.state is before
+        return outcome.refused
+
+    # A fin along an edge of the ball: three triangles there.
+    a, b = ball.vertices[ball.faces[0, :2]]
+    fin = np.concatenate([ball.vertices, [2.0 * (a + b)]])
+    faces = np.concatenate([ball.faces, [[*ball.faces[0, :2], len(ball.vertices)]]])
+    said = refused(Ground.of(fin, faces))
+    middle = 0.5 * (a + b)
+    assert "1 edges have more than two triangles" in said
+    assert f"({middle[0]:.4g}, {middle[1]:.4g}, {middle[2]:.4g})" in said
+    # Every second triangle turned round.
+    turned = ball.faces.copy()
+    turned[::2] = turned[::2, ::-1]
+    assert "turned against each other, the first at (" in refused(Ground.of(ball.vertices, turned))
+    # Two balls that touch in a point.
+    both = np.concatenate([ball.vertices, ball.vertices + np.array([2.0, 0.0, 0.0])])
+    east, west = ball.vertices[:, 0].argmax(), ball.vertices[:, 0].argmin()
+    both[len(ball.vertices) + west] = both[east]
+    pair = np.concatenate([ball.faces, ball.faces + len(ball.vertices)])
+    assert "touch in one vertex at (" in refused(Ground.of(both, pair))
+    assert "out of proportion" in refused(sphere(), edge=3.0)
+
+
+def test_what_is_drawn_already_is_not_drawn_over(source: PatternSource) -> None:
+    editor = Editor(sphere(), source)
+    do(editor, "loop", at=[0.95, 0.0, 0.3], normal=[0.0, 0.0, 1.0])
+    outcome = editor.do(Call("draft", {"edge": 0.3}))
+    assert outcome.refused is not None and "curves are drawn already" in outcome.refused
