@@ -62,6 +62,7 @@ SECTIONS = {
         "surfacing",
         "features",
         "retopo",
+        "windows",
         "page",
         "cluster",
         "scaling",

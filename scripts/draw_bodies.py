@@ -14,13 +14,13 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from draw_offscreen import prepare_offscreen
 from numpy.typing import NDArray
 from PIL import Image
 from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.opengl import prepare_opengl
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from bodies import CARS, Body, body, random_body
@@ -128,7 +128,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images")
     arguments = parser.parse_args()
-    prepare_opengl(off_screen=True)
+    prepare_offscreen()
     rows = -(-(len(CARS) + len(RANDOM)) // COLUMNS)
     plotter: Any = pv.Plotter(
         off_screen=True, shape=(rows, COLUMNS), border=False,

@@ -33,6 +33,7 @@ from draw_features_scene import (
     sheet,
     write,
 )
+from draw_offscreen import prepare_offscreen
 from PIL import Image
 
 from ingest.formats import read_mesh
@@ -46,7 +47,6 @@ from patterndb_sketch.features.sessionfile import read_network
 from patterndb_sketch.features.snap import Snap, snap
 from patterndb_sketch.features.splines import Spline
 from viewer import style
-from viewer.opengl import prepare_opengl
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))
 from bodies import body, degrade, stroke
@@ -260,7 +260,7 @@ def main() -> None:
     unknown = [name for name in arguments.names if name not in PICTURES]
     if unknown:
         parser.error(f"there is no picture {unknown[0]!r}; there are {', '.join(PICTURES)}")
-    prepare_opengl(off_screen=True)
+    prepare_offscreen()
     data = arguments.shared / "data"
     place = Place(data if (data / "meshes").is_dir() else None, arguments.out)
     for name in arguments.names or PICTURES:

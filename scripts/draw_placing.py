@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from draw_offscreen import prepare_offscreen
 from PIL import Image
 from scipy.interpolate import CubicSpline
 
@@ -27,7 +28,6 @@ from query.placing import Placement, Region, Surface, enclose_region, lay_flat, 
 from query.placing.flow import follow_strokes
 from query.stroke import Stroke
 from viewer import style
-from viewer.opengl import prepare_opengl
 
 ROOT = Path(__file__).parents[1]
 
@@ -363,7 +363,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=ROOT / "docs" / "images")
     parser.add_argument("--db", type=Path)
     arguments = parser.parse_args()
-    prepare_opengl(off_screen=True)
+    prepare_offscreen()
     with patterndb.open(arguments.db) as db:
         head = smooth("head")
         plane(db, arguments.out)

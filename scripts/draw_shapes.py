@@ -24,8 +24,8 @@ from viewer.camera import View, fit_view
 from viewer.picture import Drawn, save_drawn
 from viewer.scene import Scene
 from viewer.shapes import ShapesState
+from viewer.shapes.commands import KEYS
 from viewer.shapes.picture import compose_shape
-from viewer.shapes.state import KEYS
 from viewer.solid import Solid
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "examples"))

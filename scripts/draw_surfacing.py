@@ -31,8 +31,8 @@ from patterndb_sketch.surfacing.sampling import Loop
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.picture import save_drawn
 from viewer.surfacing import SurfacingState, draw
+from viewer.surfacing.commands import KEYS
 from viewer.surfacing.picture import compose_surface
-from viewer.surfacing.state import KEYS
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "benchmarks" / "surfacing"))

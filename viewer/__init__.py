@@ -2,12 +2,15 @@
 
 Read in this order. Flat pictures: :mod:`~viewer.embedding` (with :mod:`~viewer.relax`) lays a disk
 out, :mod:`~viewer.drawing` cuts it into polygons, :mod:`~viewer.painting` paints these,
-:mod:`~viewer.paper` and :mod:`~viewer.gallery` write files. What all windows share:
-:mod:`~viewer.scene`, :mod:`~viewer.solid`, :mod:`~viewer.camera`, :mod:`~viewer.picture`,
-:mod:`~viewer.panel`, :mod:`~viewer.slider`, :mod:`~viewer.nearness`, :mod:`~viewer.keymap`,
-:mod:`~viewer.saver`, :mod:`~viewer.window`. The pattern browser: :mod:`~viewer.browser_state`,
-:mod:`~viewer.browser`. The fill explorer: :mod:`~viewer.finder`, :mod:`~viewer.explorer_state`,
-:mod:`~viewer.explorer_picture`, :mod:`~viewer.explore`. The folders hold a viewer each.
+:mod:`~viewer.paper` and :mod:`~viewer.gallery` write files. What all viewers share:
+:mod:`~viewer.commands` (what can be done, one table a viewer), :mod:`~viewer.keymap`,
+:mod:`~viewer.saver`, :mod:`~viewer.scene`, :mod:`~viewer.solid`, :mod:`~viewer.camera`,
+:mod:`~viewer.picture`, :mod:`~viewer.facts`, :mod:`~viewer.panel`, :mod:`~viewer.slider`,
+:mod:`~viewer.nearness`; and :mod:`viewer.shell`, the window that they have on a screen. The pattern
+browser: :mod:`~viewer.browser_state`, :mod:`~viewer.browser`. The fill explorer:
+:mod:`~viewer.finder`, :mod:`~viewer.explorer_state`, :mod:`~viewer.explorer_picture`,
+:mod:`~viewer.explore`. The folders hold a viewer each. A viewer's state, its commands and its
+pictures know no Qt; only its ``*_window`` or ``docks`` module does, and the shell.
 
 Names are loaded when they are asked for: who draws a sheet waits for no window's module.
 """
@@ -25,8 +28,8 @@ if TYPE_CHECKING:
     from viewer.embedding import embed_disk, find_flipped_quads
     from viewer.fillcard import make_fill_card
     from viewer.gallery import save_gallery
-    from viewer.opengl import DisplayError
     from viewer.paper import PictureFormatError, save_picture
+    from viewer.shell.probe import DisplayError
 
 __all__ = [
     "BrowserSource",
@@ -46,7 +49,7 @@ _HOME = {
     "BrowserSource": "viewer.browser_state",
     "BrowserState": "viewer.browser_state",
     "Card": "viewer.card",
-    "DisplayError": "viewer.opengl",
+    "DisplayError": "viewer.shell.probe",
     "PictureFormatError": "viewer.paper",
     "browse": "viewer.browser",
     "embed_disk": "viewer.embedding",

@@ -12,7 +12,6 @@ from patterndb.core.disk import Disk
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import NotFoundError, PatternDBError
-from viewer.keymap import ALIASES, Effect, KeyMap
 
 #: A pattern's disk with every polychord at its width, numbered as Pattern.label does;
 #: its boundary begins where the pattern's does.
@@ -158,6 +157,21 @@ class BrowserState:
         self.valences = VALENCE_RANGES[(at + 1) % len(VALENCE_RANGES)]
         self._filter()
 
+    def limit_irregular(self, count: int | None) -> None:
+        """Patterns of so many irregular vertices, None for any number."""
+        self.n_irregular = count
+        self._filter()
+
+    def choose_valences(self, valences: tuple[int, int] | None) -> None:
+        """One of VALENCE_RANGES."""
+        self.valences = valences
+        self._filter()
+
+    def choose_class(self, n_sides: int) -> None:
+        """The patterns of so many sides, one of ``classes``."""
+        if n_sides != self.patterns.n_sides:
+            self._enter(n_sides)
+
     def toggle_convex(self) -> None:
         """Patterns without a reflex corner only, or all."""
         self.convex_only = not self.convex_only
@@ -198,6 +212,10 @@ class BrowserState:
         """Turn one of the switches mirrored, tinted, labelled, inspecting, helping."""
         setattr(self, name, not getattr(self, name))
 
+    def poll(self) -> bool:
+        """Nothing is made in the background."""
+        return False
+
     def _enter(self, n_sides: int) -> None:
         self.patterns = self._source.pattern_class(n_sides)
         # The selection's row; outlasts filters that let nothing through.
@@ -226,52 +244,3 @@ class BrowserState:
         n = 0 if pattern is None else pattern.n_chords + pattern.n_loops
         self._widths: tuple[int, ...] = (1,) * n
         self.chord: int | None = None
-
-
-#: (keys, what they do), as the help lists them.
-KEY_HELP = (
-    ("← →   Home End", "previous, next; first, last pattern"),
-    ("p n", "previous, next page"),
-    (", .", "fewer, more sides"),
-    ("- +", "fewer, more irregular vertices; below 0: all"),
-    ("v", "valences: any, 3–5, 3–6, 3–4, 4–5"),
-    ("c", "convex patterns only"),
-    ("[ ]", "choose a polychord"),
-    ("↓ ↑", "make it narrower, wider"),
-    ("r", "widths back to 1"),
-    ("m", "mirror image"),
-    ("t", "polychord tints"),
-    ("l", "labels of sides and polychords"),
-    ("i", "facts of the pattern"),
-    ("s", "save a screenshot"),
-    ("h ?", "this list"),
-    ("q", "quit"),
-)
-
-ACTIONS: dict[str, Callable[[BrowserState], None]] = {
-    "Left": lambda b: b.step(-1),
-    "Right": lambda b: b.step(1),
-    "Home": lambda b: b.select(0),
-    "End": lambda b: b.select(len(b.rows) - 1),
-    "n": lambda b: b.turn_page(1),
-    "p": lambda b: b.turn_page(-1),
-    ",": lambda b: b.change_class(-1),
-    ".": lambda b: b.change_class(1),
-    "+": lambda b: b.change_irregular(1),
-    "-": lambda b: b.change_irregular(-1),
-    "v": lambda b: b.change_valences(),
-    "c": lambda b: b.toggle_convex(),
-    "[": lambda b: b.choose_chord(-1),
-    "]": lambda b: b.choose_chord(1),
-    "Up": lambda b: b.change_width(1),
-    "Down": lambda b: b.change_width(-1),
-    "r": lambda b: b.reset_widths(),
-    "m": lambda b: b.toggle("mirrored"),
-    "t": lambda b: b.toggle("tinted"),
-    "l": lambda b: b.toggle("labelled"),
-    "i": lambda b: b.toggle("inspecting"),
-    "h": lambda b: b.toggle("helping"),
-}
-
-
-KEYS = KeyMap(ALIASES, ACTIONS, {"s": Effect.PICTURE, "q": Effect.QUIT})

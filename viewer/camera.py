@@ -190,10 +190,16 @@ class ModelCamera(Camera):
         self.upright = upright
         super().__init__(points, toward, (0.0, 0.0, 1.0))
 
-    def next_model_look(self) -> None:
-        """The model solid, transparent or hidden."""
-        at = MODEL_LOOKS.index(self.model_look)
-        self.model_look = MODEL_LOOKS[(at + 1) % len(MODEL_LOOKS)]
+    def next_model_look(self, *, may_hide: bool = True) -> str:
+        """The model solid, transparent or hidden; says which it is now.
+
+        may_hide: is there anything else to see?
+        """
+        looks = MODEL_LOOKS if may_hide else MODEL_LOOKS[:-1]
+        at = looks.index(self.model_look) if self.model_look in looks else -1
+        self.model_look = looks[(at + 1) % len(looks)]
+        said = {"solid": "solid", "through": "see-through", "hidden": "hidden"}
+        return f"the model is {said[self.model_look]}"
 
     def next_upright(self) -> None:
         """Another axis of the model is upright."""

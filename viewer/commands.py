@@ -6,7 +6,7 @@ and ``--keys`` presses the same keys without one. One more command is one more e
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
@@ -54,13 +54,21 @@ class Command(Generic[Held]):
     bar: bool = False
 
 
-def list_actions(commands: Sequence[Command[Held]]) -> dict[str, Callable[[Held], object]]:
-    """List what keys do, by their names; ValueError for a key that two commands have."""
+def list_actions(
+    commands: Sequence[Command[Held]], taken: Collection[str] = ()
+) -> dict[str, Callable[[Held], object]]:
+    """List what keys do, by their names; ValueError for a key that two commands have.
+
+    taken: keys that no command may have.
+    """
     found: dict[str, Callable[[Held], object]] = {}
     for command in commands:
         for key in command.keys:
-            if key in found:
-                raise ValueError(f"{command.name}: the key {key!r} means something else already")
+            if key in found or key in taken:
+                raise ValueError(
+                    f"{command.name}: the key {key!r} means something else in the window; taken "
+                    f"are {' '.join(sorted({*taken, *(k for c in commands for k in c.keys)}))}"
+                )
             found[key] = command.run
     return found
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 from PySide6.QtGui import QPixmap
@@ -17,6 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from query import Boundary, Fill, Stroke
 from viewer.card import format_count
 from viewer.drawing import draw_disk
 from viewer.explorer_state import ExplorerState
@@ -33,13 +34,28 @@ SHOWN = 60
 MOST_IRREGULAR, VALENCES = 99, (3, 12)
 
 
+def paint_fill(
+    fill: Fill,
+    boundary: Boundary | None,
+    strokes: Sequence[Stroke],
+    tolerance: int,
+    size: int,
+    density: float,
+) -> QPixmap:
+    """Paint a small picture of a fill, with the strokes that were asked for."""
+    assert boundary is not None
+    card = make_fill_card(fill, boundary, strokes, tolerance)
+    drawing = draw_disk(card.disk, points=card.points, marks=card.marks)
+    return paint_thumbnail(drawing, size, density)
+
+
 class ExplorerWindow(ShellWindow):
     """Shows fills with small pictures of the next ones, and what they shall be like."""
 
     def make_docks(self) -> list[Dock]:
         """Make the lists of fills and of wishes."""
         fills = Dock("Fills", self)
-        self.thumbnails = ThumbnailList(self._paint, self._choose)
+        self.thumbnails = ThumbnailList(self._choose)
         fills.setWidget(self.thumbnails)
         wishes = Dock("Wishes", self)
         wishes.show_scrolled(self._make_wishes())
@@ -59,6 +75,7 @@ class ExplorerWindow(ShellWindow):
             Thumbnail(
                 PictureKey(fill),
                 f"{first + number + 1}: {fill.n_quads}q",
+                partial(paint_fill, fill, finder.boundary, tuple(finder.strokes), finder.tolerance),
                 f"{fill.pattern.name}: {format_count(fill.n_quads, 'quad')}, "
                 f"{fill.n_irregular} irregular, {fill.origin}",
             )
@@ -71,14 +88,6 @@ class ExplorerWindow(ShellWindow):
         """The rank of the first fill in the list of pictures."""
         rank = self.state.finder.rank
         return max(0, rank - rank % SHOWN)
-
-    def _paint(self, number: int, size: int, density: float) -> QPixmap:
-        finder = self.state.finder
-        fill = finder.fills[self._first() + number]
-        assert finder.boundary is not None
-        card = make_fill_card(fill, finder.boundary, finder.strokes, finder.tolerance)
-        drawing = draw_disk(card.disk, points=card.points, marks=card.marks)
-        return paint_thumbnail(drawing, size, density)
 
     def _choose(self, number: int) -> None:
         self.state.finder.look_at(self._first() + number)

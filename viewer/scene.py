@@ -13,9 +13,11 @@ from patterndb.core.disk import Disk
 from patterndb.core.pattern import Pattern
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.browser_state import COLUMNS, KEY_HELP, ROWS, BrowserState
+from viewer.browser_commands import KEY_HELP
+from viewer.browser_state import COLUMNS, ROWS, BrowserState
 from viewer.card import collect_facts, format_valences
 from viewer.drawing import DiskDrawing, draw_disk, find_boundary_bundles, find_bundles
+from viewer.facts import FactWriter
 from viewer.painting import Text, measure_scale, paint_disk, paint_legend
 
 Meshes = Callable[[Pattern], Sequence[str]]
@@ -185,16 +187,8 @@ def _panel(scene: Scene, state: BrowserState, meshes: Meshes | None) -> None:
     facts = collect_facts(pattern, disk, state.widths, meshes(pattern) if meshes else ())
     facts_height = 21.0 * len(facts) + 24.0 if state.inspecting else 0.0
     room = scene.height - HEADER - facts_height - 56.0
-    around = 50.0 if state.labelled else 8.0
-    size = min(width, room) - 2.0 * around
     x, y = left + width / 2.0, scene.height - HEADER - room / 2.0
-    chosen = None
-    if state.chord is not None:
-        chosen = _bundle_of(pattern, state.widths, disk, state.chord)
-    drawing = draw_disk(disk, mirrored=state.mirrored, tinted=state.tinted, choose=chosen)
-    paint_disk(scene, drawing, x, y, size)
-    if state.labelled:
-        _labels(scene, disk, drawing, x, y, size)
+    _selected(scene, state, pattern, disk, x, y, min(width, room))
     line = facts_height + 40.0
     if state.message:
         fits = width / (0.6 * len(state.message))
@@ -208,6 +202,52 @@ def _panel(scene: Scene, state: BrowserState, meshes: Meshes | None) -> None:
         fits = (width - 96.0) / (0.62 * max(len(value), 1))
         mono = name in ("name", "code")
         scene.text(left + 92.0, at, value, min(12.5, fits), mono=mono, align="left")
+
+
+def _selected(
+    scene: Scene, state: BrowserState, pattern: Pattern, disk: Disk, x: float, y: float, size: float
+) -> None:
+    """Draw the selected pattern about (x, y) in a square of this size, with its labels."""
+    around = 50.0 if state.labelled else 8.0
+    chosen = None
+    if state.chord is not None:
+        chosen = _bundle_of(pattern, state.widths, disk, state.chord)
+    drawing = draw_disk(disk, mirrored=state.mirrored, tinted=state.tinted, choose=chosen)
+    paint_disk(scene, drawing, x, y, size - 2.0 * around)
+    if state.labelled:
+        _labels(scene, disk, drawing, x, y, size - 2.0 * around)
+
+
+def compose_selected(state: BrowserState, width: float, height: float) -> Scene:
+    """Compose the selected pattern alone, in a picture of this size."""
+    scene = Scene(width, height)
+    pattern, disk = state.selected, state.selected_disk()
+    if pattern is not None and disk is not None:
+        x, y = width / 2.0, height / 2.0
+        _selected(scene, state, pattern, disk, x, y, min(width, height) - 16.0)
+    return scene
+
+
+def describe_browser(writer: FactWriter, state: BrowserState, meshes: Meshes | None) -> None:
+    """Write what there is to say of the selected pattern."""
+    total, shown = len(state.patterns), len(state.rows)
+    n = state.patterns.n_sides
+    writer.heading("1 side" if n == 1 else f"{n} sides", 18.0)
+    text = f"{total:,} pattern" + ("" if total == 1 else "s")
+    if state.filters():
+        text = f"{shown:,} of {text}: {state.filters()}"
+    writer.paragraph(text, style.FAINT_TEXT)
+    pattern, disk = state.selected, state.selected_disk()
+    if pattern is None or disk is None:
+        writer.paragraph("no pattern passes the filters", style.MESSAGE)
+        return
+    if state.inspecting:
+        found = meshes(pattern) if meshes else ()
+        for name, value in collect_facts(pattern, disk, state.widths, found):
+            writer.fact(name, value, mono=name in ("name", "code"))
+    if state.chord is not None:
+        text = f"polychord {state.chord} is chosen, of width {state.widths[state.chord]}"
+        writer.paragraph(text, style.TEXT)
 
 
 def _bundle_of(pattern: Pattern, widths: Sequence[int], disk: Disk, chord: int) -> int:

@@ -41,6 +41,7 @@ class Slider:
     step:   the value is rounded to multiples of it.
     digits: on a logarithmic scale, where equal ways multiply by equal factors and low is above
             0, it is rounded to so many digits that count instead; 0 for a linear scale.
+    power:  on a linear scale, places of the line go by this root of the value's share.
     unit:   written after the value. ends: what the ends mean, written below them.
 
     Raises ValueError for ends that are none.
@@ -53,6 +54,7 @@ class Slider:
     digits: int = 0
     unit: str = ""
     ends: tuple[str, str] = ("", "")
+    power: float = 1.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.low) and math.isfinite(self.high) and self.low < self.high):
@@ -75,7 +77,7 @@ class Slider:
         value = min(max(value, self.low), self.high)
         if self.digits:
             return math.log(value / self.low) / math.log(self.high / self.low)
-        return (value - self.low) / (self.high - self.low)
+        return float(((value - self.low) / (self.high - self.low)) ** (1.0 / self.power))
 
     def value(self, share: float) -> float:
         """The value at a place of the line, rounded; the ends beyond it."""
@@ -84,7 +86,7 @@ class Slider:
             raw = self.low * (self.high / self.low) ** share
             raw = float(f"{raw:.{self.digits}g}")
         else:
-            raw = self.low + share * (self.high - self.low)
+            raw = self.low + share**self.power * (self.high - self.low)
             # Divided rather than multiplied, 0.3 in steps of 0.1 is written 0.3.
             raw = round(raw / self.step) / (1.0 / self.step)
         return min(max(raw, self.low), self.high)

@@ -313,7 +313,7 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
     """
     # Imported here because drawing libraries take a moment that --help need not wait for.
     from viewer import browse as open_browser
-    from viewer.browser_state import KEYS
+    from viewer.browser_commands import KEYS
 
     with contextlib.ExitStack() as stack:
         database = stack.enter_context(open_database(db))

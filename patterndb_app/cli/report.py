@@ -25,7 +25,7 @@ VARIABLES = "PATTERNDB_"
 @click.command()
 @as_json
 def report(as_json: bool) -> int:
-    """Describe this installation: versions, kernels, OpenGL and cache folders.
+    """Describe this installation: versions, kernels, windows and cache folders.
 
     To be put into a bug report. It names folders, and so perhaps you: read it before you send it.
 
@@ -62,7 +62,7 @@ def describe_installation() -> dict[str, dict[str, str]]:
             for name, extra in EXTRAS.items()
         },
         "kernels": _describe_kernels(),
-        "OpenGL": {"off screen": _try_opengl(), "DISPLAY": os.environ.get("DISPLAY", "not set")},
+        "windows": {"here": _try_window(), "DISPLAY": os.environ.get("DISPLAY", "not set")},
         "cache folders": {
             f"{place}.": f"{folder} ({_measure_folder(folder)})"
             for place, folder in enumerate(cache_folders(), 1)
@@ -126,12 +126,12 @@ def _measure_folder(folder: Path) -> str:
     return f"{plural(len(sizes), 'file')}, {sum(sizes) / 1e6:.1f} MB{writable}"
 
 
-def _try_opengl() -> str:
-    """What draws off screen, tried in a process of its own; or why nothing does."""
-    from viewer.opengl import VARIABLE, prepare_opengl
+def _try_window() -> str:
+    """Can a window be opened here? Tried in a process of its own; or why none can."""
+    from viewer.shell.probe import check_display
 
     try:
-        prepare_opengl(off_screen=True)
+        check_display()
     except PatternDBError as error:
         return str(error)
-    return os.environ.get(VARIABLE, "comes with the system")
+    return "can be opened"

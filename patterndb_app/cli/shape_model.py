@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -370,7 +370,9 @@ def edit(
     notes += [
         f"{name} is off its target by {miss:.3g} at most" for name, miss in found.misses.items()
     ]
-    return _report_shape(shapes, model, found.coefficients, found.misses, notes, **wanted)
+    return _report_shape(
+        shapes, model, found.coefficients, found.misses, notes, held=dict(holds), **wanted
+    )
 
 
 def _read(shapes: Path, modes: int | None) -> ShapeModel:
@@ -395,9 +397,9 @@ HEADS = ("mode", "sigmas", "least", "greatest", "variance")
 def _report_shape(
     path: Path, model: ShapeModel, coefficients: Floats, misses: Mapping[str, float],
     notes: Sequence[str], *, output: Path | None, picture: Path | None, view: bool,
-    template: str | None, as_json: bool,
+    template: str | None, as_json: bool, held: Collection[str] = (),
 ) -> int:  # fmt: skip
-    """Tell of a shape, write it and show it."""
+    """Tell of a shape, write it and show it; held: the curves that a window holds at first."""
     points = model.shape(coefficients)
     if output is not None:
         write_quads(output, points, model.quads, f"a shape of {path.name}")
@@ -435,5 +437,8 @@ def _report_shape(
             say(f"drawn: {picture}")
         if view:
             with hushed():
-                show(model, laid_out, title=path.name, output=output, coefficients=coefficients)
+                show(
+                    model, laid_out, title=path.name, output=output, coefficients=coefficients,
+                    held=held,
+                )  # fmt: skip
     return 0

@@ -63,9 +63,11 @@ def test_it_needs_no_display(
     learned: Path, tmp_path: Path, boundary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.delenv("DISPLAY", raising=False)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.delenv("QT_QPA_PLATFORM", raising=False)
     assert_refused(run("explore", boundary, "--db", learned), 3, "no display")
-    # No OpenGL is asked for, let alone needed.
-    monkeypatch.setattr("viewer.opengl.try_window", lambda kind: None)
+    # Nothing that windows need is asked for, let alone needed.
+    monkeypatch.setattr("viewer.shell.probe.try_display", lambda: "nothing can be opened")
     picture = tmp_path / "a.png"
     assert run("explore", boundary, "--db", learned, "-o", picture, "--keys", "r h").code == 0
     assert picture.exists()

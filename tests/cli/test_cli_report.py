@@ -35,7 +35,7 @@ def test_it_tells_what_is_there(monkeypatch: pytest.MonkeyPatch, tmp_path: Path)
     assert str(tmp_path / "cache") in document["cache folders"]["1."]
     assert "not there" in document["cache folders"]["1."]
     assert document["variables"][TRACEBACK] == "1"
-    assert document["OpenGL"]["off screen"]
+    assert document["windows"]["here"]
 
 
 def test_the_text_says_the_same() -> None:
@@ -52,4 +52,4 @@ def test_what_is_not_installed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     document = run("report", "--json").document()
     for name, extra in EXTRAS.items():
         assert document["extras"][name] == f"not installed: {extra.install}"
-    assert 'pip install "patterndb[viewer]"' in document["OpenGL"]["off screen"]
+    assert 'pip install "patterndb[viewer]"' in document["windows"]["here"]

@@ -22,7 +22,7 @@ from patterndb_sketch.surfacing.methods import (
 from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.patch import as_triangles
 from patterndb_sketch.surfacing.surfaces import Settings, surface, surface_loop
-from viewer.surfacing.state import KEY_HELP
+from viewer.surfacing.commands import KEY_HELP
 
 
 def around(n: int, radius: object = 1.0, height: object = 0.0) -> Points:

@@ -1,75 +1,175 @@
-"""Simulated events: a mouse and keys over a window, as VTK tells of them; and pictures of it."""
+"""A hand on a window without a screen: mouse and keys as Qt tells of them; and pictures."""
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from viewer import DisplayError, opengl
-from viewer.panel import PANEL
-from viewer.scene import HEIGHT
-from viewer.window import Shell
+# Before Qt is imported: no test of this process may open a window on somebody's screen.
+os.environ["QT_QPA_PLATFORM"] = "offscreen"
+
+from PySide6.QtCore import QEvent, QPoint, QPointF, Qt
+from PySide6.QtGui import QKeySequence, QMouseEvent, QWheelEvent
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication, QMessageBox
+
+from viewer.commands import spell_key
+from viewer.saver import Saver
+from viewer.shell.application import start_application
+from viewer.shell.settings import ShellSettings
+from viewer.shell.window import ShellWindow
 
 Place = tuple[float, float]
 
-
-def can_draw() -> bool:
-    """Can windows be drawn here, off screen? If not, the error must say what to install."""
-    try:
-        opengl.prepare_opengl(off_screen=True)
-    except DisplayError as error:
-        assert "libegl1" in str(error)
-        return False
-    return True
+BUTTONS = {
+    "Left": Qt.MouseButton.LeftButton,
+    "Middle": Qt.MouseButton.MiddleButton,
+    "Right": Qt.MouseButton.RightButton,
+}
 
 
 class Events:
-    """Sends events to a window.
+    """Opens a window on what a saver draws, and sends it events; close it at the end.
 
-    size: pixels of the window. settle: waits for what the window has asked for. Places are points
-    from the middle of the view.
+    folder: for settings. settle: waits for what the window has asked for. Places are points from
+    the middle of the picture.
     """
 
     def __init__(
-        self, window: Shell, size: tuple[int, int], settle: Callable[[], object] = lambda: None
+        self,
+        saver: Saver,
+        folder: Path,
+        kind: type[ShellWindow] = ShellWindow,
+        settle: Callable[[], object] = lambda: None,
+        opener: Any = None,
     ) -> None:
-        from vtkmodules.vtkRenderingUI import vtkGenericRenderWindowInteractor
-
-        self.interactor: Any = vtkGenericRenderWindowInteractor()
-        window.listen(self.interactor)
-        self.room = HEIGHT * size[0] / size[1] - PANEL
-        self._unit = size[1] / HEIGHT
+        settings = ShellSettings(folder / "windows.ini")
+        self.app = start_application(settings)
+        self.window: Any = kind(saver, "test", settings, opener)
+        self.window.resize(1000, 700)
+        self.window.show()
+        self.window.activateWindow()
+        self.window.picture.setFocus()
         self._settle = settle
+        self.work()
 
-    def send(
-        self, event: str, at: Place | None = None, key: str = "", held: tuple[int, int] = (0, 0)
-    ) -> None:
-        """An event with the pointer at a place, or of a key; held: Control and Shift."""
-        if at is not None:
-            x, y = (at[0] + self.room / 2.0) * self._unit, (at[1] + HEIGHT / 2.0) * self._unit
-            self.interactor.SetEventInformation(round(x), round(y), *held, "\0", 0, "")
-        elif key:
-            code = key if len(key) == 1 else "\0"
-            self.interactor.SetEventInformation(0, 0, 0, 0, code, 0, key)
-        self.interactor.InvokeEvent(event)
+    def close(self) -> None:
+        """Close the window without asking."""
+        self.window.quit_now()
+        self.app.processEvents()
+
+    def work(self) -> None:
+        """Wait for what was asked for, and show it."""
+        self.app.processEvents()
         self._settle()
-        self.interactor.InvokeEvent("TimerEvent")
+        self.window._poll()
+        self.window.refresh()
+        self.app.processEvents()
+
+    def _send(self, kind: QEvent.Type, at: Place, button: Any, down: Any, held: Any) -> None:
+        view = self.window.picture
+        width, height = view.room
+        place = QPointF(at[0] + width / 2.0, height / 2.0 - at[1])
+        event = QMouseEvent(kind, place, view.mapToGlobal(place), button, down, held)
+        QApplication.sendEvent(view, event)
+
+    def move(self, at: Place, held: Any = Qt.KeyboardModifier.NoModifier) -> None:
+        """Move the pointer to a place."""
+        none = Qt.MouseButton.NoButton
+        self._send(QEvent.Type.MouseMove, at, none, none, held)
+        self.work()
+
+    def drag(
+        self, *places: Place, button: str = "Left", held: Any = Qt.KeyboardModifier.NoModifier
+    ) -> None:
+        """Move to the first place, press, move through the others, and let go at the last."""
+        one, none = BUTTONS[button], Qt.MouseButton.NoButton
+        self.move(places[0])
+        self._send(QEvent.Type.MouseButtonPress, places[0], one, one, held)
+        for place in places[1:]:
+            self._send(QEvent.Type.MouseMove, place, none, one, held)
+        self._send(QEvent.Type.MouseButtonRelease, places[-1], one, none, held)
+        self.work()
+
+    def press(self, at: Place, button: str = "Left") -> None:
+        """Press a button, and hold it."""
+        one = BUTTONS[button]
+        self._send(QEvent.Type.MouseButtonPress, at, one, one, Qt.KeyboardModifier.NoModifier)
+
+    def wheel(self, at: Place, steps: int = 1, held: Any = Qt.KeyboardModifier.NoModifier) -> None:
+        """Turn the wheel with the pointer at a place."""
+        view = self.window.picture
+        width, height = view.room
+        place = QPointF(at[0] + width / 2.0, height / 2.0 - at[1])
+        event = QWheelEvent(
+            place, view.mapToGlobal(place), QPoint(), QPoint(0, 120 * steps),
+            Qt.MouseButton.NoButton, held, Qt.ScrollPhase.NoScrollPhase, False,
+        )  # fmt: skip
+        QApplication.sendEvent(view, event)
+        self.work()
 
     def keys(self, *keys: str) -> None:
-        """Press keys, by what they write or their X names."""
+        """Press keys by their names in commands, with the picture in focus."""
         for key in keys:
-            self.send("KeyPressEvent", key=key)
+            self.window.picture.setFocus()
+            QTest.keySequence(self.window.picture, QKeySequence(spell_key(key)))
+            self.work()
 
-    def drag(self, *places: Place, button: str = "Left") -> None:
-        """Move to the first place, press, move through the others, and let go at the last."""
-        self.send("MouseMoveEvent", places[0])
-        self.send(f"{button}ButtonPressEvent", places[0])
-        for place in places[1:]:
-            self.send("MouseMoveEvent", place)
-        self.send(f"{button}ButtonReleaseEvent", places[-1])
+    def do(self, *names: str) -> None:
+        """Obey commands by their names, as if chosen in a menu; each must be one that can be."""
+        for name in names:
+            action = self.window.table.bound[name].action
+            assert action.isEnabled(), f"{name} cannot be done now"
+            action.trigger()
+            self.work()
+
+
+def answer(monkeypatch: Any, button: QMessageBox.StandardButton) -> list[str]:
+    """Answer every question with a button; returns the texts of the questions, as they come."""
+    asked: list[str] = []
+
+    def question(_parent: object, _title: str, text: str, *_: object) -> object:
+        asked.append(text)
+        return button
+
+    monkeypatch.setattr(QMessageBox, "question", question)
+    return asked
+
+
+def check_looking(events: Events, seer: Any) -> None:
+    """A drag with the right or the middle button turns the view, the wheel zooms, the middle one
+    with Shift shifts.
+
+    seer: what has the view, a camera or the fill explorer's state.
+    """
+    for button in ("Right", "Middle"):
+        axes = seer.view.axes
+        events.drag((0.0, 0.0), (40.0, 30.0), button=button)
+        assert not np.allclose(seer.view.axes, axes)
+    scale, focus = seer.view.scale, seer.view.focus
+    events.wheel((0.0, 0.0))
+    assert seer.view.scale > scale
+    axes = seer.view.axes
+    shift = Qt.KeyboardModifier.ShiftModifier
+    events.drag((0.0, 0.0), (20.0, 10.0), button="Middle", held=shift)
+    assert np.allclose(seer.view.axes, axes)
+    assert np.linalg.norm(seer.view.focus - focus) > 0.0
+    events.do("frame-all")
+
+
+def check_actions(events: Events) -> None:
+    """Every command has a place in a menu and a tooltip; no two have one key."""
+    table = events.window.table
+    seen: dict[str, str] = {}
+    for name, one in table.bound.items():
+        assert one.action in table.menu(one.command.menu).actions()
+        assert one.action.toolTip()
+        for key in table.list_keys(one):
+            assert seen.setdefault(key, name) == name, f"{key}: {name} and {seen[key]}"
 
 
 def read(path: Path) -> np.ndarray:
@@ -77,25 +177,3 @@ def read(path: Path) -> np.ndarray:
     from matplotlib.image import imread
 
     return np.asarray(imread(path))[..., :3]
-
-
-def alike(one: Path, other: Path) -> bool:
-    """Do two pictures show the same? Text and edges may be smoothed differently."""
-    a, b = read(one), read(other)
-    return a.shape == b.shape and float(np.abs(a - b).mean()) < 0.02
-
-
-def check_looking(events: Events, seer: Any) -> None:
-    """A drag with the right button turns the view, the wheel zooms, the middle one shifts.
-
-    seer: what has the view, a camera or the fill explorer's state.
-    """
-    axes, scale, focus = seer.view.axes, seer.view.scale, seer.view.focus
-    events.drag((0.0, 0.0), (40.0, 30.0), button="Right")
-    assert not np.allclose(seer.view.axes, axes)
-    events.send("MouseWheelForwardEvent")
-    assert seer.view.scale > scale
-    events.drag((0.0, 0.0), (20.0, 10.0), button="Middle")
-    moved = seer.view.focus - focus
-    # The wheel zooms about the pointer, and pixels are whole.
-    assert np.linalg.norm(moved) > 0.0

@@ -100,6 +100,16 @@ class FeatureEditing:
         return self._maker.busy
 
     @property
+    def undoable(self) -> int:
+        """Steps that can be taken back."""
+        return len(self._past)
+
+    @property
+    def redoable(self) -> int:
+        """Steps that can be done again."""
+        return len(self._future)
+
+    @property
     def unsaved(self) -> bool:
         """Has anything changed since the session was saved?"""
         return self.edits is not self._saved
@@ -329,18 +339,19 @@ class FeatureEditing:
         return True
 
     def begin_name(self) -> None:
-        """Type another name for the selected curve."""
+        """Type another name for the selected curve, in place of the one it has."""
         curve = self.curve
         if curve is None or self.clicks is not None:
             self.message = "select a curve first: click on it"
         else:
-            self.typed = curve.name
+            self.typed = ""
 
     def end_name(self) -> None:
-        """The name is as it was typed."""
+        """The name is as it was typed; without a letter, as it was before."""
         if self.typed is not None:
             name, self.typed = self.typed.strip(), None
-            self.rename(name)
+            if name:
+                self.rename(name)
 
     def click(self, point: Points | None) -> None:
         """A point (3,) of the model was clicked, or a place beside it."""

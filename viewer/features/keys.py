@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
+from viewer.commands import Command, list_actions
+from viewer.features.layout import name_axis
 from viewer.features.state import FeatureState
 from viewer.keymap import ALIASES, Effect, KeyMap
+from viewer.modelcommands import model_commands
 
 #: (keys, what they do), as the help lists them.
 KEY_HELP = (
@@ -44,42 +45,89 @@ ALIASES = (
     | {f"KP_{i}": str(i) for i in (1, 2, 3)}
 )
 
-ACTIONS: dict[str, Callable[[FeatureState], None]] = {
-    "c": lambda s: s.editing.begin_curve(),
-    "Enter": lambda s: s.editing.finish_curve(),
-    "BackSpace": lambda s: s.editing.take_back(),
-    "d": lambda s: s.unpin(),
-    "Tab": lambda s: s.editing.select_next(1),
-    "BackTab": lambda s: s.editing.select_next(-1),
-    "Delete": lambda s: s.editing.delete(),
-    "e": lambda s: s.editing.begin_name(),
-    "a": lambda s: s.editing.snap_again(),
-    "-": lambda s: s.editing.slide("alpha", -SLIDE),
-    "+": lambda s: s.editing.slide("alpha", SLIDE),
-    ",": lambda s: s.editing.slide("stiffness", -SLIDE),
-    ".": lambda s: s.editing.slide("stiffness", SLIDE),
-    "[": lambda s: s.editing.slide("angle", -SLIDE),
-    "]": lambda s: s.editing.slide("angle", SLIDE),
-    "x": lambda s: s.editing.choose_axis("x"),
-    "y": lambda s: s.editing.choose_axis("y"),
-    "z": lambda s: s.editing.choose_axis("z"),
-    "Up": lambda s: s.editing.change_degree(1),
-    "Down": lambda s: s.editing.change_degree(-1),
-    "u": lambda s: s.editing.take_back(),
-    "U": lambda s: s.editing.redo(),
-    "r": lambda s: s.editing.toggle("ribs_shown"),
-    "m": lambda s: s.camera.next_model_look(),
-    "1": lambda s: s.camera.look_along((-1.0, 0.0, 0.0)),
-    "2": lambda s: s.camera.look_along((0.0, -1.0, 0.0)),
-    "3": lambda s: s.camera.look_along((0.0, 0.0, 1.0)),
-    "v": lambda s: s.camera.fit(),
-    "g": lambda s: s.camera.next_upright(),
-    "f": lambda s: s.camera.roll(),
-    "s": lambda s: s.editing.save_session(),
-    "n": lambda s: s.editing.save_network(),
-    "o": lambda s: s.editing.save_lines(),
-    "h": lambda s: s.editing.toggle("helping"),
-}
+
+def _has_curves(state: FeatureState) -> bool:
+    return bool(state.editing.edits.curves)
+
+
+def _has_selected(state: FeatureState) -> bool:
+    return state.editing.curve is not None and state.editing.clicks is None
+
+
+def _slide(name: str, title: str, key: str, by: float, tip: str) -> Command[FeatureState]:
+    what = "less" if by < 0.0 else "more"
+    return Command(
+        f"{what}-{name}",
+        f"{what.capitalize()} {title}",
+        "Fit",
+        (key,),
+        lambda s: s.editing.slide(name, by),
+        tip,
+    )
+
+
+COMMANDS: tuple[Command[FeatureState], ...] = (
+    Command("undo", "Undo", "Edit", ("u", "Ctrl+Z"), lambda s: s.editing.take_back(),
+            "Take back the last click, or else the last change",
+            enabled=lambda s: bool(s.editing.clicks or s.editing.undoable), bar=True),
+    Command("redo", "Redo", "Edit", ("U", "Ctrl+Shift+Z"), lambda s: s.editing.redo(),
+            "Do again what was taken back last",
+            enabled=lambda s: bool(s.editing.redoable), bar=True),
+    Command("draw-curve", "Draw curve", "Curve", ("c",), lambda s: s.editing.begin_curve(),
+            "Click along a feature of the model; the curve snaps to it",
+            checked=lambda s: s.editing.clicks is not None, bar=True),
+    Command("finish-curve", "Finish curve", "Curve", ("Enter",),
+            lambda s: s.editing.finish_curve(), "Make a curve of the clicks",
+            enabled=lambda s: s.editing.preview is not None, bar=True),
+    Command("undo-click", "Take click back", "Curve", ("BackSpace",),
+            lambda s: s.editing.take_back(), "Take the last click back",
+            enabled=lambda s: bool(s.editing.clicks or s.editing.undoable)),
+    Command("leave", "Leave drawing", "Curve", ("Escape",), lambda s: s.editing.leave(),
+            "Leave drawing, or the selection; what was not finished is forgotten"),
+    Command("next-curve", "Next curve", "Curve", ("Tab",), lambda s: s.editing.select_next(1),
+            "Select the next curve", enabled=_has_curves),
+    Command("previous-curve", "Previous curve", "Curve", ("BackTab",),
+            lambda s: s.editing.select_next(-1), "Select the curve before", enabled=_has_curves),
+    Command("delete-curve", "Delete curve", "Curve", ("Delete",), lambda s: s.editing.delete(),
+            "Delete the selected curve, or forget the one that is drawn"),
+    Command("name-curve", "Name curve…", "Curve", ("e",), lambda s: s.editing.begin_name(),
+            "Give the selected curve another name", enabled=_has_selected, bar=True),
+    Command("snap-again", "Snap again", "Curve", ("a",), lambda s: s.editing.snap_again(),
+            "One more round: from where the selected curve is now", enabled=_has_selected),
+    Command("unpin", "Take pin away", "Curve", ("d",), lambda s: s.unpin(),
+            "Take the pin at the pointer away"),
+    _slide("alpha", "alpha", "-", -SLIDE, "Follow the angle of normals rather than bends"),
+    _slide("alpha", "alpha", "+", SLIDE, "Follow bends rather than the angle of normals"),
+    _slide("stiffness", "stiffness", ",", -SLIDE, "Follow the feature more closely"),
+    _slide("stiffness", "stiffness", ".", SLIDE, "Go straighter"),
+    _slide("angle", "isophote angle", "[", -SLIDE, "Follow a smaller angle to the axis"),
+    _slide("angle", "isophote angle", "]", SLIDE, "Follow a greater angle to the axis"),
+    *(
+        Command(f"axis-{name}", f"Axis {name}", "Fit", (name,),
+                lambda s, name=name: s.editing.choose_axis(name),
+                f"Measure the isophote angle from {name}",
+                checked=lambda s, name=name: name_axis(s.editing.shown_settings) == name)
+        for name in "xyz"
+    ),
+    Command("degree-up", "Higher degree", "Fit", ("Up",), lambda s: s.editing.change_degree(1),
+            "A higher degree of the spline"),
+    Command("degree-down", "Lower degree", "Fit", ("Down",),
+            lambda s: s.editing.change_degree(-1), "A lower degree of the spline"),
+    Command("show-ribs", "Ribs", "View", ("r",), lambda s: s.editing.toggle("ribs_shown"),
+            "Show the ribs that the selected curve was found across",
+            checked=lambda s: s.editing.ribs_shown),
+    *model_commands(("1", "2", "3"), ((-1.0, 0.0, 0.0), (0.0, -1.0, 0.0), (0.0, 0.0, 1.0)),
+                    ("m", "v", "g", "f")),
+    Command("save", "Save session now", "File", ("s",), lambda s: s.editing.save_session(),
+            "Save all curves in the session's file, or in a new one beside it", bar=True),
+    Command("save-network", "Save network", "File", ("n",), lambda s: s.editing.save_network(),
+            "Save the curves as a network, which templates are laid on", enabled=_has_curves),
+    Command("save-lines", "Save curves as OBJ", "File", ("o",), lambda s: s.editing.save_lines(),
+            "Save the curves as lines, for other programs", enabled=_has_curves),
+)  # fmt: skip
+
+#: The key of the list of keys, which a picture can have; windows have menus.
+ACTIONS = list_actions(COMMANDS) | {"h": lambda s: s.editing.toggle("helping")}
 
 #: What the window does itself.
 EFFECTS = {"p": Effect.PICTURE, "q": Effect.QUIT}

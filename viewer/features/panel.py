@@ -76,7 +76,13 @@ def tell_hint(state: FeatureState) -> str:
 
 def describe_features(writer: FactWriter, state: FeatureState) -> None:
     """Write what there is to say of the curve that is drawn or selected."""
+    settings = state.editing.shown_settings
     writer.fact("curves", f"{len(state.editing.edits.curves)}")
+    chosen = name_axis(settings) or "  ".join(f"{c:.2g}" for c in settings.axis)
+    writer.fact(
+        "axis", chosen + ("" if settings.alpha < 1.0 else ", counts where alpha is below 1")
+    )
+    writer.fact("degree", str(settings.degree))
     _facts(writer, state)
 
 

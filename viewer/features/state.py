@@ -102,6 +102,10 @@ class FeatureState:
 
     # What keys do, see viewer.features.keys
 
+    def next_model_look(self) -> None:
+        """The model solid, transparent or hidden; never hidden where there is no curve."""
+        self.message = self.camera.next_model_look(may_hide=bool(self.editing.edits.curves))
+
     def unpin(self) -> None:
         """Take the pin under the pointer away."""
         under = self.under()
@@ -111,6 +115,32 @@ class FeatureState:
             return
         self.editing.selected = curve.key
         self.editing.revise(curve.unpinned(under.pin))
+
+    # Sliders, which change the curve that is drawn or selected, and the next one
+
+    def begin_sliding(self) -> None:
+        """A slider is held: all until it is let go is one step."""
+        self._begin_change(
+            self.editing.curve if self.editing.clicks is None else self.editing.preview
+        )
+
+    def slide_to(self, name: str, value: float) -> None:
+        """The slider of a setting is at a value."""
+        settings = self.editing.shown_settings
+        if value == get_slider_value(settings, name):
+            return
+        settings = replace_value(settings, name, value)
+        base = self._base
+        if self.editing.clicks is not None or base is None:
+            self.editing.change(settings)
+            return
+        self.editing.settings = settings
+        self._live(replace(base, settings=settings), base)
+
+    def end_sliding(self) -> None:
+        """It is let go."""
+        self._base = None
+        self._end_change()
 
     # The pointer, at places of the picture in points from its middle
 
@@ -229,9 +259,7 @@ class FeatureState:
         slider, choice, row = find_slider(*place), find_choice(*place), find_row(*place)
         if slider is not None:
             self._held, self._slider = "slider", slider
-            self._begin_change(
-                self.editing.curve if self.editing.clicks is None else self.editing.preview
-            )
+            self.begin_sliding()
             self._slide_to(self.camera.pointer[0] if self.camera.pointer else 0.0)
             return True
         self._held = None
@@ -267,17 +295,7 @@ class FeatureState:
 
     def _slide_to(self, x: float) -> None:
         rail = place_rails(self.camera.room[0])[self._slider]
-        value = rail.value_at(x + self.camera.room[0] / 2.0)
-        settings = self.editing.shown_settings
-        if value == get_slider_value(settings, self._slider):
-            return
-        settings = replace_value(settings, self._slider, value)
-        base = self._base
-        if self.editing.clicks is not None or base is None:
-            self.editing.change(settings)
-            return
-        self.editing.settings = settings
-        self._live(replace(base, settings=settings), base)
+        self.slide_to(self._slider, rail.value_at(x + self.camera.room[0] / 2.0))
 
     def _grab(self, curve: DrawnCurve, under: CurveUnderPointer) -> None:
         """The pointer pulls the sample that is seen nearest to it, or that of a pin."""

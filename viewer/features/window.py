@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from patterndb.geometry.points import Points
 from patterndb.system.files import replace_file
@@ -12,16 +13,15 @@ from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession, write_network, write_session
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
+from viewer.commands import Command
 from viewer.facts import FactWriter
-from viewer.features.keys import KEYS
+from viewer.features.keys import COMMANDS, KEYS
 from viewer.features.panel import describe_features, tell_hint
 from viewer.features.picture import FeaturePainter
 from viewer.features.state import FeatureState
 from viewer.keymap import Effect
-from viewer.opengl import prepare_opengl
-from viewer.picture import Drawn, check_png, save_drawn
-from viewer.saver import find_free_name
-from viewer.window import WINDOW, open_window
+from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.saver import SaveWay, find_free_name
 
 #: Keys that write, in a name, what others do elsewhere; by their X names too.
 WRITTEN = {"space": " ", "underscore": "_", "minus": "-", "period": ".", "parenleft": "(",
@@ -54,12 +54,18 @@ def show(
     here.
     """
     pressed = KEYS.check(keys)
-    prepare_opengl(off_screen=False)
+    # Qt is imported for windows alone: pictures need none.
+    from viewer.shell.probe import check_display
+
+    check_display()
     files = FeatureWriter(Path(folder), session_path)
     state = FeatureState(model, session=session, settings=settings, files=files, title=title)
     try:
         shell = FeatureSaver(state, files, window_size)
-        open_window(shell, pressed, title or "Feature curves")
+        from viewer.features.docks import FeatureWindow
+        from viewer.shell.opening import open_window
+
+        open_window(shell, pressed, title or "Feature curves", FeatureWindow)
     finally:
         state.close()
     return state
@@ -104,13 +110,13 @@ class FeatureWriter:
 
     def __init__(self, folder: Path, session_path: Path | None) -> None:
         self._folder = folder
-        self._session_path = session_path
+        self.session_path = session_path
 
     def save_session(self, session: FeatureSession) -> str:
         """Replace the session's file, whole or not at all."""
-        path = self._session_path or self.free("features", ".session")
+        path = self.session_path or self.free("features", ".session")
         write_session(path, session)
-        self._session_path = path
+        self.session_path = path
         return f"saved {path}"
 
     def save_network(self, network: DrawnNetwork) -> str:
@@ -153,6 +159,8 @@ class FeatureSaver(saver.Saver):
     bare: without the panel.
     """
 
+    kind = "features"
+    commands = COMMANDS
     state: FeatureState
 
     def __init__(
@@ -187,7 +195,26 @@ class FeatureSaver(saver.Saver):
         return self._files.free("features", ".png")
 
     def would_lose(self) -> str:
+        drawing = bool(self.state.editing.clicks)
+        if drawing:
+            return "A curve is being drawn, and nothing of it is saved."
         return "the curves are not saved: s saves them" if self.state.editing.unsaved else ""
+
+    def refuse(self, command: Command[Any]) -> str:
+        held = self.state.holding and command.name != "leave"
+        return "let go of the button first" if held else ""
+
+    def save_ways(self) -> tuple[SaveWay, ...]:
+        return (
+            SaveWay("save-session", "Save session", ".session", self._write_session,
+                    lambda: self._files.free("features", ".session"),
+                    lambda: self._files.session_path),
+        )  # fmt: skip
+
+    def _write_session(self, path: Path) -> str:
+        self._files.session_path = path
+        self.state.editing.save_session()
+        return self.state.message
 
     def at_once(self, key: str) -> Effect | None:
         if self.state.editing.typed is not None:

@@ -225,6 +225,10 @@ class FillLists:
         if self._wanted is not None:
             wait_for([self._wanted[1]])
 
+    def choices(self, network: Network, patch: Patch) -> tuple[Choice, ...]:
+        """The fills of a patch's list, () while they are not known."""
+        return self._found.get(_key(network, patch), ())
+
     def place(self, network: Network, patch: Patch) -> ListPlace | None:
         """Where a patch's fill is in its list; None while that is not known."""
         found, choice = self._found.get(_key(network, patch)), filling_of(patch).choice
@@ -281,6 +285,7 @@ class RetopoEditing:
         self.work = EditorWorker(editor)
         self._seen = self.work.shown
         self._saved = self._seen.state
+        self._patches = len(self.network.patches)
 
     def close(self) -> None:
         """Wait until nothing is being made any more."""
@@ -320,6 +325,17 @@ class RetopoEditing:
         if not shown.fresh:
             return ()
         return tuple(sorted(shown.state.network.patches.keys() - shown.filled.placed.keys()))
+
+    def want_list(self, patch: int) -> None:
+        """Have the list of a patch's fills found, if it is not known."""
+        found = self.network.patches.get(patch)
+        if found is not None:
+            self.work.lists.want(self.network, found, self.shown.work.source)
+
+    def list_choices(self, patch: int) -> tuple[Choice, ...]:
+        """The fills that a patch can have, () while they are not known."""
+        found = self.network.patches.get(patch)
+        return () if found is None else self.work.lists.choices(self.network, found)
 
     def place_in_list(self, patch: int) -> ListPlace | None:
         """Which of its fills a patch has; None while that is not known."""
@@ -431,5 +447,17 @@ class RetopoEditing:
             self.message = "; ".join(outcome.notes)
         elif not outcome.changed:
             self.message = f"{call.tool}: nothing changed"
+        elif call.tool == "symmetry":
+            self.message = self._tell_symmetry()
         if outcome.changed and self.calls is not None:
             self.calls = (*self.calls, call)
+        self._patches = len(self.network.patches)
+
+    def _tell_symmetry(self) -> str:
+        """Tell what became of the patches when symmetry was switched."""
+        on = self.shown.state.plane is not None
+        now, before = len(self.network.patches), self._patches
+        said = "symmetry is on: one half is worked on" if on else "symmetry is off"
+        if now == before:
+            return said
+        return f"{said}; {before} patches became {now}: undo takes it back"

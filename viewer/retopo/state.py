@@ -20,6 +20,9 @@ from viewer.skin import Skin
 #: By how much a key changes a brush, and how far brushes go, as parts of the usual size.
 WIDER, BRUSHES = 1.15, (0.1, 6.0)
 
+#: The tool that moves curves nearby without being taken.
+TWEAKING = "brush"
+
 
 class RetopoState:
     """A network on a ground, tools in use on it, and how it is looked at: what a mouse and a clock
@@ -39,6 +42,7 @@ class RetopoState:
         self.title = title
         self.quads_shown = self.curves_shown = True
         self.helping = False
+        self._tool_kept: ToolMode | None = None
         corners = editor.ground.vertices[editor.ground.triangles]
         self.skin = Skin.of(corners, editor.ground.triangles)
 
@@ -176,23 +180,65 @@ class RetopoState:
         self.tool.let_go()
         return left
 
+    def next_model_look(self) -> None:
+        """The surface solid, transparent or hidden; never hidden where nothing else is seen."""
+        self.message = self.camera.next_model_look(may_hide=self._sees_network)
+
+    @property
+    def _sees_network(self) -> bool:
+        return bool(self.network.chains) and (
+            self.curves_shown or (self.quads_shown and bool(self.shown.filled.placed))
+        )
+
     def next_seen(self) -> None:
         """Quads and curves are seen, curves alone, or quads alone."""
         if self.quads_shown and self.curves_shown:
             self.quads_shown = False
+            self.message = "curves alone are shown"
         elif self.curves_shown:
             self.quads_shown, self.curves_shown = True, False
+            self.message = "quads alone are shown"
         else:
             self.curves_shown = True
+            self.message = "quads and curves are shown"
+        if self.camera.model_look == "hidden" and not self._sees_network:
+            self.camera.model_look = "solid"
 
     def toggle(self, name: str) -> None:
         """Switch something that is seen or not."""
         setattr(self, name, not getattr(self, name))
 
+    def turn_option(self, option: ToolOption, value: object) -> None:
+        """Give an option of the tool a value."""
+        self.tool.options[self.tool.mode.tool, option.name] = value
+        self.tool.seek()
+
+    def take_fill(self, patch: int, number: int) -> None:
+        """Take a fill of a patch's list, by its number from 0."""
+        at = self.find_place_in(patch)
+        if at is None:
+            self.message = "that patch is not there any more"
+        else:
+            self.editing.do("choose", at=at.tolist(), number=number)
+
+    def find_place_in(self, patch: int) -> Points | None:
+        """Find a point (3,) within a patch that has quads."""
+        body = self.shown.body
+        own = np.flatnonzero(body.owner == patch)
+        if not len(own):
+            return None
+        corners = body.skin.corners[own].mean(axis=1)
+        middle = corners.mean(axis=0)
+        return corners[int(np.linalg.norm(corners - middle, axis=1).argmin())]
+
     # The pointer, at places of the picture in points from its middle
 
-    def press(self, x: float, y: float, *, turn: bool = False) -> bool:
-        """A button goes down. turn: it is the one that always turns the view."""
+    def press(self, x: float, y: float, *, turn: bool = False, tweak: bool = False) -> bool:
+        """A button goes down. turn: it is the one that always turns the view. tweak: until it
+        comes up, curves nearby are moved with the brush, whatever the tool is."""
+        if tweak and self._tool_kept is None:
+            self._tool_kept = self.tool.mode
+            self.tool.mode = next(mode for mode in self.tool.modes if mode.tool == TWEAKING)
         self.tool.point_at(x, y)
         self.tool.pressed, self.tool.strayed = (x, y), False
         if turn:
@@ -236,6 +282,14 @@ class RetopoState:
 
     def release(self, x: float, y: float) -> bool:
         """The button comes up: what was drawn is done, or it was a click."""
+        try:
+            return self._release(x, y)
+        finally:
+            if self._tool_kept is not None:
+                self.tool.mode, self._tool_kept = self._tool_kept, None
+                self.tool.seek()
+
+    def _release(self, x: float, y: float) -> bool:
         held, pressed = self.tool.held, self.tool.pressed
         if pressed is not None:
             self.move(x, y)

@@ -20,17 +20,16 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
 from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from viewer import saver
+from viewer.commands import Command
 from viewer.facts import FactWriter
 from viewer.keymap import Effect
-from viewer.opengl import prepare_opengl
-from viewer.picture import Drawn, check_png, save_drawn
-from viewer.retopo.keys import KEYS
+from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.retopo.keys import COMMANDS, KEYS
 from viewer.retopo.panel import describe_network, tell_hint
 from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.state import RetopoState
-from viewer.saver import find_free_name
+from viewer.saver import LostWork, SaveWay, find_free_name
 from viewer.scene import HEIGHT
-from viewer.window import WINDOW, Window, open_window
 
 #: Writes quads to a file.
 WriteMesh = Callable[[Path, RetopoMesh], None]
@@ -65,7 +64,10 @@ def show(
     OSError if the script cannot be written at the end.
     """
     pressed = KEYS.check(keys)
-    prepare_opengl(off_screen=False)
+    # Qt is imported for windows alone: pictures need none.
+    from viewer.shell.probe import check_display
+
+    check_display()
     folder = Path(folder)
     said = Script(title, ()) if begun is None else begun
     name = Path(said.surface).name
@@ -73,18 +75,23 @@ def show(
     files = RetopoWriter(folder, session, script, said, write_mesh, autosave)
     state = RetopoState(editor, title=title, files=files)
     state.message = files.find_lost(editor.ground, folder)
-    discarded = True
+    discarded = False
     try:
         shell = RetopoSaver(state, files, window_size)
-        # The key that quits asks once where work is not saved; a close button cannot.
-        discarded = open_window(shell, pressed, title or "Retopology", RetopoWindow)
+        from viewer.retopo.docks import RetopoWindow
+        from viewer.shell.opening import open_window
+
+        # Closing asks what to do with work that is not saved; Ctrl-C does not, and keeps it.
+        open_window(shell, pressed, title or "Retopology", RetopoWindow)
+        discarded = True
     finally:
         state.close()
         state.editing.take()
         if script is not None and state.editing.calls:
             files.save_script(state.editing.calls)
             discarded = True
-    return autosave.close(None if discarded else state.shown.state)
+        kept = autosave.close(None if discarded else state.shown.state)
+    return kept
 
 
 def draw(
@@ -138,14 +145,14 @@ class RetopoWriter:
     ) -> None:
         self._autosave = autosave
         self._folder, self._begun = folder, begun
-        self._session, self._script = session, script
+        self.session_path, self._script = session, script
         self._write_mesh = write_mesh
         self.lost: State | None = None
         self._left: Path | None = None
 
     def find_lost(self, ground: Ground, folder: Path) -> str:
         """Read what a crash left of this work, if it did, and say so; "" if it did not."""
-        found = find_recoveries(self._session, folder)
+        found = find_recoveries(self.session_path, folder)
         if not found:
             return ""
         path = found[0].path
@@ -165,11 +172,17 @@ class RetopoWriter:
         when = time.strftime("%d %B, %H:%M", time.localtime(found[0].written))
         return f"a crash left work of {when}: R opens it in place of what is here"
 
+    def discard_lost(self) -> None:
+        """Delete what a crash left; OSError as deleting does."""
+        if self._left is not None:
+            self._left.unlink(missing_ok=True)
+        self.lost = self._left = None
+
     def save_session(self, ground: Ground, state: State) -> str:
         """Replace the session's file, whole or not at all."""
-        path = self._session or self.free("retopo", ".retopo")
+        path = self.session_path or self.free("retopo", ".retopo")
         write_session(path, RetopoSession(ground, state, Path(self._begun.surface).name))
-        self._session = path
+        self.session_path = path
         if self._autosave is not None:
             self._autosave.saved(state, path)
         if self._left is not None and self.lost is None:
@@ -213,6 +226,8 @@ class RetopoSaver(saver.Saver):
     bare: without the panel.
     """
 
+    kind = "retopo"
+    commands = COMMANDS
     state: RetopoState
 
     def __init__(
@@ -246,27 +261,38 @@ class RetopoSaver(saver.Saver):
         return self._files.free("retopo", ".png")
 
     def would_lose(self) -> str:
+        if self.state.tool.holding:
+            return "a line is being drawn, and nothing of it is saved"
         return "the session is not saved: s saves it" if self.state.editing.unsaved else ""
+
+    def refuse(self, command: Command[Any]) -> str:
+        held = self.state.tool.holding and command.name != "leave"
+        return "let go of the button first" if held else ""
+
+    def save_ways(self) -> tuple[SaveWay, ...]:
+        return (
+            SaveWay("save-session", "Save session", ".retopo", self._write_session,
+                    lambda: self._files.free("retopo", ".retopo"),
+                    lambda: self._files.session_path),
+        )  # fmt: skip
+
+    def _write_session(self, path: Path) -> str:
+        self._files.session_path = path
+        self.state.editing.save_session()
+        return self.state.message
+
+    def find_lost_work(self) -> LostWork | None:
+        if self._files.lost is None:
+            return None
+        return LostWork(
+            "A crash, or a window that was closed by force, left work on this surface. "
+            "Open it in place of what is here?",
+            self.state.editing.recover,
+            self._files.discard_lost,
+        )
 
     def at_once(self, key: str) -> Effect | None:
         if self.state.tool.holding and KEYS.aliases.get(key, key) != "Escape":
             self.state.message = "let go of the button first"
             return Effect.REDRAW
         return None
-
-
-class RetopoWindow(Window):
-    """A window whose wheel knows the keys that are held down with it."""
-
-    state: RetopoState
-
-    def handlers(self) -> dict[str, Callable[[Any, str], None]]:
-        """What is done at which event of VTK's interactor."""
-        return super().handlers() | {
-            "MouseWheelForwardEvent": lambda i, _: self._wheel(i, 1.0),
-            "MouseWheelBackwardEvent": lambda i, _: self._wheel(i, -1.0),
-        }
-
-    def _wheel(self, interactor: Any, steps: float) -> None:
-        shift, modifier = bool(interactor.GetShiftKey()), bool(interactor.GetControlKey())
-        self._after(self.state.wheel(steps, shift=shift, modifier=modifier))

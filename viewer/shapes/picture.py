@@ -14,10 +14,11 @@ from viewer.facts import FactWriter
 from viewer.panel import LETTER, MARGIN, PANEL, begin_panel, draw_help
 from viewer.picture import Drawn, Frame
 from viewer.scene import HEIGHT, HIGHLIGHT_LINE, Scene
+from viewer.shapes.commands import KEY_HELP, MOUSE_HELP
 from viewer.shapes.shaping import KEEP
 from viewer.shapes.sight import ShapeInView
 from viewer.shapes.skin import SkinLine
-from viewer.shapes.state import HOLD_Y, KEY_HELP, MODES, MOUSE_HELP, ShapesState, count_pages
+from viewer.shapes.state import HOLD_Y, MODES, ShapesState, count_pages
 from viewer.slider import KNOB, LABEL_UP, Rail
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -84,14 +84,19 @@ class Shaping:
     """A shape model, and the shape of it that is shown.
 
     shapes: the model. template: the one that its shapes were laid with. coefficients: of the
-    first shape; by default the mean. message: what there is to say of the last thing done.
+    first shape; by default the mean. held: names of the curves that are
+    held at first. message: what there is to say of the last thing done.
 
     Raises InvalidFeatureError if the template is another one, or for other coefficients than
     the model has.
     """
 
     def __init__(
-        self, shapes: ShapeModel, template: Template, coefficients: ArrayLike | None = None
+        self,
+        shapes: ShapeModel,
+        template: Template,
+        coefficients: ArrayLike | None = None,
+        held: Collection[str] = (),
     ) -> None:
         self.shapes = shapes
         self.parts = tuple(part.name for part in template.parts)
@@ -99,7 +104,7 @@ class Shaping:
         first = np.zeros(shapes.n_modes) if coefficients is None else coefficients
         given = np.array(first, np.float64)
         self.points = shapes.shape(given)
-        self.choice = ShapeChoice(given, self._origin(given))
+        self.choice = ShapeChoice(given, self._origin(given), held=frozenset(held))
         self.pulled: Pulled | None = None
         self.ghost: Ghost = "none"
         self.message = ""
@@ -109,8 +114,28 @@ class Shaping:
         self._before: list[ShapeChoice] = []
         self._after: list[ShapeChoice] = []
         self._begun: ShapeChoice | None = None
+        self._saved = self.choice
 
     # What is shown
+
+    @property
+    def undoable(self) -> int:
+        """Changes that can be taken back."""
+        return len(self._before)
+
+    @property
+    def redoable(self) -> int:
+        """Changes that can be done again."""
+        return len(self._after)
+
+    @property
+    def unsaved(self) -> bool:
+        """Is the shape another than the one that was saved last, or than the first?"""
+        return not np.array_equal(self.choice.coefficients, self._saved.coefficients)
+
+    def mark_saved(self) -> None:
+        """The shape was saved as it is."""
+        self._saved = self.choice
 
     @property
     def size(self) -> float:

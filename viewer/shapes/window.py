@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -11,15 +13,15 @@ from patterndb.system.obj import format_obj
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import saver
+from viewer.commands import Command
 from viewer.facts import FactWriter
-from viewer.opengl import prepare_opengl
-from viewer.picture import Drawn, check_png, save_drawn
-from viewer.saver import find_free_name
+from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.saver import SaveWay, find_free_name
 from viewer.scene import HEIGHT
+from viewer.shapes.commands import COMMANDS, KEYS
 from viewer.shapes.picture import compose_shape, describe_shape
 from viewer.shapes.shaping import Shaping
-from viewer.shapes.state import KEYS, ShapesState
-from viewer.window import WINDOW, open_window
+from viewer.shapes.state import ShapesState
 
 
 def write_shape(path: Path, shaping: Shaping) -> None:
@@ -43,6 +45,7 @@ def show(
     title: str,
     output: Path | None,
     coefficients: ArrayLike | None = None,
+    held: Collection[str] = (),
     keys: str = "",
     window_size: tuple[int, int] = WINDOW,
 ) -> None:
@@ -51,16 +54,23 @@ def show(
     template: the one that the model's shapes were laid with. title: of the window. output: the
     OBJ file that the key o writes; pictures go beside it. Without it new files in the current
     folder are written, shape-1.obj and so on. coefficients: (l,) of the first shape, by default
-    the mean. keys: pressed first, with spaces between ("n g"). window_size: pixels.
+    the mean. held: names of the curves that are held at first. keys: pressed first, with spaces
+    between ("n g"). window_size: pixels.
 
     Raises InvalidFeatureError for a template or coefficients of another model, ValueError for a
     key there is not, and DisplayError if no window can be opened here.
     """
     pressed = KEYS.check(keys)
-    state = ShapesState(shapes, template, coefficients)
-    prepare_opengl(off_screen=False)
+    # Qt is imported for windows alone: pictures need none.
+    from viewer.shell.probe import check_display
+
+    check_display()
+    state = ShapesState(shapes, template, coefficients, held)
     shell = ShapesSaver(state, output, window_size)
-    open_window(shell, pressed, title)
+    from viewer.shapes.docks import ShapesWindow
+    from viewer.shell.opening import open_window
+
+    open_window(shell, pressed, title, ShapesWindow)
 
 
 def draw(
@@ -98,6 +108,8 @@ class ShapesSaver(saver.Saver):
     output: as for :func:`show`.
     """
 
+    kind = "shape-model"
+    commands = COMMANDS
     state: ShapesState
 
     def __init__(self, state: ShapesState, output: Path | None, size: tuple[int, int]) -> None:
@@ -119,10 +131,30 @@ class ShapesSaver(saver.Saver):
     def picture_path(self) -> Path:
         return self._free(".png")
 
+    def refuse(self, command: Command[Any]) -> str:
+        idle = self.state.dragging and command.menu == "File"
+        return "let go first, or press Esc" if idle else ""
+
+    def would_lose(self) -> str:
+        return "The shape is not saved." if self.state.shaping.unsaved else ""
+
+    def save_ways(self) -> tuple[SaveWay, ...]:
+        return (
+            SaveWay("save-shape", "Save shape", ".obj", self.write, self._object_path,
+                    lambda: self._output),
+        )  # fmt: skip
+
     def saved_object(self) -> str:
-        path = self._free(".obj") if self._output is None else self._output
+        return self.write(self._object_path() if self._output is None else self._output)
+
+    def write(self, path: Path) -> str:
+        """Write the shape to a file."""
         write_shape(path, self.state.shaping)
+        self.state.shaping.mark_saved()
         return f"saved {path}"
+
+    def _object_path(self) -> Path:
+        return self._free(".obj")
 
     def _free(self, suffix: str) -> Path:
         """A name that no file has, beside the output."""

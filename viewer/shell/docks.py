@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from PySide6.QtCore import QSize, Qt, QTimer
 from PySide6.QtGui import QIcon, QPixmap
@@ -189,29 +189,25 @@ class PictureKey:
 
 @dataclass(frozen=True, slots=True)
 class Thumbnail:
-    """key: what the picture is of; it is painted once. label: below it. tip: more of it."""
+    """key: what the picture is of; it is painted once. label: below it. paint: paints it, of so
+    many logical pixels at a density, whatever has changed since. tip: more of it."""
 
     key: object
     label: str
+    paint: Callable[[int, float], QPixmap] = field(compare=False)
     tip: str = ""
 
 
 class ThumbnailList(QListWidget):
     """Small pictures in rows; one can be chosen with a click or the arrow keys.
 
-    paint: paints one of so many logical pixels; called one after another, while nothing else
-    goes on. choose: called with the number of the one that was chosen.
+    They are painted one after another, while nothing else goes on. choose: called with the
+    number of the one that was chosen.
     """
 
-    def __init__(
-        self,
-        paint: Callable[[int, int, float], QPixmap],
-        choose: Callable[[int], object],
-        size: int = 108,
-        lines: int = 1,
-    ) -> None:
+    def __init__(self, choose: Callable[[int], object], size: int = 108, lines: int = 1) -> None:
         super().__init__()
-        self._paint, self._choose, self._size = paint, choose, size
+        self._choose, self._size = choose, size
         self._shown: list[Thumbnail] = []
         self._icons: dict[tuple[object, float], QIcon] = {}
         self._waiting: list[int] = []
@@ -275,7 +271,7 @@ class ThumbnailList(QListWidget):
         number, density = self._waiting.pop(0), self.devicePixelRatioF()
         key = (self._shown[number].key, density)
         if key not in self._icons:
-            self._icons[key] = QIcon(self._paint(number, self._size, density))
+            self._icons[key] = QIcon(self._shown[number].paint(self._size, density))
         item = self.item(number)
         if item is not None:
             item.setIcon(self._icons[key])
@@ -285,6 +281,6 @@ def make_form(rows: Sequence[tuple[str, QWidget]]) -> QWidget:
     """Make a widget of named rows."""
     widget = QWidget()
     form = QFormLayout(widget)
-    for name, field in rows:
-        form.addRow(name, field)
+    for name, entry in rows:
+        form.addRow(name, entry)
     return widget

@@ -12,8 +12,8 @@ import os
 import subprocess
 import sys
 
+from patterndb.errors import PatternDBError
 from patterndb.system.extras import require_extra
-from viewer.opengl import DisplayError
 
 #: Seconds a trial may take; a software renderer on a loaded machine needs one or two.
 PATIENCE = 60.0
@@ -51,6 +51,10 @@ context, surface = QOpenGLContext(), QOffscreenSurface()
 surface.create()
 print("drawn" if context.create() and context.makeCurrent(surface) else "no OpenGL")
 """
+
+
+class DisplayError(PatternDBError, RuntimeError):
+    """There is no display to open a window on, or no library to draw with."""
 
 
 def check_display() -> None:

@@ -9,7 +9,8 @@ from patterndb.geometry.points import Points
 from viewer import style
 from viewer.drawing import DiskDrawing
 from viewer.painting import Text, paint_disk
-from viewer.shell.scene import paint_text
+from viewer.scene import Scene
+from viewer.shell.scene import paint_text, paint_texts
 
 #: Room around the drawing of a thumbnail, in logical pixels.
 AROUND = 3.0
@@ -59,6 +60,14 @@ class QtTarget:
     ) -> None:
         """See :class:`viewer.painting.PaintTarget`."""
         paint_text(self._painter, Text(x, y, text, size, colour, bold, mono, align), self._height)
+
+
+def paint_scene(painter: QPainter, scene: Scene) -> None:
+    """Paint a scene, a point to a logical pixel."""
+    target = QtTarget(painter, scene.height)
+    for patch in scene.patches:
+        target.polygons(patch.corners, faces=patch.colours)
+    paint_texts(painter, scene)
 
 
 def paint_thumbnail(drawing: DiskDrawing, size: int, density: float) -> QPixmap:

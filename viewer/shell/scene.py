@@ -73,7 +73,8 @@ class SceneView(QtInteractor):
         self._shifting: QPointF | None = None
         self._solid, self._flat = TriangleActor(self), TriangleActor(self)
         self._texts = TextOverlay(self)
-        self.enable_anti_aliasing("fxaa")
+        # Not by pyvista's own way, which makes a window of its own to see what VTK can do.
+        self.renderer.SetUseFXAA(True)
         self.enable_parallel_projection()
         self.set_ground(dark=False)
         for event in ("KeyPressEvent", "CharEvent"):

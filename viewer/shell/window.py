@@ -74,13 +74,7 @@ class ShellWindow(QMainWindow):
         self.table.make_menus()
         self.facts = FactsDock(self)
         self.docks: list[Dock] = [self.facts, *self.make_docks()]
-        for dock in self.docks:
-            self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
-        # Two under each other; the others behind the first, lest all be low.
-        for dock in self.docks[2:]:
-            self.tabifyDockWidget(self.facts, dock)
-        self.facts.raise_()
-        self.resizeDocks(self.docks, [DOCK_WIDTH] * len(self.docks), Qt.Orientation.Horizontal)
+        self.arrange_docks()
         self.tool_bar = self._make_tool_bar()
         self._finish_menus()
         self.setAcceptDrops(True)
@@ -94,10 +88,11 @@ class ShellWindow(QMainWindow):
 
     # What a viewer has of its own
 
-    def make_picture(self) -> SceneView:
-        """Make the widget in the middle."""
+    def make_picture(self) -> Any:
+        """Make the widget in the middle: a SceneView, or one with its ``room``, ``set_ground``,
+        ``ask_picture`` and ``show_picture``."""
         view = SceneView(self, self.saver.state)
-        view.changed.connect(view.ask_picture)
+        view.changed.connect(self.show_change)
         view.asked.connect(self.refresh)
         return view
 
@@ -105,13 +100,25 @@ class ShellWindow(QMainWindow):
         """Make the docks beside the facts."""
         return []
 
+    def arrange_docks(self) -> None:
+        """Put the docks where they are at first."""
+        for dock in self.docks:
+            self.addDockWidget(Qt.DockWidgetArea.RightDockWidgetArea, dock)
+        # Two under each other; the others behind the first, lest all be low.
+        for dock in self.docks[2:]:
+            self.tabifyDockWidget(self.facts, dock)
+        self.facts.raise_()
+        self.resizeDocks(self.docks, [DOCK_WIDTH] * len(self.docks), Qt.Orientation.Horizontal)
+
     def refresh_docks(self) -> None:
         """Have the docks show the state as it is now."""
 
     # What is shown
 
     def show_change(self) -> None:
-        """Something has changed: show it with the next picture."""
+        """Something has changed: show it with the next picture; what can be done now is known
+        at once, as the next key may come before that."""
+        self.table.refresh(self.saver.state)
         self.picture.ask_picture()
 
     def refresh(self) -> None:
@@ -163,8 +170,6 @@ class ShellWindow(QMainWindow):
                 command.run(state)
             except (PatternDBError, OSError) as error:
                 state.message = str(error)
-        # At once: keys that repeat are obeyed one by one, but drawn as pictures can be.
-        self.table.refresh(state)
         self.show_change()
 
     def _list_window_commands(self) -> list[Command[Any]]:
@@ -396,7 +401,8 @@ class ShellWindow(QMainWindow):
             use_theme(app, self.settings.theme)
             self._heed_colours()
         camera = getattr(self.saver.state, "camera", self.saver.state)
-        camera.turntable = self.settings.turning == TURNTABLE
+        if hasattr(camera, "turntable"):
+            camera.turntable = self.settings.turning == TURNTABLE
 
     def _heed_colours(self) -> None:
         app = QApplication.instance()

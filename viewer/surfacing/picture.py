@@ -14,9 +14,8 @@ from viewer.picture import Drawn, Frame
 from viewer.scene import HEIGHT, Scene
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
 from viewer.surfacing.body import SurfaceBody
+from viewer.surfacing.commands import KEY_HELP, MOUSE_HELP
 from viewer.surfacing.state import (
-    KEY_HELP,
-    MOUSE_HELP,
     SLIDER,
     SLIDER_Y,
     SurfacingState,

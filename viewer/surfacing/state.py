@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
@@ -15,7 +15,6 @@ from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.camera import Camera
-from viewer.keymap import ALIASES, Effect, KeyMap
 from viewer.nearness import CLICK, RING_REACH, SLIDER_GRIP, STROKE_END_REACH
 from viewer.panel import MARGIN, PANEL
 from viewer.scene import HEIGHT
@@ -121,6 +120,8 @@ class SurfacingState:
         self.helping = False
         self.message = ""
         self._history: list[SurfacingEdits] = []
+        self._future: list[SurfacingEdits] = []
+        self._saved: SurfacingEdits = first
 
     @property
     def ink(self) -> InkedStroke | None:
@@ -317,6 +318,7 @@ class SurfacingState:
                 f"it is in {len(ink.parts)} part{'' if len(ink.parts) == 1 else 's'}"
             )
         self._history.append(self.surfaces.edits)
+        self._future.clear()
         self.surfaces.edits = replace(self.surfaces.edits, inks=(*self.surfaces.edits.inks, ink))
 
     def _far(self) -> float:
@@ -339,6 +341,17 @@ class SurfacingState:
     def next_method(self) -> None:
         """The next method for all patches."""
         method = choose_next_method(self.surfaces.edits.method, database=self.surfaces.has_database)
+        self.choose_method(method)
+
+    def list_methods(self) -> list[str]:
+        """List the methods that can be had here."""
+        there = self.surfaces.has_database
+        return [one.name for one in METHODS.values() if there or not one.needs_database]
+
+    def choose_method(self, method: str) -> None:
+        """A method, by its name, for all patches."""
+        if method == self.surfaces.edits.method and not self.surfaces.edits.methods:
+            return
         self._edit(self.surfaces.edits.with_method(method))
         self.edges_shown = METHODS[method].makes_quads
 
@@ -366,12 +379,41 @@ class SurfacingState:
         if self.surfaces.edits.banned:
             self._edit(replace(self.surfaces.edits, banned=()))
 
+    @property
+    def undoable(self) -> int:
+        """Steps that can be taken back."""
+        return len(self._history)
+
+    @property
+    def redoable(self) -> int:
+        """Steps that can be done again."""
+        return len(self._future)
+
+    @property
+    def unsaved(self) -> bool:
+        """Was anything edited since the surface was saved?"""
+        return self.surfaces.edits is not self._saved
+
+    def mark_saved(self) -> None:
+        """The surface was saved as it is."""
+        self._saved = self.surfaces.edits
+
     def undo(self) -> None:
         """Take back the last stroke, curve, click on a patch or change of method."""
-        if not self._history:
-            self.message = "there is nothing to take back"
+        self._turn(self._history, self._future, "there is nothing to take back")
+
+    def redo(self) -> None:
+        """Do again what was taken back last."""
+        self._turn(self._future, self._history, "there is nothing to do again")
+
+    def _turn(
+        self, source: list[SurfacingEdits], target: list[SurfacingEdits], otherwise: str
+    ) -> None:
+        if not source:
+            self.message = otherwise
             return
-        before, self.surfaces.edits = self.surfaces.edits, self._history.pop()
+        before, self.surfaces.edits = self.surfaces.edits, source.pop()
+        target.append(before)
         if not self.surfaces.edits.asks_like(before):
             self.edges_shown = METHODS[self.surfaces.edits.method].makes_quads
             self.surfaces.ask()
@@ -379,86 +421,6 @@ class SurfacingState:
     def _edit(self, after: SurfacingEdits) -> None:
         """Another step that can be taken back."""
         self._history.append(self.surfaces.edits)
+        self._future.clear()
         self.surfaces.edits = after
         self.surfaces.ask()
-
-
-# The keys of the viewer of surfaces: which there are, and what they do to its state.
-
-#: (keys, what they do), as the help lists them.
-KEY_HELP = (
-    ("- +", "alpha: more chords, fewer"),
-    ("click", "switch a patch off; on again at its ring"),
-    ("x", "the same for the patch at the pointer"),
-    ("a", "switch all patches on"),
-    ("m", f"next method: {', '.join(METHODS)}"),
-    ("n", "next method for the patch at the pointer"),
-    ("← →", "stage of the drawing: back, forward"),
-    ("Home End", "before the first stage, after the last"),
-    ("d", "draw strokes on the surface (drag)"),
-    ("Enter", "make the last stroke a curve"),
-    ("u", "take back: stroke, curve, click, method"),
-    ("w   e", "surface, chords: hide or show"),
-    ("r   t", "curves, edges of faces: hide or show"),
-    ("c", "patches that are off: hide or show"),
-    ("v   z", "view as at first; roll it"),
-    ("s   o", "save the picture; the surface as OBJ"),
-    ("h ?   q", "this list; quit"),
-)
-
-#: Under the list of keys.
-MOUSE_HELP = "drag: turn    right drag: turn, always    middle drag: shift    wheel: zoom"
-
-#: How far the keys - and + move the slider, as a part of it.
-SLIDE = 0.04
-
-#: Other names of keys: X's, and capitals.
-ALIASES = (
-    {name: key for name, key in ALIASES.items() if key in {*"+-"} or key == "h"}
-    | {"space": "Right", "Return": "Enter", "KP_Enter": "Enter", "BackSpace": "u"}
-    | {c.upper(): c for c in "xamnduwertcvzsohq"}
-)
-
-ACTIONS: dict[str, Callable[[SurfacingState], None]] = {
-    "-": lambda s: slide_alpha(s, -SLIDE),
-    "+": lambda s: slide_alpha(s, SLIDE),
-    "x": lambda s: s.toggle_patch(),
-    "a": lambda s: s.all_on(),
-    "m": lambda s: s.next_method(),
-    "n": lambda s: s.next_method_here(),
-    "Left": lambda s: s.step(-1),
-    "Right": lambda s: s.step(1),
-    "Home": lambda s: s.go_to_stage(0),
-    "End": lambda s: s.go_to_stage(-1),
-    "d": lambda s: s.begin_drawing(),
-    "Enter": lambda s: s.add_curves(),
-    "u": lambda s: s.undo(),
-    "w": lambda s: s.toggle("surface_shown"),
-    "e": lambda s: s.toggle("chords_shown"),
-    "r": lambda s: s.toggle("curves_shown"),
-    "t": lambda s: s.toggle("edges_shown"),
-    "c": lambda s: s.toggle("off_shown"),
-    "v": lambda s: s.camera.fit(),
-    "z": lambda s: s.camera.roll(),
-    "h": lambda s: s.toggle("helping"),
-}
-
-#: What the window does itself.
-EFFECTS = {"s": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
-
-
-def slide_alpha(state: SurfacingState, by: float) -> None:
-    """Move the slider of alpha by a part of its length."""
-    state.change_alpha(to_alpha(to_slider_share(state.surfaces.settings.alpha) + by))
-
-
-def _leave(state: SurfacingState) -> bool:
-    """Leave drawing or the help; False if there is nothing to leave."""
-    left = state.drawing_mode or state.helping
-    if left:
-        state.helping = False
-        state.leave()
-    return left
-
-
-KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, _leave)

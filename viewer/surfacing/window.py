@@ -13,14 +13,13 @@ from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer import saver
 from viewer.facts import FactWriter
-from viewer.opengl import prepare_opengl
-from viewer.picture import Drawn, check_png, save_drawn
-from viewer.saver import find_free_name
+from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.saver import SaveWay, find_free_name
 from viewer.scene import HEIGHT
+from viewer.surfacing.commands import COMMANDS, KEYS
 from viewer.surfacing.maker import Find, find_network_cycles
 from viewer.surfacing.picture import DRAWING_HINT, compose_surface, describe_surface
-from viewer.surfacing.state import KEYS, TOWARD, UP, SurfacingState
-from viewer.window import WINDOW, open_window
+from viewer.surfacing.state import TOWARD, UP, SurfacingState
 
 #: Writes a surface to a file.
 WriteObj = Callable[[Path, Surfacing], None]
@@ -53,14 +52,20 @@ def show(
     window can be opened here, and what making the first surfaces raises.
     """
     pressed = KEYS.check(keys)
-    prepare_opengl(off_screen=False)
+    # Qt is imported for windows alone: pictures need none.
+    from viewer.shell.probe import check_display
+
+    check_display()
     state = SurfacingState(
         source, settings=settings, spacing=spacing, db=db, afresh=afresh, added=added,
         banned=banned, find=find, toward=toward, up=up,
     )  # fmt: skip
     try:
         shell = SurfacingSaver(state, Path(folder), write_obj, window_size)
-        open_window(shell, pressed, "Surface")
+        from viewer.shell.opening import open_window
+        from viewer.surfacing.docks import SurfacingWindow
+
+        open_window(shell, pressed, "Surface", SurfacingWindow)
     finally:
         state.close()
     return state
@@ -116,6 +121,8 @@ def draw(
 class SurfacingSaver(saver.Saver):
     """Obeys keys, and writes what some of them save."""
 
+    kind = "surface"
+    commands = COMMANDS
     state: SurfacingState
 
     def __init__(
@@ -147,12 +154,26 @@ class SurfacingSaver(saver.Saver):
     def picture_path(self) -> Path:
         return find_free_name(self._folder, "surface", ".png")
 
+    def would_lose(self) -> str:
+        lost = self.state.unsaved and self._write_obj is not None
+        return "The surface was changed here, and is not saved." if lost else ""
+
+    def save_ways(self) -> tuple[SaveWay, ...]:
+        return (SaveWay("save-surface", "Save surface", ".obj", self.write, self._object_path),)
+
     def saved_object(self) -> str:
+        return self.write(self._object_path())
+
+    def write(self, path: Path) -> str:
+        """Write the surface to a file."""
         made = self.state.surfaces.made
         if made is None or made.surfacing is None:
             return "there is no surface to save"
         if self._write_obj is None:
             return "surfaces cannot be saved here: no way to write them was given"
-        path = find_free_name(self._folder, "surface", ".obj")
         self._write_obj(path, made.surfacing)
+        self.state.mark_saved()
         return f"saved {path}"
+
+    def _object_path(self) -> Path:
+        return find_free_name(self._folder, "surface", ".obj")

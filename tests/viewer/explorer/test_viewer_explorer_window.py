@@ -6,12 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from domed import DOME, SOURCE, keys, opened
-from events import Events, alike, can_draw, check_looking
+from domed import SOURCE, keys, opened
 
 from patterndb.errors import NotFoundError
 from viewer import PictureFormatError
-from viewer.camera import View
 from viewer.contour import make_flat_boundary
 from viewer.explore import ExplorerSaver, explore
 from viewer.explorer_commands import EFFECTS, KEYS
@@ -19,8 +17,6 @@ from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import ExplorerState
 from viewer.keymap import Effect
 from viewer.panel import PANEL
-from viewer.picture import save_drawn
-from viewer.window import Window
 
 
 def test_keys_are_known() -> None:
@@ -94,37 +90,3 @@ def test_saving(state: ExplorerState, tmp_path: Path) -> None:
     ExplorerSaver(state, tmp_path, None, (480, 300)).obey("w")
     assert "cannot be saved" in state.message
     assert saver.play(["q", "h"]) is Effect.QUIT and not state.helping
-
-
-def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
-    if not can_draw():
-        return
-    state = opened(surface=DOME)
-    state.view = View(np.eye(3), np.zeros(3), 100.0)
-    size = (960, 600)
-    window = Window(
-        state, ExplorerSaver(state, tmp_path, None, size), KEYS, size, "Fills", off_screen=True
-    )
-    events = Events(window, size)
-    try:
-        events.keys("b")
-        for place in ((-110.0, -90.0), (100.0, -90.0), (110.0, 100.0), (-100.0, 90.0)):
-            events.drag(place)
-        assert len(state.pen.clicked) == 4
-        events.keys("Return")
-        assert state.finder.boundary is not None
-        state.settle(0)
-        state.settle()
-        events.send("TimerEvent")
-        check_looking(events, state)
-        events.send("MouseMoveEvent", (300.0, 300.0))
-        events.keys("Right")
-        assert state.finder.rank == 1
-        state.settle()
-        events.send("TimerEvent")
-        window.save(tmp_path / "window.png")
-        save_drawn(tmp_path / "drawn.png", compose_explorer(state, size[0] / size[1]), size[1])
-    finally:
-        window.close()
-        state.close()
-    assert alike(tmp_path / "window.png", tmp_path / "drawn.png")

@@ -153,17 +153,21 @@ def test_snapping_again_goes_on_from_the_curve(curved: FeatureState) -> None:
 
 def test_a_curve_is_named(curved: FeatureState) -> None:
     keys(curved, "e")
-    assert curved.editing.typed == "curve 1" and f"curve 1{CURSOR}" in drawn(curved)
+    assert curved.editing.typed == "" and CURSOR in drawn(curved), "the old name is replaced"
     curved.editing.typed = "roof ridge "
     curved.editing.end_name()
     assert curve_of(curved).name == "roof ridge" and "roof ridge" in drawn(curved)
     assert line_of(curved) is not None and curved.editing.snap_of(curve_of(curved)) is not None
     picked(curved, ((-0.6, 0.4), (0.6, 0.45)))
-    for wrong, told in (("roof ridge", "another curve"), ("  ", "needs a name")):
-        curved.editing.begin_name()
-        curved.editing.typed = wrong
-        curved.editing.end_name()
-        assert told in curved.message
+    curved.editing.begin_name()
+    curved.editing.typed = "roof ridge"
+    curved.editing.end_name()
+    assert "another curve" in curved.message
+    curved.editing.rename("")
+    assert "needs a name" in curved.message
+    keys(curved, "e")
+    curved.editing.end_name()
+    assert curve_of(curved).name == "curve 2"
     keys(curved, "e Escape")
     assert curved.editing.typed is None and curve_of(curved).name == "curve 2"
 
@@ -210,10 +214,13 @@ def act_taken_back(acts: list[str]) -> bool:
 def test_the_help_lists_every_key() -> None:
     listed = {key for names, _ in KEY_HELP for key in names.split()}
     written = {"BackSpace": "⌫", "Delete": "Del", "Up": "↑", "Down": "↓", "BackTab": "Tab"}
-    for key in [*ACTIONS, *EFFECTS]:
+    # Windows tell in their menus what Qt's own keys are for.
+    own = {key for key in [*ACTIONS, *EFFECTS] if not key.startswith("Ctrl+")}
+    own -= {"Home", "Escape"}
+    for key in own:
         assert written.get(key, key) in listed, f"the help lists {key}"
     others = {"drag", "click", "?", "Esc"}
-    known = {written.get(key, key) for key in [*ACTIONS, *EFFECTS]}
+    known = {written.get(key, key) for key in own}
     assert listed == known | others, "the help lists nothing else"
     assert KEYS.check("c Return space minus question Escape") is not None
     state = opened()

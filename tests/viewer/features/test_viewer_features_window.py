@@ -8,22 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 from bodies import body, degrade, stroke
-from events import Events, alike, can_draw, check_looking, read
-from tents import BESIDE, at, drawn, keys, opened, picked, tent
+from events import read
+from tents import drawn, keys, opened, picked, tent
 
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession, read_network, read_session
 from viewer import PictureFormatError
 from viewer.features import FeatureState, draw
-from viewer.features.keys import KEYS
-from viewer.features.layout import place_rails
 from viewer.features.picture import FAILED, MENDED, RIB_COLOUR, FeaturePainter
 from viewer.features.window import FeatureSaver, FeatureWriter, format_obj_lines
 from viewer.keymap import Effect
-from viewer.picture import save_drawn
-from viewer.scene import HEIGHT
 from viewer.style import parse_colour
-from viewer.window import Window
 
 SIZE = (720, 450)
 
@@ -197,56 +192,3 @@ def test_names_are_typed(tmp_path: Path) -> None:
         assert state.editing.edits.curves[0].name == "Ro_q"
     finally:
         state.close()
-
-
-def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
-    if not can_draw():
-        return
-    state = FeatureState(tent(), title="roof")
-    saver = saver_of(state, tmp_path, tmp_path / "roof.session")
-    window = Window(state, saver, KEYS, SIZE, "roof", off_screen=True)
-    events = Events(window, SIZE, state.settle)
-    press, room = events.drag, events.room
-    try:
-        events.keys("3", "c")
-        for x, y in BESIDE:
-            press(at(state, x, y, -abs(y)))
-        assert state.editing.clicks is not None and len(state.editing.clicks) == 3
-        events.keys("Return")
-        curve = state.editing.curve
-        assert curve is not None
-        look = state.editing.look(curve)
-        assert look is not None and np.abs(look.line[:, 1:]).max() < 0.01
-        begun = at(state, *look.line[60])
-        press(begun, (begun[0], begun[1] + 14.0), (begun[0], begun[1] + 30.0))
-        curve = state.editing.curve
-        assert curve is not None and len(curve.constraints) == 1
-        point = curve.constraints[0][1]
-        look = state.editing.look(curve)
-        assert look is not None
-        # Pixels are whole, and the pin is where the pointer was dropped.
-        assert np.abs(np.array(at(state, *point)) - begun - (0.0, 30.0)).max() < 2.5
-        assert np.linalg.norm(look.line - point, axis=1).min() < 0.02
-        for name, value in (("alpha", 0.5), ("stiffness", 10.0), ("angle", 45.0)):
-            rail = place_rails(room)[name].shifted(-room / 2.0, -HEIGHT / 2.0)
-            press((rail.left + 4.0, rail.y), (rail.knob(value), rail.y + 5.0))
-        curve = state.editing.curve
-        assert curve is not None
-        chosen = curve.settings
-        assert chosen.alpha == pytest.approx(0.5, abs=0.01)
-        assert chosen.stiffness == pytest.approx(10.0, rel=0.03)
-        assert np.rad2deg(chosen.beta) == pytest.approx(45.0, abs=1.5)
-        events.keys("r")
-        assert state.editing.ribs_shown and state.editing.snap_of(curve) is not None
-        check_looking(events, state.camera)
-        events.keys("s")
-        (kept,) = read_session(tmp_path / "roof.session").curves
-        assert kept.constraints[0][0] == curve.constraints[0][0]
-        events.send("MouseMoveEvent", (-room / 2.0 + 4.0, 300.0))
-        window.redraw()
-        window.save(tmp_path / "window.png")
-        save_drawn(tmp_path / "drawn.png", saver.drawn(), SIZE[1])
-    finally:
-        window.close()
-        state.close()
-    assert alike(tmp_path / "window.png", tmp_path / "drawn.png")

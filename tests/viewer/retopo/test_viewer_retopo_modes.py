@@ -26,7 +26,9 @@ def test_every_tool_of_the_table_has_a_mode_and_a_key_of_its_own() -> None:
     assert len(set(known)) == len(known)
     assert set(MODE_KEYS) == set(known) and set(MODE_KEYS) <= set(ACTIONS)
     listed = " ".join(names for names, _ in KEY_HELP).split()
-    others = set(ACTIONS) - set(MODE_KEYS)
+    others = {key for key in ACTIONS if not key.startswith("Ctrl+")} - set(MODE_KEYS)
+    # Of windows alone, which tell it in their menus; Esc is listed with others.
+    others -= {"Home", "Escape"}
     names = {"Delete": "Del", "BackTab": "Tab"}
     assert {names.get(key, key) for key in others} - {"Tab"} <= set(listed)
 

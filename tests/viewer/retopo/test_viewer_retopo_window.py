@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from events import Events, alike, can_draw, check_looking, read
-from sheets import SQUARE, at, drag, keys, opened, sheet, square, tube
+from events import read
+from sheets import at, drag, keys, opened, sheet, square, tube
 
 from patterndb_sketch.retopo.autosave import Autosave, find_recoveries
 from patterndb_sketch.retopo.editor import Editor
@@ -17,10 +17,9 @@ from patterndb_sketch.retopo.script import Script, play_script, read_script
 from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from query.engine import PatternSource
 from viewer.keymap import Effect
-from viewer.picture import save_drawn
 from viewer.retopo import RetopoState, show
 from viewer.retopo.keys import KEYS
-from viewer.retopo.window import RetopoSaver, RetopoWindow, RetopoWriter
+from viewer.retopo.window import RetopoSaver, RetopoWriter
 
 SIZE = (720, 450)
 
@@ -116,82 +115,26 @@ def test_quitting_asks_once_if_work_would_be_lost(tmp_path: Path, state: RetopoS
     assert saver.play(["q", "i"]) is Effect.QUIT and state.tool.mode.tool == "stroke"
 
 
-def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path, state: RetopoState) -> None:
-    if not can_draw():
-        return
-    files = writer(tmp_path)
-    state.editing.files = files
-    saver = RetopoSaver(state, files, SIZE)
-    window = RetopoWindow(state, saver, KEYS, SIZE, "sheet", off_screen=True)
-    events = Events(window, SIZE, state.settle)
-
-    def press(*points: tuple[float, float]) -> None:
-        events.drag(*(at(state, point) for point in points))
-
-    try:
-        events.keys("d")
-        for k in range(4):
-            press(SQUARE[k - 1], SQUARE[k])
-        (patch,) = state.network.patches.values()
-        assert len(patch.corners) == 4
-        events.keys("a")
-        events.send("MouseMoveEvent", at(state, (0.0, 1.6)))
-        assert state.tool.preview is not None and state.tool.preview.count > 0
-        press((0.0, 1.6))
-        assert len(state.network.patches) == 2
-        chains = state.network.chains
-        below = next(c.id for c in chains.values() if c.points[:, 1].max() < -1.4 and c.count)
-        count, scale = chains[below].count, state.camera.view.scale
-        # With Control the wheel changes the curve under the pointer, with Shift its strip.
-        events.send("MouseMoveEvent", at(state, (0.0, -1.5)))
-        events.send("MouseWheelForwardEvent", at(state, (0.0, -1.5)), held=(1, 0))
-        assert state.network.chains[below].count == count + 1 and state.camera.view.scale == scale
-        before = {c: chain.count for c, chain in state.network.chains.items()}
-        events.send("MouseWheelBackwardEvent", at(state, (0.0, -1.5)), held=(0, 1))
-        fewer = [c for c, chain in state.network.chains.items() if chain.count < before[c]]
-        assert below in fewer and len(fewer) >= 2
-        check_looking(events, state.camera)
-        events.keys("U")
-        assert state.message == "there is nothing to redo"
-        events.keys("s")
-        assert are_equal(read_session(tmp_path / "retopo-1.retopo").state.network, state.network)
-        events.keys("3")
-        events.keys("i")
-        window.redraw()
-        window.save(tmp_path / "window.png")
-        save_drawn(tmp_path / "drawn.png", saver.drawn(), SIZE[1])
-    finally:
-        window.close()
-    assert alike(tmp_path / "window.png", tmp_path / "drawn.png")
-
-
 def test_a_window_leaves_a_script_and_no_recovery_file(
     tmp_path: Path, source: PatternSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    class Shell:
-        """A window without one: it draws a square, and something else if it is told to."""
+    """A window draws a square, and ends as it is told to."""
+    failures: list[BaseException] = []
 
-        fail = False
-        quit_by_key = False
+    def run(saver: RetopoSaver, pressed: object, *_: object) -> RetopoSaver:
+        saver.play(list(pressed))  # type: ignore[call-overload]
+        saver.drawn()
+        KEYS.press(saver.state, "3")
+        square(saver.state)
+        saver.state.poll()
+        kept = [path for path in tmp_path.iterdir() if path.suffix == ".recovery"]
+        assert len(kept) == 1
+        if failures:
+            raise failures.pop()
+        return saver
 
-        def __init__(self, state: RetopoState, saver: RetopoSaver, *_: object) -> None:
-            self.state, self.saver = state, saver
-
-        def run(self) -> None:
-            self.saver.drawn()
-            KEYS.press(self.state, "3")
-            square(self.state)
-            self.state.poll()
-            kept = [path for path in tmp_path.iterdir() if path.suffix == ".recovery"]
-            assert len(kept) == 1
-            if self.fail:
-                raise ZeroDivisionError
-
-        def close(self) -> None:
-            pass
-
-    monkeypatch.setattr("viewer.retopo.window.RetopoWindow", Shell)
-    monkeypatch.setattr("viewer.retopo.window.prepare_opengl", lambda **_: None)
+    monkeypatch.setattr("viewer.shell.opening.open_window", run)
+    monkeypatch.setattr("viewer.shell.probe.check_display", lambda: None)
     monkeypatch.setattr(
         "viewer.retopo.window.Autosave", lambda *a, **k: Autosave(*a, **(k | {"every": 0.0}))
     )
@@ -207,21 +150,18 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
     assert [path.name for path in tmp_path.iterdir()] == ["done.jsonl"]
     assert [line.call.tool for line in read_script(script).lines] == ["stroke"] * 4
     script.unlink()
-    # The close button does not ask: what no session and no script has is kept.
-    kept = show(Editor(sheet(), source), folder=tmp_path)
-    assert kept is not None and [kept] == list(tmp_path.iterdir())
-    assert len(read_session(kept).state.network.chains) == 5, "the border and four strokes"
-    assert [one.path for one in find_recoveries(folder=tmp_path)] == [kept]
-    kept.unlink()
-    # The key that quits has asked before: then it goes.
-    monkeypatch.setattr(Shell, "quit_by_key", True)
+    # A window that is closed has asked what to do with the work: then nothing is left of it.
     assert show(Editor(sheet(), source), folder=tmp_path) is None
     assert not list(tmp_path.iterdir())
-    monkeypatch.setattr(Shell, "fail", True)
-    with pytest.raises(ZeroDivisionError):
-        show(Editor(sheet(), source), folder=tmp_path)
-    (left,) = tmp_path.iterdir()
-    assert left.suffix == ".recovery", "only a clean end takes it away"
+    for failure in (KeyboardInterrupt(), ZeroDivisionError()):
+        failures.append(failure)
+        with pytest.raises(type(failure)):
+            show(Editor(sheet(), source), folder=tmp_path)
+        (kept,) = tmp_path.iterdir()
+        assert kept.suffix == ".recovery", "only an end that was asked for takes it away"
+        assert len(read_session(kept).state.network.chains) == 5, "the border and four strokes"
+        assert [one.path for one in find_recoveries(folder=tmp_path)] == [kept]
+        kept.unlink()
     with pytest.raises(ValueError, match="no key"):
         show(editor, keys="zz")
 

@@ -13,8 +13,8 @@ from patterndb_sketch.features.registration import Registration, Template, box_t
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer.keymap import Effect
 from viewer.shapes import ShapesState
+from viewer.shapes.commands import KEYS
 from viewer.shapes.picture import compose_shape
-from viewer.shapes.state import KEYS
 
 #: Resolution of the body, and vertices per edge of the template's boxes.
 COARSE, R = 0.4, 5

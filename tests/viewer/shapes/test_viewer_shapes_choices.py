@@ -11,8 +11,9 @@ from shape_cases import car_shapes, car_template, drag, keys, knob_at, opened, s
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import box_template
 from viewer.shapes import ShapesState
+from viewer.shapes.commands import ACTIONS, EFFECTS, KEY_HELP, KEYS, NUDGE
 from viewer.shapes.shaping import HOLD, KEEP, STIFF
-from viewer.shapes.state import ACTIONS, EFFECTS, KEY_HELP, KEYS, MODES, NUDGE
+from viewer.shapes.state import MODES
 
 
 @pytest.mark.parametrize("sigmas", [-3.0, -1.25, 0.4, 3.0])
@@ -72,9 +73,11 @@ def test_the_help_lists_the_keys_there_are() -> None:
     signs = {"↑": "Up", "↓": "Down", "←": "Left", "→": "Right", "Esc": "Escape"}
     listed = {signs.get(k, k) for names, _ in KEY_HELP for k in names.split()}
     listed -= {"drag", "click"}
-    known = set(ACTIONS) | set(EFFECTS) | {"Escape", "?"}
+    # Windows alone say what Qt's own keys are for: in their menus.
+    known = {key for key in ACTIONS if not key.startswith("Ctrl+")} - {"Home"}
+    known |= set(EFFECTS) | {"Escape", "?"}
     assert listed == known
-    assert KEYS.check("Home KP_0 Prior Next BackSpace space comma N") is not None
+    assert KEYS.check("0 KP_0 Prior Next BackSpace space comma N") is not None
     with pytest.raises(ValueError, match="no key"):
         KEYS.check("ö")
 

@@ -14,9 +14,9 @@ from shape_cases import keys, seen
 from patterndb_sketch.features.model import Model
 from viewer.keymap import Effect
 from viewer.shapes import ShapesState
+from viewer.shapes.commands import KEYS
 from viewer.shapes.sight import refine_line
 from viewer.shapes.skin import find_nearest_place
-from viewer.shapes.state import KEYS
 
 
 def test_curves_in_sight_are_what_rays_meet_first(state: ShapesState) -> None:

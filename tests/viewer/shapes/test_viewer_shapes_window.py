@@ -6,21 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from events import Events, alike, can_draw, check_looking, read
+from events import read
 from shape_cases import car_shapes, car_template
 
 from ingest.formats import read_mesh
 from patterndb_sketch.features.errors import InvalidFeatureError
 from viewer import PictureFormatError
 from viewer.keymap import Effect
-from viewer.picture import save_drawn
-from viewer.scene import HEIGHT
 from viewer.shapes import ShapesState, draw
+from viewer.shapes.commands import KEYS
 from viewer.shapes.picture import GHOST, GRABBED, HELD, PARTS, compose_shape
-from viewer.shapes.state import KEYS
 from viewer.shapes.window import ShapesSaver
 from viewer.style import parse_colour
-from viewer.window import Window
 
 
 def share(image: np.ndarray, colour: str) -> float:
@@ -152,50 +149,3 @@ def test_without_a_file_new_ones_are_made(tmp_path: Path, monkeypatch: pytest.Mo
     ShapesSaver(opened(), None, (480, 300)).play(["o", "o", "p"])
     names = sorted(path.name for path in tmp_path.iterdir())
     assert names == ["shape-1.obj", "shape-1.png", "shape-2.obj"]
-
-
-def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
-    if not can_draw():
-        return
-    state = opened()
-    size = (640, 400)
-    saver = ShapesSaver(state, tmp_path / "car.obj", size)
-    window = Window(state, saver, KEYS, size, "Shapes", off_screen=True)
-    events = Events(window, size)
-    drag, room = events.drag, events.room
-
-    def middle(name: str) -> tuple[float, float]:
-        line = next(i for i, one in enumerate(state.shaping.skin.lines) if one.name == name)
-        seen = state.sight.lines[line]
-        x, y = seen[len(seen) // 2, :2].tolist()
-        return x, y
-
-    try:
-        at = middle("shoulder")
-        drag(at)
-        assert state.shaping.choice.held == {"shoulder"}
-        at = middle("roof_rail")
-        drag(at, (at[0] + 4.0, at[1] + 40.0))
-        pulled = state.shaping.choice.coefficients
-        assert pulled.any()
-        events.keys("u")
-        assert not state.shaping.choice.coefficients.any()
-        events.keys("U")
-        assert np.array_equal(state.shaping.choice.coefficients, pulled)
-        rail = state.rails[1]
-        knob = (rail.knob(state.value[1]) - room / 2.0, rail.y - HEIGHT / 2.0)
-        drag(knob, (rail.knob(-2.0) - room / 2.0, knob[1]))
-        assert state.shaping.sigmas[1] == pytest.approx(-2.0, abs=0.05)
-        events.keys("n")
-        assert state.shaping.choice.origin == "car 0"
-        events.keys("o")
-        assert np.array_equal(read_mesh(tmp_path / "car.obj").points, state.shaping.points)
-        check_looking(events, state.camera)
-        events.keys("g")
-        events.send("MouseMoveEvent", (-room / 2.0 + 4.0, 300.0))
-        window.redraw()
-        window.save(tmp_path / "window.png")
-        save_drawn(tmp_path / "drawn.png", compose_shape(state, size[0] / size[1]), size[1])
-    finally:
-        window.close()
-    assert alike(tmp_path / "window.png", tmp_path / "drawn.png")

@@ -10,8 +10,9 @@ import numpy as np
 from patterndb_sketch.surfacing.naming import named_cycle
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
 from viewer.keymap import Effect
+from viewer.surfacing.commands import KEYS
 from viewer.surfacing.picture import compose_surface
-from viewer.surfacing.state import KEYS, SurfacingState
+from viewer.surfacing.state import SurfacingState
 
 #: The patches of the dome: a quarter of the rim and two meridians each.
 CYCLES = tuple(Cycle(((i, False), (4 + (i + 1) % 4, False), (4 + i, True))) for i in range(4))

@@ -13,9 +13,9 @@ from patterndb_sketch.surfacing.network import Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.surfaces import Settings, surface
 from viewer.style import TINTS
 from viewer.surfacing.body import SurfaceBody, choose_piece_tints, find_neighbours
+from viewer.surfacing.commands import KEYS
 from viewer.surfacing.picture import compose_surface
 from viewer.surfacing.state import (
-    KEYS,
     PANEL,
     SLIDER,
     SLIDER_Y,
@@ -134,7 +134,7 @@ def test_cycles_that_are_found_are_banned_and_kept(growing: SurfacingState) -> N
 
 def test_stages_are_stepped_through(growing: SurfacingState) -> None:
     counts = {}
-    keys(growing, "Home")
+    keys(growing, "Ctrl+Home")
     for stage in range(4):
         assert growing.surfaces.edits.stage == stage
         counts[stage] = (len(growing.surfaces.network.curves), len(growing.surfaces.patches))

@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 from query.placing import Surface
 from viewer.keymap import Effect
+from viewer.surfacing.commands import ACTIONS, EFFECTS, KEY_HELP, KEYS
 from viewer.surfacing.edits import cut_cycle
 from viewer.surfacing.picture import compose_surface
-from viewer.surfacing.state import ACTIONS, EFFECTS, KEY_HELP, KEYS, SurfacingState
+from viewer.surfacing.state import SurfacingState
 
 
 def test_a_stroke_lies_on_the_mesh(state: SurfacingState) -> None:
@@ -156,6 +157,8 @@ def test_keys_are_known() -> None:
     listed = {key for names, _ in KEY_HELP for key in names.split()}
     arrows = {"Left": "←", "Right": "→"}
     for key in [*ACTIONS, *EFFECTS]:
+        if key in ("Home", "Escape") or key.startswith("Ctrl+"):
+            continue  # of windows alone, which tell it in their menus
         assert arrows.get(key, key) in listed, f"the help lists {key}"
     state = opened()
     try:

@@ -6,20 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from domes import FROM_ABOVE, Finder, dome, growing_dome
-from events import Events, alike, can_draw, check_looking, read
+from domes import FROM_ABOVE, dome
+from events import read
 
 from patterndb_sketch.surfacing.patch import Surfacing
 from viewer import PictureFormatError
 from viewer.keymap import Effect
-from viewer.picture import save_drawn
 from viewer.solid import dash_line, make_ribbons
 from viewer.style import TINTS, parse_colour
 from viewer.surfacing import SurfacingState, draw
 from viewer.surfacing.picture import compose_surface
-from viewer.surfacing.state import KEYS, PANEL
+from viewer.surfacing.state import PANEL
 from viewer.surfacing.window import SurfacingSaver
-from viewer.window import Window
 
 
 def hues(image: np.ndarray) -> set[int]:
@@ -129,33 +127,3 @@ def test_saving(tmp_path: Path) -> None:
         assert saver.play(["q", "h"]) is Effect.QUIT and not state.helping
     finally:
         state.close()
-
-
-def test_the_window_obeys_events_and_shows_the_picture(tmp_path: Path) -> None:
-    if not can_draw():
-        return
-    state = SurfacingState(growing_dome(), find=Finder(), **FROM_ABOVE)
-    size = (960, 600)
-    window = Window(
-        state, SurfacingSaver(state, tmp_path, None, size), KEYS, size, "Surface", off_screen=True
-    )
-    state.settle()
-    events = Events(window, size, state.settle)
-    try:
-        patch = tuple(state.camera.view.seen(np.array([0.4, 0.4, 0.8]))[:2].tolist())
-        events.drag(patch)
-        assert len(state.surfaces.patches) == 3
-        events.keys("Left")
-        assert state.surfaces.edits.stage == 2 and len(state.surfaces.patches) == 0
-        events.keys("Right", "d")
-        events.drag((-60.0, -60.0), (-150.0, -90.0))
-        assert len(state.surfaces.edits.inks) == 1
-        check_looking(events, state.camera)
-        events.send("MouseMoveEvent", (-events.room / 2.0 + 4.0, 300.0))
-        window.redraw()
-        window.save(tmp_path / "window.png")
-        save_drawn(tmp_path / "drawn.png", compose_surface(state, size[0] / size[1]), size[1])
-    finally:
-        window.close()
-        state.close()
-    assert alike(tmp_path / "window.png", tmp_path / "drawn.png")

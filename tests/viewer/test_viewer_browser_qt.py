@@ -1,0 +1,43 @@
+"""The pattern browser's window on the shell: its page, the selected pattern, and filters."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from events import Events, check_actions
+from test_viewer_browser import SOURCE
+from viewer_disks import expand
+
+from viewer import BrowserState
+from viewer.browser import BrowserSaver
+from viewer.browser_state import PER_PAGE
+from viewer.browser_window import BrowserWindow
+
+
+def test_the_window_does_what_it_is_told(tmp_path: Path) -> None:
+    state = BrowserState(SOURCE, n_sides=4, expand=expand)
+    saver = BrowserSaver(state, lambda p: ["cow.obj"], tmp_path, (900, 600))
+    events = Events(saver, tmp_path, BrowserWindow)
+    window = events.window
+    try:
+        check_actions(events)
+        assert window.picture.list.count() == PER_PAGE
+        window.picture.list.setCurrentRow(3)
+        assert state.position == 3
+        events.do("next-page")
+        assert state.page == 1 and window.hint_label.text().startswith("page 2")
+        assert state.selected is not None
+        facts = window.facts.label.text()
+        assert state.selected.name in facts and "cow.obj" in facts
+        events.do("chord-after", "wider")
+        assert max(state.widths) == 2 and "is chosen" in window.facts.label.text()
+        window.irregular.setValue(0)
+        events.work()
+        assert state.n_irregular == 0 and all(
+            state.patterns.n_irregular[row] == 0 for row in state.rows
+        )
+        events.do("more-sides")
+        assert window.sides.currentText() == str(state.patterns.n_sides)
+        assert window.close(), "there is nothing to lose"
+    finally:
+        events.close()

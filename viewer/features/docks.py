@@ -1,0 +1,130 @@
+"""The window of the viewer of feature curves: the shell of all windows, with curves and sliders."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QColor, QIcon, QPixmap
+from PySide6.QtWidgets import QAbstractItemView, QListWidget, QListWidgetItem
+
+from viewer.card import format_count
+from viewer.commands import Command
+from viewer.features.edits import DrawnCurve, choose_curve_colour
+from viewer.features.layout import RAILS, get_slider_value
+from viewer.features.state import FeatureState
+from viewer.shell.docks import Dock, SliderPanel, SliderRow
+from viewer.shell.window import ShellWindow
+
+#: What the sliders do.
+TIPS = {
+    "alpha": "What is followed: the angle of normals to the axis, or bends of the surface",
+    "stiffness": "How closely the curve follows: all of it, or straight on",
+    "angle": "The angle of normals to the axis that is followed where alpha is below 1",
+}
+
+
+class FeatureWindow(ShellWindow):
+    """Shows curves on a model, with their names and what they follow."""
+
+    @property
+    def state(self) -> FeatureState:
+        """What is shown."""
+        return self.saver.state
+
+    def make_docks(self) -> list[Dock]:
+        """Make the docks of curves and of sliders."""
+        curves = Dock("Curves", self)
+        self.curves = QListWidget()
+        self.curves.setEditTriggers(
+            QAbstractItemView.EditTrigger.DoubleClicked
+            | QAbstractItemView.EditTrigger.EditKeyPressed
+        )
+        self.curves.setToolTip("Click to select, double click to name")
+        self.curves.currentRowChanged.connect(self._select)
+        self.curves.itemChanged.connect(self._rename)
+        curves.setWidget(self.curves)
+        fit = Dock("Fit", self)
+        rows = [self._slider_row(name) for name in RAILS]
+        self.sliders = SliderPanel(rows, self.show_change)
+        fit.show_scrolled(self.sliders)
+        self._refreshing = False
+        return [curves, fit]
+
+    def _slider_row(self, name: str) -> SliderRow:
+        state = self.state
+        return SliderRow(
+            RAILS[name].slider,
+            lambda: get_slider_value(state.editing.shown_settings, name),
+            lambda value: state.slide_to(name, value),
+            state.begin_sliding,
+            state.end_sliding,
+            lambda: name != "angle" or state.editing.shown_settings.alpha < 1.0,
+            TIPS[name],
+        )
+
+    def run_command(self, command: Command[Any]) -> None:
+        """Obey a command; a curve is named in the list."""
+        if command.name != "name-curve":
+            super().run_command(command)
+            return
+        item = self.curves.currentItem()
+        if item is None:
+            self.state.message = "select a curve first: click on it"
+            self.show_change()
+            return
+        dock = self.docks[1]
+        dock.show()
+        dock.raise_()
+        # All of the name is selected then: what is typed replaces it.
+        self.curves.setFocus()
+        self.curves.editItem(item)
+
+    def refresh_docks(self) -> None:
+        """Show the curves and the sliders as they are now."""
+        self._refreshing = True
+        try:
+            if self.curves.state() != QAbstractItemView.State.EditingState:
+                self._refresh_curves()
+            self.sliders.refresh()
+        finally:
+            self._refreshing = False
+
+    def _refresh_curves(self) -> None:
+        edits, chosen = self.state.editing.edits, self.state.row_of_selected()
+        while self.curves.count() > len(edits.curves):
+            self.curves.takeItem(self.curves.count() - 1)
+        for row, curve in enumerate(edits.curves):
+            item = self.curves.item(row)
+            if item is None:
+                item = QListWidgetItem()
+                item.setFlags(item.flags() | Qt.ItemFlag.ItemIsEditable)
+                self.curves.addItem(item)
+            if item.text() != curve.name:
+                item.setText(curve.name)
+            if item.data(Qt.ItemDataRole.UserRole) != curve.key:
+                item.setData(Qt.ItemDataRole.UserRole, curve.key)
+                swatch = QPixmap(16, 4)
+                swatch.fill(QColor(choose_curve_colour(curve.key)))
+                item.setIcon(QIcon(swatch))
+            item.setToolTip(self._tell_curve(curve))
+        self.curves.setCurrentRow(-1 if chosen is None else chosen)
+
+    def _tell_curve(self, curve: DrawnCurve) -> str:
+        trouble = self.state.editing.trouble(curve)
+        pins = format_count(len(curve.constraints), "pin") if curve.constraints else "no pin"
+        return trouble or f"{curve.name}: {pins}; double click to name it"
+
+    def _select(self, row: int) -> None:
+        curves = self.state.editing.edits.curves
+        if not self._refreshing and 0 <= row < len(curves):
+            self.state.editing.select(curves[row].key)
+            self.show_change()
+
+    def _rename(self, item: QListWidgetItem) -> None:
+        if self._refreshing:
+            return
+        self.state.message = ""
+        self.state.editing.select(item.data(Qt.ItemDataRole.UserRole))
+        self.state.editing.rename(item.text().strip())
+        self.show_change()

@@ -1,0 +1,43 @@
+"""Commands of all windows that show a model: how it is looked at."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from viewer.commands import Command
+
+#: A direction (3,).
+Direction = tuple[float, float, float]
+
+#: What is seen along each of the three directions.
+NAMES = ("front", "side", "above")
+
+
+def model_commands(
+    keys: tuple[str, str, str],
+    directions: tuple[Direction, Direction, Direction],
+    others: tuple[str, str, str, str],
+) -> tuple[Command[Any], ...]:
+    """Make the commands of a state with a :class:`viewer.camera.ModelCamera`.
+
+    keys: that look along the directions, from the front, the side and above. others: the keys of
+    the model's look, of framing all, of the axis that is upright, and of rolling.
+    """
+    look, frame, upright, roll = others
+    return (
+        Command("model-look", "Next look of the model", "View", (look,),
+                lambda s: s.next_model_look(),
+                "The model solid, transparent, or hidden"),
+        Command("frame-all", "Frame all", "View", (frame, "Home"), lambda s: s.camera.fit(),
+                "All into the middle, as seen at first", bar=True),
+        *(
+            Command(f"view-{name}", f"From the {name}" if name != "above" else "From above",
+                    "View", (key,), lambda s, way=way: s.camera.look_along(way),
+                    "Again: from the other side")
+            for name, key, way in zip(NAMES, keys, directions, strict=True)
+        ),
+        Command("upright", "Next upright axis", "View", (upright,),
+                lambda s: s.camera.next_upright(), "Another axis of the model is upright"),
+        Command("roll", "Roll the view", "View", (roll,), lambda s: s.camera.roll(),
+                "A quarter turn about the line of sight"),
+    )  # fmt: skip

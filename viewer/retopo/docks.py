@@ -1,0 +1,179 @@
+"""The window of retopology: the shell of all windows, with tools, their options, and next fills."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QPixmap
+from PySide6.QtWidgets import (
+    QComboBox,
+    QFormLayout,
+    QGridLayout,
+    QLabel,
+    QSizePolicy,
+    QToolButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from patterndb_sketch.retopo.filling.choice import Choice
+from patterndb_sketch.retopo.filling.placing import fill_of
+from viewer.card import format_count
+from viewer.drawing import draw_disk
+from viewer.retopo.modes import ToolMode
+from viewer.retopo.state import RetopoState
+from viewer.shell.docks import Dock, PictureKey, Thumbnail, ThumbnailList
+from viewer.shell.qtpaint import paint_thumbnail
+from viewer.shell.scene import SceneView
+from viewer.shell.window import ShellWindow
+
+#: Columns of the tools' buttons, and fills of a patch that have a picture.
+COLUMNS, SHOWN = 2, 40
+
+
+def paint_choice(choice: Choice, size: int, density: float) -> QPixmap:
+    """Paint a small picture of a fill that a patch can have."""
+    return paint_thumbnail(draw_disk(fill_of(choice).disk()), size, density)
+
+
+class RetopoView(SceneView):
+    """A picture whose wheel and left button know the keys that are held down with them."""
+
+    state: RetopoState
+
+    def press_left(self, at: tuple[float, float], modifiers: Qt.KeyboardModifier) -> None:
+        """Use the tool; with Ctrl, move curves nearby."""
+        tweak = bool(modifiers & Qt.KeyboardModifier.ControlModifier)
+        if self.state.press(*at, tweak=tweak):
+            self.changed.emit()
+
+    def turn_wheel(self, steps: float, modifiers: Qt.KeyboardModifier) -> bool:
+        """Nearer or farther off; with Ctrl or Shift, edges of the curve at the pointer."""
+        keys = Qt.KeyboardModifier
+        shift, modifier = (
+            bool(modifiers & keys.ShiftModifier),
+            bool(modifiers & keys.ControlModifier),
+        )
+        return self.state.wheel(steps, shift=shift, modifier=modifier)
+
+
+class RetopoWindow(ShellWindow):
+    """Shows a network of curves, with the tools that change it."""
+
+    @property
+    def state(self) -> RetopoState:
+        """What is shown."""
+        return self.saver.state
+
+    def make_picture(self) -> SceneView:
+        """Make the widget in the middle."""
+        view = RetopoView(self, self.saver.state)
+        view.changed.connect(self.show_change)
+        view.asked.connect(self.refresh)
+        return view
+
+    def make_docks(self) -> list[Dock]:
+        """Make the docks of tools, of the tool's options, and of fills."""
+        tools = Dock("Tools", self)
+        tools.show_scrolled(self._make_tools())
+        fills = Dock("Fills of the patch", self)
+        self.fills = ThumbnailList(self._take, size=84)
+        fills.setWidget(self.fills)
+        self._patch: int | None = None
+        self._choices: tuple[Choice, ...] = ()
+        return [fills, tools]
+
+    def arrange_docks(self) -> None:
+        """Tools stand at the left; facts and fills at the right."""
+        super().arrange_docks()
+        self.addDockWidget(Qt.DockWidgetArea.LeftDockWidgetArea, self.docks[2])
+
+    def _make_tools(self) -> QWidget:
+        whole = QWidget()
+        layout = QVBoxLayout(whole)
+        grid = QGridLayout()
+        grid.setSpacing(2)
+        for number, mode in enumerate(self.state.tool.modes):
+            button = QToolButton()
+            button.setDefaultAction(self.table.bound[f"tool-{mode.tool}"].action)
+            button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
+            grid.addWidget(button, number // COLUMNS, number % COLUMNS)
+        layout.addLayout(grid)
+        self.brush = QLabel()
+        self.brush.setToolTip("[ and ] make it smaller and larger")
+        layout.addWidget(self.brush)
+        self._options = QWidget()
+        self._form = QFormLayout(self._options)
+        self._form.setContentsMargins(0, 0, 0, 0)
+        self._combos: list[QComboBox] = []
+        self._mode: ToolMode | None = None
+        layout.addWidget(self._options)
+        layout.addStretch(1)
+        return whole
+
+    def refresh_docks(self) -> None:
+        """Show the tool's options and the fills of the patch that was pointed at last."""
+        self._refresh_options()
+        self._refresh_fills()
+
+    def _refresh_options(self) -> None:
+        state, mode = self.state, self.state.tool.mode
+        if mode is not self._mode:
+            self._mode = mode
+            while self._form.rowCount():
+                self._form.removeRow(0)
+            self._combos = []
+            for option in mode.options:
+                combo = QComboBox()
+                for value in option.values:
+                    said = {None: "by itself", True: "yes", False: "no"}
+                    text = said[value] if value is None or isinstance(value, bool) else str(value)
+                    combo.addItem(text, value)
+                combo.activated.connect(partial(self._choose_option, len(self._combos)))
+                self._combos.append(combo)
+                self._form.addRow(option.name, combo)
+        for option, combo in zip(mode.options, self._combos, strict=True):
+            combo.setCurrentIndex(option.values.index(state.tool.option(mode, option)))
+        name = "target edge" if mode.brush == "edge" else "radius of snapping"
+        name = "brush" if mode.given_as else name
+        value = state.sizes.edge if mode.brush == "edge" else state.tool.brush
+        share = 100.0 * value / state.ground.diagonal
+        self.brush.setText(f"{name}: {share:.1f} %   [ ]" if mode.brush else "no brush")
+
+    def _choose_option(self, number: int, row: int) -> None:
+        option = self.state.tool.mode.options[number]
+        self.state.turn_option(option, option.values[row])
+        self.show_change()
+
+    def _refresh_fills(self) -> None:
+        state = self.state
+        under = state.tool.patch_under()
+        if under is not None:
+            self._patch = under
+        if self._patch is not None and self._patch not in state.network.patches:
+            self._patch = None
+        if self._patch is not None and not state.editing.waiting:
+            state.editing.want_list(self._patch)
+        found = () if self._patch is None else state.editing.list_choices(self._patch)
+        self._choices = found[:SHOWN]
+        wanted = [
+            Thumbnail(
+                PictureKey(choice),
+                f"{number + 1}: {len(choice.faces)}q",
+                partial(paint_choice, choice),
+                f"{format_count(len(choice.faces), 'quad')}, {choice.n_irregular} irregular; "
+                "click to take it",
+            )
+            for number, choice in enumerate(self._choices)
+        ]
+        place = None if self._patch is None else state.editing.place_in_list(self._patch)
+        number = None if place is None else place.number
+        chosen = number if number is not None and number < len(wanted) else None
+        self.fills.show_thumbnails(wanted, chosen)
+
+    def _take(self, number: int) -> None:
+        if self._patch is not None:
+            self.state.message = ""
+            self.state.take_fill(self._patch, number)
+            self.show_change()
