@@ -306,7 +306,7 @@ def _write_json(path: Path, document: dict[str, object]) -> None:
 
 #: Settings that are one number each, whole numbers, and what the axis is written as. beta is in
 #: degrees, strict 0 or 1.
-NUMBERS = ("alpha", "stiffness", "theta", "window", "nearness", "radius")
+NUMBERS = ("alpha", "stiffness", "theta", "continuity", "window", "nearness", "radius")
 WHOLE = ("degree", "n_samples", "rounds")
 AXES = ("axis x", "axis y", "axis z")
 
@@ -355,6 +355,7 @@ def settings_of_numbers(
         beta=beta,
         stiffness=of["stiffness"],
         theta=of["theta"],
+        continuity=of["continuity"],
         strict=bool(of["strict"]),
         window=of["window"],
         nearness=np.inf if of["nearness"] >= ENDLESS else of["nearness"],

@@ -12,17 +12,23 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import (
     Fishbone,
     Terms,
     cut,
+    favour_pinned_crease,
     find_held_rows,
     find_moves,
+    find_reach,
     find_terms,
+    move_with_pins,
+    settle_on_crease,
     synchronise,
     tau,
+    track_crease,
 )
 from patterndb_sketch.features.fishbone.cut import hold_rows
 from patterndb_sketch.features.initial import find_initial_curve
@@ -40,6 +46,9 @@ NEARNESS = 0.012
 #: Cost of moving across by as much as along: see :meth:`SnapSettings.cross`.
 THETA = 0.4
 
+#: Cost of changing from one crease to another: see :attr:`SnapSettings.continuity`.
+CONTINUITY = 1.0
+
 #: Ribs kept when the curve is dragged have moved by at most this share of their radius, and
 #: turned by at most this, in radians.
 MOVED = 0.02
@@ -56,6 +65,8 @@ class SnapSettings:
     stiffness: at least 1; the cost of moving across, as a multiple.
     theta:     that cost as such: moving across by some length costs theta times what the worst
                sample costs over the same length along the curve.
+    continuity: what it costs to leave a crease of the sharpest bend, or to meet one, as a
+               multiple of what the worst sample of a rib costs; 0 where every rib counts by itself.
     strict:    rather, as the paper has it, moving by one sample costs as much as the worst
                sample: the curve hardly leaves the row that it is in.
     window:    length over which bends are measured, as a share of the model's diagonal.
@@ -74,6 +85,7 @@ class SnapSettings:
     beta: float = np.pi / 2.0
     stiffness: float = 1.0
     theta: float = THETA
+    continuity: float = CONTINUITY
     strict: bool = False
     window: float = WINDOW
     nearness: float = NEARNESS
@@ -88,6 +100,7 @@ class SnapSettings:
             ("beta", self.beta, 0.0, np.pi),
             ("stiffness", self.stiffness, 1.0, 1e6),
             ("theta", self.theta, 0.0, 1e6),
+            ("continuity", self.continuity, 0.0, 1e6),
             ("window", self.window, 1e-9, 1.0),
             ("nearness", self.nearness, 1e-9, np.inf),
             ("radius", self.radius, 1e-6, 1.0),
@@ -96,6 +109,11 @@ class SnapSettings:
         ):
             if not low <= value <= high:
                 raise InvalidFeatureError(f"{name} is {value}; give {low:g} to {high:g}")
+
+    @property
+    def change(self) -> float:
+        """The price of another crease, of bends that differ by 1; 0 for the paper's cut."""
+        return 0.0 if self.strict else self.alpha * self.continuity
 
     def cross(self, fishbone: Fishbone, costs: Floats) -> Floats:
         """(m - 1,) capacities of the cross edges of a fishbone with sample costs (m, k).
@@ -185,7 +203,10 @@ class Snap:
             if far
             else ()
         )
-        first = _about(model, clicked, chosen, sketch.samples, tuple(constraints), notes)
+        samples = sketch.samples
+        if constraints and chosen.change > 0.0:
+            samples = model.nearest(move_with_pins(samples, constraints, model.diagonal)).points
+        first = _about(model, clicked, chosen, samples, tuple(constraints), notes)
         return first.again(chosen.rounds - 1)
 
     def again(self, rounds: int = 1) -> Snap:
@@ -247,14 +268,17 @@ class Snap:
             self, backbone=fit.spline, origins=origins, tangents=tangents, ribs=tuple(ribs),
             fishbone=fishbone, terms=_terms(self.model, fishbone, self.settings),
         )  # fmt: skip
-        return changed._cut(wanted)
+        off = [np.linalg.norm(samples[number] - np.asarray(place)) for number, place in wanted]
+        return changed._cut(wanted, float(max(off, default=0.0)))
 
-    def _cut(self, constraints: tuple[Constraint, ...]) -> Snap:
-        """With the curve through the minimum cut of the ribs as they are."""
+    def _cut(self, constraints: tuple[Constraint, ...], pulled: float = 0.0) -> Snap:
+        """With the curve through the cheapest way across the ribs as they are.
+
+        pulled: how far the constraints are from where the curve was.
+        """
         bone = self.fishbone
         held = find_held_rows(bone, constraints)
-        costs = hold_rows(tau(self.terms, self.settings.alpha), held)
-        rows = cut(costs, self.settings.cross(bone, costs)).rows
+        rows, costs = self._find_rows(held, pulled)
         numbers = np.arange(len(self.ribs))
         moved, told = find_moves(bone, rows, costs)
         # Samples of ribs that are not there are as far from the backbone as their neighbours.
@@ -292,6 +316,28 @@ class Snap:
             tuple(note for note in notes if note),
         )
         return replace(self, curve=curve)
+
+    def _find_rows(self, held: Int64Array, pulled: float) -> tuple[Int64Array, Floats]:
+        """((m,), (m, k)) the rows that are cut, held ones among them, and the costs of samples."""
+        bone, settings, terms = self.fishbone, self.settings, self.terms
+
+        def price(pulls: Terms) -> Floats:
+            return hold_rows(tau(pulls, settings.alpha), held)
+
+        costs = price(terms)
+        if not settings.change > 0.0:
+            return cut(costs, settings.cross(bone, costs)).rows, costs
+        reach, pinned = find_reach(bone), bool((held >= 0).any())
+        nearness = settings.nearness * self.model.diagonal
+        if pinned:
+            size = self.model.diagonal
+            costs = price(favour_pinned_crease(terms, bone, held, nearness, size, pulled))
+        cross = settings.cross(bone, costs)
+        rows = track_crease(costs, cross, terms.bends, settings.change, reach).rows
+        if pinned:
+            costs = price(settle_on_crease(terms, bone, rows, nearness))
+            rows = track_crease(costs, cross, terms.bends, settings.change, reach).rows
+        return rows, costs
 
 
 def snap(

@@ -108,7 +108,8 @@ def test_a_ridge_around_a_bumpy_cylinder_is_found() -> None:
         return float(np.abs(curve[:, 2] - 0.1 * np.sin(2.0 * angle)).mean())
 
     s = np.linspace(0.2, 1.1 * np.pi, 10)
-    rough = np.stack([np.cos(s), np.sin(s), 0.1 * np.sin(2.0 * s)], axis=1)
+    # On the crest, as a user sees it: from inside, the ridge's feet are the nearest.
+    rough = np.stack([1.1 * np.cos(s), 1.1 * np.sin(s), 0.1 * np.sin(2.0 * s)], axis=1)
     rough[:, 2] += 0.03 * np.sin(2.5 * np.arange(10))
     rough = model.nearest(rough).points
     assert off(snap(model, rough).spline.sample(200)) < 0.25 * off(
@@ -313,7 +314,7 @@ def test_features_of_a_car_are_found(state: str) -> None:
 @pytest.mark.parametrize(
     ("name", "value"),
     [("alpha", 1.5), ("beta", -0.1), ("stiffness", 0.5), ("theta", -1.0), ("window", 0.0),
-     ("nearness", 0.0), ("radius", 0.0), ("n_samples", 2), ("rounds", 0)],
+     ("continuity", -1.0), ("nearness", 0.0), ("radius", 0.0), ("n_samples", 2), ("rounds", 0)],
 )  # fmt: skip
 def test_settings_out_of_range_are_told(name: str, value: float) -> None:
     with pytest.raises(InvalidFeatureError, match=name):

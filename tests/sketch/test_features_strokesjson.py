@@ -56,6 +56,7 @@ some_settings = st.builds(
     beta=st.floats(0, np.pi),
     stiffness=st.floats(1, 1e6),
     theta=st.floats(0, 1e6),
+    continuity=st.floats(0, 1e6),
     strict=st.booleans(),
     window=st.floats(1e-9, 1),
     nearness=st.floats(1e-9, 1) | st.just(np.inf),

@@ -59,6 +59,7 @@ class SettingsEntries(Entries):
     beta: Number | UnsetType = UNSET
     stiffness: Number | UnsetType = UNSET
     theta: Number | UnsetType = UNSET
+    continuity: Number | UnsetType = UNSET
     strict: bool | UnsetType = UNSET
     window: Number | UnsetType = UNSET
     nearness: Number | UnsetType | None = UNSET

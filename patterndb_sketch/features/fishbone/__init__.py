@@ -1,11 +1,18 @@
 """Fishbones: ribs across a curve, what pulls the curve along them, and the cut through them.
 
-Read fishbone (the ribs as arrays), terms (what pulls), cut (the cheapest way across).
+Read fishbone (the ribs as arrays), terms (what pulls), pins (which crease is meant), cut (the
+cheapest way across), tracking (the cheapest that keeps to one crease).
 """
 
 from patterndb_sketch.features.fishbone.cut import RibCut, cut, find_held_rows, find_moves
 from patterndb_sketch.features.fishbone.fishbone import Fishbone, RibLike, synchronise
+from patterndb_sketch.features.fishbone.pins import (
+    favour_pinned_crease,
+    move_with_pins,
+    settle_on_crease,
+)
 from patterndb_sketch.features.fishbone.terms import Terms, curvature, find_terms, isophote, tau
+from patterndb_sketch.features.fishbone.tracking import find_reach, track_crease
 
 __all__ = [
     "Fishbone",
@@ -14,10 +21,15 @@ __all__ = [
     "Terms",
     "curvature",
     "cut",
+    "favour_pinned_crease",
     "find_held_rows",
     "find_moves",
+    "find_reach",
     "find_terms",
     "isophote",
+    "move_with_pins",
+    "settle_on_crease",
     "synchronise",
     "tau",
+    "track_crease",
 ]

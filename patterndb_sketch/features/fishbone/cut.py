@@ -56,6 +56,16 @@ def cut(costs: ArrayLike, cross: ArrayLike) -> RibCut:
 
     Raises InvalidFeatureError for negative or nan costs, or a rib without a finite cost.
     """
+    table, between = check_costs(costs, cross)
+    rows, cost = _cheapest(table, between)
+    return RibCut(rows, cost)
+
+
+def check_costs(costs: ArrayLike, cross: ArrayLike) -> tuple[Floats, Floats]:
+    """((m, k), (m - 1,)) the costs of a cut and of its cross edges as arrays.
+
+    Raises InvalidFeatureError for negative or nan costs, or a rib without a finite cost.
+    """
     table = np.ascontiguousarray(costs, np.float64)
     if table.ndim != 2 or not table.size:
         raise InvalidFeatureError(f"the costs of a cut must be (ribs, samples), got {table.shape}")
@@ -67,8 +77,7 @@ def cut(costs: ArrayLike, cross: ArrayLike) -> RibCut:
         raise InvalidFeatureError(
             f"rib {closed[0]} may be cut nowhere: its samples all cost inf; leave it out"
         )
-    rows, cost = _cheapest(table, between)
-    return RibCut(rows, cost)
+    return table, between
 
 
 @kernel

@@ -25,6 +25,9 @@ SCALES = (1.0, 4.0)
 #: all meet the angle as nearly meet it: rounding is not stretched to the whole range.
 FLAT = 1e-4
 
+#: Unit vectors that differ by less are one, but for rounding.
+SAME_WAY = 1e-9
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Terms:
@@ -33,11 +36,14 @@ class Terms:
     curvature: (m, k) float64, 1 where ribs bend most, and near the backbone.
     isophote:  (m, k) float64, 0 where normals have the angle.
     flat:      of the two terms, those without any differences to follow.
+    bends:     (m, k, 3) float64, which way ribs bend, as long as they bend, wherever the backbone
+               is: 1 long where the curvature next to the backbone would be 1, 0 without a sample.
     """
 
     curvature: Floats
     isophote: Floats
     flat: tuple[str, ...]
+    bends: Points
 
 
 def find_terms(
@@ -51,20 +57,25 @@ def find_terms(
     Differs from the paper: there all bends within the radius count alike, and a blunt feature
     is left for any sharper one beside it that the stroke did not mean.
     """
-    bends = curvature(fishbone, window) * _near(fishbone, nearness)
+    plain = curvature(fishbone, window)
+    bends = plain * weigh_nearness(fishbone, nearness)
     angles = isophote(fishbone, axis, beta)
+    floor = FLAT / window
     flat = tuple(
         name
-        for name, values, floor in (
-            ("curvature", bends, FLAT / window),
+        for name, values, least in (
+            ("curvature", bends, floor),
             ("isophote", angles, FLAT),
         )
-        if _reach(values, fishbone.valid) < floor
+        if _reach(values, fishbone.valid) < least
     )
+    sizes = np.clip(plain / max(_reach(bends, fishbone.valid), floor), 0.0, 1.0)
+    ways = _ways(fishbone.points, fishbone.first, fishbone.stop, fishbone.spacing, window)
     return Terms(
-        _scale(bends, fishbone.valid, FLAT / window),
-        _scale(angles, fishbone.valid, FLAT),
+        scale_term(bends, fishbone.valid, floor),
+        scale_term(angles, fishbone.valid, FLAT),
         flat,
+        sizes[..., None] * ways,
     )
 
 
@@ -133,21 +144,24 @@ def isophote(fishbone: Fishbone, axis: ArrayLike, beta: float) -> Floats:
     return np.where(fishbone.valid, off, 0.0)
 
 
-def _near(fishbone: Fishbone, nearness: float) -> Floats:
-    """(m, k) weights of samples, 1 at the backbone."""
-    if not nearness > 0.0:
+def weigh_nearness(fishbone: Fishbone, nearness: ArrayLike) -> Floats:
+    """(m, k) weights of samples, 1 at the backbone; nearness: (m,) or one number."""
+    width = np.broadcast_to(np.asarray(nearness, np.float64), len(fishbone.points))[:, None]
+    if not (width > 0.0).all():
         raise InvalidFeatureError(f"the nearness of bends is {nearness}; give a positive length")
     rows = np.arange(fishbone.valid.shape[1]) - fishbone.backbone[:, None]
-    return np.exp(-0.5 * (rows * fishbone.spacing[:, None] / nearness) ** 2)
+    return np.exp(-0.5 * (rows * fishbone.spacing[:, None] / width) ** 2)
 
 
 def _reach(values: Floats, valid: NDArray[np.bool_]) -> float:
     return float(np.percentile(values[valid], PERCENTILE))
 
 
-def _scale(values: Floats, valid: NDArray[np.bool_], floor: float) -> Floats:
+def scale_term(values: Floats, valid: NDArray[np.bool_], floor: float) -> Floats:
+    """(m, k) values from 0 to 1, PERCENTILE of which is 1, inf where there is no sample; all 0 if
+    that is below a floor."""
     reach = _reach(values, valid)
-    scaled = np.clip(values / reach, 0.0, 1.0) if reach >= floor else np.zeros_like(values)
+    scaled = np.clip(values / reach, 0.0, 1.0) if reach > floor else np.zeros_like(values)
     return np.where(valid, scaled, np.inf)
 
 
@@ -179,6 +193,33 @@ def _bends(
                 total += ((1.0 - share) * low + share * high) * min(steps, room)
                 length += steps
             result[i, j] = total / (length * step)
+    return result
+
+
+@kernel
+def _ways(
+    points: Points,
+    first: NDArray[np.int64],
+    stop: NDArray[np.int64],
+    spacing: Floats,
+    window: float,
+) -> Points:
+    """(m, k, 3) unit vectors from the chord to a sample to that from it, 0 where they are one."""
+    m, k = points.shape[:2]
+    result = np.zeros((m, k, 3))
+    for i in range(m):
+        step = max(spacing[i], 1e-9 * window)
+        steps = max(round(window / step), 1)
+        for j in range(first[i] + 1, stop[i] - 1):
+            reach = min(steps, j - first[i], stop[i] - 1 - j)
+            before = points[i, j] - points[i, j - reach]
+            after = points[i, j + reach] - points[i, j]
+            lengths = math.sqrt((before * before).sum()), math.sqrt((after * after).sum())
+            if lengths[0] > 0.0 and lengths[1] > 0.0:
+                way = after / lengths[1] - before / lengths[0]
+                size = math.sqrt((way * way).sum())
+                if size > SAME_WAY:
+                    result[i, j] = way / size
     return result
 
 

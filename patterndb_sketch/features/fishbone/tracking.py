@@ -1,0 +1,122 @@
+"""The cheapest way across the ribs that keeps to one crease: the ribs are judged together, by how
+the surface bends at them.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from patterndb.core.halfedge import Int64Array
+from patterndb.geometry.points import Floats, Points
+from patterndb.system.kernels import kernel
+from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.fishbone.cut import RibCut, check_costs
+from patterndb_sketch.features.fishbone.fishbone import Fishbone
+
+#: How steeply a crease runs across the rows at most, as the tangent of its angle to the backbone:
+#: what goes farther from one rib to the next leaps.
+SLOPE = 1.0
+
+#: What a leap costs, as a multiple of the price of the rows that it passes.
+LEAP = 3.0
+
+
+def track_crease(
+    costs: ArrayLike, cross: ArrayLike, bends: Points, change: float, reach: Int64Array
+) -> RibCut:
+    """The rows r with the least sum of costs[i, r_i] and of what each two neighbours cost.
+
+    costs: (m, k) float64, not negative, inf where a rib may not be cut.
+    cross: (m - 1,) or one number, not negative: the price of a row between ribs i and i + 1.
+    bends: (m, k, 3) float64, how the surface bends at every sample: the way and by how much.
+    change: at least 0, the price of a crease that is another: of bends that differ by 1.
+    reach: (m - 1,) int64, rows that a crease may cross from rib i to rib i + 1.
+
+    Neighbours at rows r and r' within reach cost cross |r - r'| + change |b - b'|: a crease keeps
+    its angle, its side and its direction, so that going over to another costs what the one loses
+    and the other gains. Farther apart, or if it is cheaper, they cost LEAP cross |r - r'| +
+    change (|b| + |b'|): the one crease is left and another is met.
+
+    With change = 0 and an endless reach this is the cut. Exact dynamic programming, rib by rib, in
+    O(m k reach).
+
+    Source: feature curve recovery paper, section 4.3.3. Differs from the paper: there the sample
+    of a rib costs the same whatever its neighbours are, and a crease is left for a sharper one
+    beside it as soon as that saves what the rows between them cost.
+
+    Raises InvalidFeatureError as :func:`patterndb_sketch.features.fishbone.cut` does, and for a
+    change that is negative.
+    """
+    table, between = check_costs(costs, cross)
+    if not (math.isfinite(change) and change >= 0.0):
+        raise InvalidFeatureError(f"the price of another crease is {change}; give 0 or more")
+    rows, cost = _track(
+        table, between, np.ascontiguousarray(bends, np.float64), change, reach, LEAP
+    )
+    return RibCut(rows, cost)
+
+
+def find_reach(fishbone: Fishbone) -> Int64Array:
+    """(m - 1,) rows that a crease may cross from each rib to the next; see SLOPE."""
+    step = (fishbone.spacing[1:] + fishbone.spacing[:-1]) / 2.0
+    rows = fishbone.valid.shape[1]
+    # Ribs of no length have all their samples within reach.
+    wanted = np.ceil(SLOPE * fishbone.gaps / np.where(step > 0.0, step, np.nan))
+    return np.nan_to_num(np.minimum(wanted, rows), nan=rows).astype(np.int64)
+
+
+@kernel
+def _track(
+    costs: Floats, cross: Floats, bends: Points, change: float, reach: Int64Array, leap: float
+) -> tuple[Int64Array, float]:
+    """((m,) rows, cost)."""
+    m, k = costs.shape
+    origin = np.empty((m, k), np.int32)
+    best = costs[0].copy()
+    after = np.empty(k)
+    for i in range(1, m):
+        step = cross[i - 1]
+        source = origin[i]
+        for j in range(k):
+            after[j] = best[j] + change * _size(bends[i - 1, j])
+            source[j] = j
+        for j in range(1, k):
+            if after[j - 1] + leap * step < after[j]:
+                after[j] = after[j - 1] + leap * step
+                source[j] = source[j - 1]
+        for j in range(k - 2, -1, -1):
+            if after[j + 1] + leap * step < after[j]:
+                after[j] = after[j + 1] + leap * step
+                source[j] = source[j + 1]
+        for j in range(k):
+            if costs[i, j] == np.inf:
+                after[j] = np.inf
+                continue
+            after[j] += change * _size(bends[i, j])
+            for other in range(max(j - reach[i - 1], 0), min(j + reach[i - 1] + 1, k)):
+                through = best[other] + step * abs(other - j)
+                if through < after[j]:
+                    through += change * _difference(bends[i, j], bends[i - 1, other])
+                    if through < after[j]:
+                        after[j] = through
+                        source[j] = other
+        for j in range(k):
+            best[j] = after[j] + costs[i, j]
+    rows = np.empty(m, np.int64)
+    rows[m - 1] = np.argmin(best)
+    for i in range(m - 1, 0, -1):
+        rows[i - 1] = origin[i, rows[i]]
+    return rows, best[rows[m - 1]]
+
+
+@kernel
+def _size(v: Floats) -> float:
+    return math.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+
+
+@kernel
+def _difference(v: Floats, w: Floats) -> float:
+    return math.sqrt((v[0] - w[0]) ** 2 + (v[1] - w[1]) ** 2 + (v[2] - w[2]) ** 2)
