@@ -15,6 +15,7 @@ from patterndb_app.cli.options import OBJ, FileName, as_json, picture_path, read
 from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
 
 if TYPE_CHECKING:
+    from patterndb_sketch.features.model import Model
     from patterndb_sketch.features.registration import DrawnNetwork, Registration, Template
 
 template_option = click.option(
@@ -62,6 +63,11 @@ tolerance_option = click.option(
 @rounds_option
 @tolerance_option
 @click.option(
+    "--turn",
+    metavar="AXES",
+    help="Turn the model first: its axes that become x, y, z, as y,-x,z; find: as the curves lie.",
+)
+@click.option(
     "--picture",
     type=picture_path(".png"),
     metavar="FILE",
@@ -76,6 +82,7 @@ def register(
     delta: float,
     rounds: int,
     tolerance: float | None,
+    turn: str | None,
     picture: Path | None,
     as_json: bool,
 ) -> int:
@@ -90,7 +97,8 @@ def register(
     then drawn to the outermost surface of the model. A table tells for every part how many
     vertices are on curves, drawn to the model, hidden by other parts, or have no hit nearby.
 
-    Exit code 3 for curves that are missing or do not meet.
+    Exit code 3 for curves that are missing, do not meet or do not lie on the model: if it has to be
+    turned by right angles, the message says how, and --turn does it.
 
     \b
     patterndb register sedan.obj --network sedan.curves.json --template box:car -o sedan.quads.obj
@@ -102,6 +110,10 @@ def register(
     laid_out = read_any_template(template)
     drawn = read_drawn(network, tolerance)
     ground = read_model(model)
+    turned = None
+    if turn is not None:
+        turned, ground = turn_model(ground, drawn, turn)
+        say(f"the model is turned: its {turned.replace(',', ', ')} are x, y, z")
     started = read_work_clock()
     made = lay(ground, drawn, laid_out, delta=delta, rounds=rounds)
     seconds = read_work_clock() - started
@@ -114,6 +126,7 @@ def register(
                 "model": str(model),
                 "network": str(network),
                 "template": laid_out.name,
+                "turn": turned,
                 "vertices": len(made.points),
                 "quads": len(made.quads),
                 "parts": [dict(zip(HEADS, row, strict=True)) for row in rows],
@@ -155,6 +168,14 @@ def read_drawn(network: Path, tolerance: float | None) -> DrawnNetwork:
 
     drawn = read_network(network)
     return drawn if tolerance is None else replace(drawn, tolerance=tolerance)
+
+
+def turn_model(model: Model, drawn: DrawnNetwork, turn: str) -> tuple[str, Model]:
+    """The turn that was asked for, or found by the curves of a network, and the model in it."""
+    from patterndb_sketch.features.registration.frame import Turn, find_turn
+
+    chosen = find_turn(model, drawn.curves.values())[0] if turn == "find" else Turn.parse(turn)
+    return str(chosen), chosen.turn_model(model)
 
 
 def part_rows(made: Registration, template: Template) -> list[tuple[object, ...]]:

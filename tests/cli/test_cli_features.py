@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from bodies import body
 from commandline import assert_refused, run
 from featurecases import TEMPLATE, car_bodies, write_bodies
 
-from ingest.formats import read_mesh
+from ingest.formats import read_mesh, write_mesh
 from patterndb_sketch.features.files.curvesjson import read_curves
 from patterndb_sketch.features.initial import interpolate_points
 from patterndb_sketch.features.model import Model
@@ -275,6 +276,25 @@ class TestRegister:
             assert run(*args, "--template", template, "--picture", picture).code == 0
             drawn.add(picture.read_bytes())
         assert len(drawn) == 2
+
+    def test_a_wrong_frame_is_refused_and_turned(
+        self, sedan: Path, curves: Path, tmp_path: Path
+    ) -> None:
+        """The message names the turn, with which the quads are those of the model as it was."""
+        right, output, away = (tmp_path / name for name in ("right.obj", "a.obj", "away.obj"))
+        mesh = read_mesh(sedan)
+        x, y, z = mesh.points.T
+        write_mesh(away, replace(mesh, points=np.stack([-y, x, z], axis=1)))
+        args = ("--network", curves, "--template", TEMPLATE)
+        assert run("register", sedan, *args, "-o", right).code == 0
+        refused = run("register", away, *args, "-o", output)
+        assert_refused(refused, 3, "do not lie on the model", "--turn y,-x,z")
+        assert not output.exists()
+        for turn in ("y,-x,z", "find"):
+            told = document("register", away, *args, "-o", output, "--turn", turn)
+            assert told["turn"] == "y,-x,z"
+            assert np.abs(read_mesh(output).points - read_mesh(right).points).max() < 1e-6
+        assert_refused(run("register", away, *args, "-o", output, "--turn", "x,y"), 3, "no turn")
 
     def test_slips_are_refused(self, sedan: Path, curves: Path, tmp_path: Path) -> None:
         output = tmp_path / "a.obj"

@@ -22,7 +22,7 @@ JITTER = 1e-6
 
 #: What is like a pinned crease counts so many times as far from the backbone as other bends do: the
 #: backbone may be on the crease beside it.
-WIDER = 1.0
+WIDER = 1.2
 
 #: Within this share of the diagonal along the curve a pin says which crease is meant: it is the
 #: same crease much longer than the stroke is as far off.
@@ -35,7 +35,7 @@ NARROWEST = 0.5
 SET_OFF = 3
 
 #: Once the crease is known, bends count within this share of the usual distance from it.
-SETTLED = 0.25
+SETTLED = 0.5
 
 #: A pin on what bends by less, of the bends that count as 1, is on no crease.
 ON_CREASE = 0.05

@@ -18,6 +18,7 @@ from patterndb_sketch.features.registration.curvenetwork import (
     FeatureNetwork,
     resolve_network,
 )
+from patterndb_sketch.features.registration.frame import check_frame
 from patterndb_sketch.features.registration.mapping import (
     Hits,
     Lines,
@@ -91,8 +92,8 @@ def register(
 
     Source: feature curve recovery paper, section 5.1. Differs from the paper: see find_hits,
     find_occluded, resolve_network, and rounds, of which the paper has one. Raises
-    InvalidFeatureError for curves that are missing or do not meet, and for a delta or rounds that
-    mean nothing.
+    InvalidFeatureError for curves that are missing, do not meet or do not lie on the model, and for
+    a delta or rounds that mean nothing.
     """
     if not (np.isfinite(delta) and delta > 0.0):
         raise InvalidFeatureError(f"delta is {delta}; give a number above 0, such as {DELTA:g}")
@@ -109,6 +110,7 @@ def register(
         meet=drawn.meet,
         plane=template.in_plane(),
     )
+    check_frame(model, [drawn.curves[name] for name in template.curves if name in drawn.curves])
     features, notes = sample_features(template, network)
     membrane, mirroring = prepare_template(template)
     spanned = membrane.spanned(features)
