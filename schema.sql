@@ -1,4 +1,4 @@
--- The pattern database, whole. Version 3.
+-- The pattern database, whole. Version 4.
 --
 -- One file holds the meshes that were learned from, the patterns found in them, how often
 -- each pattern occurs in each mesh, and how often its fills were used. Words are those of
@@ -8,7 +8,7 @@
 -- that more follow; nearly every number takes one byte.
 
 PRAGMA application_id = 0x50617444;  -- 'PatD'
-PRAGMA user_version = 3;
+PRAGMA user_version = 4;
 
 -- A mesh is known by the bytes of its file: the same bytes under another name are the
 -- same mesh, and are counted once. A mesh given by a program as arrays is known by the bytes
@@ -43,30 +43,17 @@ CREATE TABLE pattern (
     -- Number of sides in the top byte (127: 127 or more), then a hash of code: the same in
     -- every database, and the patterns of a class lie together.
     id            INTEGER PRIMARY KEY,
-    code          BLOB    NOT NULL,  -- packed: the canonical code, four symbols a quad
+    code          BLOB    NOT NULL,  -- the canonical code, short: patterndb/core/shortcode.py
+    -- All else follows from the code. These few are here for questions in SQL, and are checked
+    -- when a class is loaded; corners, labels and the like are made of the codes then.
     n_sides       INTEGER NOT NULL CHECK (n_sides >= 0),
-    corners       BLOB    NOT NULL,  -- packed: quads at each corner, 1 convex, 3 and more reflex
     n_reflex      INTEGER NOT NULL CHECK (n_reflex BETWEEN 0 AND n_sides),
     n_quads       INTEGER NOT NULL CHECK (n_quads >= 1),
     n_irregular   INTEGER NOT NULL CHECK (n_irregular >= 0),
-    valences      BLOB    NOT NULL,  -- packed: of the irregular vertices, ascending
-    n_chords      INTEGER NOT NULL CHECK (n_chords >= 0),  -- open polychords
-    n_loops       INTEGER NOT NULL CHECK (n_loops >= 0),   -- closed ones
-    self_crossing INTEGER NOT NULL CHECK (self_crossing IN (0, 1)),
-    rotations     INTEGER NOT NULL CHECK (rotations >= 1), -- that map it onto itself
     chiral        INTEGER NOT NULL CHECK (chiral IN (0, 1)),
-    -- The boundary label, read from corner 0, and its smallest rotation or reflection: packed,
-    -- for every side its length, then the number of the polychord that crosses each edge.
-    label         BLOB    NOT NULL,
+    -- A hash of the boundary label's smallest rotation or reflection, which asks the same of
+    -- every boundary: patterns with one signature fit the same ones.
     signature     BLOB    NOT NULL,
-    -- The label reads as the signature from side sig_rotation on (from that boundary edge
-    -- where there is no corner), backwards where sig_reflected.
-    sig_rotation  INTEGER NOT NULL CHECK (sig_rotation >= 0),
-    sig_reflected INTEGER NOT NULL CHECK (sig_reflected IN (0, 1)),
-    -- What a query solves, in the signature's order of sides: packed, the edges of every side
-    -- when all widths are 1, and for every open polychord the two sides that it joins.
-    lengths       BLOB    NOT NULL,
-    joins         BLOB    NOT NULL,
     frequency     INTEGER NOT NULL DEFAULT 0 CHECK (frequency >= 0),
     -- learned: a learned mesh holds it. imported: only imported tables do. A pattern that
     -- occurs nowhere is here because it was used, and says what it was then (table usage):

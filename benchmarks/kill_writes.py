@@ -31,7 +31,9 @@ from contextlib import closing
 from pathlib import Path
 
 from ingest import ingest
+from patterndb.core.shortcode import lengthen
 from patterndb.store import Database, LearningOptions, read_table
+from patterndb.store.migrations import DROPPED, SCHEMA_VERSION
 
 EXAMPLES = sorted((Path(__file__).resolve().parent.parent / "examples").glob("*.obj"))
 OPTIONS = LearningOptions(basic=4, side=8, convex=12)
@@ -86,6 +88,16 @@ def make_sound(folder: Path) -> None:
     shutil.copy(folder / "sound.db", folder / "old.db")
     with closing(sqlite3.connect(folder / "old.db")) as held:
         held.executescript("DROP TABLE checksum; PRAGMA user_version = 2;")
+        # What step 4 drops, which may be anything, and packed codes.
+        for column in DROPPED:
+            held.execute(f"ALTER TABLE pattern ADD COLUMN {column} BLOB NOT NULL DEFAULT x''")
+        rows = held.execute("SELECT id, code FROM pattern").fetchall()
+        codes = lengthen([short for _, short in rows])
+        held.executemany(
+            "UPDATE pattern SET code = ? WHERE id = ?",
+            [(code, number) for (number, _), code in zip(rows, codes, strict=True)],
+        )
+        held.commit()
 
 
 def tell_content(path: Path) -> tuple[object, ...]:
@@ -100,7 +112,7 @@ def find_faults(path: Path, allowed: set[object], old: bool) -> list[str]:
         # Before the migration it is refused to readers; what is there is brought up to date.
         with closing(sqlite3.connect(path)) as held:
             (version,) = held.execute("PRAGMA user_version").fetchone()
-        if version not in (2, 3):
+        if version not in range(2, SCHEMA_VERSION + 1):
             return [f"it has schema {version}"]
         Database(path, "write").close()
     try:

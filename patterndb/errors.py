@@ -48,7 +48,14 @@ class UnsupportedFormatError(MeshFileError):
 
 
 class InvalidCodeError(PatternDBError, ValueError):
-    """A pattern code does not describe a pattern."""
+    """A pattern code does not describe a pattern.
+
+    ``row`` is its place among the codes that were given, from 0; None where one was.
+    """
+
+    def __init__(self, message: str, row: int | None = None) -> None:
+        self.row = row
+        super().__init__(message)
 
 
 class InvalidBoundaryError(PatternDBError, ValueError):

@@ -6,6 +6,7 @@ are made beside the learning of the next mesh.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import cast
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from patterndb.core.code import Code, border_count, clockwise_start, is_disk_code, rooted_code
 from patterndb.core.halfedge import fans, next_border_edge
 from patterndb.core.label import canonical_word, label_word
-from patterndb.core.packing import pack_many, unpack_many
+from patterndb.core.packing import list_stretches, unpack_many
 from patterndb.core.polychord import trace
 from patterndb.errors import InvalidCodeError
 from patterndb.system.kernels import kernel
@@ -66,15 +67,47 @@ class Descriptions:
         at = LISTS * row + which
         return self.flat[self.ends[at] : self.ends[at + 1]]
 
-    def packed(self) -> list[bytes]:
-        """All lists packed; list k of row i is number ``LISTS * i + k``."""
-        return pack_many(self.flat, self.ends)
+    def take(self, rows: NDArray[np.integer]) -> SomeDescriptions:
+        """The rows of these places, in this order."""
+        return SomeDescriptions(self, rows, self.counts[rows])
+
+    def split(self, which: int) -> list[bytes]:
+        """One list of every row as bytes, which are equal where the lists are."""
+        return self.take(np.arange(len(self.counts))).split(which)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SomeDescriptions:
+    """Rows of descriptions. counts: theirs."""
+
+    whole: Descriptions
+    rows: NDArray[np.integer]
+    counts: NDArray[np.int32]
+
+    def take(self, rows: NDArray[np.integer]) -> SomeDescriptions:
+        """The rows of these places among them, in this order."""
+        return self.whole.take(self.rows[rows])
+
+    def gather(self, which: int) -> tuple[NDArray[np.uint16], NDArray[np.int64]]:
+        """One list of every row, one after the other, and the (n + 1,) places that part them."""
+        at = LISTS * self.rows + which
+        begin = self.whole.ends[at]
+        sizes = self.whole.ends[at + 1] - begin
+        starts = np.zeros(len(sizes) + 1, np.int64)
+        np.cumsum(sizes, out=starts[1:])
+        return self.whole.flat[list_stretches(begin, sizes)], starts
+
+    def split(self, which: int) -> list[bytes]:
+        """One list of every row as bytes, which are equal where the lists are."""
+        numbers, starts = self.gather(which)
+        data = numbers.tobytes()
+        return [data[a:b] for a, b in itertools.pairwise((starts * numbers.itemsize).tolist())]
 
 
 def describe(codes: Sequence[Code] | Sequence[bytes]) -> Descriptions:
     """Describe canonical codes of disks, as numbers or packed.
 
-    Raises InvalidCodeError if one is no code, not a disk's, or not canonical.
+    Raises InvalidCodeError, with its row, if one is no code, not a disk's, or not canonical.
     """
     if codes and isinstance(codes[0], bytes):
         symbols, offsets = unpack_many(cast("Sequence[bytes]", codes))
@@ -83,9 +116,16 @@ def describe(codes: Sequence[Code] | Sequence[bytes]) -> Descriptions:
         arrays = cast("Sequence[Code]", codes)
         offsets = np.r_[0, np.cumsum([len(c) for c in arrays])].astype(np.int64)
         flat = np.concatenate(arrays) if arrays else np.zeros(0, np.uint16)
+    return describe_symbols(flat, offsets)
+
+
+def describe_symbols(flat: Code, offsets: NDArray[np.int64]) -> Descriptions:
+    """As :func:`describe`, of codes in one array of symbols, parted by (n + 1,) offsets."""
     counts, lists, ends, bad = _describe(flat, offsets)
     if bad >= 0:
-        raise InvalidCodeError(f"code {bad} of {len(codes)} is not the canonical code of a disk")
+        raise InvalidCodeError(
+            f"code {bad} of {len(offsets) - 1} is not the canonical code of a disk", bad
+        )
     return Descriptions(counts, lists, ends)
 
 
@@ -160,18 +200,19 @@ def _describe(
         number = np.empty(q, np.int32)
         entry = np.empty(q, np.int32)
         order = np.empty(q, np.int32)
-        code = np.empty(size, np.uint16)
+        # Written only where a smaller one is found, and then it is not looked at again.
+        code = flat[offsets[i] : offsets[i + 1]].copy()
         counts[i, CHIRAL] = 1
         for s in range(n_starts):
-            code[:] = flat[offsets[i] : offsets[i + 1]]
             own = rooted_code(twin, q, starts[s], False, code, number, entry, order, True)
             counts[i, ROTATIONS] += own == 0
-            code[:] = flat[offsets[i] : offsets[i + 1]]
+            if own < 0:
+                return counts, lists, ends, i
             h = clockwise_start(twin, starts[s])
             other = rooted_code(twin, q, h, True, code, number, entry, order, True)
             if other == 0:
                 counts[i, CHIRAL] = 0
-            if own < 0 or other < 0:
+            if other < 0:
                 return counts, lists, ends, i
 
         of_edge, n_open, n_total = trace(twin)

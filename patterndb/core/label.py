@@ -18,6 +18,14 @@ from patterndb.system.kernels import kernel
 
 
 @kernel
+def _side_length(side_start: Int32Array, side: int, n_sides: int, perimeter: int) -> int:
+    """The edges of a side, of several: from its first to the first of the next."""
+    if side + 1 < n_sides:
+        return side_start[side + 1] - side_start[side]
+    return side_start[0] + perimeter - side_start[side]
+
+
+@kernel
 def label_word(
     chord: Int32Array,
     side_start: Int32Array,
@@ -46,12 +54,12 @@ def label_word(
         else:
             s = (rotation - k) % n_sides if reflected else (rotation + k) % n_sides
             first = side_start[s]
-            length = (side_start[(s + 1) % n_sides] - first) % perimeter
+            length = _side_length(side_start, s, n_sides, perimeter)
         word[at] = length
         at += 1
         for i in range(length):
             j = first + (length - 1 - i if reflected else i)
-            c = chord[j % perimeter]
+            c = chord[j if j < perimeter else j - perimeter]
             if names[c] < 0:
                 names[c] = fresh
                 fresh += 1
@@ -77,12 +85,19 @@ def canonical_word(
     counts the rotations and reflections that leave the word as it is.
     """
     n_rotations = perimeter if n_corners == 0 else n_sides
+    # A word begins with the length of its first side, so the smallest with a shortest one.
+    shortest = perimeter
+    if n_sides > 1:
+        for s in range(n_sides):
+            shortest = min(shortest, _side_length(side_start, s, n_sides, perimeter))
     found_rotation = -1
     found_reflected = False
     symmetries = 0
     length = 0
     for reflected in (False, True):
         for rotation in range(n_rotations):
+            if n_sides > 1 and _side_length(side_start, rotation, n_sides, perimeter) > shortest:
+                continue
             length = label_word(
                 chord, side_start, n_sides, perimeter, rotation, reflected, word, names
             )

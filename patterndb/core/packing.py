@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import overload
 
 import numpy as np
@@ -98,8 +98,25 @@ class PackedRows(Sequence[bytes]):
         np.cumsum(np.fromiter(map(len, rows), np.int64, len(rows)), out=ends[1:])
         return cls(np.frombuffer(b"".join(rows), np.uint8), ends)
 
+    def take(self, rows: NDArray[np.integer]) -> PackedRows:
+        """The rows of these places, in this order."""
+        sizes = np.diff(self.ends)[rows]
+        ends = np.zeros(len(rows) + 1, np.int64)
+        np.cumsum(sizes, out=ends[1:])
+        return PackedRows(self.raw[list_stretches(self.ends[rows], sizes)], ends)
+
     def __len__(self) -> int:
         return len(self.ends) - 1
+
+    def __iter__(self) -> Iterator[bytes]:
+        return iter(self[:])
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, PackedRows):
+            return NotImplemented
+        return np.array_equal(self.ends, other.ends) and np.array_equal(self.raw, other.raw)
+
+    __hash__ = None  # pyright: ignore[reportAssignmentType]
 
     @overload
     def __getitem__(self, at: int) -> bytes: ...
@@ -109,7 +126,12 @@ class PackedRows(Sequence[bytes]):
 
     def __getitem__(self, at: int | slice) -> bytes | list[bytes]:
         if isinstance(at, slice):
-            return [self[i] for i in range(*at.indices(len(self)))]
+            rows = range(*at.indices(len(self)))
+            if rows.step != 1:
+                return [self[i] for i in rows]
+            cuts = self.ends[rows.start : rows.stop + 1] if rows else self.ends[:1]
+            data = self.raw[cuts[0] : cuts[-1]].tobytes()
+            return [data[a:b] for a, b in itertools.pairwise((cuts - cuts[0]).tolist())]
         row = operator.index(at)
         if not -len(self) <= row < len(self):
             raise IndexError(f"there are {len(self)} rows, and none has the number {at}")

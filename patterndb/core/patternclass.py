@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from patterndb.core import description as d
 from patterndb.core.code import Code, format_id
 from patterndb.core.label import join_matrices
-from patterndb.core.packing import pack, unpack
+from patterndb.core.packing import PackedRows, pack, unpack
 from patterndb.core.pattern import Pattern
 from patterndb.errors import InvalidCodeError
 
@@ -125,46 +125,83 @@ class PatternClass:
         uses: how often patterns were used, by their ids; those not named never. Raises
         ValueError for a pattern of another class, or of an origin that is none of ORIGINS.
         """
-        patterns = sorted(patterns, key=lambda p: (p.n_irregular, -p.frequency, p.id))
         if any(p.n_sides != n_sides for p in patterns):
             raise ValueError(f"every pattern of the class must have {n_sides} sides")
         uses = uses or {}
-        rows = d.describe([p.code for p in patterns])
-        labels = [rows.numbers(i, d.LABEL) for i in range(len(patterns))]
-        words: dict[bytes, int] = {}
-        number = [
-            words.setdefault(rows.numbers(i, d.SIGNATURE).tobytes(), len(words))
-            for i in range(len(patterns))
-        ]
-        _, first = np.unique(np.array(number, np.int64), return_index=True)
-        lengths = [rows.numbers(i, d.LENGTHS).tolist() for i in first.tolist()]
-        joins = [rows.numbers(i, d.JOINS) for i in first.tolist()]
-        pairs = np.concatenate([np.zeros(0, np.int64), *joins]).reshape(-1, 2)
-        owner = np.repeat(np.arange(len(joins)), [len(j) // 2 for j in joins])
-        corners = np.array([p.corners for p in patterns], np.uint8)
-        return cls(
-            n_sides=n_sides,
-            ids=np.array([p.id for p in patterns], np.int64),
+        ids = [p.id for p in patterns]
+        return cls.from_codes(
+            n_sides,
+            PackedRows.from_rows([pack(p.code) for p in patterns]),
+            d.describe([p.code for p in patterns]),
+            ids=np.array(ids, np.int64),
             frequency=np.array([p.frequency for p in patterns], np.int64),
             n_meshes=np.array([p.frequency > 0 for p in patterns], np.int32),
-            uses=np.array([uses.get(p.id, 0) for p in patterns], np.int64),
+            uses=np.array([uses.get(number, 0) for number in ids], np.int64),
             origin=np.array([ORIGINS.index(p.origin) for p in patterns], np.int8),
-            n_irregular=np.array([p.n_irregular for p in patterns], np.int32),
-            n_quads=np.array([p.n_quads for p in patterns], np.int32),
-            min_valence=np.array([min(p.valences, default=4) for p in patterns], np.int32),
-            max_valence=np.array([max(p.valences, default=4) for p in patterns], np.int32),
-            n_reflex=np.array([sum(k > 2 for k in p.corners) for p in patterns], np.int32),
-            corners=corners.reshape(len(patterns), n_sides),
-            n_loops=np.array([p.n_loops for p in patterns], np.int32),
-            chiral=np.array([p.chiral for p in patterns], np.bool_),
-            rotations=np.array([p.rotations for p in patterns], np.int32),
-            self_crossing=np.array([p.self_crossing for p in patterns], np.bool_),
-            words=np.concatenate([np.zeros(0, np.uint16), *labels]).astype(np.int32),
-            word_start=np.cumsum([0, *map(len, labels)], dtype=np.int64),
-            signature=np.array(number, np.int32),
-            rotation=rows.counts[:, d.SIG_ROTATION].copy(),
-            reflected=rows.counts[:, d.SIG_REFLECTED].astype(np.bool_),
-            codes=[pack(p.code) for p in patterns],
-            lengths=shrink(np.array(lengths, np.int32).reshape(-1, max(n_sides, 1))),
-            joins=shrink(join_matrices(n_sides, pairs, owner, len(joins))),
+        )
+
+    @classmethod
+    def from_codes(
+        cls,
+        n_sides: int,
+        codes: PackedRows,
+        described: d.Descriptions,
+        *,
+        ids: NDArray[np.int64],
+        frequency: NDArray[np.int64],
+        n_meshes: NDArray[np.int32],
+        uses: NDArray[np.int64],
+        origin: NDArray[np.int8],
+    ) -> PatternClass:
+        """The class of p packed codes, all of ``n_sides`` sides, with their descriptions.
+
+        The arrays are (p,), in the order of the codes, which may be any.
+        """
+        counts = described.counts
+        order = np.lexsort((ids, -frequency, counts[:, d.N_IRREGULAR]))
+        told = described.take(order)
+        counts = told.counts
+        corners, _ = told.gather(d.CORNERS)
+        corners = corners.astype(np.uint8).reshape(len(codes), n_sides)
+        words, word_start = told.gather(d.LABEL)
+        # Patterns that share a signature share one row of lengths and joins.
+        row_of: dict[bytes, int] = {}
+        signature = np.array(
+            [row_of.setdefault(word, len(row_of)) for word in told.split(d.SIGNATURE)], np.int32
+        )
+        first = told.take(np.unique(signature, return_index=True)[1])
+        lengths, _ = first.gather(d.LENGTHS)
+        joins, join_start = first.gather(d.JOINS)
+        owner = np.repeat(np.arange(len(row_of)), np.diff(join_start) // 2)
+        valences, valence_start = told.gather(d.VALENCES)
+        irregular = counts[:, d.N_IRREGULAR] > 0
+        smallest, largest = (np.full(len(codes), 4, np.int32) for _ in range(2))
+        # Valences ascend.
+        smallest[irregular] = valences[valence_start[:-1][irregular]]
+        largest[irregular] = valences[valence_start[1:][irregular] - 1]
+        return cls(
+            n_sides=n_sides,
+            ids=ids[order],
+            frequency=frequency[order],
+            n_meshes=n_meshes[order],
+            uses=uses[order],
+            origin=origin[order],
+            n_irregular=counts[:, d.N_IRREGULAR].copy(),
+            n_quads=counts[:, d.N_QUADS].copy(),
+            min_valence=smallest,
+            max_valence=largest,
+            n_reflex=counts[:, d.N_REFLEX].copy(),
+            corners=corners,
+            n_loops=counts[:, d.N_LOOPS].copy(),
+            chiral=counts[:, d.CHIRAL].astype(np.bool_),
+            rotations=counts[:, d.ROTATIONS].copy(),
+            self_crossing=counts[:, d.SELF_CROSSING].astype(np.bool_),
+            words=words.astype(np.int32),
+            word_start=word_start,
+            signature=signature,
+            rotation=counts[:, d.SIG_ROTATION].copy(),
+            reflected=counts[:, d.SIG_REFLECTED].astype(np.bool_),
+            codes=codes.take(order),
+            lengths=shrink(lengths.astype(np.int32).reshape(-1, max(n_sides, 1))),
+            joins=shrink(join_matrices(n_sides, joins.reshape(-1, 2), owner, len(row_of))),
         )

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.code import format_id
-from patterndb.core.packing import unpack_many
-from patterndb.errors import DatabaseError, InvalidCodeError
+from patterndb.errors import DatabaseError
 
 #: The largest number of a column that becomes 32 bits.
 MOST_32 = 2**31 - 1
@@ -43,21 +42,6 @@ def read_numbers(
     else:
         at = next(i for i, value in enumerate(values) if type(value) is not int)
     raise say_wrong(ids[at], column, f"is {_shorten(values[at])}, no whole number of {low}..{high}")
-
-
-def read_lists(
-    ids: Sequence[int], column: str, blobs: Sequence[Any]
-) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """A column of packed numbers, as :func:`patterndb.core.packing.unpack_many` gives them.
-
-    Raises DatabaseError for what is not packed numbers.
-    """
-    check_blobs(ids, column, blobs)
-    try:
-        return unpack_many(blobs)
-    except InvalidCodeError as error:
-        at = next(i for i, blob in enumerate(blobs) if blob and blob[-1] > 127)
-        raise say_wrong(ids[at], column, f"does not unpack ({error})") from error
 
 
 def check_blobs(ids: Sequence[int], column: str, blobs: Sequence[Any]) -> None:

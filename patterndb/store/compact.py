@@ -20,10 +20,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core import description as d
 from patterndb.core.code import pattern_id
 from patterndb.core.packing import pack, unpack, unpack_many
 from patterndb.core.patternclass import ORIGINS
+from patterndb.core.shortcode import shorten
 from patterndb.errors import DatabaseError
 from patterndb.store import writing
 from patterndb.store.checksums import sum_tables
@@ -247,16 +247,11 @@ def _describe_classes(
         for first in range(0, len(codes), BATCH):
             at = order[first : first + BATCH]
             some: list[bytes] = [codes[i] for i in at.tolist()]
-            told = d.describe(some)
-            lists = told.packed()
-            if (told.counts[:, d.N_CORNERS] != n_sides).any():
-                raise DatabaseError("the compact database is damaged: a code has other sides")
             rows: list[tuple[object, ...]] = []
-            for i, (number, code, counts) in enumerate(
-                zip(ids[at].tolist(), some, told.counts.tolist(), strict=True)
-            ):
-                own = lists[d.LISTS * i : d.LISTS * (i + 1)]
-                rows.append((number, code, *writing.derive_columns(counts, own)))
+            for number, columns in writing.describe_patterns(shorten(some)):
+                if columns[1] != n_sides:
+                    raise DatabaseError("the compact database is damaged: a code has other sides")
+                rows.append((number, *columns))
             yield rows, before + at
         before += len(codes)
 

@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from patterndb.core import description as d
-from patterndb.core.code import Code, canonical_code, decode, format_id, pattern_id
+from patterndb.core.code import Code, canonical_code, decode, format_id
 from patterndb.core.disk import Disk
 from patterndb.core.packing import unpack
 from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
+from patterndb.core.shortcode import lengthen, restore
 from patterndb.errors import InvalidCodeError, PatternDBError
 from patterndb.store import writing
 from patterndb.store.checksums import find_changed_tables
@@ -23,8 +23,8 @@ from patterndb.store.reading import options_of
 #: Findings after which verify() stops listing; a damaged database has as many as rows.
 MAX_FINDINGS = 100
 
-#: Patterns that verify() reads in one statement.
-CHECKED_AT_ONCE = 1000
+#: Patterns that are read at a time.
+READ_AT_ONCE = 1000
 
 #: Faces are numbered in 32 bits.
 LARGEST_FACE = 1 << 31
@@ -46,8 +46,12 @@ def hash_content(connection: sqlite3.Connection) -> str:
         rank[mesh_id] = number
         # Learned meshes are hashed as in version 1 of the schema, which knew no others.
         total.update(repr(row[:-1] if row[-1] == "learned" else row).encode())
-    for row in connection.execute("SELECT id, code FROM pattern WHERE frequency > 0 ORDER BY id"):
-        total.update(repr(row).encode())
+    patterns = connection.execute("SELECT id, code FROM pattern WHERE frequency > 0 ORDER BY id")
+    while rows := patterns.fetchmany(READ_AT_ONCE):
+        # Hashed as packed codes, which is how earlier versions of the schema held them.
+        codes = lengthen([short for _, short in rows])
+        for (number, _), code in zip(rows, codes, strict=True):
+            total.update(repr((number, code)).encode())
     # Row order within a pattern follows mesh ids, so it is sorted anew by the meshes' rank.
     group: list[tuple[int, ...]] = []
     current = None
@@ -196,29 +200,28 @@ def _check_examples(connection: sqlite3.Connection) -> list[str]:
 
 def _check_patterns(connection: sqlite3.Connection) -> list[str]:
     found: list[str] = []
-    for number, packed, *stored in _list_patterns(connection):
+    for number, *stored in _list_patterns(connection):
         if len(found) >= MAX_FINDINGS:
             break
         try:
-            rows = d.describe([check_code(packed)])
+            check_code(stored[0])
+            ((expected, columns),) = writing.describe_patterns([stored[0]])
         except _UNREADABLE as error:
             found.append(f"pattern {format_id(number)}: {error}")
             continue
-        counts: list[int] = rows.counts[0].tolist()
-        expected = list(writing.derive_columns(counts, rows.packed()))
-        if stored != expected or number != pattern_id(packed, counts[d.N_CORNERS]):
+        if tuple(stored) != columns or number != expected:
             found.append(
                 f"pattern {format_id(number)} has columns that do not follow from its code"
             )
     return found
 
 
-def check_code(packed: bytes) -> Code:
+def check_code(short: bytes) -> Code:
     """The code of a pattern, which must be the canonical one of a disk that cannot be reduced.
 
     Raises PatternDBError, ValueError, TypeError, LookupError or OverflowError where it is not.
     """
-    code = unpack(packed).astype(np.uint16)
+    code, _ = restore([short])
     twin = decode(code)
     Disk.from_twin(twin)
     if not np.array_equal(canonical_code(twin)[0], code):
@@ -234,9 +237,9 @@ def _list_patterns(connection: sqlite3.Connection) -> Iterator[tuple[Any, ...]]:
     last = -1 << 63
     while True:
         rows = connection.execute(
-            writing.SELECT_PATTERNS + " WHERE id > ? ORDER BY id LIMIT ?", (last, CHECKED_AT_ONCE)
+            writing.SELECT_PATTERNS + " WHERE id > ? ORDER BY id LIMIT ?", (last, READ_AT_ONCE)
         ).fetchall()
         yield from rows
-        if len(rows) < CHECKED_AT_ONCE:
+        if len(rows) < READ_AT_ONCE:
             return
         last = rows[-1][0]

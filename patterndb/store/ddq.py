@@ -20,8 +20,9 @@ from urllib.parse import quote
 import numpy as np
 
 from patterndb.core.code import Code, canonical_code
-from patterndb.core.packing import pack, unpack
+from patterndb.core.packing import pack
 from patterndb.core.reduction import reduce_disk
+from patterndb.core.shortcode import restore
 from patterndb.errors import DatabaseError, NotFoundError
 from patterndb.store import ddqkey
 from patterndb.store.connection import atomic, explained
@@ -353,10 +354,10 @@ def _write(
                 "SELECT code, sum(patches - mirrored_patches), sum(mirrored_patches) "
                 "FROM pattern JOIN occurrence ON pattern_id = id GROUP BY id ORDER BY id"
             )
-            for done, (packed, own, mirrored) in enumerate(found):
+            for done, (short, own, mirrored) in enumerate(found):
                 if progress is not None and done % STEP == 0:
                     progress(done, total)
-                code = unpack(packed).astype(np.uint16)
+                code, _ = restore([short])
                 for number, clockwise in ((own, False), (mirrored, True)):
                     if number:
                         out.execute(_INSERT, _row(code, clockwise, number, digits))

@@ -12,10 +12,14 @@ from collections.abc import Callable, Mapping
 from importlib.resources import files
 from pathlib import Path
 
+from patterndb.core.code import format_id
+from patterndb.core.shortcode import shorten
+from patterndb.errors import DatabaseError, InvalidCodeError
 from patterndb.store.checksums import sum_tables
+from patterndb.store.writing import describe_patterns
 
 APPLICATION_ID = 0x50617444
-SCHEMA_VERSION = 3
+SCHEMA_VERSION = 4
 
 #: Step 2: how often fills were used, and where patterns come from.
 _STEP_2 = """
@@ -92,10 +96,51 @@ INSERT INTO checksum VALUES
     ('mesh', zeroblob(16)), ('occurrence', zeroblob(16)), ('usage', zeroblob(16));
 """
 
-MIGRATIONS: Mapping[int, str] = {2: _STEP_2, 3: _STEP_3}
+#: Columns of a pattern that there were up to version 3.
+DROPPED = (
+    *("corners", "valences", "n_chords", "n_loops", "self_crossing", "rotations"),
+    *("label", "sig_rotation", "sig_reflected", "lengths", "joins"),
+)
+
+#: Step 4: codes are short, and most of what follows from them is no longer stored.
+_STEP_4 = "\n".join(f"ALTER TABLE pattern DROP COLUMN {column};" for column in DROPPED)
+
+MIGRATIONS: Mapping[int, str] = {2: _STEP_2, 3: _STEP_3, 4: _STEP_4}
+
+#: Patterns that step 4 writes anew at a time.
+_REWRITTEN_AT_ONCE = 10_000
+
+
+def _shorten_codes(connection: sqlite3.Connection) -> None:
+    """Write what step 4 stores in place of packed codes and signatures."""
+    last = -1 << 63
+    while rows := connection.execute(
+        "SELECT id, code FROM pattern WHERE id > ? ORDER BY id LIMIT ?", (last, _REWRITTEN_AT_ONCE)
+    ).fetchall():
+        try:
+            described = describe_patterns(shorten([code for _, code in rows]))
+        except InvalidCodeError as error:
+            assert error.row is not None
+            raise DatabaseError(
+                f"pattern {format_id(rows[error.row][0])} is damaged ({error}), so that the "
+                "database cannot be brought to the present schema; 'patterndb verify' of the "
+                "patterndb that made it tells what is wrong with the whole file"
+            ) from error
+        connection.executemany(
+            "UPDATE pattern SET code = ?, signature = ? WHERE id = ?",
+            [
+                (columns[0], columns[-1], number)
+                for (number, _), (_, columns) in zip(rows, described, strict=True)
+            ],
+        )
+        last = rows[-1][0]
+
 
 #: What a step does beside its statements, in the same transaction.
-WORK: Mapping[int, Callable[[sqlite3.Connection], None]] = {3: sum_tables}
+WORK: Mapping[int, Callable[[sqlite3.Connection], None]] = {3: sum_tables, 4: _shorten_codes}
+
+#: Steps after which most of the file is free, and given back.
+SHRINKING = {4}
 
 
 def schema() -> str:
@@ -134,4 +179,6 @@ def migrate(
                 continue  # another process took the step while this one waited to
             raise
         done.append(number)
+    if SHRINKING.intersection(done):
+        connection.execute("VACUUM")
     return done

@@ -13,20 +13,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core import description as d
 from patterndb.core.code import MAX_CLASS
 from patterndb.core.packing import unpack
 from patterndb.core.pattern import Pattern
-from patterndb.core.patternclass import ORIGINS, PatternClass, shrink
-from patterndb.core.rowcheck import NUMBERS, check_rows
-from patterndb.errors import NotFoundError
-from patterndb.store.columns import (
-    MOST_32,
-    MOST_64,
-    check_blobs,
-    read_lists,
-    read_numbers,
-    say_wrong,
-)
+from patterndb.core.patternclass import ORIGINS, PatternClass
+from patterndb.core.shortcode import pack_symbols, restore
+from patterndb.errors import InvalidCodeError, NotFoundError
+from patterndb.store.columns import MOST_32, MOST_64, check_blobs, read_numbers, say_wrong
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance, Statistics
 
 T = TypeVar("T")
@@ -43,99 +37,66 @@ def read_data_version(connection: sqlite3.Connection) -> int:
     return connection.execute("PRAGMA data_version").fetchone()[0]
 
 
+#: Columns of a pattern that follow from its code, and where its description tells them.
+FOLLOWING = {
+    "n_reflex": d.N_REFLEX,
+    "n_quads": d.N_QUADS,
+    "n_irregular": d.N_IRREGULAR,
+    "chiral": d.CHIRAL,
+}
+
+
 def load_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
     """All patterns of ``n_sides`` sides, in default order.
 
-    Raises DatabaseError, which names pattern and column, where a row does not follow from its
-    code (:mod:`patterndb.core.rowcheck`) or holds what its column cannot.
+    All but the counts is made of the codes, so that kernels index by nothing that was read. Raises
+    DatabaseError, which names pattern and column, where a code is not the canonical one of a disk
+    of so many sides, or a column does not follow from it or holds what it cannot.
     """
     low, high = get_id_range(n_sides)
     rows = connection.execute(
-        "SELECT id, frequency, n_irregular, valences, corners, coalesce(uses, 0), "
+        "SELECT id, code, frequency, coalesce(uses, 0), "
         "(SELECT count(*) FROM occurrence WHERE occurrence.pattern_id = id), "
-        "code, signature, pattern.origin, label, n_reflex, n_quads, n_loops, self_crossing, "
-        "rotations, chiral, sig_rotation, sig_reflected "
+        "pattern.origin, n_reflex, n_quads, n_irregular, chiral "
         "FROM pattern LEFT JOIN usage ON usage.pattern_id = id "
-        "WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY n_irregular, frequency DESC, id",
+        "WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY id",
         (low, high, n_sides),
     ).fetchall()
-    columns: list[tuple[Any, ...]] = list(zip(*rows, strict=True)) if rows else [()] * 19
-    ids, codes, signatures = columns[0], columns[7], columns[8]
-    frequency = read_numbers(ids, "frequency", columns[1], 0, MOST_64)
-    n_irregular = read_numbers(ids, "n_irregular", columns[2], 0, MOST_32)
-    valences, valence_ends = read_lists(ids, "valences", columns[3])
-    n_valences = np.diff(valence_ends)
-    _refuse(ids, "valences", n_valences != n_irregular, "are not as many as n_irregular")
-    corners, corner_ends = read_lists(ids, "corners", columns[4])
-    _refuse(ids, "corners", np.diff(corner_ends) != n_sides, f"are not of {n_sides} sides")
-    uses = read_numbers(ids, "uses", columns[5], 0, MOST_64)
-    n_meshes = read_numbers(ids, "occurrences", columns[6], 0, MOST_32)
-    check_blobs(ids, "code", codes)
-    check_blobs(ids, "signature", signatures)
+    columns: list[tuple[Any, ...]] = list(zip(*rows, strict=True)) if rows else [()] * 10
+    ids, short = columns[:2]
+    check_blobs(ids, "code", short)
+    frequency = read_numbers(ids, "frequency", columns[2], 0, MOST_64)
+    uses = read_numbers(ids, "uses", columns[3], 0, MOST_64)
+    n_meshes = read_numbers(ids, "occurrences", columns[4], 0, MOST_32)
     number_of = {name: number for number, name in enumerate(ORIGINS)}
-    origin = np.array([number_of.get(name, -1) for name in columns[9]], np.int8)
+    origin = np.array([number_of.get(name, -1) for name in columns[5]], np.int8)
     _refuse(ids, "origin", origin < 0, f"is none of {', '.join(ORIGINS)}")
-    words, word_start = read_lists(ids, "label", columns[10])
-    numbers = {
-        name: read_numbers(ids, name, values, 0, MOST_32)
-        for name, values in zip(NUMBERS, columns[11:], strict=True)
-    }
-    # Patterns that share a signature share one row of lengths and joins.
-    row_of: dict[bytes, int] = {}
-    signature = np.array([row_of.setdefault(word, len(row_of)) for word in signatures], np.int32)
-    checked = check_rows(
-        codes,
-        corners.reshape(len(rows), n_sides),
-        words,
-        word_start,
-        signature,
-        np.array(list(numbers.values())),
-    )
-    if checked.wrong is not None:
-        row, column = checked.wrong
-        raise say_wrong(ids[row], column, "does not follow from its code")
-    irregular = n_valences > 0
-    return PatternClass(
-        n_sides=n_sides,
+    try:
+        symbols, offsets = restore(short)
+        described = d.describe_symbols(symbols, offsets)
+    except InvalidCodeError as error:
+        assert error.row is not None
+        raise say_wrong(ids[error.row], "code", f"is damaged ({error})") from error
+    wrong = described.counts[:, d.N_CORNERS] != n_sides
+    _refuse(ids, "code", wrong, f"is not of {n_sides} sides")
+    for (name, at), values in zip(FOLLOWING.items(), columns[6:], strict=True):
+        stored = read_numbers(ids, name, values, 0, MOST_32)
+        _refuse(ids, name, stored != described.counts[:, at], "does not follow from its code")
+    return PatternClass.from_codes(
+        n_sides,
+        pack_symbols(symbols, offsets),
+        described,
         ids=np.array(ids, np.int64),
         frequency=frequency,
         n_meshes=n_meshes.astype(np.int32),
         uses=uses,
         origin=origin,
-        n_irregular=n_irregular.astype(np.int32),
-        n_quads=numbers["n_quads"].astype(np.int32),
-        # Valences ascend, so the first is the smallest.
-        min_valence=_or_regular(irregular, valences, valence_ends[:-1]),
-        max_valence=_or_regular(irregular, valences, valence_ends[1:] - 1),
-        n_reflex=numbers["n_reflex"].astype(np.int32),
-        corners=corners.astype(np.uint8).reshape(len(rows), n_sides),
-        n_loops=numbers["n_loops"].astype(np.int32),
-        chiral=numbers["chiral"].astype(np.bool_),
-        rotations=numbers["rotations"].astype(np.int32),
-        self_crossing=numbers["self_crossing"].astype(np.bool_),
-        words=words,
-        word_start=word_start,
-        signature=signature,
-        rotation=numbers["sig_rotation"].astype(np.int32),
-        reflected=numbers["sig_reflected"].astype(np.bool_),
-        codes=list(codes),
-        lengths=shrink(checked.lengths),
-        joins=shrink(checked.joins),
     )
 
 
 def _refuse(ids: Sequence[int], column: str, wrong: NDArray[np.bool_], why: str) -> None:
     if wrong.any():
         raise say_wrong(ids[int(wrong.argmax())], column, why)
-
-
-def _or_regular(
-    irregular: NDArray[np.bool_], valences: NDArray[np.int32], at: NDArray[np.int64]
-) -> NDArray[np.int32]:
-    """valences[at] where there are irregular vertices, else 4."""
-    result = np.full(len(irregular), 4, np.int32)
-    result[irregular] = valences[at[irregular]]
-    return result
 
 
 def read_frequencies(connection: sqlite3.Connection, ids: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -199,9 +160,8 @@ def find_pattern(connection: sqlite3.Connection, name: str) -> Pattern:
     """
     rows = connection.execute(_PATTERN + "BETWEEN ? AND ? LIMIT 2", parse_name(name)).fetchall()
     code, frequency, origin = choose_only(rows, name)
-    return Pattern.from_trusted_code(
-        unpack(code).astype(np.uint16), frequency=frequency, origin=origin
-    )
+    symbols, _ = restore([code])
+    return Pattern.from_trusted_code(symbols, frequency=frequency, origin=origin)
 
 
 def parse_name(name: str) -> tuple[int, int]:

@@ -25,6 +25,7 @@ from patterndb.core import description as d
 from patterndb.core.code import pattern_id
 from patterndb.core.packing import unpack
 from patterndb.core.patternclass import ORIGINS
+from patterndb.core.shortcode import lengthen
 from patterndb.errors import DatabaseError, PatternDBError
 from patterndb.store import writing
 from patterndb.store.checksums import find_changed_tables, sum_tables
@@ -176,14 +177,16 @@ def _read_sound(source: sqlite3.Connection, tables: set[str], found: Salvage) ->
             meshes[number] = values
 
     patterns: dict[int, _SoundPattern] = {}
-    for number, packed in read("pattern", "id, code", "id"):
+    for number, short in read("pattern", "id, code", "id"):
         try:
-            counts: list[int] = d.describe([check_code(packed)]).counts[0].tolist()
+            check_code(short)
+            (code,) = lengthen([short])
+            counts: list[int] = d.describe([code]).counts[0].tolist()
         except _UNSOUND as error:
             found.lose("pattern", str(error))
             continue
-        if number == pattern_id(packed, counts[d.N_CORNERS]):
-            patterns[number] = _SoundPattern(packed, counts[d.N_QUADS], bool(counts[d.CHIRAL]))
+        if number == pattern_id(code, counts[d.N_CORNERS]):
+            patterns[number] = _SoundPattern(code, counts[d.N_QUADS], bool(counts[d.CHIRAL]))
         else:
             found.lose("pattern", "the id does not follow from the code")
 

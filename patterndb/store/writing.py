@@ -10,8 +10,10 @@ the content hash nor merged nor in the compact file.
 
 from __future__ import annotations
 
+import hashlib
 import sqlite3
 from collections.abc import Iterable, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -21,6 +23,7 @@ from patterndb.core.packing import pack
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
+from patterndb.core.shortcode import lengthen, pack_symbols, restore, shorten
 from patterndb.errors import DatabaseError, InvalidCodeError
 from patterndb.store.checksums import add_to_sum, select_rows, sum_rows, summed
 from patterndb.store.records import Learned, LearningOptions, Provenance
@@ -35,12 +38,12 @@ MESH = (
 #: Where the four columns of the learning options stand among those of a mesh.
 OPTIONS = slice(5, 9)
 
-#: What follows from a pattern's code; :func:`derive_columns` gives the values.
-_DERIVED = (
-    "n_sides, corners, n_reflex, n_quads, n_irregular, valences, n_chords, n_loops, "
-    "self_crossing, rotations, chiral, label, signature, sig_rotation, sig_reflected, "
-    "lengths, joins"
-)
+#: What a row of a pattern says of its code; :func:`describe_patterns` gives the values.
+_DESCRIBED = "code, n_sides, n_reflex, n_quads, n_irregular, chiral, signature"
+
+#: Bytes of the hash that stands for a signature: among ten million, two that are equal by chance
+#: are not to be expected.
+SIGNATURE_SIZE = 8
 
 
 def _marks(columns: str) -> str:
@@ -51,15 +54,15 @@ def _marks(columns: str) -> str:
 SELECT_MESHES = f"SELECT id, {MESH} FROM mesh ORDER BY sha256"  # noqa: S608
 INSERT_MESH = f"INSERT INTO mesh ({MESH}) VALUES ({_marks(MESH)})"  # noqa: S608
 INSERT_MESH_WITH_ID = f"INSERT INTO mesh (id, {MESH}) VALUES (?, {_marks(MESH)})"  # noqa: S608
-SELECT_PATTERNS = f"SELECT id, code, {_DERIVED} FROM pattern"  # noqa: S608
+SELECT_PATTERNS = f"SELECT id, {_DESCRIBED} FROM pattern"  # noqa: S608
 INSERT_PATTERN = (
-    f"INSERT INTO pattern (id, code, {_DERIVED}, origin) "  # noqa: S608
-    f"VALUES (?, ?, {_marks(_DERIVED)}, ?)"
+    f"INSERT INTO pattern (id, {_DESCRIBED}, origin) "  # noqa: S608
+    f"VALUES (?, {_marks(_DESCRIBED)}, ?)"
 )
 #: As INSERT_PATTERN, with the frequency, for who writes occurrences without the triggers.
 INSERT_COUNTED_PATTERN = (
-    f"INSERT INTO pattern (id, code, {_DERIVED}, origin, frequency) "  # noqa: S608
-    f"VALUES (?, ?, {_marks(_DERIVED)}, ?, ?)"
+    f"INSERT INTO pattern (id, {_DESCRIBED}, origin, frequency) "  # noqa: S608
+    f"VALUES (?, {_marks(_DESCRIBED)}, ?, ?)"
 )
 INSERT_OCCURRENCE = (
     "INSERT INTO occurrence (pattern_id, mesh_id, patches, mirrored_patches, example) "
@@ -67,29 +70,26 @@ INSERT_OCCURRENCE = (
 )
 
 
-def derive_columns(counts: Sequence[int], lists: Sequence[bytes]) -> tuple[int | bytes, ...]:
-    """The derived columns of a pattern, from its row of counts and its packed lists (see
-    :mod:`patterndb.core.description`)."""
-    corners, valences, label, signature, lengths, joins = lists
-    return (
-        counts[d.N_CORNERS],
-        corners,
-        counts[d.N_REFLEX],
-        counts[d.N_QUADS],
-        counts[d.N_IRREGULAR],
-        valences,
-        counts[d.N_CHORDS],
-        counts[d.N_LOOPS],
-        counts[d.SELF_CROSSING],
-        counts[d.ROTATIONS],
-        counts[d.CHIRAL],
-        label,
-        signature,
-        counts[d.SIG_ROTATION],
-        counts[d.SIG_REFLECTED],
-        lengths,
-        joins,
-    )
+def describe_patterns(short: Sequence[bytes]) -> list[tuple[int, tuple[Any, ...]]]:
+    """Id and described columns of the patterns of short codes.
+
+    Raises InvalidCodeError, with its row, if one is not the canonical code of a disk.
+    """
+    symbols, offsets = restore(short)
+    told = d.describe_symbols(symbols, offsets)
+    following = [d.N_CORNERS, d.N_REFLEX, d.N_QUADS, d.N_IRREGULAR, d.CHIRAL]
+    counts = told.counts[:, following].tolist()
+    return [
+        (pattern_id(code, own[0]), (stored, *own, hash_signature(signature)))
+        for code, stored, own, signature in zip(
+            pack_symbols(symbols, offsets)[:], short, counts, told.split(d.SIGNATURE), strict=True
+        )
+    ]
+
+
+def hash_signature(signature: bytes) -> bytes:
+    """What stands for a signature (its numbers, 16 bits each) in the table of patterns."""
+    return hashlib.blake2b(signature, digest_size=SIGNATURE_SIZE).digest()
 
 
 def add_mesh(
@@ -159,7 +159,9 @@ def add_patterns(
     """
     connection.execute("CREATE TEMP TABLE incoming (id INTEGER PRIMARY KEY, code BLOB NOT NULL)")
     try:
-        connection.executemany("INSERT INTO incoming VALUES (?, ?)", zip(ids, codes, strict=True))
+        connection.executemany(
+            "INSERT INTO incoming VALUES (?, ?)", zip(ids, shorten(codes), strict=True)
+        )
         clash = connection.execute(
             "SELECT incoming.id FROM incoming JOIN pattern USING (id) "
             "WHERE pattern.code <> incoming.code"
@@ -173,18 +175,16 @@ def add_patterns(
         ).fetchall()
     finally:
         connection.execute("DROP TABLE incoming")
-    rows = d.describe([code for _, code in missing])
-    lists = rows.packed()
-    patterns: list[tuple[object, ...]] = []
-    for i, ((number, code), counts) in enumerate(zip(missing, rows.counts.tolist(), strict=True)):
-        if number != pattern_id(code, counts[d.N_CORNERS]):
+    described = describe_patterns([short for _, short in missing])
+    for (number, _), (expected, _) in zip(missing, described, strict=True):
+        if number != expected:
             raise DatabaseError(
                 f"the id {format_id(number)} does not follow from the pattern's code"
             )
-        own = lists[d.LISTS * i : d.LISTS * (i + 1)]
-        patterns.append((number, code, *derive_columns(counts, own), origin))
-    connection.executemany(INSERT_PATTERN, patterns)
-    return len(patterns)
+    connection.executemany(
+        INSERT_PATTERN, ((number, *columns, origin) for number, columns in described)
+    )
+    return len(missing)
 
 
 def set_provenance(
@@ -243,7 +243,7 @@ def merge_database(
             "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern.id",
             (other_id,),
         ).fetchall()
-        add_patterns(connection, [r[0] for r in rows], [r[1] for r in rows])
+        add_patterns(connection, [r[0] for r in rows], lengthen([r[1] for r in rows]))
         occurrences = [(r[0], mesh_id, r[2], r[3], r[4]) for r in rows]
         connection.executemany(INSERT_OCCURRENCE, occurrences)
         add_to_sum(connection, "occurrence", sum_rows(occurrences))

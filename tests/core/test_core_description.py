@@ -22,7 +22,7 @@ from patterndb.core.packing import pack
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.core.quadmesh import QuadMesh
-from patterndb.errors import InvalidMeshError
+from patterndb.errors import InvalidCodeError, InvalidMeshError
 
 
 def counted(twin: Sequence[int]) -> tuple[list[int], list[int], list[int]]:
@@ -80,7 +80,37 @@ def test_packed_codes_have_the_same_description(twins: list[list[int]]) -> None:
     assert [
         again.numbers(i, k).tolist() for i in range(len(codes)) for k in range(d.LISTS)
     ] == lists
-    assert rows.packed() == [pack(numbers) for numbers in lists]
+
+
+@given(st.lists(disks(), max_size=4), st.data())
+def test_rows_that_are_taken_have_their_lists(twins: list[list[int]], data: st.DataObject) -> None:
+    rows = d.describe([canonical(twin) for twin in twins])
+    places = data.draw(st.lists(st.integers(0, len(twins) - 1), max_size=6)) if twins else []
+    taken = rows.take(np.array(places, np.int64))
+    np.testing.assert_array_equal(taken.counts, rows.counts[places])
+    for which in range(d.LISTS):
+        numbers, starts = taken.gather(which)
+        expected = [rows.numbers(i, which) for i in places]
+        assert [numbers[a:b].tolist() for a, b in pairwise(starts)] == [
+            one.tolist() for one in expected
+        ]
+        assert taken.split(which) == [one.tobytes() for one in expected]
+
+
+@given(st.lists(disks(), min_size=1, max_size=4), st.integers(0))
+def test_a_code_that_is_not_canonical_is_refused_with_its_row(
+    twins: list[list[int]], where: int
+) -> None:
+    codes = [canonical(twin) for twin in twins]
+    where %= len(codes)
+    codes[where] = np.roll(codes[where], 1)
+    try:
+        d.describe([codes[where]])
+    except InvalidCodeError as error:
+        assert error.row == 0
+        with pytest.raises(InvalidCodeError) as caught:
+            d.describe(codes)
+        assert caught.value.row == where
 
 
 @given(disks())

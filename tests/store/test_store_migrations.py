@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 from learnt import change, content, rows
 
+from patterndb.core.shortcode import lengthen
 from patterndb.errors import DatabaseError
 from patterndb.store import Database, connection
 from patterndb.store.migrations import MIGRATIONS, SCHEMA_VERSION, migrate, schema
@@ -106,15 +107,34 @@ def test_a_step_that_another_process_took_meanwhile_is_done(path: Path) -> None:
     assert version(path) == NEXT
 
 
+#: Columns that are as in version 1.
+FOLLOWING = ("n_sides", "n_reflex", "n_quads", "n_irregular", "chiral")
+
+
 def made_by_version_1(path: Path, full: Path) -> Path:
     """The content of a database in a file with the schema of version 1."""
     old = sqlite3.connect(path)
     old.executescript((Path(__file__).parent / "schema_1.sql").read_text(encoding="ascii"))
     old.execute("ATTACH ? AS present", (str(full),))
-    for table in ("mesh", "pattern", "occurrence"):
+    # Version 1 stored packed codes, and all that follows from them; what is not used by the steps
+    # to the present version may be anything here.
+    numbers = ["n_chords", "n_loops", "self_crossing", "sig_rotation", "sig_reflected"]
+    rows = old.execute(
+        "SELECT id, code, n_sides, n_reflex, n_quads, n_irregular, chiral FROM present.pattern"
+    )
+    for number, short, *told in rows.fetchall():
+        columns = dict(zip(FOLLOWING, told, strict=True))
+        columns |= {"id": number, "code": lengthen([short])[0], "rotations": 1}
+        columns |= dict.fromkeys(numbers, 0)
+        columns |= dict.fromkeys(
+            ["corners", "valences", "label", "signature", "lengths", "joins"], b""
+        )
+        old.execute(
+            f"INSERT INTO pattern ({', '.join(columns)}) VALUES ({', '.join('?' * len(columns))})",
+            list(columns.values()),
+        )
+    for table in ("mesh", "occurrence"):
         names = [row[1] for row in old.execute(f"PRAGMA main.table_info({table})")]
-        if table == "pattern":
-            names.remove("frequency")
         columns = ", ".join(names)
         old.execute(f"INSERT INTO {table} ({columns}) SELECT {columns} FROM present.{table}")
     old.commit()
@@ -148,6 +168,9 @@ def test_version_1_becomes_the_present_one(full: Path, tmp_path: Path) -> None:
     assert described(old) == described(full)
     for table in ("pattern", "occurrence", "usage"):
         assert rows(old, table) == rows(full, table)
+    # Next to nothing of the file is free.
+    free = opened(old).execute("SELECT freelist_count FROM pragma_freelist_count").fetchone()[0]
+    assert free == 0
     # And what the database keeps by itself is kept.
     with Database(old, "write") as db, Database(full, "write") as present:
         for each in (db, present):
@@ -155,3 +178,13 @@ def test_version_1_becomes_the_present_one(full: Path, tmp_path: Path) -> None:
             each.record_use(each.pattern_class(4).pattern(0))
     assert content(old) == content(full)
     assert rows(old, "usage") == rows(full, "usage")
+
+
+def test_a_damaged_code_is_told_and_the_file_stays_as_it_was(full: Path, tmp_path: Path) -> None:
+    old = made_by_version_1(tmp_path / "old.db", full)
+    (number,) = opened(old).execute("SELECT max(id) FROM pattern").fetchone()
+    change(old, f"UPDATE pattern SET code = x'09000000' WHERE id = {number}")
+    with pytest.raises(DatabaseError, match=f"pattern {number:016x} is damaged"):
+        Database(old, "write")
+    assert version(old) == 3
+    assert "label" in [row[1] for row in opened(old).execute("PRAGMA table_info(pattern)")]

@@ -86,7 +86,7 @@ def test_what_spoiled_pages_leave_is_saved(used: Path, tmp_path: Path, seed: int
 def test_rows_around_one_spoiled_leaf_are_saved(used: Path, tmp_path: Path) -> None:
     with patterndb.open() as starter, Database(used, "write") as db:
         many = starter.pattern_class(6)
-        for number in range(100):
+        for number in range(300):
             db.record_use(many.pattern(number))
     rows = read_rows(used)
     data = bytearray(used.read_bytes())
