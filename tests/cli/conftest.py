@@ -13,6 +13,16 @@ from shared import EXAMPLES
 DROP = ((0, 1, 6, 5), (6, 1, 2, 7), (5, 6, 8, 4), (7, 2, 3, 9), (6, 7, 9, 8), (4, 8, 9, 3))
 
 
+@pytest.fixture(autouse=True)
+def no_screen(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Leave no screen to open a window on, which would wait for somebody to close it.
+
+    Tests of windows that ran before in this process have set one on which nothing is seen.
+    """
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "QT_QPA_PLATFORM"):
+        monkeypatch.delenv(name, raising=False)
+
+
 @pytest.fixture(scope="session")
 def learned(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A database of the examples and of a drop. Not to be changed: it is everyone's."""

@@ -62,9 +62,6 @@ def test_pictures_of_ranks(learned: Path, tmp_path: Path, boundary: Path) -> Non
 def test_it_needs_no_display(
     learned: Path, tmp_path: Path, boundary: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.delenv("DISPLAY", raising=False)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.delenv("QT_QPA_PLATFORM", raising=False)
     assert_refused(run("explore", boundary, "--db", learned), 3, "no display")
     # Nothing that windows need is asked for, let alone needed.
     monkeypatch.setattr("viewer.shell.probe.try_display", lambda: "nothing can be opened")

@@ -194,8 +194,7 @@ def test_query_draws_a_sheet(learned: Path, tmp_path: Path) -> None:
 
 
 class TestBrowse:
-    def test_without_a_display(self, learned: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.delenv("DISPLAY", raising=False)
+    def test_without_a_display(self, learned: Path) -> None:
         assert_refused(run("browse", "--db", learned), 3, "no display")
 
     def test_passes_what_was_asked(
