@@ -7,6 +7,7 @@ version n - 1 to version n.
 
 from __future__ import annotations
 
+import logging
 import sqlite3
 from collections.abc import Callable, Mapping
 from importlib.resources import files
@@ -17,6 +18,8 @@ from patterndb.core.shortcode import shorten
 from patterndb.errors import DatabaseError, InvalidCodeError
 from patterndb.store.checksums import sum_tables
 from patterndb.store.writing import describe_patterns
+
+_log = logging.getLogger("patterndb")
 
 APPLICATION_ID = 0x50617444
 SCHEMA_VERSION = 4
@@ -139,8 +142,11 @@ def _shorten_codes(connection: sqlite3.Connection) -> None:
 #: What a step does beside its statements, in the same transaction.
 WORK: Mapping[int, Callable[[sqlite3.Connection], None]] = {3: sum_tables, 4: _shorten_codes}
 
-#: Steps after which most of the file is free, and given back.
+#: Steps after which most of the file is free, and given back: they write all of it anew.
 SHRINKING = {4}
+
+#: Patterns from which on such a step is told before it begins: it takes more than a second or two.
+WORTH_TELLING = 10_000
 
 
 def schema() -> str:
@@ -165,6 +171,15 @@ def migrate(
     done: list[int] = []
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     for number in range(version + 1, target + 1):
+        if number in SHRINKING:
+            (patterns,) = connection.execute("SELECT count(*) FROM pattern").fetchone()
+            if patterns >= WORTH_TELLING:
+                _log.warning(
+                    "patterndb is bringing a database of %s patterns to schema %d, once: "
+                    "that may take a minute",
+                    f"{patterns:,}",
+                    number,
+                )
         try:
             connection.executescript(
                 f"BEGIN IMMEDIATE;\n{steps[number]}\n;PRAGMA user_version = {number:d};"

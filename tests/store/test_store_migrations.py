@@ -180,6 +180,20 @@ def test_version_1_becomes_the_present_one(full: Path, tmp_path: Path) -> None:
     assert rows(old, "usage") == rows(full, "usage")
 
 
+def test_a_step_that_takes_long_is_told_before(
+    full: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+) -> None:
+    Database(made_by_version_1(tmp_path / "small.db", full), "write").close()
+    assert not caplog.records
+    monkeypatch.setattr("patterndb.store.migrations.WORTH_TELLING", 1)
+    Database(made_by_version_1(tmp_path / "large.db", full), "write").close()
+    assert [record.levelname for record in caplog.records] == ["WARNING"]
+    assert "patterns to schema 4" in caplog.text
+
+
 def test_a_damaged_code_is_told_and_the_file_stays_as_it_was(full: Path, tmp_path: Path) -> None:
     old = made_by_version_1(tmp_path / "old.db", full)
     (number,) = opened(old).execute("SELECT max(id) FROM pattern").fetchone()
