@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         Cycle,
         Drawing,
         FoundCycles,
+        Openings,
         Settings,
         SurfacePatch,
         Surfacing,
@@ -41,8 +42,12 @@ if TYPE_CHECKING:
 #: Columns that a table leaves for the curves of a cycle.
 CURVES_WIDTH = 24
 
-#: Pairs of patches that pass through each other, named one by one.
+#: Columns that a sentence leaves for the names of curves.
+NAMES_WIDTH = 60
+
+#: Pairs of patches that pass through each other, and open rims, named one by one.
 MOST_CROSSINGS = 5
+MOST_RIMS = 5
 
 
 class CurveNames(ParamType):
@@ -161,7 +166,9 @@ def surface(
     Cycles that the file has are used; else, or with --find-cycles, they are found. Patches
     share the vertices of the curves. A table tells for each patch which method answered, how
     many chords were candidates and were chosen, how many sub-problems the search had and how
-    long all took, pieces, area, and pairs of faces that pass through each other.
+    long all took, pieces, area, and pairs of faces that pass through each other. What stays
+    open is told: curves without a patch (--json: bound_nothing) and the rims of the surface
+    (open_rims), the shortest first; a picture marks them, dashed and orange.
 
     Exit code 1 where there is no cycle, 3 for a file that is not what it must be.
 
@@ -175,7 +182,7 @@ def surface(
         if cycles_only and given:
             raise click.UsageError(f"--cycles-only makes no surface; leave {name} out")
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from patterndb_sketch.surfacing import Settings, read_drawing
+    from patterndb_sketch.surfacing import Settings, find_openings, read_drawing
     from patterndb_sketch.surfacing import surface as surface_of
 
     drawing = read_drawing(network, tolerance=tolerance)
@@ -201,11 +208,13 @@ def surface(
     if found is not None:
         _say_found(found, seconds_finding)
     if cycles_only:
+        openings = find_openings(given, cycles)
         if as_json:
-            write_json(document)
+            write_json(document | _list_openings(given, openings))
         else:
             for cycle in cycles:
                 write(",".join(str(name) for name in given.names(cycle)))
+        _say_openings(given, openings)
         return 0
     settings = Settings(method=method, alpha=alpha)
     if any_chord:
@@ -214,6 +223,7 @@ def surface(
         started = read_work_clock()
         made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
         seconds = read_work_clock() - started
+    openings = find_openings(given, made.list_surfaced_cycles())
     if output is not None:
         from patterndb_app.cli.obj import write_surface
 
@@ -229,6 +239,7 @@ def surface(
             "crossings": [
                 {"patches": [i + 1, j + 1], "pairs": pairs} for i, j, pairs in made.crossings
             ],
+            **_list_openings(given, openings),
             "seconds": round(seconds, 6),
             "notes": [*notes, *made.notes],
             "output": None if output is None else str(output),
@@ -237,6 +248,7 @@ def surface(
     else:
         write(table(HEADS, [_row(given, i, p) for i, p in enumerate(made.patches, 1)]))
     _say_made(made, seconds)
+    _say_openings(given, openings)
     if output is not None:
         say(f"written: {output}")
     if picture is not None or view:
@@ -354,6 +366,46 @@ def _say_found(found: FoundCycles, seconds: float) -> None:
     )
     for note in found.notes:
         say(note)
+
+
+def _list_openings(network: CurveNetwork, openings: Openings) -> dict[str, object]:
+    """What is open: curves that bound no patch, and rims, by their ids and places."""
+
+    def ends(curve: int) -> list[list[float]]:
+        return network.curves[curve].points[[0, -1]].tolist()
+
+    return {
+        "bound_nothing": [
+            {"curve": network.curves[curve].id, "from": start, "to": end}
+            for curve in openings.idle
+            for start, end in [ends(curve)]
+        ],
+        "open_rims": [
+            {
+                "curves": rim.list_names(network),
+                "closed": rim.closed,
+                "length": rim.length,
+                "nodes": [network.nodes[network.ends(step)[0]].tolist() for step in rim.steps],
+            }
+            for rim in openings.rims
+        ],
+    }
+
+
+def _say_openings(network: CurveNetwork, openings: Openings) -> None:
+    if openings.idle:
+        names = ",".join(map(str, openings.name_idle(network)))
+        say(f"{plural(len(openings.idle), 'curve')} without a patch: {shorten(names, NAMES_WIDTH)}")
+    # A hole that was meant to be closed is a short rim, the outline a long one.
+    for rim in openings.rims[::-1][:MOST_RIMS]:
+        names = ",".join(map(str, rim.list_names(network)))
+        say(
+            f"open rim of {plural(len(rim.steps), 'curve')}, {rim.length:.4g} long: "
+            f"{shorten(names, NAMES_WIDTH)}"
+        )
+    if len(openings.rims) > MOST_RIMS:
+        more = len(openings.rims) - MOST_RIMS
+        say(f"{plural(more, 'longer open rim')}; --json lists all, --picture marks them")
 
 
 def _named(network: CurveNetwork, cycle: Cycle) -> str:

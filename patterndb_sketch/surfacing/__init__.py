@@ -4,7 +4,8 @@ Read network (curves, nodes, cycles) and naming (cycles by the names of their cu
 with files/, and joining/: how a network is read, and how drawn curves become one; cycles/: which
 closed walks are patches; sampling: the vertices that patches share; methods: the ways to make a
 patch, one table; chords/, tessellation/ and quads/: what these ways are made of; surfaces: the
-surface of a loop, of a network and of a growing sketch; patch: what comes of it.
+surface of a loop, of a network and of a growing sketch; patch: what comes of it; openings: what
+stays open.
 
 After Abbasinejad, Joshi, Amenta, Simons and Grimm, "Surface patches for 3D sketching" (2013).
 """
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
         read_recorded_patches,
         write_network,
     )
+    from patterndb_sketch.surfacing.openings import Openings, OpenRim, find_openings
     from patterndb_sketch.surfacing.patch import LoopSurface, SurfacePatch, Surfacing
     from patterndb_sketch.surfacing.sampling import Loop, Sampling, default_spacing, loop_of, sample
     from patterndb_sketch.surfacing.surfaces import (
@@ -63,6 +65,9 @@ _HOME = {
     "read_network": "patterndb_sketch.surfacing.networkfile",
     "read_recorded_patches": "patterndb_sketch.surfacing.networkfile",
     "write_network": "patterndb_sketch.surfacing.networkfile",
+    "OpenRim": "patterndb_sketch.surfacing.openings",
+    "Openings": "patterndb_sketch.surfacing.openings",
+    "find_openings": "patterndb_sketch.surfacing.openings",
     "LoopSurface": "patterndb_sketch.surfacing.patch",
     "SurfacePatch": "patterndb_sketch.surfacing.patch",
     "Surfacing": "patterndb_sketch.surfacing.patch",
@@ -93,6 +98,8 @@ __all__ = [
     "LoopMemory",
     "LoopSurface",
     "Network",
+    "OpenRim",
+    "Openings",
     "Sampling",
     "Settings",
     "Stage",
@@ -100,6 +107,7 @@ __all__ = [
     "Surfacing",
     "default_spacing",
     "find_cycles",
+    "find_openings",
     "loop_of",
     "named_cycle",
     "network_of_polylines",

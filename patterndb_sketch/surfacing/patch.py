@@ -106,6 +106,10 @@ class Surfacing:
         """The cycles of the patches."""
         return tuple(patch.cycle for patch in self.patches)
 
+    def list_surfaced_cycles(self) -> tuple[Cycle, ...]:
+        """List the cycles whose patches have faces."""
+        return tuple(patch.cycle for patch in self.patches if patch.surface is not None)
+
     @property
     def triangles(self) -> Int64Array:
         """(f, 3) all faces, quads cut in two along the diagonal from their first vertex."""

@@ -105,6 +105,31 @@ def test_cycles_are_banned_and_kept(given: bool, with_cycles: Path, bare: Path) 
     assert faces(again["cycles"]) == FACES
 
 
+@pytest.mark.parametrize("only", [True, False])
+def test_what_stays_open_is_told(only: bool, bare: Path) -> None:
+    network = cube()
+    missing = network.cycles[2]
+    name = ",".join(map(str, missing.curves))
+    options = ["--ban", name, *(["--cycles-only"] if only else [])]
+    told = document(bare, *options)
+    (rim,) = told["open_rims"]
+    assert rim["closed"] is True and set(rim["curves"]) == set(missing.curves)
+    assert rim["length"] == pytest.approx(4.0)
+    assert sorted(rim["nodes"]) == sorted(network.nodes[list(network.walk(missing))].tolist())
+    assert told["bound_nothing"] == []
+    said = run("surface", bare, *options).err
+    assert "open rim of 4 curves, 4 long: " in said and "without a patch" not in said
+    # With two neighbours banned, nothing bounds the curve between them.
+    other = next(c for c in network.cycles if len({*c.curves} & {*missing.curves}) == 1)
+    (shared,) = {*other.curves} & {*missing.curves}
+    told = document(bare, *options, "--ban", ",".join(map(str, other.curves)))
+    points = network.curves[shared].points
+    assert told["bound_nothing"] == [
+        {"curve": shared, "from": points[0].tolist(), "to": points[-1].tolist()}
+    ]
+    assert len(told["open_rims"]) == 1 and len(told["open_rims"][0]["curves"]) == 6
+
+
 def test_alpha_makes_fewer_pieces_of_the_same_sub_problems(tmp_path: Path) -> None:
     t = np.linspace(0, 1, 60)
     rail = np.c_[4 * t, 0.3 * np.cos(4 * t), 0.3 * np.sin(4 * t)]

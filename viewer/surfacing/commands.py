@@ -22,7 +22,7 @@ KEY_HELP = (
     ("u   U", "undo; redo: stroke, curve, click, method"),
     ("w   e", "surface, chords: hide or show"),
     ("r   t", "curves, edges of faces: hide or show"),
-    ("c", "patches that are off: hide or show"),
+    ("c   b", "patches that are off, what is open: hide or show"),
     ("v   z", "view as at first; roll it"),
     ("s   o", "save the picture; the surface as OBJ"),
     ("h ?   q", "this list; quit"),
@@ -38,7 +38,7 @@ SLIDE = 0.04
 ALIASES = (
     {name: key for name, key in ALIASES.items() if key in {*"+-"} or key == "h"}
     | {"space": "Right", "Return": "Enter", "KP_Enter": "Enter", "BackSpace": "u"}
-    | {c.upper(): c for c in "xamnduwertcvzsohq"}
+    | {c.upper(): c for c in "xamnduwertcbvzsohq"}
 )
 
 
@@ -111,6 +111,9 @@ COMMANDS: tuple[Command[SurfacingState], ...] = (
     Command("show-off", "Patches that are off", "View", ("c",), lambda s: s.toggle("off_shown"),
             "Show the outlines of patches that are off, or hide them",
             checked=lambda s: s.off_shown),
+    Command("show-open", "What is open", "View", ("b",), lambda s: s.toggle("openings_shown"),
+            "Mark open rims and the curves that bound no patch, or draw them as the others",
+            checked=lambda s: s.openings_shown),
     Command("frame-all", "Frame all", "View", ("v", "Home"), lambda s: s.camera.fit(),
             "All into the middle, as seen at first", bar=True),
     Command("roll", "Roll the view", "View", ("z",), lambda s: s.camera.roll(),

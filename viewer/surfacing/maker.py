@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 from patterndb.store import Database
 from patterndb.system.compiling import read_work_clock
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
+from patterndb_sketch.surfacing.openings import Openings, find_openings
 from patterndb_sketch.surfacing.patch import Surfacing
 from patterndb_sketch.surfacing.surfaces import LoopMemory, Settings, surface
 from viewer.surfacing.body import Key, SurfaceBody, renumber_cycle
@@ -73,6 +74,7 @@ class Made:
 
     surfacing, body:  the patches; None where there is no cycle.
     off, off_body:    likewise those that are switched off, to be seen as outlines.
+    openings: curves of the wish's network that bound no patch which is on, and open rims.
     notes:   what finding the cycles and surfacing had to tell.
     finding: seconds of finding cycles, 0 if they were known. seconds: of surfacing.
     """
@@ -82,6 +84,7 @@ class Made:
     body: SurfaceBody | None
     off: Surfacing | None
     off_body: SurfaceBody | None
+    openings: Openings
     notes: tuple[str, ...]
     finding: float
     seconds: float
@@ -152,7 +155,11 @@ class SurfaceMaker:
         off, off_body = self._surfaced(wish, wish.here(wish.banned), plain, {})
         self._memory.end_stage()
         told = () if surfacing is None else surfacing.notes
-        return Made(wish, surfacing, body, off, off_body, (*notes, *told), finding, seconds)
+        there = () if surfacing is None else surfacing.list_surfaced_cycles()
+        openings = find_openings(wish.network, there)
+        return Made(
+            wish, surfacing, body, off, off_body, openings, (*notes, *told), finding, seconds
+        )
 
     def _cycles(self, wish: Wish) -> tuple[tuple[Cycle, ...], tuple[str, ...]]:
         added = wish.here(wish.added)

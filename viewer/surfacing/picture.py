@@ -44,6 +44,11 @@ FACE_EDGE = "#5b6674"
 STROKE = "#8a3ffc"
 OFF = "#7a8594"
 
+#: Curves that bound no patch, dashed, and open rims, wider: shapes tell them for whom colours do
+#: not. Both are of Okabe and Ito's palette, darker than any tint of a piece.
+IDLE, RIM = "#cc3d9a", "#d55e00"
+RIM_PART, IDLE_DASH = 1.5, 5.0
+
 #: How much nearer than what they lie on things are drawn, in points.
 CHORD_LIFT, EDGE_LIFT, CURVE_LIFT, NODE_LIFT, STROKE_LIFT = 3.5, 2.5, 4.5, 6.0, 6.5
 
@@ -105,8 +110,7 @@ def _parts(state: SurfacingState) -> list[Triangles]:
         parts += _off(state, lit)
     if state.curves_shown:
         network = state.surfaces.network
-        lines = [view.seen(curve.points) for curve in network.curves]
-        parts.append(make_ribbons(lines, CURVE, width, CURVE_LIFT))
+        parts += _curves(state, width)
         # Where a lone closed curve begins and ends is no matter.
         nodes = sorted({n for curve in network.curves if not curve.closed for n in curve.nodes})
         places = view.seen(network.nodes[nodes])
@@ -118,6 +122,24 @@ def _parts(state: SurfacingState) -> list[Triangles]:
         ends = np.concatenate([part[[0, -1]] for part in ink.parts] or [np.zeros((0, 3))])
         parts.append(make_discs(view.seen(ends), STROKE, STROKE_WIDTH / 2.0, STROKE_LIFT + 1.0))
     return parts
+
+
+def _curves(state: SurfacingState, width: float) -> list[Triangles]:
+    """The curves; those that bound nothing, and open rims, told apart if that is asked for."""
+    lines = [state.camera.view.seen(curve.points) for curve in state.surfaces.network.curves]
+    openings = state.surfaces.openings
+    # Where no patch is there yet, all is open: nothing is worth a mark.
+    if openings is None or not state.openings_shown or not state.surfaces.patches:
+        return [make_ribbons(lines, CURVE, width, CURVE_LIFT)]
+    idle = set(openings.idle)
+    rims = {curve for rim in openings.rims for curve, _ in rim.steps}
+    plain = [line for i, line in enumerate(lines) if i not in idle | rims]
+    dashes = [dash for i in openings.idle for dash in dash_line(lines[i], IDLE_DASH)]
+    return [
+        make_ribbons(plain, CURVE, width, CURVE_LIFT),
+        make_ribbons([lines[i] for i in sorted(rims)], RIM, RIM_PART * width, CURVE_LIFT),
+        make_ribbons(dashes, IDLE, width, CURVE_LIFT),
+    ]
 
 
 def _curve_width(state: SurfacingState) -> float:
@@ -204,6 +226,13 @@ def _counts(writer: FactWriter, state: SurfacingState) -> None:
     writer.fact("curves", f"{len(network.curves):,}, {format_count(nodes, 'node')}")
     if state.surfaces.n_stages:
         writer.fact("stage", f"{state.surfaces.edits.stage} of {state.surfaces.n_stages}    ← →")
+    openings = state.surfaces.openings
+    if openings is not None and patches:
+        curves = format_count(openings.count_rim_curves(), "curve")
+        rims = f"{len(openings.rims):,}, {curves}, orange" if openings.rims else "none"
+        writer.fact("open rims", rims)
+        if openings.idle:
+            writer.fact("no patch at", f"{format_count(len(openings.idle), 'curve')}, dashed")
     if state.surfaces.off:
         writer.fact("switched off", f"{len(state.surfaces.off)}")
     writer.fact("pieces", f"{pieces:,}, {format_count(faces, 'face')}")

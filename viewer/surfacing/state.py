@@ -116,6 +116,7 @@ class SurfacingState:
         self._drag: Drag | None = None
         self._pressed: tuple[float, float] | None = None
         self.surface_shown = self.chords_shown = self.curves_shown = self.off_shown = True
+        self.openings_shown = True
         self.edges_shown = METHODS[first.method].makes_quads
         self.helping = False
         self.message = ""

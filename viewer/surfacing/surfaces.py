@@ -16,6 +16,7 @@ from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
+from patterndb_sketch.surfacing.openings import Openings
 from patterndb_sketch.surfacing.patch import SurfacePatch
 from patterndb_sketch.surfacing.sampling import (
     EDGES_OF_MEDIAN_CURVE,
@@ -105,6 +106,12 @@ class Surfaces:
     def off_body(self) -> SurfaceBody | None:
         """Likewise those that are switched off."""
         return None if self.made is None else self.made.off_body
+
+    @property
+    def openings(self) -> Openings | None:
+        """What is open in the network shown; None while its surface is not there."""
+        made = self.made
+        return None if made is None or made.wish.network is not self.network else made.openings
 
     @property
     def trouble(self) -> str:

@@ -11,10 +11,10 @@ from hypothesis import strategies as st
 import patterndb
 from patterndb_sketch.surfacing.network import Cycle, InvalidNetworkError
 from patterndb_sketch.surfacing.surfaces import Settings, surface
-from viewer.style import TINTS
+from viewer.style import TINTS, parse_colour
 from viewer.surfacing.body import SurfaceBody, choose_piece_tints, find_neighbours
 from viewer.surfacing.commands import KEYS
-from viewer.surfacing.picture import compose_surface
+from viewer.surfacing.picture import IDLE, RIM, compose_surface
 from viewer.surfacing.state import (
     PANEL,
     SLIDER,
@@ -87,6 +87,26 @@ def test_a_click_switches_a_patch_off_and_on(state: SurfacingState) -> None:
     assert on_keys(state) == every
     keys(state, "u u")
     assert on_keys(state) == every - {CYCLES[0].key}
+
+
+def test_open_rims_and_curves_without_a_patch_are_marked(state: SurfacingState) -> None:
+    def count(colour: str) -> int:
+        # The borders of a band are of its colour, only darker.
+        tints = compose_surface(state, 1.6).solid.colours
+        base = np.array(parse_colour(colour))
+        share = (tints @ base / (base @ base))[..., None]
+        return int((np.abs(tints - share * base).max(axis=-1) < 1e-3).sum())
+
+    assert count(RIM) and not count(IDLE), "the dome is open below, and has a patch at each curve"
+    openings = state.surfaces.openings
+    assert openings is not None and [len(rim.steps) for rim in openings.rims] == [4]
+    click(state, 0.4, 0.4, 0.8)
+    click(state, -0.4, 0.4, 0.8)
+    openings = state.surfaces.openings
+    assert openings is not None and openings.idle == (0, 1, 5)
+    assert count(RIM) and count(IDLE)
+    keys(state, "b")
+    assert not count(RIM) and not count(IDLE)
 
 
 def test_what_is_seen_through_a_patch_that_is_off_can_be_clicked(state: SurfacingState) -> None:
