@@ -187,6 +187,8 @@ def retopo(
                 "read it, or press R in the window"
             )
         say(f"{name}: {plural(len(start.ground.triangles), 'triangle')}")
+        if start.ground.turned:
+            say(f"{plural(start.ground.turned, 'triangle')} turned over, to face as all others do")
         began = read_work_clock()
         drafted = [_make_draft(editor, edge)] if draft else []
         if wanted is not None and script is not None:
@@ -402,9 +404,14 @@ def _path(asked: RetopoRequest, script: Script | None) -> Path:
 
 def _ground(path: Path) -> Ground:
     from ingest.formats import read_mesh
+    from patterndb.errors import InvalidMeshError
     from patterndb_sketch.retopo.ground import Ground
 
-    return Ground.of_polygons(read_mesh(path))
+    mesh = read_mesh(path)
+    try:
+        return Ground.of_polygons(mesh)
+    except InvalidMeshError as error:
+        raise InvalidMeshError(f"{path}: {error}") from error
 
 
 def _from_quads(path: Path, database: Database | DatabaseUnion) -> Editor:

@@ -38,6 +38,7 @@ from patterndb_sketch.retopo.quadgrids import (
     read_grid,
 )
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.wording import list_places
 
 #: A loop longer than this many diagonals never becomes a patch by itself, as elsewhere.
 LONGEST = 2.0
@@ -248,7 +249,9 @@ def _note_losses(placed: dict[int, PlacedPatch], unused: int) -> tuple[str, ...]
     notes: list[str] = []
     if unused:
         notes.append(f"{unused} vertices that no quad uses are left out")
-    over = sum(len(one.flipped) for one in placed.values())
-    if over:
-        notes.append(f"{over} quads of the mesh are flipped, or have no area")
+    over = np.concatenate([one.find_flipped() for one in placed.values()])
+    if len(over):
+        notes.append(
+            f"{len(over)} quads of the mesh are flipped, or have no area, {list_places(over)}"
+        )
     return tuple(notes)

@@ -50,6 +50,7 @@ from patterndb_sketch.retopo.filling.report import Report, report_mesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.wording import format_place, list_places
 from query.engine import PatternSource
 
 #: Edges of the mesh that the field is solved on, in target edges.
@@ -166,8 +167,8 @@ def propose_draft(
     for chain in network.chains.values():
         if not chain.marked:
             raise RefusedError(
-                f"curves are drawn already, the first at {_place(chain.points[0])}: a draft is for "
-                "a bare surface; erase them, or go on by hand"
+                f"curves are drawn already, the first at {format_place(chain.points[0])}: a draft "
+                "is for a bare surface; erase them, or go on by hand"
             )
     vertices, triangles = remesh_evenly(ground, REMESHED * sizes.edge)
     mesh = FieldMesh.of(Ground.of(vertices, triangles))
@@ -200,12 +201,11 @@ def _list_flaws(found: FilledNetwork, ground: Ground, made: Report) -> tuple[str
     """What of a mesh is flipped or far off, in words, with the first place."""
     said: list[str] = []
     if made.flipped:
-        placed = next(one for one in found.placed.values() if len(one.flipped))
-        at = placed.vertices[placed.quads[placed.flipped[0]]].mean(axis=0)
-        said.append(f"{made.flipped} quads are flipped, the first at {_place(at)}")
+        at = np.concatenate([one.find_flipped() for one in found.placed.values()])
+        said.append(f"{made.flipped} flipped quads, {list_places(at)}")
     off = max(made.to_ground, made.from_ground)
     if off > MOST_OFF:
-        said.append(f"{100 * off:.2g} % off at {_place(find_furthest(found, ground))}")
+        said.append(f"{100 * off:.2g} % off at {format_place(find_furthest(found, ground))}")
     return tuple(said)
 
 
@@ -225,7 +225,7 @@ def _refuse_bad(proposed: ProposedDraft, found: FilledNetwork, ground: Ground) -
     """RefusedError for a mesh that is not whole, or is another shape than the surface."""
     made = proposed.report
     off = max(made.to_ground, made.from_ground)
-    worst = _place(find_furthest(found, ground)) if made.quads else "everywhere"
+    worst = format_place(find_furthest(found, ground)) if made.quads else "everywhere"
     if made.unfilled or made.tangled:
         raise RefusedError(
             f"no draft: {made.unfilled} regions have no quads and {made.tangled} edges are "
@@ -256,29 +256,16 @@ def check_ground(ground: Ground) -> None:
     if len(shared):
         raise RefusedError(
             f"{len(shared)} edges have more than two triangles, the first at "
-            f"{_place(topology.middles[shared[0]])}: part the sheets that touch there"
+            f"{format_place(topology.middles[shared[0]])}: part the sheets that touch there"
         )
-    inner = np.flatnonzero(topology.across >= 0)
-    corners = triangles.ravel()
-    alike = inner[corners[inner] == corners[topology.across[inner]]]
-    if len(alike):
-        middle = ground.vertices[triangles[alike[0] // 3]].mean(axis=0)
-        raise RefusedError(
-            f"{len(alike) // 2} neighbouring triangles are turned against each other, the first at "
-            f"{_place(middle)}: turn them all outward"
-        )
-    fans = np.bincount(corners, minlength=len(ground.vertices))
+    fans = np.bincount(triangles.ravel(), minlength=len(ground.vertices))
     mesh = FieldMesh.of(ground)
     for vertex in np.flatnonzero(fans).tolist():
         if len(mesh.list_ring(vertex)) != fans[vertex]:
             raise RefusedError(
-                f"parts of the surface touch in one vertex at {_place(ground.vertices[vertex])}: "
-                "part them, or join them along an edge"
+                "parts of the surface touch in one vertex at "
+                f"{format_place(ground.vertices[vertex])}: part them, or join them along an edge"
             )
-
-
-def _place(point: Points) -> str:
-    return "(" + ", ".join(f"{x:.4g}" for x in point) + ")"
 
 
 def _count_regularly(network: Network, edge: float) -> Network:

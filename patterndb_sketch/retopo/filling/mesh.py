@@ -16,6 +16,7 @@ from patterndb_sketch.retopo.filling.location import find_islands
 from patterndb_sketch.retopo.filling.placing import PlacedPatch
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, Patch
+from patterndb_sketch.retopo.wording import list_places
 from query.engine import PatternSource
 
 
@@ -87,7 +88,9 @@ def fill_network(
             cache.put(network, network.patches[patch], found)
         placed[patch] = found
         if len(found.flipped):
-            told.append(f"patch {patch} has {len(found.flipped)} flipped quads")
+            what = "a flipped quad" if len(found.flipped) == 1 else "flipped quads"
+            many = "" if len(found.flipped) == 1 else f"{len(found.flipped)} "
+            told.append(f"patch {patch} has {many}{what} {list_places(found.find_flipped())}")
     for patch, other in find_islands(network, ground, placed).items():
         del placed[patch]
         told.append(

@@ -88,6 +88,10 @@ class PlacedPatch:
     flipped: Int32Array
     at_rest: bool
 
+    def find_flipped(self) -> Points:
+        """(f, 3) the middles of the quads that are flipped."""
+        return self.vertices[self.quads[self.flipped]].mean(axis=1)
+
 
 def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
     """The quads of a patch, which must have a choice that its counts suit, on the ground.

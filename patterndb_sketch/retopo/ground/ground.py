@@ -9,11 +9,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
+from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points, units
 from patterndb.geometry.surface import GRAZE, Surface, Triangles
 from patterndb_sketch.retopo.errors import InvalidRetopoError
+from patterndb_sketch.retopo.ground.orientation import orient_triangles
 from patterndb_sketch.retopo.ground.topology import GroundTopology
 from patterndb_sketch.retopo.sizes import EDGE, Sizes
+from patterndb_sketch.retopo.wording import format_place
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,6 +84,7 @@ class Ground:
     vertex:   (v,) int32, the ground's number of every vertex given: vertices at one place are
               one, as files that keep a vertex per texture or normal mean it.
     dropped:  how many triangles had no area, and were left out.
+    turned:   how many were turned over, so that all are turned alike; see :mod:`.orientation`.
     """
 
     surface: Surface
@@ -88,14 +92,16 @@ class Ground:
     diagonal: float
     vertex: Int32Array
     dropped: int
+    turned: int = 0
 
     @classmethod
     def of(cls, vertices: ArrayLike, triangles: ArrayLike) -> Ground:
         """From (v, 3) vertices and (t, 3) triangles, counter-clockwise seen from outside.
 
         Any number of parts, with or without borders; an edge may have any number of triangles.
-        Raises InvalidMeshError for arrays of another shape, indices out of range, coordinates
-        that are not finite, and if no triangle has an area.
+        Triangles that are turned against their neighbours are turned over. Raises
+        InvalidMeshError for arrays of another shape, indices out of range, coordinates that are
+        not finite, if no triangle has an area, and for a surface with one side only.
         """
         # Everything is checked before vertices are taken together.
         given = Surface.from_arrays(vertices, triangles)
@@ -112,12 +118,22 @@ class Ground:
             points = np.empty_like(places)
             points[vertex] = given.vertices
             surface = Surface.from_arrays(points, vertex[given.triangles])
+        found = orient_triangles(surface.vertices, surface.triangles)
+        if len(found.onesided):
+            sides = found.triangles.ravel()[found.onesided]
+            raise InvalidMeshError(
+                f"the surface is one-sided, as a Moebius strip: its triangles cannot be turned "
+                f"alike at {format_place(surface.vertices[sides[0]])}; cut it along edges there"
+            )
+        if len(found.turned):
+            surface = Surface.from_arrays(surface.vertices, found.triangles)
         return cls(
             surface,
             GroundTopology.of(surface.vertices, surface.triangles),
             surface.diagonal,
             vertex.astype(np.int32),
             len(np.asarray(triangles)) - len(surface.triangles),
+            len(found.turned),
         )
 
     @classmethod

@@ -16,7 +16,7 @@ from scipy.spatial import KDTree
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb.system.kernels import kernel
-from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.ground import Ground, GroundPoints
 
 #: How often steps of a curve between triangles that do not touch are halved before the curve is
 #: taken to leave the ground there.
@@ -27,12 +27,25 @@ CLEAR = 0.3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class WallGap:
+    """Where a curve leaves the ground: from one part of it to another that does not touch it.
+
+    curve: which one. triangles: (2,) where it leaves, and where it is back. point: (3,) before.
+    """
+
+    curve: int
+    triangles: Int32Array
+    point: Points
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Wall:
     """Curves as walls on a ground.
 
     crossed: (t,) bool, the triangles that they cross.
     points:  (n, 3) of them, lefts: (n, 3) unit directions to their left, curve: (n,) which one.
     beside:  (k,) triangles beside crossed ones.
+    gaps:    places where curves leave the ground, so that nothing stops there.
     """
 
     crossed: NDArray[np.bool_]
@@ -40,6 +53,7 @@ class Wall:
     lefts: Points
     curve: Int32Array
     beside: Int32Array
+    gaps: tuple[WallGap, ...] = ()
 
     def side_of(
         self, ground: Ground, triangles: Int32Array
@@ -54,18 +68,15 @@ class Wall:
         return sample, np.einsum("nc,nc->n", away, self.lefts[sample])
 
 
-def make_wall(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall | None:
-    """Of polylines (n, 3), each with whether it is closed (and does not repeat its first point).
-
-    None if one leaves the ground.
-    """
+def make_wall(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall:
+    """Of polylines (n, 3), each with whether it is closed (and does not repeat its first point)."""
     crossed = np.zeros(len(ground.triangles), np.bool_)
     found: list[tuple[Points, Points]] = []
-    for points, closed in curves:
-        one = _cross_triangles(ground, points, closed, crossed)
-        if one is None:
-            return None
-        found.append(one)
+    gaps: list[WallGap] = []
+    for k, (points, closed) in enumerate(curves):
+        at, lefts, left = _cross_triangles(ground, points, closed, crossed)
+        found.append((at, lefts))
+        gaps += [WallGap(k, triangles, point) for triangles, point in left]
     points = np.concatenate([at for at, _ in found])
     lefts = np.concatenate([left for _, left in found])
     curve = np.repeat(np.arange(len(found), dtype=np.int32), [len(at) for at, _ in found])
@@ -74,25 +85,35 @@ def make_wall(ground: Ground, curves: Sequence[tuple[Points, bool]]) -> Wall | N
     across = ground.topology.across[sides]
     beside = np.unique(across[across >= 0] // 3)
     beside = beside[~crossed[beside]].astype(np.int32)
-    return Wall(crossed, points, lefts, curve, beside)
+    return Wall(crossed, points, lefts, curve, beside, tuple(gaps))
+
+
+def find_gap(ground: Ground, wall: Wall, inside: NDArray[np.bool_]) -> WallGap | None:
+    """A gap that the triangles inside (t,) bool touch: there the wall does not hold them."""
+    if not wall.gaps:
+        return None
+    near = np.zeros(len(ground.vertices), np.bool_)
+    near[ground.triangles[inside]] = True
+    return next((gap for gap in wall.gaps if near[ground.triangles[gap.triangles]].any()), None)
 
 
 def _cross_triangles(
     ground: Ground, points: Points, closed: bool, crossed: NDArray[np.bool_]
-) -> tuple[Points, Points] | None:
-    """Mark the triangles that a polyline crosses; its points and directions to the left."""
+) -> tuple[Points, Points, list[tuple[Int32Array, Points]]]:
+    """Mark the triangles that a polyline crosses; its points and directions to the left, and the
+    triangles between which, and the points where, it leaves the ground."""
     line = np.concatenate([points, points[:1]]) if closed else points
     feet = ground.nearest(line)
+    a, common = _compare_neighbours(ground, feet)
+    apart = np.flatnonzero(~common.any(axis=1))
     for _ in range(HALVINGS):
-        a, b = (ground.triangles[f] for f in (feet.triangles[:-1], feet.triangles[1:]))
-        common = (a[:, :, None] == b[:, None, :]).any(axis=2)
-        apart = np.flatnonzero(~common.any(axis=1))
         if len(apart) == 0:
             break
         line = np.insert(line, apart + 1, 0.5 * (line[apart] + line[apart + 1]), axis=0)
         feet = ground.nearest(line)
-    else:
-        return None
+        a, common = _compare_neighbours(ground, feet)
+        apart = np.flatnonzero(~common.any(axis=1))
+    gaps = [(feet.triangles[k : k + 2], line[k]) for k in apart]
     crossed[feet.triangles] = True
     # Triangles that touch in a vertex alone: the fan around it closes the gap.
     lone = np.flatnonzero(common.sum(axis=1) == 1)
@@ -106,7 +127,14 @@ def _cross_triangles(
     along[0], along[-1] = line[1] - line[0], line[-1] - line[-2]
     if closed:
         along[0] = along[-1] = line[1] - line[-2]
-    return feet.points, units(np.cross(feet.normals, along))
+    return feet.points, units(np.cross(feet.normals, along)), gaps
+
+
+def _compare_neighbours(ground: Ground, feet: GroundPoints) -> tuple[Int32Array, NDArray[np.bool_]]:
+    """(n - 1, 3) the corners of the triangle of every foot but the last, and (n - 1, 3) which of
+    them the next foot's triangle has, too."""
+    a, b = (ground.triangles[f] for f in (feet.triangles[:-1], feet.triangles[1:]))
+    return a, (a[:, :, None] == b[:, None, :]).any(axis=2)
 
 
 def flood_triangles(

@@ -171,7 +171,7 @@ def is_cap(network: Network, loop: tuple[HalfChain, ...], points: Points, length
     if ground is None or length <= 0.0:
         return False
     wall = make_wall(ground, [(points, True)])
-    if wall is None:
+    if wall.gaps:
         return False
     most = ROUNDNESS * length**2 / (4.0 * math.pi)
     # What is crossed counts if its middle is beyond the loop.

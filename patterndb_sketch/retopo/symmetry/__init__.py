@@ -14,7 +14,12 @@ from patterndb_sketch.retopo.symmetry.half import (
     split_stroke,
 )
 from patterndb_sketch.retopo.symmetry.images import MirroredMesh, end_symmetry, mirror_mesh
-from patterndb_sketch.retopo.symmetry.proposal import Proposal, propose_plane
+from patterndb_sketch.retopo.symmetry.proposal import (
+    Proposal,
+    format_share,
+    propose_given,
+    propose_plane,
+)
 from patterndb_sketch.retopo.symmetry.seam import begin_symmetry
 
 __all__ = [
@@ -26,7 +31,9 @@ __all__ = [
     "begin_symmetry",
     "cut_half",
     "end_symmetry",
+    "format_share",
     "mirror_mesh",
+    "propose_given",
     "propose_plane",
     "refuse_beyond",
     "split_stroke",

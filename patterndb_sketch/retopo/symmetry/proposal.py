@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.symmetry.half import Plane
+from patterndb_sketch.retopo.wording import format_place
 
 #: Points of the surface whose images are looked at, about; a third as many, first.
 POINTS = 1500
@@ -25,6 +26,11 @@ DIRECTIONS = 24
 AXES = 1e-3
 
 
+#: A surface is symmetric in a plane if its image is this near to it, in parts of its diagonal: the
+#: root of the mean square. A scan of what is symmetric is some thousandths off.
+SYMMETRIC = 0.005
+
+
 @dataclass(frozen=True, slots=True)
 class Proposal:
     """A plane, and how far the image of the surface is from the surface: the root of the mean
@@ -33,6 +39,21 @@ class Proposal:
 
     plane: Plane
     off: float
+
+    @property
+    def symmetric(self) -> bool:
+        """Is the surface symmetric in it, as far as scans are?"""
+        return self.off <= SYMMETRIC
+
+    def describe(self) -> str:
+        """The plane, and how far off it is, in words."""
+        point, normal = (format_place(one) for one in (self.plane.point, self.plane.normal))
+        return f"the plane through {point} across {normal}, {format_share(self.off)} off"
+
+
+def format_share(off: float) -> str:
+    """Format a part of the diagonal in percent: 0.02 is ``2 %``."""
+    return f"{100.0 * off:.2g} %" if off >= 1e-6 else "0 %"
 
 
 def propose_plane(ground: Ground) -> Proposal:
@@ -63,6 +84,11 @@ def propose_plane(ground: Ground) -> Proposal:
     ]
     straight = min(even, key=lambda one: one.off)
     return straight if straight.off <= best.off + AXES else best
+
+
+def propose_given(ground: Ground, plane: Plane) -> Proposal:
+    """A plane that is given, with how far off it is."""
+    return Proposal(plane, measure_asymmetry(ground, plane, spread_points(ground, POINTS)))
 
 
 def measure_asymmetry(ground: Ground, plane: Plane, points: Points) -> float:

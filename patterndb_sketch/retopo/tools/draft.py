@@ -12,10 +12,6 @@ from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 
-#: A surface is worked on by halves if its image is this near to it, in parts of its diagonal: the
-#: root of the mean square. A scan of what is symmetric is some thousandths off.
-SYMMETRIC = 0.005
-
 #: Edges of a draft, in parts of the surface's diagonal: more than 0.15 leave no shape, and less
 #: than 0.004 give a hundred thousand quads, for which a draft is not made.
 LEAST_EDGE, MOST_EDGE = 0.004, 0.15
@@ -36,7 +32,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     drawn = any(not chain.marked for chain in work.network.chains.values())
     if a["symmetry"] and state.plane is None and not drawn:
         found = propose_plane(work.ground)
-        if found.off <= SYMMETRIC:
+        if found.symmetric:
             half = cut_half(work.ground, found.plane)
             seam = begin_symmetry(work.network, half, state.sizes.sampling).network
             if any(SYMMETRY in chain.marks for chain in seam.chains.values()):
@@ -45,12 +41,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
                 except RefusedError as error:
                     notes.append(f"not by halves, though the surface is symmetric: {error}")
                 else:
-                    point = ", ".join(f"{x:.4g}" for x in found.plane.point)
-                    normal = ", ".join(f"{x:.4g}" for x in found.plane.normal)
-                    said = (
-                        f"symmetry is on: the plane through [{point}] across [{normal}], "
-                        f"{100 * found.off:.2g} % off"
-                    )
+                    said = f"symmetry is on: {found.describe()}"
                     now = replace(state, network=made.network, plane=found.plane)
                     return Result(now, (said, *_describe(made)))
     made = propose_draft(work.network, work.ground, state.sizes, work.source)

@@ -11,8 +11,15 @@ from patterndb_sketch.retopo.arguments import AT, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.network import Draft, Edit, HalfChain, Network, remove_patch, walk_face
-from patterndb_sketch.retopo.network.flooding import CLEAR, Wall, flood_triangles, make_wall
+from patterndb_sketch.retopo.network.flooding import (
+    CLEAR,
+    Wall,
+    find_gap,
+    flood_triangles,
+    make_wall,
+)
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+from patterndb_sketch.retopo.wording import format_place
 
 #: A loop that fewer than this part of the triangles speak for, of those that speak for the first,
 #: is none.
@@ -58,8 +65,6 @@ def find_loop(network: Network, ground: Ground, place: GroundPoints) -> HalfChai
         raise RefusedError("there is no curve yet")
     lines = [network.chains[chain] for chain in chains]
     wall = make_wall(ground, [(line.points, line.loose) for line in lines])
-    if wall is None:
-        raise RefusedError("a curve leaves the surface; redraw it")
     at = place.triangles[:1]
     if wall.crossed[at[0]]:
         return _find_beside(network, wall, chains, place)
@@ -67,6 +72,13 @@ def find_loop(network: Network, ground: Ground, place: GroundPoints) -> HalfChai
     assert found is not None
     inside = np.zeros(len(ground.triangles), np.bool_)
     inside[found[0]] = True
+    gap = find_gap(ground, wall, inside)
+    if gap is not None:
+        raise RefusedError(
+            f"a curve around this place leaves the surface at {format_place(gap.point)}, for "
+            "another part of it: erase it, or redraw it along the surface; curves further away do "
+            "not matter"
+        )
     loops = _find_loops(network, ground, wall, chains, wall.beside[inside[wall.beside]])
     if not loops:
         raise RefusedError("no curve is around this place")

@@ -5,22 +5,32 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from patterndb_sketch.retopo.arguments import Argument, Flag, Vector
+from patterndb_sketch.retopo.arguments import Argument, Flag, Vector, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
+from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.symmetry import (
     Plane,
+    Proposal,
     begin_symmetry,
     cut_half,
     end_symmetry,
+    format_share,
+    propose_given,
     propose_plane,
 )
+from patterndb_sketch.retopo.symmetry.proposal import SYMMETRIC
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+
+#: Normals of the planes that have a name.
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     now = work.state.plane
-    named = a["point"] is not None or a["normal"] is not None
+    if a["axis"] is not None and a["normal"] is not None:
+        raise InvalidRetopoError("symmetry needs either axis or normal, not both")
+    named = any(a[name] is not None for name in ("point", "normal", "axis"))
     if not a["on"]:
         if named or a["find"]:
             raise InvalidRetopoError("switching symmetry off needs no plane; leave it out")
@@ -30,16 +40,43 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     if now is not None:
         raise RefusedError("symmetry is on already; switch it off first")
     if a["find"] and named:
-        raise InvalidRetopoError("symmetry needs either find, or point and normal")
+        raise InvalidRetopoError("symmetry needs either find, or a plane (axis, point, normal)")
+    found = _find_own(work.ground) if a["find"] else _read_plane(work.ground, a)
+    plane = found.plane
+    notes: tuple[str, ...] = ()
     if a["find"]:
-        plane = propose_plane(work.ground).plane
-    else:
-        point = (0.0, 0.0, 0.0) if a["point"] is None else a["point"]
-        normal = (1.0, 0.0, 0.0) if a["normal"] is None else a["normal"]
-        plane = Plane.of(point, normal)
+        notes = (f"symmetry is on: {found.describe()}",)
+    elif not found.symmetric:
+        notes = (
+            f"the surface is not symmetric in {found.describe()}: the other half's quads will not "
+            "lie on it",
+        )
     half = cut_half(work.ground, plane)
     edit = begin_symmetry(work.network, half, work.state.sizes.sampling)
-    return Result(replace(work.state, network=edit.network, plane=plane), edit.notes)
+    return Result(replace(work.state, network=edit.network, plane=plane), (*notes, *edit.notes))
+
+
+def _read_plane(ground: Ground, a: dict[str, Any]) -> Proposal:
+    """The plane that a call names, with how far off it is."""
+    point = (0.0, 0.0, 0.0) if a["point"] is None else a["point"]
+    normal = AXES[a["axis"] or "x"] if a["normal"] is None else a["normal"]
+    return propose_given(ground, Plane.of(point, normal))
+
+
+def _find_own(ground: Ground) -> Proposal:
+    """The surface's own plane; raises RefusedError, with what there is instead, if it has none."""
+    found = propose_plane(ground)
+    if found.symmetric:
+        return found
+    even = ", ".join(
+        f"{name} {format_share(propose_given(ground, Plane.of((0.0, 0.0, 0.0), across)).off)}"
+        for name, across in AXES.items()
+    )
+    raise RefusedError(
+        f"the surface is symmetric in no plane, to {format_share(SYMMETRIC)} of its diagonal: the "
+        f"nearest is {found.describe()}. Across the axes through the origin: {even} off; give "
+        "axis, or point and normal, to take a plane all the same"
+    )
 
 
 def _switch_off(work: ToolWork, plane: Plane) -> Result:
@@ -60,7 +97,8 @@ SYMMETRY_TOOL = Tool(
         "normal": Argument(
             Vector(direction=True), "to the side that is worked on; x if left out", None
         ),
-        "find": Argument(Flag(), "take the surface's own plane", False),
+        "find": Argument(Flag(), "take the surface's own plane, if it has one", False),
+        "axis": Argument(Word(tuple(AXES)), "the normal, by its name", None),
     },
     _act,
     position=230,

@@ -1,0 +1,26 @@
+"""Write places and directions of a surface in words, alike in all notes and refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from patterndb.geometry.points import Points
+
+#: Places that a note names; of more it says how many there are.
+MOST_PLACES = 3
+
+
+def format_place(point: Points | Sequence[float]) -> str:
+    """Format a point (3,) as ``(x, y, z)``: close enough to be found, and to be pointed at by a
+    call."""
+    return "(" + ", ".join(f"{x + 0.0:.4g}" for x in np.asarray(point, np.float64)) + ")"
+
+
+def list_places(points: Points) -> str:
+    """List points (n, 3), n >= 1, after "at": all of a few, else the first ones."""
+    said = [format_place(point) for point in points[:MOST_PLACES]]
+    if len(points) > MOST_PLACES:
+        return "at " + ", ".join(said) + f" and {len(points) - MOST_PLACES} more"
+    return "at " + (", ".join(said[:-1]) + " and " if len(said) > 1 else "") + said[-1]
