@@ -1,4 +1,4 @@
--- The pattern database, whole. Version 4.
+-- The pattern database, whole. Version 5.
 --
 -- One file holds the meshes that were learned from, the patterns found in them, how often
 -- each pattern occurs in each mesh, and how often its fills were used. Words are those of
@@ -8,7 +8,7 @@
 -- that more follow; nearly every number takes one byte.
 
 PRAGMA application_id = 0x50617444;  -- 'PatD'
-PRAGMA user_version = 4;
+PRAGMA user_version = 5;
 
 -- A mesh is known by the bytes of its file: the same bytes under another name are the
 -- same mesh, and are counted once. A mesh given by a program as arrays is known by the bytes
@@ -36,7 +36,11 @@ CREATE TABLE mesh (
     convex_patches   INTEGER NOT NULL CHECK (convex_patches >= 0),
     distinct_patches INTEGER NOT NULL CHECK (distinct_patches >= 0),
     -- learned: from quads. imported: as counted by another program; limits and quads are 0.
-    origin           TEXT    NOT NULL DEFAULT 'learned' CHECK (origin IN ('learned', 'imported'))
+    origin           TEXT    NOT NULL DEFAULT 'learned' CHECK (origin IN ('learned', 'imported')),
+    -- The most patterns that were to be kept of it (0: all). How many others it has: the rarer
+    -- ones. Nothing of them is stored but that their patches count in distinct_patches.
+    pattern_limit     INTEGER NOT NULL DEFAULT 0 CHECK (pattern_limit >= 0),
+    patterns_left_out INTEGER NOT NULL DEFAULT 0 CHECK (patterns_left_out >= 0)
 ) STRICT;
 
 CREATE TABLE pattern (

@@ -88,6 +88,8 @@ def make_sound(folder: Path) -> None:
     shutil.copy(folder / "sound.db", folder / "old.db")
     with closing(sqlite3.connect(folder / "old.db")) as held:
         held.executescript("DROP TABLE checksum; PRAGMA user_version = 2;")
+        for column in ("patterns_left_out", "pattern_limit"):  # of step 5, the last first
+            held.execute(f"ALTER TABLE mesh DROP COLUMN {column}")
         # What step 4 drops, which may be anything, and packed codes.
         for column in DROPPED:
             held.execute(f"ALTER TABLE pattern ADD COLUMN {column} BLOB NOT NULL DEFAULT x''")

@@ -36,6 +36,7 @@ class MeshReport:
     "updated" (only its name or provenance changed); or "no quads" (nothing to learn from, and
     nothing written).
     seconds: from reading to the end of writing; other meshes may have run beside it.
+    left_out: patterns that it has beyond the most that were to be kept.
     """
 
     path: Path | None
@@ -51,6 +52,7 @@ class MeshReport:
     patterns: int
     new_patterns: int
     seconds: float
+    left_out: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -406,6 +408,7 @@ class _Run:
             (learned.basic, learned.side, learned.convex, learned.distinct),
             len(learned.codes),
             new,
+            left_out=learned.left_out,
         )
 
     def _report_known(self, w: _Work) -> None:
@@ -426,6 +429,7 @@ class _Run:
             here.patterns,
             0,
             here.name,
+            here.left_out,
         )
 
     def _provenance_of(self, w: _Work, held: Provenance) -> Provenance:
@@ -449,6 +453,7 @@ class _Run:
         patterns: int,
         new_patterns: int,
         name: str | None = None,
+        left_out: int = 0,
     ) -> None:
         entry = MeshReport(
             w.source if isinstance(w.source, Path) else None,
@@ -461,6 +466,7 @@ class _Run:
             patterns,
             new_patterns,
             read_work_clock() - w.started,
+            left_out,
         )
         self.reports[w.index] = entry
         if self.report is not None:

@@ -24,7 +24,7 @@ SUMMED = {
     "mesh": (
         "id, sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, "
         "prepared, quads_read, quads_used, basic_patches, side_patches, convex_patches, "
-        "distinct_patches, origin"
+        "distinct_patches, origin, pattern_limit, patterns_left_out"
     ),
     "occurrence": "pattern_id, mesh_id, patches, mirrored_patches, example",
     "usage": "pattern_id, uses, origin",
@@ -96,9 +96,9 @@ def read_sums(connection: sqlite3.Connection) -> dict[str, int]:
     }
 
 
-def sum_tables(connection: sqlite3.Connection) -> None:
+def sum_tables(connection: sqlite3.Connection, tables: Iterable[str] = tuple(SUMMED)) -> None:
     """Sum whole tables anew: where they were filled at once, or had no sums before."""
-    for table in SUMMED:
+    for table in tables:
         write_sum(connection, table, sum_rows(select_rows(connection, table)))
 
 

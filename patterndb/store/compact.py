@@ -44,6 +44,9 @@ CACHE_KIB = 8192
 #: Patterns that are described and written at a time: some megabytes.
 BATCH = 1024
 
+#: Limit of a mesh's patterns, and those left out, where its row does not tell them.
+_NO_LIMIT = [0, 0]
+
 Progress = Callable[[int, int], None]
 
 
@@ -97,7 +100,8 @@ def _dump_meshes(connection: sqlite3.Connection, place: dict[int, int]) -> bytes
             pack(np.diff(ends)),
             pack(examples),
         ]
-        meshes.append([sha256.hex(), *fields])
+        # Files of meshes without a limit are as before there was one.
+        meshes.append([sha256.hex(), *(fields if any(fields[-2:]) else fields[:-2])])
     header = {"meshes": meshes, "columns": [len(c) for c in columns]}
     body = json.dumps(header, ensure_ascii=False).encode() + b"\n" + b"".join(columns)
     return lzma.compress(body, preset=9)
@@ -149,6 +153,7 @@ def parse_meshes(block: bytes) -> PackedMeshes:
         line, found, body = lzma.decompress(block).partition(b"\n")
         header = json.loads(line)
         rows, sizes = header["meshes"], header["columns"]
+        rows = [row + _NO_LIMIT if row[-1] in ORIGINS else row for row in rows]
         ends = np.cumsum([0, *sizes]).tolist()
         if not found or ends[-1] != len(body) or len(sizes) != len(COLUMNS) * len(rows):
             raise ValueError("it is cut short")
@@ -210,7 +215,7 @@ def _fill_tables(
         row = (bytes.fromhex(str(sha256)), *fields)
         mesh_ids.append(connection.execute(writing.INSERT_MESH, row).lastrowid or 0)
         frequency[own] += unpack(columns[1]) + unpack(columns[2])
-        is_learned[own] |= fields[-1] == ORIGINS[0]
+        is_learned[own] |= fields[-3] == ORIGINS[0]
     total = n_patterns + sum(map(len, places))
     ids = np.empty(n_patterns, np.int64)
     done = 0

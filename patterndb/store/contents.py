@@ -44,8 +44,12 @@ def hash_content(connection: sqlite3.Connection) -> str:
     rank: dict[int, int] = {}
     for number, (mesh_id, *row) in enumerate(connection.execute(writing.SELECT_MESHES)):
         rank[mesh_id] = number
-        # Learned meshes are hashed as in version 1 of the schema, which knew no others.
-        total.update(repr(row[:-1] if row[-1] == "learned" else row).encode())
+        # Learned meshes are hashed as in version 1 of the schema, which knew no others, and no
+        # limit of their patterns.
+        *told, origin, most, left_out = row
+        told += [] if origin == "learned" else [origin]
+        told += [most, left_out] if most else []
+        total.update(repr(told).encode())
     patterns = connection.execute("SELECT id, code FROM pattern WHERE frequency > 0 ORDER BY id")
     while rows := patterns.fetchmany(READ_AT_ONCE):
         # Hashed as packed codes, which is how earlier versions of the schema held them.
@@ -152,18 +156,29 @@ def _check_counts(connection: sqlite3.Connection) -> list[str]:
     for name, patches, mirrored in connection.execute(
         "SELECT mesh.name, sum(patches), distinct_patches FROM mesh "
         "LEFT JOIN occurrence ON mesh_id = mesh.id GROUP BY mesh.id "
-        "HAVING coalesce(sum(patches), 0) <> distinct_patches"
+        # Every pattern that was left out has a patch.
+        "HAVING coalesce(sum(patches), 0) > distinct_patches - patterns_left_out "
+        "OR (patterns_left_out = 0 AND coalesce(sum(patches), 0) <> distinct_patches)"
     ):
         found.append(f"mesh {name} has {patches} patches in its patterns, but counted {mirrored}")
+    for name, patterns, most in connection.execute(
+        "SELECT mesh.name, count(*), pattern_limit FROM mesh JOIN occurrence ON mesh_id = mesh.id "
+        "WHERE pattern_limit > 0 GROUP BY mesh.id HAVING count(*) > pattern_limit"
+    ):
+        found.append(f"mesh {name} has {patterns} patterns, more than its limit of {most}")
     return found
 
 
 def _check_meshes(connection: sqlite3.Connection) -> list[str]:
     found: list[str] = []
-    for _, sha256, name, *rest, origin in connection.execute(writing.SELECT_MESHES):
-        _, _, _, basic, side, convex, prepared, _, _, *patches, distinct = rest
+    for _, *row in connection.execute(writing.SELECT_MESHES):
+        sha256, name, *rest, origin, most, left_out = row
+        *_, _, _, basic_patches, side_patches, convex_patches, distinct = rest
+        patches = [basic_patches, side_patches, convex_patches]
         try:
-            options_of(basic, side, convex, prepared)
+            options_of(*writing.pick_options(row))
+            if left_out and not most:
+                found.append(f"mesh {name} has {left_out} patterns left out, but had no limit")
             if len(sha256) != SHA256_SIZE:
                 found.append(f"mesh {name} has a hash of {len(sha256)} bytes, not {SHA256_SIZE}")
             # A patch is found by one mode or more.

@@ -10,6 +10,7 @@ from __future__ import annotations
 import logging
 import sqlite3
 from collections.abc import Callable, Mapping
+from functools import partial
 from importlib.resources import files
 from pathlib import Path
 
@@ -22,7 +23,7 @@ from patterndb.store.writing import describe_patterns
 _log = logging.getLogger("patterndb")
 
 APPLICATION_ID = 0x50617444
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 
 #: Step 2: how often fills were used, and where patterns come from.
 _STEP_2 = """
@@ -108,7 +109,15 @@ DROPPED = (
 #: Step 4: codes are short, and most of what follows from them is no longer stored.
 _STEP_4 = "\n".join(f"ALTER TABLE pattern DROP COLUMN {column};" for column in DROPPED)
 
-MIGRATIONS: Mapping[int, str] = {2: _STEP_2, 3: _STEP_3, 4: _STEP_4}
+#: Step 5: a mesh may be learned with a limit of its patterns.
+_STEP_5 = """
+ALTER TABLE mesh ADD COLUMN
+    pattern_limit INTEGER NOT NULL DEFAULT 0 CHECK (pattern_limit >= 0);
+ALTER TABLE mesh ADD COLUMN
+    patterns_left_out INTEGER NOT NULL DEFAULT 0 CHECK (patterns_left_out >= 0);
+"""
+
+MIGRATIONS: Mapping[int, str] = {2: _STEP_2, 3: _STEP_3, 4: _STEP_4, 5: _STEP_5}
 
 #: Patterns that step 4 writes anew at a time.
 _REWRITTEN_AT_ONCE = 10_000
@@ -140,7 +149,12 @@ def _shorten_codes(connection: sqlite3.Connection) -> None:
 
 
 #: What a step does beside its statements, in the same transaction.
-WORK: Mapping[int, Callable[[sqlite3.Connection], None]] = {3: sum_tables, 4: _shorten_codes}
+WORK: Mapping[int, Callable[[sqlite3.Connection], None]] = {
+    # Rows of meshes are summed with the columns of step 5, once they have them.
+    3: partial(sum_tables, tables=("occurrence", "usage")),
+    4: _shorten_codes,
+    5: partial(sum_tables, tables=("mesh",)),
+}
 
 #: Steps after which most of the file is free, and given back: they write all of it anew.
 SHRINKING = {4}

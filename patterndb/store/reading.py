@@ -216,7 +216,8 @@ def list_occurrences(connection: sqlite3.Connection, pattern_id: int) -> list[Oc
 _MESHES = """
 SELECT name, sha256, author, source, licence, basic_limit, side_limit, convex_limit, prepared,
     quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches,
-    (SELECT count(*) FROM occurrence WHERE mesh_id = mesh.id), origin
+    (SELECT count(*) FROM occurrence WHERE mesh_id = mesh.id), origin,
+    pattern_limit, patterns_left_out
 FROM mesh
 """
 
@@ -262,22 +263,33 @@ def list_known(connection: sqlite3.Connection) -> list[KnownMesh]:
 
 
 def make_mesh(row: tuple[object, ...]) -> Mesh:
-    """A mesh of its row: name, hash, provenance, options, what was found, patterns, origin."""
+    """A mesh of its row: name, hash, provenance, options, what was found, patterns, origin, and
+    the limit of its patterns with those left out."""
     name, sha256, author, source, licence, basic, side, convex, prepared, *counts = row
+    *counts, most, left_out = counts
     return Mesh(
         str(name),
         bytes(sha256).hex(),  # pyright: ignore[reportArgumentType]
         Provenance(author, source, licence),  # pyright: ignore[reportArgumentType]
-        options_of(basic, side, convex, prepared),
+        options_of(basic, side, convex, prepared, most),
         *counts,  # pyright: ignore[reportArgumentType]
+        left_out=left_out,  # pyright: ignore[reportArgumentType]
     )
 
 
-def options_of(basic: object, side: object, convex: object, prepared: object) -> LearningOptions:
+def options_of(
+    basic: object, side: object, convex: object, prepared: object, most_patterns: object
+) -> LearningOptions:
     """The learning options that a mesh's columns tell."""
     if not (basic or side or convex):
         return LearningOptions.none()
-    return LearningOptions(basic, side, convex, bool(prepared))  # pyright: ignore[reportArgumentType]
+    return LearningOptions(
+        basic,  # pyright: ignore[reportArgumentType]
+        side,  # pyright: ignore[reportArgumentType]
+        convex,  # pyright: ignore[reportArgumentType]
+        bool(prepared),
+        most_patterns,  # pyright: ignore[reportArgumentType]
+    )
 
 
 def count_by_column(connection: sqlite3.Connection, column: str) -> dict[int, int]:

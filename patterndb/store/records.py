@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 #: No mode takes larger patches: time and the 16 bits of a code's symbols end long before.
 LARGEST_PATCH = 4096
 
+#: No database holds more: a limit beyond is a slip, and SQLite's integers end somewhere.
+MOST_PATTERNS = 1 << 40
+
 
 @dataclass(frozen=True, slots=True)
 class LearningOptions:
@@ -17,12 +20,15 @@ class LearningOptions:
 
     basic, side, convex: the largest patch of each mode in quads; 0 switches a mode off.
     prepare: collapse the polychords that only refine the mesh first.
+    most_patterns: keep at most so many patterns of a mesh, those that most of its patches have;
+    0 keeps all.
     """
 
     basic: int = 7
     side: int = 12
     convex: int = 40
     prepare: bool = True
+    most_patterns: int = 0
 
     def __post_init__(self) -> None:
         for name in ("basic", "side", "convex"):
@@ -32,6 +38,11 @@ class LearningOptions:
                     f"the limit of the {name} mode must lie in 0..{LARGEST_PATCH}, not {limit}; "
                     "0 switches the mode off"
                 )
+        if not 0 <= self.most_patterns <= MOST_PATTERNS:
+            raise ValueError(
+                f"the most patterns of a mesh must lie in 0..{MOST_PATTERNS}, not "
+                f"{self.most_patterns}; 0 keeps all"
+            )
         if not (self.basic or self.side or self.convex):
             raise ValueError("all modes are switched off; give at least one a limit above 0")
 
@@ -41,6 +52,7 @@ class LearningOptions:
         options = object.__new__(cls)
         for name, value in (("basic", 0), ("side", 0), ("convex", 0), ("prepare", False)):
             object.__setattr__(options, name, value)
+        object.__setattr__(options, "most_patterns", 0)
         return options
 
 
@@ -63,6 +75,8 @@ class Learned:
     patches: (k, 2) int64, patches as the code is and as its mirror image.
     examples: per pattern the quads of one patch, packed (see schema.sql).
     origin: "learned", or "imported" where another program counted.
+    left_out: further patterns, of which there are no rows here because the mesh was to teach no
+    more; their patches count in the numbers above.
     """
 
     quads_read: int
@@ -76,14 +90,16 @@ class Learned:
     patches: NDArray[np.int64]
     examples: list[bytes]
     origin: str = "learned"
+    left_out: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class Mesh:
     """A mesh in the database; field by field as in schema.sql.
 
-    patterns: how many occur in it. origin: "learned", or "imported": a table of patterns
-    that another program made.
+    patterns: how many of its patterns are kept. origin: "learned", or "imported": a table of
+    patterns that another program made. left_out: patterns that it has beyond the most that were
+    to be kept.
     """
 
     name: str
@@ -98,6 +114,7 @@ class Mesh:
     distinct: int
     patterns: int
     origin: str = "learned"
+    left_out: int = 0
 
 
 @dataclass(frozen=True, slots=True)

@@ -212,13 +212,13 @@ def _read_sound(source: sqlite3.Connection, tables: set[str], found: Salvage) ->
 def _check_mesh(values: list[Any]) -> None:
     """Check that the columns of a mesh can be such. Raises one of _UNSOUND where they cannot."""
     sha256, name, *said = values[:5]
-    options = values[writing.OPTIONS]
+    options = writing.pick_options(values)
     counts = values[9:15]
     if type(sha256) is not bytes or len(sha256) != SHA256_SIZE:
         raise ValueError("no SHA-256")
     if type(name) is not str or not name or any(type(x) not in (str, type(None)) for x in said):
         raise TypeError("no name, or no text where texts belong")
-    if any(type(x) is not int or x < 0 for x in (*options, *counts)):
+    if any(type(x) is not int or x < 0 for x in (*options, *counts, values[17])):
         raise TypeError("no count where counts belong")
     options_of(*options)
     if values[15] not in ("learned", "imported"):
@@ -265,9 +265,13 @@ def _write(target: sqlite3.Connection, sound: _Sound, found: Salvage) -> None:
         patches[mesh_id] += count
     for mesh_id, values in sound.meshes.items():
         distinct, modes = patches[mesh_id], values[11:14]
-        if values[14] != distinct or not max(modes) <= distinct <= sum(modes):
+        # Each pattern that was left out has a patch at least.
+        is_cut = values[17] > 0 and distinct + values[17] <= values[14]
+        whole = is_cut or values[14] == distinct
+        if not whole or not max(modes) <= values[14] <= sum(modes):
             found.incomplete.append(values[1])
             values[11:15] = *_fit_modes(modes, distinct), distinct
+            values[17] = 0
         target.execute(writing.INSERT_MESH_WITH_ID, (mesh_id, *values))
     kept = [number for number in numbers if number in held]
     for at in range(0, len(kept), WRITTEN_AT_ONCE):

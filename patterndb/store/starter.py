@@ -93,10 +93,8 @@ class StarterDatabase(Database):
         """All meshes, by name."""
         counts = [len(self._meshes.places(k)) for k in range(len(self._meshes.rows))]
         rows = [
-            reading.make_mesh((name, bytes.fromhex(str(sha256)), *fields, count, origin))
-            for (sha256, name, *fields, origin), count in zip(
-                self._meshes.rows, counts, strict=True
-            )
+            reading.make_mesh((row[1], bytes.fromhex(str(row[0])), *row[2:-3], count, *row[-3:]))
+            for row, count in zip(self._meshes.rows, counts, strict=True)
         ]
         return sorted(rows, key=lambda mesh: (mesh.name, mesh.sha256))
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import hashlib
 import sqlite3
 from collections.abc import Iterable, Sequence
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -28,15 +29,20 @@ from patterndb.errors import DatabaseError, InvalidCodeError
 from patterndb.store.checksums import add_to_sum, select_rows, sum_rows, summed
 from patterndb.store.records import Learned, LearningOptions, Provenance
 
+#: Patterns of a mesh that are described and written at a time: some ten megabytes, however many it
+#: has.
+WRITTEN_AT_ONCE = 20_000
+
 #: Uses are kept in 63 bits; this many at once is a slip.
 MOST_AT_ONCE = 1 << 40
 
 MESH = (
     "sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, prepared, "
-    "quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches, origin"
+    "quads_read, quads_used, basic_patches, side_patches, convex_patches, distinct_patches, "
+    "origin, pattern_limit, patterns_left_out"
 )
-#: Where the four columns of the learning options stand among those of a mesh.
-OPTIONS = slice(5, 9)
+#: Picks the columns of the learning options from those of a mesh.
+pick_options = itemgetter(5, 6, 7, 8, 16)
 
 #: What a row of a pattern says of its code; :func:`describe_patterns` gives the values.
 _DESCRIBED = "code, n_sides, n_reflex, n_quads, n_irregular, chiral, signature"
@@ -123,6 +129,8 @@ def add_mesh(
             learned.convex,
             learned.distinct,
             learned.origin,
+            options.most_patterns,
+            learned.left_out,
         ),
     )
     mesh_id = cursor.lastrowid or 0
@@ -131,16 +139,19 @@ def add_mesh(
         pattern_id(code, sides)
         for code, sides in zip(learned.codes, learned.sides.tolist(), strict=True)
     ]
-    fresh = add_patterns(connection, ids, learned.codes)
-    # In the order of the table's key, so that it is written front to back.
-    occurrences = sorted(
-        (i, mesh_id, own + mirrored, mirrored, example)
-        for i, (own, mirrored), example in zip(
-            ids, learned.patches.tolist(), learned.examples, strict=True
-        )
-    )
-    connection.executemany(INSERT_OCCURRENCE, occurrences)
-    add_to_sum(connection, "occurrence", sum_rows(occurrences))
+    # In the order of the tables' keys, so that they are written front to back.
+    order: list[int] = np.argsort(np.array(ids, np.int64)).tolist()
+    fresh = total = 0
+    for first in range(0, len(order), WRITTEN_AT_ONCE):
+        some = order[first : first + WRITTEN_AT_ONCE]
+        fresh += add_patterns(connection, [ids[i] for i in some], [learned.codes[i] for i in some])
+        occurrences = [
+            (ids[i], mesh_id, own + mirrored, mirrored, learned.examples[i])
+            for i, (own, mirrored) in zip(some, learned.patches[some].tolist(), strict=True)
+        ]
+        connection.executemany(INSERT_OCCURRENCE, occurrences)
+        total += sum_rows(occurrences)
+    add_to_sum(connection, "occurrence", total)
     return fresh
 
 
@@ -224,11 +235,12 @@ def merge_database(
     for row in other.execute(SELECT_MESHES):
         other_id, *values = row
         here = connection.execute(
-            "SELECT id, basic_limit, side_limit, convex_limit, prepared FROM mesh WHERE sha256 = ?",
+            "SELECT id, basic_limit, side_limit, convex_limit, prepared, pattern_limit FROM mesh "
+            "WHERE sha256 = ?",
             (values[0],),
         ).fetchone()
         if here is not None:
-            if here[1:] == tuple(values[OPTIONS]):
+            if here[1:] == pick_options(values):
                 same += 1
                 continue
             remove_meshes(connection, [here[0]])

@@ -14,7 +14,7 @@ from patterndb_app.cli.options import FileName, as_json, db_to_read, db_to_write
 from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
 
 if TYPE_CHECKING:
-    from patterndb.store import Database
+    from patterndb.store import Database, Mesh
 
 #: Characters of a mesh's name in a table; the rest of the line is its licence and author.
 SHOWN_NAME = 40
@@ -68,12 +68,19 @@ def meshes(db: Path | None, as_json: bool) -> int:
                 shorten(printable(row.name), SHOWN_NAME),
                 row.quads_read,
                 row.distinct,
-                row.patterns,
+                _tell_patterns(row),
                 ", ".join(text for text in said if text) or "-",
             )
         )
     write(table(("mesh", "quads", "patches", "patterns", "licence, author, source"), lines))
     return 0
+
+
+def _tell_patterns(mesh: Mesh) -> int | str:
+    """The number of a mesh's patterns, and of how many where some were left out."""
+    if not mesh.left_out:
+        return mesh.patterns
+    return f"{mesh.patterns:,} of {mesh.patterns + mesh.left_out:,}"
 
 
 @click.command()

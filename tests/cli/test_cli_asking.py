@@ -68,7 +68,14 @@ class TestMeshes:
         assert [row["name"] for row in rows] == sorted(row["name"] for row in rows)
         for row in rows:
             assert len(row["sha256"]) == 64
-            assert row["options"] == {"basic": 5, "side": 8, "convex": 16, "prepare": True}
+            assert row["options"] == {
+                "basic": 5,
+                "side": 8,
+                "convex": 16,
+                "prepare": True,
+                "most_patterns": 0,
+            }
+            assert row["left_out"] == 0
             assert row["provenance"] == {"author": None, "source": None, "licence": None}
             assert 0 < row["patterns"] <= row["distinct"]
 

@@ -33,6 +33,7 @@ ENTRY = {
     "patches": dict,
     "patterns": int,
     "new_patterns": int,
+    "left_out": int,
     "seconds": float,
 }
 
@@ -82,6 +83,25 @@ def test_order_and_jobs_do_not_matter(tiny: Path, tmp_path: Path) -> None:
     for mesh in (HAND, JUG):
         assert run("ingest", mesh, "--db", other, *TINY, "--jobs", 1).code == 0
     assert content_hash(other) == content_hash(tiny)
+
+
+def test_a_limit_of_patterns_says_where_it_cut(tmp_path: Path) -> None:
+    db = tmp_path / "a.db"
+    limit = ("--db", db, *TINY, "--most-patterns", 2)
+    first = run("ingest", JUG, *limit)
+    assert first.code == 0
+    assert ", 2 patterns, 2 of them new; " in first.err
+    assert first.err.endswith(" rarer ones left out\n")
+    assert "1 mesh has more than 2 patterns, " in first.out
+    again = run("ingest", JUG, *limit)
+    assert "jug.obj: unchanged; " in again.err and " had been left out" in again.err
+    (entry,) = run("ingest", JUG, *limit, "--json").document()["meshes"]
+    assert entry["patterns"] == 2
+    assert f"{entry['left_out']:,} rarer ones left out" in first.err
+    (row,) = run("meshes", "--db", db, "--json").document()["meshes"]
+    assert row["options"]["most_patterns"] == 2
+    assert row["left_out"] == entry["left_out"] > 0
+    assert "2 of " in run("meshes", "--db", db).out
 
 
 def test_other_options_replace(tiny: Path) -> None:

@@ -26,6 +26,8 @@ from patterndb.store import Database, Learned, LearningOptions
 distributed: Any = pytest.importorskip("distributed")
 
 OPTIONS = LearningOptions(4, 8, 12)
+#: As OPTIONS, but most meshes have more patterns.
+FEW = LearningOptions(4, 8, 12, most_patterns=9)
 
 
 @pytest.fixture(scope="module")
@@ -85,6 +87,20 @@ def test_a_cluster_learns_what_threads_learn(
     assert workers == {2}
     assert seen[-1].bytes_done == seen[-1].bytes_total
     assert seen[-1].patches > 0
+
+
+def test_a_limit_of_patterns_is_the_same_on_a_cluster(
+    tmp_path: Path, files: list[Path], address: str, small_parts: None
+) -> None:
+    with (
+        Database(tmp_path / "threads.db", "create") as threads,
+        Database(tmp_path / "cluster.db", "create") as cluster,
+    ):
+        here = ingest(threads, files, FEW, jobs=2)
+        there = ingest(cluster, files, FEW, scheduler=address)
+        assert cluster.content_hash() == threads.content_hash()
+        assert [m.left_out for m in here.meshes] == [m.left_out for m in there.meshes]
+        assert any(mesh.left_out for mesh in there.meshes)
 
 
 def test_processes_of_this_machine_learn_what_threads_learn(
