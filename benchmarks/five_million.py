@@ -2,11 +2,12 @@
 
     python benchmarks/five_million.py ../shared/data/meshes --db deep.db
 
-Every mesh is learned at the default limits first. Then, again and again, the mesh that last brought
-most new patterns a second is learned with a larger limit of the side mode, until there are as many
-patterns as asked for or time is up. No mesh is learned deeper from which more than its share of the
-patterns asked for must be expected. What was learned stays in the database: the same command goes
-on from there. Prints Markdown for RESULTS.md.
+From the smallest on, meshes are learned with a larger limit of the basic mode, until there are as
+many patterns as asked for; then the others at the default limits. The basic mode takes no memory
+for the patches that it met, and in a mesh of few quads each is near an irregular vertex: such
+meshes teach most patterns a second. No mesh keeps more patterns than its share of those asked
+for. What was learned when time is up stays in the database: the same command goes on from there.
+Tells of every mesh as it is done, and at the end Markdown for RESULTS.md.
 """
 
 from __future__ import annotations
@@ -14,71 +15,76 @@ from __future__ import annotations
 import argparse
 import os
 import resource
+import sys
 import time
-from dataclasses import dataclass
 from pathlib import Path
 
 from learn import PAPER
 
-from ingest import ingest
-from patterndb.store import Database, LearningOptions, Mesh
+from ingest import MeshReport, Progress, ingest, read_mesh
+from ingest.prepare import prepare
+from patterndb.core.quadmesh import QuadMesh
+from patterndb.store import Database, LearningOptions
 
-#: Limits of the side mode, one after the other; the first are the default limits.
-SIDES = (12, 14, 16, 18, 20, 22, 24, 26, 28, 30)
-
-#: By how much the patterns of a mesh grow from one limit to the next, where it is not known yet.
-GROWTH = 2.5
-
-
-@dataclass(slots=True)
-class Climb:
-    """How deep a mesh was learned, and what that brought.
-
-    level: place in SIDES. patterns: of the mesh. growth: by the last step. rate: patterns new to
-    the database, a second of the last step.
-    """
-
-    path: Path
-    level: int
-    patterns: int
-    growth: float
-    rate: float
+#: Meshes that are learned together: enough that no thread waits for long at the end.
+TOGETHER = 8
 
 
-def learn(database: Database, climb: Climb, level: int, jobs: int) -> int:
-    """Learn a mesh at a level; return how many patterns the database has now.
+class Log:
+    """What was learned so far, told mesh by mesh; ends the run when time is up."""
 
-    What it had learned of the mesh is taken out first, so what the report calls new is not all new.
-    """
-    before = count(database)
-    (report,) = ingest(database, [climb.path], LearningOptions(side=SIDES[level]), jobs=jobs).meshes
-    if climb.patterns:
-        climb.growth = max(report.patterns / climb.patterns, 1.0)
-    climb.level, climb.patterns = level, report.patterns
-    total = count(database)
-    climb.rate = (total - before) / max(report.seconds, 1e-3)
-    return total
+    def __init__(self, held: int, wanted: int, minutes: float) -> None:
+        self.total = held
+        self.wanted = wanted
+        self._begun = time.perf_counter()
+        self._ends = self._begun + 60 * minutes
+
+    @property
+    def seconds(self) -> float:
+        return time.perf_counter() - self._begun
+
+    @property
+    def is_over(self) -> bool:
+        return time.perf_counter() >= self._ends
+
+    def stop_late(self, _: Progress) -> None:
+        """Break off what is in work when time is up, as Ctrl-C does."""
+        if self.is_over:
+            raise KeyboardInterrupt
+
+    def tell(self, mesh: MeshReport) -> None:
+        """Write a line of a mesh that is done."""
+        self.total += mesh.new_patterns
+        print(
+            f"{self.seconds:6.0f} s, CPU {time.process_time():6.0f} s, "
+            f"{measure_memory():5.0f} MB: {mesh.name} {mesh.outcome}, {mesh.quads_used} quads, "
+            f"{mesh.distinct:,} patches, {mesh.patterns:,} patterns, {mesh.left_out:,} left out, "
+            f"{mesh.new_patterns:,} new to what was there; {self.total:,} or fewer in all",
+            file=sys.stderr,
+            flush=True,
+        )
 
 
-def count(database: Database) -> int:
+def measure_memory() -> float:
+    """The most memory that this process had so far, in megabytes."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def count_quads(path: Path) -> int:
+    """The quads of a mesh once it is prepared."""
+    return prepare(QuadMesh.from_quads(read_mesh(path).quads()[0])).n_quads
+
+
+def count_patterns(database: Database) -> int:
     """Count the patterns of a database."""
     return sum(database.sides_histogram().values())
 
 
-def start(database: Database, paths: list[Path], jobs: int) -> list[Climb]:
-    """Every mesh as the database holds it, or learned at the first level."""
-    held: dict[str, Mesh] = {mesh.name: mesh for mesh in database.meshes()}
-    climbs: list[Climb] = []
-    for path in paths:
-        climb = Climb(path, 0, 0, GROWTH, 0.0)
-        if path.name in held:
-            climb.level = SIDES.index(held[path.name].options.side)
-            climb.patterns = held[path.name].patterns
-            climb.rate = climb.patterns / max(held[path.name].distinct, 1)
-        else:
-            learn(database, climb, 0, jobs)
-        climbs.append(climb)
-    return climbs
+def learn_together(
+    database: Database, paths: list[Path], options: LearningOptions, jobs: int, log: Log
+) -> None:
+    """Learn some meshes, and tell of each."""
+    ingest(database, paths, options, jobs=jobs, progress=log.stop_late, report=log.tell)
 
 
 def main() -> None:
@@ -87,48 +93,44 @@ def main() -> None:
     parser.add_argument("--db", type=Path, required=True, help="the database, made or gone on with")
     parser.add_argument("--patterns", type=int, default=5_000_000)
     parser.add_argument("--share", type=float, default=0.15, help="of one mesh, at most")
+    parser.add_argument("--basic", type=int, default=12, help="the larger limit of the basic mode")
     parser.add_argument("--minutes", type=float, default=60.0)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     given = parser.parse_args()
-    begun = time.perf_counter()
-    paths = sorted(given.folder.glob("*.obj"), key=lambda path: path.stat().st_size)
+    most = int(given.share * given.patterns)
+    plain = LearningOptions(most_patterns=most)
+    deep = LearningOptions(basic=given.basic, most_patterns=most)
     with Database(given.db, "create") as database:
-        before = count(database)
-        climbs = start(database, paths, given.jobs)
-        total = count(database)
-        most = given.share * given.patterns
-        print(f"{total:,} patterns at the first limits, {time.perf_counter() - begun:.0f} s\n")
-        print("| s | mesh | side | patterns of it | patterns of all | new a second |")
-        print("| ---: | --- | ---: | ---: | ---: | ---: |")
-        while total < given.patterns and time.perf_counter() - begun < 60 * given.minutes:
-            able = [
-                climb
-                for climb in climbs
-                if climb.level + 1 < len(SIDES) and climb.patterns * climb.growth <= most
-            ]
-            if not able:
-                break
-            climb = max(able, key=lambda one: one.rate)
-            total = learn(database, climb, climb.level + 1, given.jobs)
-            print(
-                f"| {time.perf_counter() - begun:.0f} | {climb.path.name} | {SIDES[climb.level]} | "
-                f"{climb.patterns:,} | {total:,} | {climb.rate:,.0f} |",
-                flush=True,
-            )
-        seconds = time.perf_counter() - begun
+        before = count_patterns(database)
+        log = Log(before, given.patterns, given.minutes)
+        paths = sorted(given.folder.glob("*.obj"), key=count_quads)
+        held = {mesh.name for mesh in database.meshes() if mesh.options == deep}
+        fresh = [path for path in paths if path.name not in held]
+        while fresh and not log.is_over and log.total < log.wanted:
+            learn_together(database, fresh[:TOGETHER], deep, given.jobs, log)
+            del fresh[:TOGETHER]
+            # What was replaced took patterns with it.
+            log.total = count_patterns(database)
+        learned = {mesh.name for mesh in database.meshes()}
+        rest = [path for path in paths if path.name not in learned]
+        if rest and not log.is_over:
+            learn_together(database, rest, plain, given.jobs, log)
         by_sides = database.sides_histogram()
-        total = sum(by_sides.values())
-        largest = max(climbs, key=lambda climb: climb.patterns)
-    megabytes = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+        meshes = database.meshes()
     size = given.db.stat().st_size
+    total = sum(by_sides.values())
+    largest = max(meshes, key=lambda mesh: mesh.patterns)
+    n_deep = sum(mesh.options.basic == given.basic for mesh in meshes)
     print(
-        f"\n{total:,} patterns of {len(climbs)} meshes, {total - before:,} of them in this run of "
-        f"{seconds / 60:.1f} minutes, {given.jobs} threads; peak memory {megabytes:,.0f} MB; "
-        f"{size / 1e6:,.0f} MB on disk, {size / total:.0f} bytes a pattern; most of one mesh: "
-        f"{largest.patterns:,} ({largest.path.name}, {largest.patterns / total:.1%})\n"
+        f"{total:,} patterns of {len(meshes)} meshes, {n_deep} of them at {given.basic} quads of "
+        f"the basic mode, {total - before:,} patterns in this run of {log.seconds / 60:.1f} "
+        f"minutes ({time.process_time() / 60:.1f} of processor), {given.jobs} threads; peak memory "
+        f"{measure_memory():,.0f} MB; {size / 1e6:,.0f} MB on disk, {size / max(total, 1):.0f} "
+        f"bytes a pattern; most of one mesh: {largest.patterns:,} ({largest.name}, "
+        f"{largest.patterns / max(total, 1):.1%}), {sum(bool(m.left_out) for m in meshes)} cut\n"
     )
     print("| corners | patterns | paper |\n| ---: | ---: | ---: |")
-    for n in range(max(len(PAPER), 1 + max(by_sides))):
+    for n in range(max(len(PAPER), 1 + max(by_sides, default=0))):
         paper = f"{PAPER[n]:,}" if n < len(PAPER) else ""
         print(f"| {n} | {by_sides.get(n, 0):,} | {paper} |")
     print(f"| all | {total:,} | {sum(PAPER):,} |")
