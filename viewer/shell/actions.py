@@ -44,7 +44,8 @@ class ActionTable:
         settings: ShellSettings,
         run: Callable[[Command[Any]], None],
     ) -> None:
-        self._window, self._picture = window, picture
+        # The widget that has the focus where the picture is made of several.
+        self._window, self._picture = window, picture.focusProxy() or picture
         self._kind, self._settings, self._run = kind, settings, run
         self._groups: dict[str, QActionGroup] = {}
         self._menus: dict[str, QMenu] = {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import signal
 import sys
@@ -12,6 +13,7 @@ from typing import Any, Protocol
 # Must be said before pyvistaqt is imported: it asks QtPy, which takes the first that it finds.
 os.environ["QT_API"] = "pyside6"
 
+import PySide6
 from PySide6.QtCore import QCoreApplication, Qt, QTimer
 from PySide6.QtWidgets import QApplication
 
@@ -19,6 +21,9 @@ from viewer.shell.settings import ShellSettings
 
 #: Milliseconds between two moments in which Python may look at signals: Qt's loop runs in C++.
 SIGNALS = 100
+
+#: References to None that will not be used up: at a million a second they last for days.
+SPARE_REFERENCES = 2**40
 
 SCHEMES = {
     "system": Qt.ColorScheme.Unknown,
@@ -33,6 +38,7 @@ def start_application(settings: ShellSettings) -> QApplication:
     if isinstance(there, QApplication):
         app = there
     else:
+        protect_none()
         app = QApplication(sys.argv[:1])
         app.setApplicationName("patterndb")
         app.setStyle("fusion")
@@ -41,6 +47,14 @@ def start_application(settings: ShellSettings) -> QApplication:
     QCoreApplication.setAttribute(Qt.ApplicationAttribute.AA_CompressHighFrequencyEvents, False)
     use_theme(app, settings.theme)
     return app
+
+
+def protect_none() -> None:
+    """Keep Python alive under PySide6 6.12.0, which takes a reference from None with every call
+    that returns nothing: before Python 3.12, where None cannot be freed, some ten thousand calls
+    end the process ("none_dealloc"). pyproject.toml refuses that release, but it may be there."""
+    if sys.version_info < (3, 12) and PySide6.__version__ == "6.12.0":
+        ctypes.c_ssize_t.from_address(id(None)).value += SPARE_REFERENCES
 
 
 def use_theme(app: QApplication, theme: str) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from PySide6.QtCore import QEvent, QSize, Qt, QTimer
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QResizeEvent
 from PySide6.QtWidgets import (
     QApplication,
     QFileDialog,
@@ -45,6 +45,33 @@ Opener = Callable[[Path], Saver]
 DROP_HINT = "drop a file here, or press Ctrl+O"
 
 
+class NotedPicture(QWidget):
+    """A picture with a note over its lower edge.
+
+    The note comes and goes while the pointer draws: the picture must not be moved by that.
+    """
+
+    def __init__(self, picture: QWidget, note: QLabel) -> None:
+        super().__init__()
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(picture)
+        self._note = note
+        note.setParent(self)
+        note.setAutoFillBackground(True)
+
+    def place_note(self) -> None:
+        """Put the note where it belongs, as high as its text."""
+        height = max(self._note.heightForWidth(self.width()), self._note.minimumSizeHint().height())
+        self._note.setGeometry(0, self.height() - height, self.width(), height)
+        self._note.raise_()
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Keep the note at the lower edge."""
+        super().resizeEvent(event)
+        self.place_note()
+
+
 class ShellWindow(QMainWindow):
     """Shows what a saver draws, and has its commands in menus.
 
@@ -67,7 +94,8 @@ class ShellWindow(QMainWindow):
         self._failed = ""
         self.picture = self.make_picture()
         self.hint_label, self.message_label = QLabel(), QLabel()
-        self.setCentralWidget(self._make_middle())
+        self._middle = self._make_middle()
+        self.setCentralWidget(self._middle)
         self.table = ActionTable(self, self.picture, saver.kind, settings, self.run_command)
         self.table.add_commands(saver.commands)
         self.table.add_commands(self._list_window_commands())
@@ -144,6 +172,7 @@ class ShellWindow(QMainWindow):
         self.hint_label.setToolTip(hint)
         self.message_label.setText(message)
         self.message_label.setVisible(bool(message))
+        self._middle.place_note()
 
     def tell_error(self, error: BaseException) -> None:
         """Tell of an error that is none of the user's; the window goes on."""
@@ -426,11 +455,7 @@ class ShellWindow(QMainWindow):
 
     # How it is put together
 
-    def _make_middle(self) -> QWidget:
-        middle = QWidget()
-        layout = QVBoxLayout(middle)
-        layout.setContentsMargins(0, 0, 0, 0)
-        layout.setSpacing(0)
+    def _make_middle(self) -> NotedPicture:
         # A long line is cut rather than the window made wider; the tooltip has all of it.
         self.hint_label.setMinimumWidth(1)
         self.message_label.setWordWrap(True)
@@ -440,9 +465,7 @@ class ShellWindow(QMainWindow):
         bold = self.message_label.font()
         bold.setBold(True)
         self.message_label.setFont(bold)
-        layout.addWidget(self.picture, 1)
-        layout.addWidget(self.message_label)
-        return middle
+        return NotedPicture(self.picture, self.message_label)
 
     def _make_tool_bar(self) -> QToolBar:
         bar = QToolBar("Tools", self)

@@ -1,0 +1,1 @@
+"""Here for its place, as in the folder above: the tests find hands.py."""

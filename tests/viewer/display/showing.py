@@ -1,0 +1,120 @@
+"""A program that shows windows on a real display, and tells what became of them: JSON by lines.
+
+``showing.py FOLDER`` reads {"open": name, "folder": for its files}, {"tell": expression} and
+{"end": true}, and answers {"told": value}. The expression is of Python, with ``window`` and
+``state`` of the window that was opened last, and ``app``. ``showing.py FOLDER NAME`` shows one
+window as the command line does, and ends with its code. Settings go into the folder.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+from pathlib import Path
+from queue import Empty, Queue
+from typing import Any
+
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+
+from PySide6.QtCore import QTimer
+from PySide6.QtWidgets import QFileDialog, QLineEdit, QMessageBox
+from six_windows import MAKERS
+
+from viewer.shell.application import run_application, start_application, telling_errors
+from viewer.shell.settings import ShellSettings
+
+#: Milliseconds between two looks at what is asked.
+PATIENCE = 5
+
+
+class Showing:
+    """Windows, opened one after another, and what is asked about them."""
+
+    def __init__(self, folder: Path) -> None:
+        self.settings = ShellSettings(folder / "windows.ini")
+        self.app = start_application(self.settings)
+        self.app.setQuitOnLastWindowClosed(False)
+        kinds = (QFileDialog, QLineEdit, QMessageBox)
+        self.known: dict[str, Any] = {"app": self.app} | {kind.__name__: kind for kind in kinds}
+        self.asked: Queue[dict[str, Any] | None] = Queue()
+
+    def listen(self) -> None:
+        """Obey what is asked on stdin, until it ends."""
+
+        def read() -> None:
+            for line in sys.stdin:
+                self.asked.put(json.loads(line))
+            self.asked.put(None)
+
+        threading.Thread(target=read, daemon=True).start()
+        # Also while a question is asked: its loop of events has this clock, too.
+        clock = QTimer()
+        clock.timeout.connect(self._obey)
+        clock.start(PATIENCE)
+        with telling_errors(self):
+            self.app.exec()
+
+    def quit_now(self) -> None:
+        """End it all."""
+        self.app.quit()
+
+    def tell_error(self, error: BaseException) -> None:
+        """Tell of an error in the window that is open, as the windows of the program do."""
+        if "window" in self.known:
+            self.known["window"].tell_error(error)
+
+    def _obey(self) -> None:
+        try:
+            message = self.asked.get_nowait()
+        except Empty:
+            return
+        if message is None or "end" in message:
+            self.quit_now()
+        told: object = None
+        if message is not None and "open" in message:
+            self._open(message["open"], Path(message["folder"]))
+        elif message is not None and "tell" in message:
+            try:
+                told = eval(message["tell"], self.known)
+            except Exception as error:
+                told = f"{type(error).__name__}: {error}"
+        print(json.dumps({"told": told}), flush=True)
+
+    def _open(self, name: str, folder: Path) -> None:
+        window = MAKERS[name](self.settings, folder)
+        window.resize(900, 600)
+        window.show()
+        window.picture.setFocus()
+        state = window.saver.state
+        moves: list[tuple[float, float]] = []
+        self.known.update(window=window, state=state, moves=moves)
+        if not hasattr(state, "move"):
+            return
+        move = state.move
+
+        def watched(x: float, y: float) -> bool:
+            moves.append((x, y))
+            return bool(move(x, y))
+
+        state.move = watched
+
+
+def show_one(folder: Path, name: str) -> None:
+    """Show one window until it is closed, or interrupted."""
+    settings = ShellSettings(folder / "windows.ini")
+    app = start_application(settings)
+    window = MAKERS[name](settings, folder)
+    window.show()
+    QTimer.singleShot(0, lambda: print("shown", flush=True))
+    try:
+        run_application(app, window)
+    except KeyboardInterrupt:
+        sys.exit(130)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 2:
+        show_one(Path(sys.argv[1]), sys.argv[2])
+    else:
+        Showing(Path(sys.argv[1])).listen()

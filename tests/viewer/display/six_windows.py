@@ -1,0 +1,122 @@
+"""The six windows, each on something small, for what opens all of them."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+TESTS = Path(__file__).resolve().parents[1]
+for folder in ("retopo", "surfacing", "features", "shapes"):
+    sys.path.append(str(TESTS / folder))
+sys.path.append(str(TESTS.parents[1] / "examples"))
+
+import patterndb
+from patterndb.core.disk import Disk
+from patterndb.core.pattern import Pattern
+from query.expand import expand_pattern
+from viewer.shell.settings import ShellSettings
+from viewer.shell.window import ShellWindow
+
+SIZE = (900, 600)
+
+
+@cache
+def starter() -> Any:
+    """Open the starter database, once in a process."""
+    return patterndb.open()
+
+
+def make_browser(settings: ShellSettings, folder: Path) -> ShellWindow:
+    """Make the window of patterns."""
+    from viewer.browser import BrowserSaver
+    from viewer.browser_state import BrowserState
+    from viewer.browser_window import BrowserWindow
+
+    def widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
+        return expand_pattern(pattern, widths).disk()
+
+    saver = BrowserSaver(BrowserState(starter(), n_sides=3, expand=widen), None, folder, SIZE)
+    return BrowserWindow(saver, "browse", settings)
+
+
+def make_explorer(settings: ShellSettings, folder: Path) -> ShellWindow:
+    """Make the window of fills, on a plane where nothing is drawn yet."""
+    from viewer.explore import ExplorerSaver
+    from viewer.explorer_state import ExplorerState
+    from viewer.explorer_window import ExplorerWindow
+
+    def write(path: Path, fill: Any, points: Any) -> None:
+        path.write_text(f"{fill.n_quads} {len(points)}")
+
+    saver = ExplorerSaver(ExplorerState(starter()), folder, write, SIZE)
+    return ExplorerWindow(saver, "explore", settings)
+
+
+def make_retopo(settings: ShellSettings, folder: Path) -> ShellWindow:
+    """Make the window of retopology, on a flat sheet."""
+    from sheets import sheet
+
+    from patterndb_sketch.retopo.editor import Editor
+    from patterndb_sketch.retopo.script import Script
+    from viewer.retopo.docks import RetopoWindow
+    from viewer.retopo.state import RetopoState
+    from viewer.retopo.window import RetopoSaver, RetopoWriter
+
+    files = RetopoWriter(folder, folder / "sheet.retopo", None, Script("sheet.obj", ()), None)
+    state = RetopoState(Editor(sheet(), starter()), title="sheet", files=files)
+    state.camera.look_along((0.0, 0.0, 1.0))
+    return RetopoWindow(RetopoSaver(state, files, SIZE), "retopo", settings)
+
+
+def make_surfacing(settings: ShellSettings, folder: Path) -> ShellWindow:
+    """Make the window of surfaces, on a dome."""
+    from domes import FROM_ABOVE, Finder, growing_dome
+
+    from viewer.surfacing.docks import SurfacingWindow
+    from viewer.surfacing.state import SurfacingState
+    from viewer.surfacing.window import SurfacingSaver
+
+    state = SurfacingState(growing_dome(), find=Finder(), **FROM_ABOVE)
+    state.settle()
+    saver = SurfacingSaver(state, folder, lambda path, _: path.write_text("surface"), SIZE)
+    return SurfacingWindow(saver, "surface", settings)
+
+
+def make_features(settings: ShellSettings, folder: Path) -> ShellWindow:
+    """Make the window of feature curves, on a roof."""
+    from tents import tent
+
+    from viewer.features.docks import FeatureWindow
+    from viewer.features.state import FeatureState
+    from viewer.features.window import FeatureSaver, FeatureWriter
+
+    files = FeatureWriter(folder, folder / "roof.session")
+    state = FeatureState(tent(), title="roof", files=files)
+    state.camera.look_along((0.0, 0.0, 1.0))
+    return FeatureWindow(FeatureSaver(state, files, SIZE), "features", settings)
+
+
+def make_shapes(settings: ShellSettings, folder: Path) -> ShellWindow:
+    """Make the window of shape models, on bent cars."""
+    from shape_cases import car_shapes, car_template
+
+    from viewer.shapes.docks import ShapesWindow
+    from viewer.shapes.state import ShapesState
+    from viewer.shapes.window import ShapesSaver
+
+    state = ShapesState(car_shapes(), car_template())
+    return ShapesWindow(ShapesSaver(state, folder / "car.obj", SIZE), "shape-model", settings)
+
+
+#: What makes each of the six.
+MAKERS: dict[str, Callable[[ShellSettings, Path], ShellWindow]] = {
+    "browse": make_browser,
+    "explore": make_explorer,
+    "retopo": make_retopo,
+    "surface": make_surfacing,
+    "features": make_features,
+    "shape-model": make_shapes,
+}
