@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
+import trimesh
 from boundary_cases import same_corners
 from plane_cases import SIZES, corners_of, plane_ground, polygons, stroke, t_junctions, up
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import GroundStroke
+from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import Network, are_equal, check_network
+from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.spine import draw_spine, preview_spine
 
 Polygon = list[tuple[float, float, bool]]
@@ -50,12 +54,25 @@ CASES = {
 }
 
 
+@cache
+def coarse_ground() -> Ground:
+    """The same sheet in triangles several times as large as the patches, turned aslant."""
+    n, turn = 5, 0.4
+    x, y = np.meshgrid(np.linspace(-16, 16, n), np.linspace(-16, 16, n), indexing="ij")
+    flat = np.stack([x.ravel(), y.ravel()], axis=1)
+    flat = flat @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+    k = (np.arange(n - 1)[:, None] * n + np.arange(n - 1)).ravel()
+    faces = [np.stack([k, k + n, k + n + 1], axis=1), np.stack([k, k + n + 1, k + 1], axis=1)]
+    return Ground.of(np.c_[flat, np.zeros(n * n)], np.concatenate(faces))
+
+
+@pytest.mark.parametrize("ground", [plane_ground, coarse_ground])
 @pytest.mark.parametrize("name", CASES)
-def test_every_case_of_the_figure_has_its_patch(name: str) -> None:
+def test_every_case_of_the_figure_has_its_patch(name: str, ground: Callable[[], Ground]) -> None:
     drawn, corners, junctions, curves = CASES[name]
     before = polygons(*drawn)
     kept = {patch: corners_of(before, patch) for patch in before.patches}
-    edit = draw_spine(before, plane_ground(), SPINE, SIZES)
+    edit = draw_spine(before, ground(), SPINE, SIZES)
     after = edit.network
     check_network(after)
     (made,) = (p for p in edit.patches if p not in kept and _is_new(after, p, kept))
@@ -73,7 +90,7 @@ def test_every_case_of_the_figure_has_its_patch(name: str) -> None:
             same_corners(corners_of(after, p), [tuple(c) for c in expected], 1e-9)
             for p in after.patches
         )
-    assert len(preview_spine(before, plane_ground(), SPINE, SIZES).curves(SIZES)) == curves
+    assert len(preview_spine(before, ground(), SPINE, SIZES).curves(SIZES)) == curves
 
 
 def _is_new(network: Network, patch: int, kept: dict[int, np.ndarray]) -> bool:
@@ -126,3 +143,26 @@ def test_a_stroke_beside_the_surface_border_is_refused_beyond_it() -> None:
     points = np.c_[np.linspace(7.5, 7.5, 40), np.linspace(-2, 2, 40), np.zeros(40)]
     with pytest.raises(RefusedError, match="beyond the surface"):
         draw_spine(Network(), plane_ground(), GroundStroke(points, up(points), False), SIZES)
+
+
+@pytest.mark.parametrize("rounds", [1, 2, 3])
+@pytest.mark.parametrize("share", [1.0, 0.5, 0.25])
+def test_spines_are_as_wide_as_asked_on_triangles_of_any_size(rounds: int, share: float) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=rounds)
+    ground = Ground.of(ball.vertices, ball.faces)
+    sizes = Sizes.of(ground.diagonal)
+    sizes = replace(sizes, spine=share * sizes.spine)
+    rng = np.random.default_rng(rounds)
+    for _ in range(5):
+        one, two = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2]
+        t = np.linspace(0.0, 4.0 * sizes.spine, 40)[:, None]
+        drawn = clean_stroke(np.cos(t) * one + np.sin(t) * two, ground, sizes, False)
+        edit = draw_spine(Network(longest=10.0), ground, drawn, sizes)
+        check_network(edit.network)
+        (patch,) = edit.network.patches.values()
+        assert len(patch.corners) == 4
+        # All four curves are on the ball's triangles, and the flanks half a width off.
+        points = np.concatenate([chain.points for chain in edit.network.chains.values()])
+        assert np.abs(ground.nearest(points).points - points).max() < 1e-6
+        far = np.linalg.norm(points[:, None] - drawn.points, axis=2).min(axis=1).max()
+        assert far == pytest.approx(sizes.spine, rel=0.12)

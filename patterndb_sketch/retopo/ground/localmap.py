@@ -25,6 +25,10 @@ from patterndb_sketch.retopo.ground.heap import grown, pop, push
 TORN = 2.5
 
 
+#: The way along edges of triangles is at most about so many times as long as the straight one.
+AROUND = 2.0
+
+
 @dataclass(frozen=True, slots=True)
 class MapExtent:
     """How far a map goes: along the surface's edges from its seeds, and in u and v.
@@ -40,6 +44,15 @@ class MapExtent:
     def spine(cls, b: float, length: float) -> MapExtent:
         """Around a stroke of this length, for a brush of half-width b."""
         return cls(1.8 * b, (-1.5 * b, 1.5 * b), (-0.5 * b, length + 0.5 * b))
+
+    def widen(self, by: float) -> MapExtent:
+        """This much further on all sides: so that triangles of such edges, which lie in it only in
+        part, have all their corners in it."""
+        (left, right), (low, high) = self.u, self.v
+        # Along edges it is further than straight.
+        return MapExtent(
+            self.distance + AROUND * by, (left - by, right + by), (low - by, high + by)
+        )
 
     @classmethod
     def completion(cls, b: float) -> MapExtent:

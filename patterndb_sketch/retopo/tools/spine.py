@@ -20,7 +20,14 @@ from patterndb.geometry.points import Points
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import POINTS, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import Ground, GroundStroke, LocalMap, MapExtent, spread_map
+from patterndb_sketch.retopo.ground import (
+    Ground,
+    GroundPoints,
+    GroundStroke,
+    LocalMap,
+    MapExtent,
+    spread_map,
+)
 from patterndb_sketch.retopo.network import Edit, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -54,6 +61,11 @@ class SpinePatch:
     patch: PlanarPatch
     edges: tuple[GroundBoundary, ...]
     onto: LocalMap
+
+    def is_on_ground(self, sizes: Sizes) -> bool:
+        """Does its map have ground under all of its new curves?"""
+        lines = (sample_line(line, sizes.sampling) for line in self.patch.curves)
+        return all(self.onto.at(line)[1].all() for line in lines)
 
     def curves(self, sizes: Sizes) -> list[Points]:
         """Its new curves on the ground, each (m, 3)."""
@@ -91,15 +103,37 @@ def preview_spine(
     width, snap = sizes.spine, sizes.snap_within(sizes.spine)
     length = float(arc_length(stroke.points)[-1])
     seeds = ground.nearest_facing(stroke.points, stroke.normals).feet
-    window = MapExtent.spine(width, length)
-    onto = spread_map(ground, seeds, np.gradient(stroke.points, axis=0), window)
+    along = np.gradient(stroke.points, axis=0)
     edges = find_boundaries(network)
-    boundaries, strokes = map_boundaries(network, edges, onto)
-    patch = plan_spine(boundaries, length, width, snap)
-    wrong = find_fault(patch, [*boundaries, *strokes])
-    if wrong is not None:
-        raise RefusedError(f"the spine's patch would {wrong}; erase that, or draw elsewhere")
-    return SpinePatch(patch, tuple(edges), onto)
+
+    def plan_within(window: MapExtent) -> SpinePatch:
+        onto = spread_map(ground, seeds, along, window)
+        boundaries, strokes = map_boundaries(network, edges, onto)
+        patch = plan_spine(boundaries, length, width, snap)
+        wrong = find_fault(patch, [*boundaries, *strokes])
+        if wrong is not None:
+            raise RefusedError(f"the spine's patch would {wrong}; erase that, or draw elsewhere")
+        return SpinePatch(patch, tuple(edges), onto)
+
+    window = MapExtent.spine(width, length)
+    found = plan_within(window)
+    if found.is_on_ground(sizes):
+        return found
+    # Where triangles are coarse the usual extent has hardly one of them whole.
+    return plan_within(window.widen(_measure_coarseness(ground, seeds)))
+
+
+def _measure_coarseness(ground: Ground, seeds: GroundPoints) -> float:
+    """The length of the longest edge at the triangles under a stroke, or beside these."""
+    corners = np.unique(ground.triangles[seeds.triangles])
+    start, star = ground.topology.star_start, ground.topology.star
+    longest = 0.0
+    for vertex in corners.tolist():
+        beside = ground.vertices[star[start[vertex] : start[vertex + 1]]]
+        longest = max(
+            longest, float(np.linalg.norm(beside - ground.vertices[vertex], axis=1).max())
+        )
+    return longest
 
 
 def plan_spine(
