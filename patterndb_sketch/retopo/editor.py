@@ -21,6 +21,7 @@ from patterndb_sketch.retopo.filling import (
     release_vertices,
     weld_fills,
 )
+from patterndb_sketch.retopo.flaws import describe_flaws
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, add_borders
 from patterndb_sketch.retopo.quadimport import QuadImport
@@ -156,8 +157,10 @@ class Editor:
             state = replace(state, network=release_vertices(self.network, state.network))
         if state.same(self.state):
             return Outcome(False, None, result.notes)
+        before = self.network
         self._history.step(state)
-        return Outcome(True, None, result.notes)
+        flaws = describe_flaws(before, state.network, self.ground_now, state.sizes)
+        return Outcome(True, None, (*result.notes, *flaws))
 
     def fill(self) -> FilledNetwork:
         """Counts, fills and places for all patches of the state now; it keeps them."""

@@ -19,7 +19,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -152,6 +152,7 @@ def play_script(
 ) -> Iterator[tuple[ScriptLine, Outcome]]:
     """Do what a script says, line by line; yields every line with its outcome.
 
+    An outcome's notes have those of the fill after the call, too, as far as they are new.
     export: writes the mesh to a path, as an export line names it. lenient: go on after a call
     that is refused; else InvalidRetopoError, with the line, is raised.
     """
@@ -167,7 +168,9 @@ def play_script(
         if outcome.refused is not None and not lenient:
             raise InvalidRetopoError(f"line {line.number}: {line.call.tool}: {outcome.refused}")
         if outcome.changed:
-            editor.fill()
+            told = () if editor.filled is None else editor.filled.notes
+            new = tuple(note for note in editor.fill().notes if note not in told)
+            outcome = replace(outcome, notes=(*outcome.notes, *new))
         yield line, outcome
 
 

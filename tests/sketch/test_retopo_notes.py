@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 
 import numpy as np
 import pytest
 from editor_cases import SIZES, do, drawn_grid, line
-from retopo_cases import sphere
+from retopo_cases import plane, sphere
 
 from patterndb_sketch.retopo.draft.proposing import find_furthest
 from patterndb_sketch.retopo.editor import Call, Editor
-from patterndb_sketch.retopo.filling import FilledNetwork
+from patterndb_sketch.retopo.filling import FilledNetwork, find_open_edges
+from patterndb_sketch.retopo.filling.doublets import find_doublets
 from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.script import line_of, play_script, script_of
 from patterndb_sketch.retopo.wording import format_place, list_places
 from query.engine import PatternSource
 
@@ -140,3 +143,105 @@ class TestSymmetry:
     ) -> None:
         with pytest.raises(ValueError, match=r"symmetry|axis"):
             Editor(sphere(), source).do(Call("symmetry", arguments))
+
+
+def test_open_ends_are_told_when_they_are_drawn_and_not_again(source: PatternSource) -> None:
+    editor = Editor(plane(), source, SIZES)
+    (note,) = do(editor, "stroke", points=line((0, 0), (2, 0))).notes
+    assert note.startswith("2 open ends at ") and "snap radius of 0.1" in note
+    there = {tuple(place) for place in read_places(note)}
+    assert there == {(0.0, 0.0, 0.0), (2.0, 0.0, 0.0)}
+    # From one open end to nowhere: only the new one is told.
+    (note,) = do(editor, "stroke", points=line((2, 0), (2, 2))).notes
+    assert note.startswith("an open end at ")
+    np.testing.assert_allclose(read_places(note), [[2.0, 2.0, 0.0]], atol=1e-9)
+    do(editor, "stroke", points=line((2, 2), (0, 2)))
+    assert do(editor, "stroke", points=line((0, 2), (0, 0))).notes == ()
+
+
+def find_mesh_doublets(editor: Editor) -> np.ndarray:
+    """(k, 3) inner vertices of the mesh with two quads, by counting."""
+    mesh = editor.mesh(editor.fill())
+    valence = np.bincount(mesh.quads.ravel(), minlength=len(mesh.vertices))
+    inner = np.ones(len(valence), bool)
+    inner[find_open_edges(mesh).ravel()] = False
+    return mesh.vertices[inner & (valence == 2)]
+
+
+def test_doublets_are_told_where_the_mesh_has_them(source: PatternSource) -> None:
+    editor = Editor(plane(), source, SIZES)
+    square = [(0, 0), (3, 0), (3, 3), (0, 3)]
+    for a, b in zip(square, square[1:] + square[:1], strict=True):
+        do(editor, "stroke", points=line(a, b))
+    # From corner to corner with a bend that nothing leads to: four corners on either side.
+    do(editor, "stroke", points=line((0, 0), (1.5, 1.7)))
+    do(editor, "stroke", points=line((1.5, 1.7), (3, 3)))
+    expected = find_mesh_doublets(editor)
+    found = editor.fill()
+    told = [note for note in found.notes if "doublet" in note]
+    assert len(told) == len(expected) == 1
+    np.testing.assert_allclose(read_places(told[0]), expected, atol=1e-3)
+    # A curve that leads there mends it.
+    do(editor, "stroke", points=line((1.5, 1.7), (1.5, 3)))
+    found = editor.fill()
+    assert not any("doublet" in note for note in found.notes)
+    assert len(find_mesh_doublets(editor)) == len(find_doublets(found.network, found.placed)) == 0
+
+
+def test_a_script_tells_doublets_by_the_line_that_made_them(source: PatternSource) -> None:
+    square = [(0, 0), (3, 0), (3, 3), (0, 3), (0, 0), (1.5, 1.7), (3, 3)]
+    lines = ['{"tool": "open", "surface": "plane.obj"}']
+    for a, b in pairwise(square):
+        lines.append(line_of(Call("stroke", {"points": line(a, b)})))
+    editor = Editor(plane(), source, SIZES)
+    script = script_of(lines)
+    played = list(play_script(script, editor, lambda name, found: None))
+    telling = [one.number for one, outcome in played if "doublet" in " ".join(outcome.notes)]
+    assert telling == [7]
+
+
+@pytest.mark.parametrize("symmetric", [True, False])
+def test_doublets_are_those_of_the_mesh_whatever_is_drawn(
+    symmetric: bool, source: PatternSource
+) -> None:
+    editor = Editor(plane(), source, SIZES)
+    if symmetric:
+        do(editor, "symmetry")
+    for a, b in (((0, 0), (2, 0)), ((2, 0), (2, 2)), ((2, 2), (0, 2)), ((0, 2), (0, 0))):
+        editor.do(Call("stroke", {"points": line(a, b)}))
+    # A lens, and a cut along its axis.
+    arc = [(2 + 1.5 * t, 1 + 0.6 * s * np.sin(np.pi * t)) for s in (1, -1) for t in (0, 0.5, 1)]
+    for k in (0, 3):
+        editor.do(Call("stroke", {"points": line(*arc[k : k + 3])}))
+    found = editor.fill()
+    there = find_mesh_doublets(editor)
+    points = find_doublets(found.network, found.placed)
+    if symmetric:
+        plane_now = editor.state.plane
+        assert plane_now is not None
+        images = plane_now.mirror(points)
+        off = np.abs(points[:, 0]) > 1e-9
+        points = np.concatenate([points, images[off]])
+    assert same_set(points, there)
+
+
+def same_set(one: np.ndarray, two: np.ndarray) -> bool:
+    """Are two sets of points (n, 3) the same, in any order?"""
+    rows = [sorted(map(tuple, np.round(points, 9).tolist())) for points in (one, two)]
+    return rows[0] == rows[1]
+
+
+def test_a_curve_that_jumps_to_another_part_is_told_with_its_place(source: PatternSource) -> None:
+    editor = Editor(plates(), source, SIZES)
+    jump = [[-3.7, -3.0, 0.0], [-3.2, -3.0, 0.0], [-3.1, -3.0, 0.4], [-2.9, -3.0, 0.4]]
+    notes = editor.do(Call("stroke", {"points": jump})).notes
+    told = [note for note in notes if "leaves the surface" in note]
+    assert len(told) == 1 and "points nearer" in told[0]
+    assert np.linalg.norm(read_places(told[0])[0] - [-3.15, -3.0, 0.2]) < 0.3
+    # What crosses it cuts it in two: that it jumps is not told again.
+    notes = editor.do(Call("stroke", {"points": [[-3.5, -4, 0], [-3.5, -2, 0]]})).notes
+    assert len(editor.network.chains) == 6
+    assert not any("leaves the surface" in note for note in notes)
+    # Nor is a curve over an edge of the triangles, or around a ball.
+    ball = Editor(sphere(), source)
+    assert do(ball, "loop", at=[0.95, 0.0, 0.3], normal=[0.1, 0.2, 1.0]).notes == ()

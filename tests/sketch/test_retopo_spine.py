@@ -165,4 +165,5 @@ def test_spines_are_as_wide_as_asked_on_triangles_of_any_size(rounds: int, share
         points = np.concatenate([chain.points for chain in edit.network.chains.values()])
         assert np.abs(ground.nearest(points).points - points).max() < 1e-6
         far = np.linalg.norm(points[:, None] - drawn.points, axis=2).min(axis=1).max()
-        assert far == pytest.approx(sizes.spine, rel=0.12)
+        # Of 80 triangles neighbours turn by 36 degrees, which a flat map cannot have.
+        assert far == pytest.approx(sizes.spine, rel=0.12 if rounds > 1 else 0.35)

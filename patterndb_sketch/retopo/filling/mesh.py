@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling.doublets import find_doublets
 from patterndb_sketch.retopo.filling.edgecounts import complete_counts
 from patterndb_sketch.retopo.filling.fills import fill_patch
 from patterndb_sketch.retopo.filling.location import find_islands
-from patterndb_sketch.retopo.filling.placing import PlacedPatch
+from patterndb_sketch.retopo.filling.placing import PlacedPatch, name_border_vertices
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, Patch
 from patterndb_sketch.retopo.wording import list_places
@@ -97,6 +98,13 @@ def fill_network(
             f"patch {patch} has no quads: patch {other} lies within it, joined to none of its "
             "sides; join them by a curve, or erase one"
         )
+    doubled = find_doublets(network, placed)
+    if len(doubled):
+        what = "a doublet" if len(doubled) == 1 else f"{len(doubled)} doublets"
+        told.append(
+            f"{what} {list_places(doubled)}: a vertex with two quads, where two patches and nothing "
+            "else have a corner; delete that, or lead a curve to it"
+        )
     return FilledNetwork(network, placed, tuple(told))
 
 
@@ -153,17 +161,6 @@ def weld_fills(found: FilledNetwork) -> RetopoMesh:
         np.array(node, np.int32),
         np.array(chain, np.int32),
     )
-
-
-def name_border_vertices(network: Network, patch: Patch) -> list[tuple[int, int]]:
-    """What each boundary vertex of a patch is: (node, -1), or (chain, its number along it)."""
-    keys: list[tuple[int, int]] = []
-    for half in patch.loop:
-        chain = network.chains[half >> 1]
-        keys.append((network.origin(half), -1) if not chain.loose else (chain.id, 0))
-        inner = range(1, chain.count)
-        keys += [(chain.id, k) for k in (reversed(inner) if half & 1 else inner)]
-    return keys
 
 
 def find_irregular_vertices(mesh: RetopoMesh) -> tuple[Int32Array, Int32Array]:

@@ -71,6 +71,17 @@ def trace_border(network: Network, patch: Patch) -> tuple[Points, Points]:
     )
 
 
+def name_border_vertices(network: Network, patch: Patch) -> list[tuple[int, int]]:
+    """What each boundary vertex of a patch is: (node, -1), or (chain, its number along it)."""
+    keys: list[tuple[int, int]] = []
+    for half in patch.loop:
+        chain = network.chains[half >> 1]
+        keys.append((network.origin(half), -1) if not chain.loose else (chain.id, 0))
+        inner = range(1, chain.count)
+        keys += [(chain.id, k) for k in (reversed(inner) if half & 1 else inner)]
+    return keys
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PlacedPatch:
     """A patch's quads on the ground.

@@ -102,17 +102,8 @@ def _cross_triangles(
 ) -> tuple[Points, Points, list[tuple[Int32Array, Points]]]:
     """Mark the triangles that a polyline crosses; its points and directions to the left, and the
     triangles between which, and the points where, it leaves the ground."""
-    line = np.concatenate([points, points[:1]]) if closed else points
-    feet = ground.nearest(line)
+    line, feet, apart = _follow_ground(ground, points, closed)
     a, common = _compare_neighbours(ground, feet)
-    apart = np.flatnonzero(~common.any(axis=1))
-    for _ in range(HALVINGS):
-        if len(apart) == 0:
-            break
-        line = np.insert(line, apart + 1, 0.5 * (line[apart] + line[apart + 1]), axis=0)
-        feet = ground.nearest(line)
-        a, common = _compare_neighbours(ground, feet)
-        apart = np.flatnonzero(~common.any(axis=1))
     gaps = [(feet.triangles[k : k + 2], line[k]) for k in apart]
     crossed[feet.triangles] = True
     # Triangles that touch in a vertex alone: the fan around it closes the gap.
@@ -128,6 +119,29 @@ def _cross_triangles(
     if closed:
         along[0] = along[-1] = line[1] - line[-2]
     return feet.points, units(np.cross(feet.normals, along)), gaps
+
+
+def find_leaps(ground: Ground, points: Points, closed: bool) -> Points:
+    """(k, 3) where a polyline (n, 3) leaves the ground for another part of it."""
+    line, _, apart = _follow_ground(ground, points, closed)
+    return line[apart]
+
+
+def _follow_ground(
+    ground: Ground, points: Points, closed: bool
+) -> tuple[Points, GroundPoints, NDArray[np.intp]]:
+    """A polyline with points so near to each other that neighbours lie on triangles that touch,
+    its feet, and the points after which they never do."""
+    line = np.concatenate([points, points[:1]]) if closed else points
+    feet = ground.nearest(line)
+    apart = np.flatnonzero(~_compare_neighbours(ground, feet)[1].any(axis=1))
+    for _ in range(HALVINGS):
+        if len(apart) == 0:
+            break
+        line = np.insert(line, apart + 1, 0.5 * (line[apart] + line[apart + 1]), axis=0)
+        feet = ground.nearest(line)
+        apart = np.flatnonzero(~_compare_neighbours(ground, feet)[1].any(axis=1))
+    return line, feet, apart
 
 
 def _compare_neighbours(ground: Ground, feet: GroundPoints) -> tuple[Int32Array, NDArray[np.bool_]]:

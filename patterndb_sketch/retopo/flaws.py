@@ -1,0 +1,72 @@
+"""Find what an edit left that is rarely meant, and say where: open ends, and curves that leave the
+surface.
+
+Nothing of it is refused: an open end may be joined by the next stroke.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Network, Node
+from patterndb_sketch.retopo.network.flooding import find_leaps
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.wording import list_places
+
+
+def describe_flaws(
+    before: Network, after: Network, ground: Ground, sizes: Sizes
+) -> tuple[str, ...]:
+    """What an edit left, in words with places: what was so before is not told again."""
+    ends = np.array([n.point for n in _list_new_ends(before, after)]).reshape(-1, 3)
+    told: list[str] = []
+    if len(ends):
+        what = "an open end" if len(ends) == 1 else f"{len(ends)} open ends"
+        told.append(
+            f"{what} {list_places(ends)}: nothing to be joined to was within the snap radius of "
+            f"{sizes.snap:.3g}"
+        )
+    leaps = find_new_leaps(before, after, ground)
+    if len(leaps):
+        what = "a curve leaves" if len(leaps) == 1 else "curves leave"
+        told.append(
+            f"{what} the surface {list_places(leaps)}, for another part of it: draw along the "
+            "surface, with points nearer to each other"
+        )
+    return tuple(told)
+
+
+def _list_new_ends(before: Network, after: Network) -> list[Node]:
+    """The open ends of a network that were none before."""
+    return [
+        node
+        for number, node in sorted(after.nodes.items())
+        if node.open and not ((former := before.nodes.get(number)) is not None and former.open)
+    ]
+
+
+def find_new_leaps(before: Network, after: Network, ground: Ground) -> Points:
+    """(k, 3) where curves that are new, or run elsewhere than before, leave the ground."""
+    found: list[Points] = [np.empty((0, 3))]
+    for number, chain in sorted(after.chains.items()):
+        former = before.chains.get(number)
+        if former is None or former.points is not chain.points:
+            found.append(find_leaps(ground, chain.points, chain.loose))
+    leaps = np.concatenate(found)
+    if not len(leaps) or not before.chains:
+        return leaps
+    # A curve that is cut by the edit is another chain: what it did before it still does.
+    former = [
+        find_leaps(ground, chain.points, chain.loose)
+        for number, chain in before.chains.items()
+        if number not in after.chains
+    ]
+    old = np.concatenate([np.empty((0, 3)), *former])
+    away = np.linalg.norm(leaps[:, None] - old, axis=2)
+    return leaps[~(away < SAME_LEAP * ground.diagonal).any(axis=1)]
+
+
+#: Two places where curves leave the ground are one if they are this near, in parts of the diagonal.
+SAME_LEAP = 0.002
