@@ -12,7 +12,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling.placing import PlacedPatch, name_border_vertices
-from patterndb_sketch.retopo.network import NONE, SYMMETRY, HalfChain, Network
+from patterndb_sketch.retopo.network import SYMMETRY, HalfChain, Network
 
 #: Quads around a doublet.
 QUADS = 2
@@ -42,9 +42,7 @@ def find_doublets(network: Network, placed: Mapping[int, PlacedPatch]) -> Points
     for (number, along), quads in uses.items():
         if quads > QUADS:
             continue
-        around = (
-            (2 * number,) if along >= 0 else network.nodes[number].ends if number != NONE else ()
-        )
+        around = (2 * number,) if along >= 0 else network.nodes[number].ends
         whole = all(is_closed(half) and is_closed(half ^ 1) for half in around)
         seam = any(SYMMETRY in network.chains[half >> 1].marks for half in around)
         if whole and quads * (2 if seam else 1) == QUADS:

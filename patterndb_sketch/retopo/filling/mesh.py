@@ -102,8 +102,8 @@ def fill_network(
     if len(doubled):
         what = "a doublet" if len(doubled) == 1 else f"{len(doubled)} doublets"
         told.append(
-            f"{what} {list_places(doubled)}: a vertex with two quads, where two patches and nothing "
-            "else have a corner; delete that, or lead a curve to it"
+            f"{what} {list_places(doubled)}: a vertex with two quads, where two patches and "
+            "nothing else have a corner; delete that, or lead a curve to it"
         )
     return FilledNetwork(network, placed, tuple(told))
 
