@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -37,7 +38,28 @@ def save_drawn(path: Path | str, drawn: Drawn, height: int) -> Path:
 
     Raises PictureFormatError for another suffix than .png, and OSError as writing does.
     """
+    return save_sheet(path, [drawn], height)
+
+
+def save_sheet(path: Path | str, sheet: Sequence[Drawn], height: int) -> Path:
+    """Write composed pictures of one size beside and below each other, each ``height`` pixels
+    high: as many columns as rows, or one more. Raises as :func:`save_drawn` does."""
     path = check_png(path)
+    tiles = [_paint_drawn(drawn, height) for drawn in sheet]
+    columns = math.ceil(math.sqrt(len(tiles)))
+    whole = tiles[0]
+    if len(tiles) > 1:
+        tall, wide = tiles[0].pixels.shape[:2]
+        whole = Raster(columns * wide, math.ceil(len(tiles) / columns) * tall)
+        for k, tile in enumerate(tiles):
+            top, left = k // columns * tall, k % columns * wide
+            whole.pixels[top : top + tall, left : left + wide] = tile.pixels
+    path.write_bytes(whole.encode_png(POINTS_PER_INCH * height / sheet[0].scene.height))
+    return path
+
+
+def _paint_drawn(drawn: Drawn, height: int) -> Raster:
+    """Paint a composed picture, so many pixels high."""
     scene = drawn.scene
     scale = height / scene.height
     raster = Raster(round(scene.width * scale), height)
@@ -53,8 +75,7 @@ def save_drawn(path: Path | str, drawn: Drawn, height: int) -> Path:
         raster.fill(corners, patch.colours)
     for text in scene.texts:
         write_text(raster, text, scene.height, scale)
-    path.write_bytes(raster.encode_png(POINTS_PER_INCH * scale))
-    return path
+    return raster
 
 
 def check_png(path: Path | str) -> Path:

@@ -51,7 +51,15 @@ class RetopoCommand(SectionedCommand):
     cls=RetopoCommand,
     sections={
         "Input": ("--script", "--lenient", "--session", "--quads", "--draft", "--edge", "--db"),
-        "Output": ("-o", "--record", "--picture", "--view", "--exports-anywhere", "--json"),
+        "Output": (
+            "-o",
+            "--record",
+            "--picture",
+            "--sides",
+            "--view",
+            "--exports-anywhere",
+            "--json",
+        ),
     },
 )
 @click.argument("surface", type=FileName(), required=False)
@@ -68,6 +76,12 @@ class RetopoCommand(SectionedCommand):
     type=picture_path(".png"),
     metavar="FILE",
     help="Draw curves and quads into a PNG, without a window.",
+)
+@click.option(
+    "--sides",
+    metavar="SIDES",
+    help="Sides that the picture shows, beside each other, such as front,left,top: home (over the "
+    "left front), front, back, left, right, top, bottom.  [default: home]",
 )
 @click.option(
     "--quads", is_flag=True, help="SURFACE is a mesh of quads: begin from its regular grids."
@@ -109,6 +123,7 @@ def retopo(
     session: Path | None,
     output: Path | None,
     picture: Path | None,
+    sides: str | None,
     quads: bool,
     draft: bool,
     edge: float | None,
@@ -149,6 +164,7 @@ def retopo(
     patterndb retopo spot.obj --session spot.retopo
     patterndb retopo --script spot.jsonl -o spot-quads.obj
     patterndb retopo --script legs.jsonl --session spot.retopo --picture legs.png
+    patterndb retopo --session spot.retopo --picture spot.png --sides front,back,left,top
     patterndb retopo --session spot.retopo -o spot-quads.obj
     patterndb retopo cage.obj --quads --record edits.jsonl
     """
@@ -163,6 +179,7 @@ def retopo(
         require_extra("viewer", "a window")
     if view and as_json:
         raise click.UsageError("--json tells what a script made; leave it or --view out")
+    shown = _read_sides(sides, picture)
     if lenient and script is None:
         raise click.UsageError("--lenient is about a script's calls; give a --script")
     if record is not None and asked.goes_on:
@@ -212,7 +229,7 @@ def retopo(
         if picture is not None:
             from viewer.retopo import draw
 
-            draw(editor, picture, title=name)
+            draw(editor, picture, title=name, sides=shown)
             say(f"drawn: {picture}")
     for note in found.notes:
         say(note)
@@ -241,6 +258,24 @@ def retopo(
     else:
         write(table(("what", "value"), _rows(made, seconds)))
     return 0 if made.quads else 1
+
+
+def _read_sides(sides: str | None, picture: Path | None) -> tuple[str, ...]:
+    """The sides of a picture by name; UsageError for one there is not."""
+    if sides is None:
+        return ()
+    if picture is None:
+        raise click.UsageError("--sides are those of a picture; give --picture, too")
+    # Imported here because it imports compiled kernels, which --help need not wait for.
+    from viewer.retopo.pointing import find_side
+
+    found = tuple(side.strip() for side in sides.split(","))
+    for side in found:
+        try:
+            find_side("z", side)
+        except ValueError as error:
+            raise click.UsageError(f"--sides: {error}") from error
+    return found
 
 
 def _make_draft(editor: Editor, edge: float | None) -> ScriptLine:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import struct
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +16,7 @@ from commandline import assert_refused, run
 from ingest.formats import read_mesh
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.sessionfile import read_session
+from viewer.retopo.pointing import VIEW_SIDES
 
 LOOPS = (
     {"tool": "loop", "at": [1, 0.02, 0], "normal": [0, 0, 1]},
@@ -270,6 +272,19 @@ def test_a_picture_is_drawn_without_a_window(ball: Path, tmp_path: Path) -> None
     assert result.code == 0, result.err
     assert picture.read_bytes().startswith(b"\x89PNG")
     assert f"drawn: {picture}" in result.err
+
+
+def test_a_picture_has_the_sides_that_are_named(ball: Path, tmp_path: Path) -> None:
+    picture = tmp_path / "ball.png"
+    common = ("retopo", "--script", script(tmp_path / "a.jsonl", *LOOPS))
+    result = run(*common, "--picture", picture, "--sides", "front, top,left")
+    assert result.code == 0, result.err
+    # Two rows of two, each as large as a picture of one side.
+    assert struct.unpack(">II", picture.read_bytes()[16:24]) == (2 * 1200, 2 * 800)
+    assert_refused(run(*common, "--picture", picture, "--sides", "front,up"), 2, "no side 'up'")
+    assert_refused(run(*common, "--sides", "front"), 2, "give --picture")
+    said = " ".join(run("retopo", "--help").out.split())
+    assert all(f" {side}" in said for side in VIEW_SIDES)
 
 
 def test_a_surface_alone_opens_the_window(

@@ -127,6 +127,32 @@ def find_chain_point(network: Network, chain: int, place: float) -> Points:
 HOME = {"y": (0.62, 0.36, 1.0), "z": (-0.62, -1.0, 0.36), "x": (0.36, 1.0, 0.62)}
 
 
+#: Sides that a surface is looked at from, by name; "home" is over its left front, as at first.
+VIEW_SIDES = ("home", "front", "back", "left", "right", "top", "bottom")
+
+
+def find_side(upright: str, side: str) -> tuple[float, float, float]:
+    """Find the direction from a surface to who looks at it from a side; the front is the side that
+    is nearest to where it is looked at from at first. Raises ValueError for no side."""
+    if side not in VIEW_SIDES:
+        raise ValueError(f"there is no side {side!r}; there are {', '.join(VIEW_SIDES)}")
+    if side == "home":
+        return HOME[upright]
+    up = np.eye(3)["xyz".index(upright)]
+    front = {"x": (0.0, 1.0, 0.0), "y": (0.0, 0.0, 1.0), "z": (0.0, -1.0, 0.0)}[upright]
+    right = np.cross(up, front)
+    way = {
+        "front": np.array(front),
+        "back": -np.array(front),
+        "left": -right,
+        "right": right,
+        "top": up,
+        "bottom": -up,
+    }[side]
+    x, y, z = way.tolist()
+    return x, y, z
+
+
 #: What a surface stands on is at its lower end within this part of its height, and faces down by
 #: this cosine.
 FOOT, DOWN = 0.02, 0.95
@@ -173,9 +199,12 @@ class RetopoCamera(ModelCamera):
         """Look against a direction (3,), of space; from the other side if that is so already."""
         toward = np.array(direction, np.float64)
         toward /= np.linalg.norm(toward)
-        if np.allclose(self.view.axes[2], toward):
-            toward = -toward
-        self._toward = toward
+        self.look_from(-toward if np.allclose(self.view.axes[2], toward) else toward)
+
+    def look_from(self, direction: ArrayLike) -> None:
+        """Look against a direction (3,), of space, of any length."""
+        toward = np.array(direction, np.float64)
+        self._toward = toward / np.linalg.norm(toward)
         self.aim(self.fit_all())
 
     def fit(self) -> None:

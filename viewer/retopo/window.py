@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,20 +19,25 @@ from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
 from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
-from viewer import saver
+from viewer import saver, style
 from viewer.commands import Command
 from viewer.facts import FactWriter
 from viewer.keymap import Effect
-from viewer.picture import WINDOW, Drawn, check_png, save_drawn
+from viewer.picture import WINDOW, Drawn, check_png, save_sheet
 from viewer.retopo.keys import COMMANDS, KEYS
 from viewer.retopo.panel import describe_network, tell_hint
 from viewer.retopo.picture import RetopoPainter
+from viewer.retopo.pointing import find_side
 from viewer.retopo.state import RetopoState
 from viewer.saver import LostWork, SaveWay, find_free_name
 from viewer.scene import HEIGHT
 
 #: Writes quads to a file.
 WriteMesh = Callable[[Path, RetopoMesh], None]
+
+
+#: Where the name of a side is written, and its size, in points.
+SIDE_AT, SIDE_SIZE = (12.0, 12.0), 13.0
 
 
 def show(
@@ -99,6 +104,7 @@ def draw(
     path: Path | str,
     *,
     toward: ArrayLike | None = None,
+    sides: Sequence[str] = (),
     size: tuple[int, int] = (1200, 800),
     keys: str = "",
     bare: bool = True,
@@ -108,14 +114,17 @@ def draw(
     OpenGL: the same everywhere.
 
     toward: (3,) the direction from the surface to the viewer, None for one from the front left
-    and above. size: pixels. keys: pressed first, such as "m x". bare: without the panel. All
+    and above. sides: names of :data:`~viewer.retopo.pointing.VIEW_SIDES`; each is drawn, in place of
+    that, beside and below each other. size: pixels, of each. keys: pressed first, such as "m x". bare: without the panel. All
     else as for :func:`show`. Patches without a fill get one.
 
-    Raises PictureFormatError if path is not a PNG, ValueError for a key there is not, and
-    OSError as writing does.
+    Raises PictureFormatError if path is not a PNG, ValueError for a key or a side there is not,
+    and OSError as writing does.
     """
     pressed = KEYS.check(keys)
     path = check_png(path)
+    for side in sides:
+        find_side("z", side)
     files = RetopoWriter(path.parent, None, None, Script(title, ()), None)
     state = RetopoState(editor, title=title, files=files)
     try:
@@ -125,7 +134,13 @@ def draw(
             state.camera.look_along(toward)
         shell.play(pressed)
         state.settle()
-        save_drawn(path, shell.drawn(), size[1])
+        sheet: list[Drawn] = []
+        for side in sides:
+            state.camera.look_from(find_side(state.camera.upright, side))
+            drawn = shell.drawn()
+            drawn.scene.text(*SIDE_AT, side, SIDE_SIZE, colour=style.FAINT_TEXT, align="left")
+            sheet.append(drawn)
+        save_sheet(path, sheet or [shell.drawn()], size[1])
     finally:
         state.close()
 

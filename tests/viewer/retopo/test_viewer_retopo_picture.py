@@ -18,6 +18,7 @@ from viewer.retopo import RetopoState, draw
 from viewer.retopo.body import NetworkBody
 from viewer.retopo.marks import CORNER, CURVE, EDGE, FLOW, INK, MARKED, SIDES, SNAP, VALENCES, WRONG
 from viewer.retopo.picture import RetopoPainter
+from viewer.retopo.pointing import VIEW_SIDES, find_side
 from viewer.style import PAPER, parse_colour
 
 
@@ -126,6 +127,45 @@ def test_numbers_of_edges_are_written_in_the_mode_of_counts(state: RetopoState) 
     assert sum(bold for _, bold in numbers()) == 1
     keys(state, "3")
     assert numbers() == [], "hidden by the sheet"
+
+
+def test_a_picture_of_several_sides_has_each_of_them(tmp_path: Path, source: PatternSource) -> None:
+    editor = Editor(sheet(), source)
+    for k in range(4):
+        line = [[*SQUARE[k - 1], 0.0], [*SQUARE[k], 0.0]]
+        editor.do(Call("stroke", {"points": line}))
+    (tmp_path / "sub").mkdir()
+    for side in VIEW_SIDES:
+        draw(editor, tmp_path / "sub" / f"{side}.png", sides=[side], size=(240, 160))
+    draw(editor, tmp_path / "all.png", sides=VIEW_SIDES, size=(240, 160))
+    whole = read(tmp_path / "all.png")
+    # Seven tiles in three columns; two places stay blank.
+    assert whole.shape == (480, 720, 3)
+    seen: list[bytes] = []
+    for k, side in enumerate(VIEW_SIDES):
+        one = read(tmp_path / "sub" / f"{side}.png")
+        top, left = k // 3 * 160, k % 3 * 240
+        np.testing.assert_array_equal(whole[top : top + 160, left : left + 240], one)
+        seen.append(one.tobytes())
+    assert len(set(seen)) == len(VIEW_SIDES)
+    assert (whole[320:, 240:] == whole[-1, -1]).all()
+    # Without a name in the corner: what is drawn by itself is drawn from home.
+    draw(editor, tmp_path / "home.png", size=(240, 160))
+    assert (read(tmp_path / "home.png")[:120] == whole[:120, :240]).all()
+    with pytest.raises(ValueError, match="no side 'below'; there are home, front"):
+        draw(editor, tmp_path / "d.png", sides=["front", "below"])
+
+
+@pytest.mark.parametrize("upright", ["x", "y", "z"])
+def test_sides_are_at_right_angles_and_home_is_nearest_to_the_front(upright: str) -> None:
+    ways = {side: np.array(find_side(upright, side)) for side in VIEW_SIDES}
+    for one, other in (("front", "back"), ("left", "right"), ("top", "bottom")):
+        assert (ways[one] == -ways[other]).all()
+    # Seen from the front with the top up, the right side is on the right.
+    assert (np.cross(ways["top"], ways["front"]) == ways["right"]).all()
+    assert ways["top"]["xyz".index(upright)] == 1.0
+    others = [way for side, way in ways.items() if side != "home"]
+    assert ways["home"] @ ways["front"] == max(ways["home"] @ way for way in others)
 
 
 def test_an_off_screen_picture_is_the_same_every_time(
