@@ -114,8 +114,9 @@ def draw(
     OpenGL: the same everywhere.
 
     toward: (3,) the direction from the surface to the viewer, None for one from the front left
-    and above. sides: names of :data:`~viewer.retopo.pointing.VIEW_SIDES`; each is drawn, in place of
-    that, beside and below each other. size: pixels, of each. keys: pressed first, such as "m x". bare: without the panel. All
+    and above. sides: names of :data:`~viewer.retopo.pointing.VIEW_SIDES`; each is drawn, in place
+    of that, beside and below each other. size: pixels, of each. keys: pressed first, such as
+    "m x". bare: without the panel. All
     else as for :func:`show`. Patches without a fill get one.
 
     Raises PictureFormatError if path is not a PNG, ValueError for a key or a side there is not,
