@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import dijkstra
 
 from patterndb.geometry.leastarea import triangulate_cheapest
-from patterndb_sketch.surfacing.cycles import choosing, closing, find_cycles
+from patterndb_sketch.surfacing.cycles import bounding, choosing, closing, find_cycles, packing
+from patterndb_sketch.surfacing.cycles.bounding import bound_choices
 from patterndb_sketch.surfacing.cycles.choosing import choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     find_candidate_cycles,
@@ -83,6 +84,67 @@ def test_the_choice_is_the_best_of_all_subsets(case: Packing) -> None:
     assert choice is not None and choice.proven
     assert choice.value == pytest.approx(best, abs=1e-6)
     assert value_of(choice.chosen, gains, costs) == pytest.approx(best, abs=1e-6)
+
+
+@settings(max_examples=150, deadline=None)
+@given(packings(), st.booleans())
+def test_a_choice_among_the_likely_is_called_the_best_only_if_it_is(
+    case: Packing, prove: bool
+) -> None:
+    curves, gains, costs, forced, excluded, full = case
+    told = {"forced": forced, "excluded": excluded, "full": full}
+    exact = choose_cycles(curves, np.array(gains), costs, **told)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(packing, "LEAST_LIKELY", 1)
+        choice = choose_cycles(curves, np.array(gains), costs, **told, prove=prove)
+    assert (choice is None) == (exact is None)
+    if choice is None or exact is None:
+        return
+    assert max(sum(c in curves[i] for i in choice.chosen) for c in range(6)) <= 2
+    assert forced <= set(choice.chosen)
+    assert not any(set(group) <= set(choice.chosen) for group in excluded)
+    assert choice.value == pytest.approx(value_of(choice.chosen, gains, costs), abs=1e-6)
+    assert choice.value <= exact.value + 1e-6
+    if choice.proven:
+        assert choice.value == pytest.approx(exact.value, abs=1e-3)
+
+
+@settings(max_examples=150, deadline=None)
+@given(packings(), st.integers(0, 20), st.integers(0, 2))
+def test_no_choice_is_worth_more_than_its_bounds(case: Packing, sweeps: int, spare: int) -> None:
+    curves, gains, costs, _, _, full = case
+    room = dict.fromkeys(range(6), 2) | {1: max(spare, 1)}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bounding, "SWEEPS", sweeps)
+        bounds = bound_choices(curves, gains, costs, room, range(len(curves)), full)
+    assert bounds is not None
+    for size in range(len(curves) + 1):
+        for subset in itertools.combinations(range(len(curves)), size):
+            count = [sum(c in curves[i] for i in subset) for c in range(6)]
+            if any(n > room[c] for c, n in enumerate(count)):
+                continue
+            if any(count[c] != room[c] for c in full):
+                continue
+            value = value_of(subset, gains, costs)
+            assert value <= bounds.best + 1e-6
+            assert all(value <= bounds.most[i] + 1e-6 for i in subset)
+
+
+def test_bounds_of_a_path_of_candidates_are_exact() -> None:
+    # Of a tree the dual has no gap: the best choice and its bound are the same.
+    curves = [[0, 1], [1, 2], [2, 3], [1, 3]]
+    gains = [3.0, 5.0, 3.0, 1.0]
+    bounds = bound_choices(curves, gains, {(0, 1): math.inf}, dict.fromkeys(range(4), 1), range(3))
+    assert bounds is not None and bounds.best == pytest.approx(6.0)
+    assert 5.0 <= bounds.most[1] < 6.0, "the one between is not of the best choice"
+    assert bounds.most[3] == -math.inf, "it was not asked for"
+
+
+def test_tables_too_large_are_not_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(bounding, "MOST_PAIRS", 3)
+    assert bound_choices([[0], [0]], [1.0, 1.0], {}, {0: 2}, [0, 1]) is None
+    choice = choose_cycles([[0], [0]], np.array([1.0, 2.0]), {})
+    assert choice is not None and choice.chosen == (0, 1)
 
 
 @settings(max_examples=150, deadline=None)

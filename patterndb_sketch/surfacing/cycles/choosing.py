@@ -61,14 +61,15 @@ def choose_cycles(
     full: Collection[int] = (),
     least: float | None = None,
     effort: float = 2.0,
+    prove: bool = True,
 ) -> CycleChoice | None:
     """The candidates of the greatest value such that no curve is in more than SIDES of them.
 
     curves: the curves of every candidate. gains: (k,). costs: of pairs (i, j), >= 0, that are
     both chosen. forced: candidates that are chosen. excluded: sets of candidates that must not
     all be chosen. full: curves that must be in SIDES of them. least: a value that is not worth
-    less. effort: in CP-SAT's units of deterministic time, about a second each; the result depends
-    on no clock.
+    less. effort: in CP-SAT's units of deterministic time, some seconds each; the result depends
+    on no clock. prove: is it worth an effort to know that nothing is better?
 
     More than MOST_AT_ONCE candidates, and those for which the effort finds nothing, are chosen
     greedily and improved by windows. Returns None if nothing fits; where there are ``full`` or
@@ -90,6 +91,7 @@ def choose_cycles(
             full=full,
             least=least,
             effort=effort,
+            prove=prove,
         )
         if solved is not None:
             return CycleChoice(solved[0], _value_all(gains, costs, solved[0]), solved[1])
@@ -243,6 +245,7 @@ def _solve_part(
         ],
         full=[curve for curve in contest.whole if curve in room],
         effort=effort,
+        prove=False,
     )
     return None if solved is None else ({part[k] for k in solved[0]}, solved[1])
 

@@ -97,7 +97,7 @@ def find_cycles(
     added, banned: cycles of the network that shall, or shall not, be among them. closings:
     closing paths per pair of curves at a node. worst: the worst badness (see cost.py) of a
     cycle of an open surface; higher finds more, and more that is not meant. effort: what the
-    solver may spend on each choice, in its units of deterministic time, about a second each.
+    solver may spend on each choice, in its units of deterministic time, some seconds each.
     The cycles that the network came with are not looked at. The same curves give the same
     cycles, in whatever order and sense they come.
 
@@ -291,6 +291,7 @@ def _surface(
     forced = part.forced.union(fixed)
     near: set[int] = set()
     mends = 0
+    prove = False
     while True:
         choice = choose_cycles(
             curves,
@@ -301,15 +302,20 @@ def _surface(
             full=full,
             least=least,
             effort=effort,
+            prove=prove,
         )
         if choice is None:
             return None
         wrong = _wrong(network, part, choice.chosen)
+        if not wrong and not (prove or mends or choice.proven or choice.by_windows):
+            prove = True  # only what is a surface as it stands is called proven
+            continue
         if not wrong:
             return replace(choice, proven=choice.proven and not mends)
         if mends == MENDS:
             return None if full else _dropped(network, part, choice)
         mends += 1
+        prove = False
         for group, node in wrong:
             if node is None:
                 excluded.append(group)
