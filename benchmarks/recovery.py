@@ -151,14 +151,19 @@ def rank(case: Case, found: Iterable[Fill], rooted: Rooted) -> int | None:
 
 
 def scored(
-    database: patterndb.Database, cases: Sequence[Case], order: str, n_strokes: int, code: Rooted
+    database: patterndb.Database,
+    cases: Sequence[Case],
+    order: str,
+    n_strokes: int,
+    code: Rooted,
+    limit: int = LIMIT,
 ) -> Score:
-    """Ask for all cases, with so many of their strokes."""
+    """Ask for all cases, with so many of their strokes, and look through so many fills."""
     score = Score()
     for case in cases:
         begun = time.perf_counter()
         strokes = case.strokes[:n_strokes]
-        found = list(fills(database, case.boundary, strokes=strokes, order=order, limit=LIMIT))
+        found = list(fills(database, case.boundary, strokes=strokes, order=order, limit=limit))
         score.seconds += time.perf_counter() - begun
         score.ranks.append(rank(case, found, code))
         score.known.append(case.known)
