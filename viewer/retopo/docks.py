@@ -142,9 +142,12 @@ class RetopoWindow(ShellWindow):
         self.brush.setText(f"{name}: {share:.1f} %   [ ]" if mode.brush else "no brush")
 
     def _choose_option(self, number: int, row: int) -> None:
-        option = self.state.tool.mode.options[number]
-        self.state.turn_option(option, option.values[row])
-        self.show_change()
+        mode = self.state.tool.mode
+        # Another tool may be in use whose options are not shown yet.
+        if mode is self._mode:
+            option = mode.options[number]
+            self.state.turn_option(option, option.values[row])
+            self.show_change()
 
     def _refresh_fills(self) -> None:
         state = self.state

@@ -46,6 +46,8 @@ class CommandPalette(QDialog):
     def __init__(self, parent: QWidget, table: ActionTable) -> None:
         super().__init__(parent)
         self.setWindowTitle("Find a command")
+        # Each is used once; the window would keep them all.
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._table = table
         self.field = QLineEdit(placeholderText="what do you want to do?")
         self.list = QListWidget()

@@ -39,6 +39,8 @@ class PreferencesDialog(QDialog):
     def __init__(self, parent: QWidget, settings: ShellSettings, table: ActionTable) -> None:
         super().__init__(parent)
         self.setWindowTitle("Preferences")
+        # Each is used once; the window would keep them all.
+        self.setAttribute(Qt.WidgetAttribute.WA_DeleteOnClose)
         self._settings, self._table = settings, table
         self.theme = QComboBox()
         self.theme.addItems(list(THEMES))

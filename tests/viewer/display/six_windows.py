@@ -55,8 +55,8 @@ def make_explorer(settings: ShellSettings, folder: Path) -> ShellWindow:
     return ExplorerWindow(saver, "explore", settings)
 
 
-def make_retopo(settings: ShellSettings, folder: Path) -> ShellWindow:
-    """Make the window of retopology, on a flat sheet."""
+def make_retopo(settings: ShellSettings, folder: Path, ground: Any = None) -> ShellWindow:
+    """Make the window of retopology, on a flat sheet unless another ground is given."""
     from sheets import sheet
 
     from patterndb_sketch.retopo.editor import Editor
@@ -66,7 +66,9 @@ def make_retopo(settings: ShellSettings, folder: Path) -> ShellWindow:
     from viewer.retopo.window import RetopoSaver, RetopoWriter
 
     files = RetopoWriter(folder, folder / "sheet.retopo", None, Script("sheet.obj", ()), None)
-    state = RetopoState(Editor(sheet(), starter()), title="sheet", files=files)
+    state = RetopoState(
+        Editor(sheet() if ground is None else ground, starter()), title="sheet", files=files
+    )
     state.camera.look_along((0.0, 0.0, 1.0))
     return RetopoWindow(RetopoSaver(state, files, SIZE), "retopo", settings)
 
@@ -85,8 +87,8 @@ def make_surfacing(settings: ShellSettings, folder: Path) -> ShellWindow:
     return SurfacingWindow(saver, "surface", settings)
 
 
-def make_features(settings: ShellSettings, folder: Path) -> ShellWindow:
-    """Make the window of feature curves, on a roof."""
+def make_features(settings: ShellSettings, folder: Path, model: Any = None) -> ShellWindow:
+    """Make the window of feature curves, on a roof unless another model is given."""
     from tents import tent
 
     from viewer.features.docks import FeatureWindow
@@ -94,7 +96,7 @@ def make_features(settings: ShellSettings, folder: Path) -> ShellWindow:
     from viewer.features.window import FeatureSaver, FeatureWriter
 
     files = FeatureWriter(folder, folder / "roof.session")
-    state = FeatureState(tent(), title="roof", files=files)
+    state = FeatureState(tent() if model is None else model, title="roof", files=files)
     state.camera.look_along((0.0, 0.0, 1.0))
     return FeatureWindow(FeatureSaver(state, files, SIZE), "features", settings)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import signal
 import subprocess
@@ -14,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hands import PATIENCE, PROGRAM, Shown, end, open_display
+from hands import PATIENCE, PROGRAM, Shown, end, open_display, read_within
 
 MISSING = [name for name in ("Xvfb", "openbox", "xdotool") if shutil.which(name) is None]
 
@@ -354,7 +355,8 @@ def test_ctrl_c_ends_a_window(display: dict[str, str], tmp_path: Path, name: str
         )  # fmt: skip
     try:
         assert process.stdout is not None
-        assert process.stdout.readline() == "shown\n", (tmp_path / "stderr").read_text()
+        said = read_within(os.dup(process.stdout.fileno()))
+        assert said == "shown", (tmp_path / "stderr").read_text()
         process.send_signal(signal.SIGINT)
         assert process.wait(PATIENCE) == 130
         assert "Traceback" not in (tmp_path / "stderr").read_text()
