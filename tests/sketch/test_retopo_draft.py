@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from functools import cache
 
@@ -11,8 +12,10 @@ import trimesh
 from editor_cases import do
 from retopo_cases import sphere
 
+from patterndb_sketch.retopo.draft import proposing
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
@@ -248,3 +251,60 @@ def test_what_is_drawn_already_is_not_drawn_over(source: PatternSource) -> None:
     do(editor, "loop", at=[0.95, 0.0, 0.3], normal=[0.0, 0.0, 1.0])
     outcome = editor.do(Call("draft", {"edge": 0.3}))
     assert outcome.refused is not None and "curves are drawn already" in outcome.refused
+
+
+def ring(radius: float, tube: float) -> Ground:
+    mesh = trimesh.creation.torus(radius, tube, major_sections=96, minor_sections=24)
+    return Ground.of(mesh.vertices, mesh.faces)
+
+
+def find_handle(ground: Ground, edge: float) -> HandleLoop | None:
+    return find_shortest_handle(FieldMesh.of(Ground.of(*remesh_evenly(ground, edge))))
+
+
+@pytest.mark.parametrize(("radius", "tube"), [(1.0, 0.15), (1.0, 0.4), (1.0, 0.8)])
+def test_the_shortest_handle_is_the_tube_or_the_hole(radius: float, tube: float) -> None:
+    found = find_handle(ring(radius, tube), 0.08)
+    assert found is not None
+    # Around the tube, or through the hole, whichever is shorter; along edges it is a little longer.
+    shortest = 2.0 * np.pi * min(tube, radius - tube)
+    assert 0.97 * shortest < found.length < 1.2 * shortest
+    away = np.hypot(*found.middle[:2])
+    assert abs(away - (radius if tube < radius - tube else 0.0)) < 0.15
+
+
+@pytest.mark.parametrize("make", [sphere, dish, bean])
+def test_what_has_no_handle_has_no_shortest_one(make: Callable[[], Ground]) -> None:
+    assert find_handle(make(), 0.15) is None
+
+
+def test_the_shortest_of_several_handles_in_several_parts_is_found() -> None:
+    parts = [ring(1.0, 0.4), ring(1.0, 0.2), sphere()]
+    vertices = [part.vertices + 4.0 * k for k, part in enumerate(parts)]
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    faces = [part.triangles + start for part, start in zip(parts, starts, strict=False)]
+    found = find_handle(Ground.of(np.concatenate(vertices), np.concatenate(faces)), 0.1)
+    assert found is not None
+    assert found.length == pytest.approx(2.0 * np.pi * 0.2, rel=0.2)
+    assert abs(np.hypot(*(found.middle[:2] - 4.0)) - 1.0) < 0.15
+
+
+def test_laces_are_refused_with_their_place_before_anything_is_filled(
+    source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise AssertionError("it was filled")
+
+    monkeypatch.setattr(proposing, "fill_network", fail)
+    lace = ring(1.0, 0.04)
+    outcome = Editor(lace, source).do(Call("draft", {"edge": 0.15}))
+    assert outcome.refused is not None
+    wanted = r"a handle .* is ([\d.]+) around at \((.*?)\), .*an edge of ([\d.]+)"
+    found = re.search(wanted, outcome.refused)
+    assert found is not None, outcome.refused
+    assert float(found[1]) == pytest.approx(2.0 * np.pi * 0.04, rel=0.2)
+    x, y, z = (float(part) for part in found[2].split(","))
+    assert np.hypot(x, y) == pytest.approx(1.0, abs=0.05) and abs(z) < 0.05
+    # With the edge that it names it is not refused so any more.
+    with pytest.raises(AssertionError, match="it was filled"):
+        Editor(lace, source).do(Call("draft", {"edge": 0.9 * float(found[3]), "symmetry": False}))

@@ -26,6 +26,7 @@ from patterndb_sketch.retopo.draft.assembly import (
 )
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.handles import find_shortest_handle
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
@@ -172,6 +173,7 @@ def propose_draft(
             )
     vertices, triangles = remesh_evenly(ground, REMESHED * sizes.edge)
     mesh = FieldMesh.of(Ground.of(vertices, triangles))
+    _refuse_laces(mesh, sizes.edge)
     best: tuple[tuple[float, ...], ProposedDraft, FilledNetwork] | None = None
     why = ""
     for setting in SETTINGS:
@@ -195,6 +197,24 @@ def propose_draft(
     _, proposed, found = best
     _refuse_bad(proposed, found, ground)
     return proposed
+
+
+#: A loop around a handle, or through one, is at least so many target edges long: three quads close
+#: a tube, and it has no shape with fewer.
+LEAST_AROUND = 3.0
+
+
+def _refuse_laces(mesh: FieldMesh, edge: float) -> None:
+    """RefusedError, with the place, for a surface with a handle that no ring of quads of this edge
+    goes around, or through: a lace, or the slit below it."""
+    found = find_shortest_handle(mesh)
+    if found is not None and found.length < LEAST_AROUND * edge:
+        raise RefusedError(
+            f"no draft: a handle of the surface, or the opening through it, is {found.length:.3g} "
+            f"around at {format_place(found.middle)}, and an edge is {edge:.3g}: no ring of quads "
+            f"closes there; take an edge of {found.length / LEAST_AROUND:.2g}, close the opening "
+            "if it is none, or draw by hand"
+        )
 
 
 def _list_flaws(found: FilledNetwork, ground: Ground, made: Report) -> tuple[str, ...]:

@@ -1,0 +1,124 @@
+"""Find the shortest loop around a handle of a surface, or through one: laces and thin bridges.
+
+A tree of shortest paths from a root, and a tree of the triangles over the edges that it leaves,
+leave two edges for each handle; each closes a loop that parts nothing. After Erickson and
+Whittlesey 2005, "Greedy optimal homotopy and homology generators", with edges that reach furthest
+from the root taken into the second tree first. From other roots loops are shorter: the ends of the
+shortest ones so far are tried.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse.csgraph import connected_components, dijkstra
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+
+#: Loops whose ends are tried as roots.
+TRIED = 4
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class HandleLoop:
+    """length: of a loop along edges, about the shortest around its handle. middle: (3,) of it."""
+
+    length: float
+    middle: Points
+
+
+def find_shortest_handle(mesh: FieldMesh) -> HandleLoop | None:
+    """The shortest loop along edges that parts nothing; None where every loop does.
+
+    Loops around borders part what is beyond them: a sheet with holes has no handle.
+    """
+    parts, part = connected_components(mesh.edge_graph, directed=False)
+    used = np.unique(mesh.triangles)
+    best: HandleLoop | None = None
+    for number in range(parts):
+        own = used[part[used] == number]
+        if not len(own):
+            continue
+        found = sorted(_list_loops(mesh, int(own[0])), key=lambda loop: loop[0])
+        for _, start, _ in found[:TRIED]:
+            found += _list_loops(mesh, start)
+        for length, _, loop in found:
+            if best is None or length < best.length:
+                best = HandleLoop(length, mesh.vertices[loop].mean(axis=0))
+    return best
+
+
+def _list_loops(mesh: FieldMesh, root: int) -> list[tuple[float, int, list[int]]]:
+    """Two loops for each handle of the root's part: length, a vertex on it, and all of them."""
+    far, before = dijkstra(mesh.edge_graph, indices=root, return_predecessors=True)
+    ends = mesh.ground.topology.ends
+    one, two = ends[:, 0], ends[:, 1]
+    tree = (before[one] == two) | (before[two] == one)
+    open_ = np.flatnonzero(~tree & np.isfinite(far[one]))
+    size = np.linalg.norm(mesh.vertices[one[open_]] - mesh.vertices[two[open_]], axis=1)
+    reach = far[one[open_]] + far[two[open_]] + size
+    beside = _find_beside(mesh)
+    parent = list(range(int(beside.max()) + 1))
+
+    def find_root(k: int) -> int:
+        while parent[k] != k:
+            parent[k] = parent[parent[k]]
+            k = parent[k]
+        return k
+
+    found: list[tuple[float, int, list[int]]] = []
+    for at in np.argsort(-reach, kind="stable").tolist():
+        edge = int(open_[at])
+        a, b = (find_root(k) for k in beside[edge].tolist())
+        if a != b:
+            parent[a] = b
+            continue
+        loop = _close_loop(before, int(one[edge]), int(two[edge]))
+        steps = mesh.vertices[loop] - mesh.vertices[np.roll(loop, -1)]
+        found.append((float(np.linalg.norm(steps, axis=1).sum()), loop[0], loop))
+    return found
+
+
+def _find_beside(mesh: FieldMesh) -> Int32Array:
+    """(e, 2) the two triangles of every edge; beyond a border its loop, numbered after them."""
+    topology, triangles = mesh.ground.topology, mesh.triangles
+    n = len(triangles)
+    border = topology.border
+    tails = triangles.ravel()[border]
+    heads = triangles[border // 3, (border % 3 + 1) % 3]
+    after = {int(tail): k for k, tail in enumerate(tails.tolist())}
+    ring = np.full(len(border), -1, np.int32)
+    rings = 0
+    for first in range(len(border)):
+        k = first
+        if ring[k] >= 0:
+            continue
+        while ring[k] < 0:
+            ring[k] = rings
+            k = after[int(heads[k])]
+        rings += 1
+    found = np.empty((len(topology.ends), 2), np.int32)
+    start = topology.side_start[:-1]
+    found[:, 0] = topology.sides[start] // 3
+    found[:, 1] = topology.sides[topology.side_start[1:] - 1] // 3
+    found[topology.edges[border], 1] = n + ring
+    return found
+
+
+def _close_loop(before: Int32Array, one: int, two: int) -> list[int]:
+    """The vertices of two paths to a root and the edge between their ends, without what both
+    have."""
+    paths: list[list[int]] = []
+    for vertex in (one, two):
+        path = [vertex]
+        while before[path[-1]] >= 0:
+            path.append(int(before[path[-1]]))
+        paths.append(path)
+    here, there = paths
+    while len(here) > 1 and len(there) > 1 and here[-2] == there[-2]:
+        here.pop()
+        there.pop()
+    return [*here, *reversed(there[:-1])]
