@@ -13,7 +13,7 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, Node
 from patterndb_sketch.retopo.network.flooding import find_leaps
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.wording import list_places
+from patterndb_sketch.retopo.wording import count_places, list_places
 
 
 def describe_flaws(
@@ -23,16 +23,15 @@ def describe_flaws(
     ends = np.array([n.point for n in _list_new_ends(before, after)]).reshape(-1, 3)
     told: list[str] = []
     if len(ends):
-        what = "an open end" if len(ends) == 1 else f"{len(ends)} open ends"
         told.append(
-            f"{what} {list_places(ends)}: nothing to be joined to was within the snap radius of "
-            f"{sizes.snap:.3g}"
+            f"{count_places('an open end', 'open ends', ends)}: nothing to be joined to was within "
+            f"the snap radius of {sizes.snap:.3g}"
         )
     leaps = find_new_leaps(before, after, ground)
     if len(leaps):
         what = "a curve leaves" if len(leaps) == 1 else "curves leave"
         told.append(
-            f"{what} the surface {list_places(leaps)}, for another part of it: draw along the "
+            f"{what} the surface {list_places(leaps)}, for another part of it: redraw it along the "
             "surface, with points nearer to each other"
         )
     return tuple(told)

@@ -18,6 +18,13 @@ def format_place(point: Points | Sequence[float]) -> str:
     return "(" + ", ".join(f"{x + 0.0:.4g}" for x in np.asarray(point, np.float64)) + ")"
 
 
+def count_places(one: str, many: str, points: Points) -> str:
+    """Count things at points (n, 3), n >= 1, with their places: one is "a flipped quad", many
+    are "flipped quads"."""
+    what = one if len(points) == 1 else f"{len(points)} {many}"
+    return f"{what} {list_places(points)}"
+
+
 def list_places(points: Points) -> str:
     """List points (n, 3), n >= 1, after "at": all of a few, else the first ones."""
     said = [format_place(point) for point in points[:MOST_PLACES]]

@@ -51,7 +51,7 @@ from patterndb_sketch.retopo.filling.report import Report, report_mesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.wording import format_place, list_places
+from patterndb_sketch.retopo.wording import count_places, format_place
 from query.engine import PatternSource
 
 #: Edges of the mesh that the field is solved on, in target edges.
@@ -222,7 +222,7 @@ def _list_flaws(found: FilledNetwork, ground: Ground, made: Report) -> tuple[str
     said: list[str] = []
     if made.flipped:
         at = np.concatenate([one.find_flipped() for one in found.placed.values()])
-        said.append(f"{made.flipped} flipped quads, {list_places(at)}")
+        said.append(count_places("a flipped quad", "flipped quads", at))
     off = max(made.to_ground, made.from_ground)
     if off > MOST_OFF:
         said.append(f"{100 * off:.2g} % off at {format_place(find_furthest(found, ground))}")

@@ -17,7 +17,7 @@ from patterndb_sketch.retopo.filling.location import find_islands
 from patterndb_sketch.retopo.filling.placing import PlacedPatch, name_border_vertices
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, Patch
-from patterndb_sketch.retopo.wording import list_places
+from patterndb_sketch.retopo.wording import count_places
 from query.engine import PatternSource
 
 
@@ -89,9 +89,8 @@ def fill_network(
             cache.put(network, network.patches[patch], found)
         placed[patch] = found
         if len(found.flipped):
-            what = "a flipped quad" if len(found.flipped) == 1 else "flipped quads"
-            many = "" if len(found.flipped) == 1 else f"{len(found.flipped)} "
-            told.append(f"patch {patch} has {many}{what} {list_places(found.find_flipped())}")
+            what = count_places("a flipped quad", "flipped quads", found.find_flipped())
+            told.append(f"patch {patch} has {what}")
     for patch, other in find_islands(network, ground, placed).items():
         del placed[patch]
         told.append(
@@ -100,10 +99,9 @@ def fill_network(
         )
     doubled = find_doublets(network, placed)
     if len(doubled):
-        what = "a doublet" if len(doubled) == 1 else f"{len(doubled)} doublets"
         told.append(
-            f"{what} {list_places(doubled)}: a vertex with two quads, where two patches and "
-            "nothing else have a corner; delete that, or lead a curve to it"
+            f"{count_places('a doublet', 'doublets', doubled)}: a vertex with two quads, where two "
+            "patches and nothing else have a corner; delete that, or lead a curve to it"
         )
     return FilledNetwork(network, placed, tuple(told))
 
