@@ -22,8 +22,8 @@ BOUND_CLOSINGS closings per pair of curves). Precision has none that is known, b
 show patches that its author never made.
 
 The constants were set by hand on all sketches, coarsely; "even" and "odd" are the means over
-every second sketch by name. Seconds are of one run each, the kernels compiled before. Prints
-Markdown for RESULTS.md.
+every second sketch by name. Seconds are CPU time of one run each, the kernels compiled before.
+Prints Markdown for RESULTS.md.
 """
 
 from __future__ import annotations
@@ -91,9 +91,9 @@ def sketch_row(path: Path, bounds: bool = False) -> SketchRow:
     """What is found of a sketch; the bounds too if asked for, else nan."""
     network = read_network(path)
     patches = patches_of(path, network)
-    start = time.perf_counter()
+    start = time.process_time()
     result = find_cycles(CurveNetwork(network.curves, network.nodes))
-    seconds = time.perf_counter() - start
+    seconds = time.process_time() - start
     found = [strokes_of(network, cycle.curves) for cycle in result.cycles]
     return SketchRow(
         path.stem,
@@ -230,9 +230,9 @@ def main() -> None:
     print("|---|---:|---:|---:|---:|---:|---:|")
     for name, network in known(args.shared):
         if args.only in (None, name):
-            start = time.perf_counter()
+            start = time.process_time()
             result = find_cycles(CurveNetwork(network.curves, network.nodes))
-            seconds = time.perf_counter() - start
+            seconds = time.process_time() - start
             meant = {cycle.key for cycle in network.cycles}
             found = {cycle.key for cycle in result.cycles}
             counts = (len(network.curves), len(meant), len(found))

@@ -48,6 +48,9 @@ VIEWER = (1200, 750)
 CUT = 2
 
 
+#: Drawings with patches that are not found.
+OPEN = ("01-2-1", "hmd_modern", "monster_head", "10-2-2")
+
 #: Drawings of the CASSIE data set, each with the direction that it is seen from.
 SKETCHES = {
     "computer-mouse": (0.6, 0.6, 1.0),
@@ -265,6 +268,15 @@ def sketches(place: Place) -> None:
     place.save("sketches", shown, columns=2)
 
 
+def openings(place: Place) -> None:
+    """Four drawings of which parts stay open."""
+    shown = [
+        picture(place.curves(f"cassie/graph/{name}.json"), (480, 380), caption=name)[0]
+        for name in OPEN
+    ]
+    place.save("open", shown, columns=2)
+
+
 def growing(place: Place) -> None:
     """A drawing of the CASSIE data set in four of its stages."""
     name, toward = GROWING
@@ -289,6 +301,7 @@ PICTURES: dict[str, Callable[[Place], None]] = {
     "ramp": ramp,
     "cow": cow,
     "sketches": sketches,
+    "open": openings,
     "growing": growing,
 }
 
