@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from viewer.commands import Command
 from viewer.facts import FactWriter
@@ -38,6 +38,10 @@ class LostWork:
     what: str
     open: Callable[[], object]
     discard: Callable[[], object]
+
+
+#: What is said to commands that come while a button holds something.
+LET_GO = "let go of the button first"
 
 
 class Saver(ABC):
@@ -150,6 +154,55 @@ class Saver(ABC):
         self._asked_to_quit = True
         self.state.message = f"{lost}, q once more quits"
         return Effect.REDRAW
+
+
+class SessionFiles(Protocol):
+    """Where work that is kept in sessions is saved. session_path: None until it is known."""
+
+    session_path: Path | None
+
+    def free(self, name: str, suffix: str) -> Path: ...
+
+
+class SessionSaver(Saver):
+    """A saver of work that is kept in sessions, and done with a button held down.
+
+    files: where it is saved. suffix: of sessions; names that are made up begin with ``kind``.
+    """
+
+    suffix = ".session"
+
+    def __init__(
+        self, state: Any, keys: KeyMap[Any], files: SessionFiles, size: tuple[int, int]
+    ) -> None:
+        super().__init__(state, keys, size)
+        self.files = files
+
+    @abstractmethod
+    def is_held(self) -> bool:
+        """Does a button hold something just now?"""
+
+    def ready(self) -> None:
+        self.state.settle()
+
+    def picture_path(self) -> Path:
+        return self.files.free(self.kind, ".png")
+
+    def refuse(self, command: Command[Any]) -> str:
+        held = self.is_held() and command.name != "leave"
+        return LET_GO if held else ""
+
+    def save_ways(self) -> tuple[SaveWay, ...]:
+        return (
+            SaveWay("save-session", "Save session", self.suffix, self._write_session,
+                    lambda: self.files.free(self.kind, self.suffix),
+                    lambda: self.files.session_path),
+        )  # fmt: skip
+
+    def _write_session(self, path: Path) -> str:
+        self.files.session_path = path
+        self.state.editing.save_session()
+        return str(self.state.message)
 
 
 def find_free_name(folder: Path, name: str, suffix: str) -> Path:

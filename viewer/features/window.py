@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 from patterndb.geometry.points import Points
 from patterndb.system.files import replace_file
@@ -13,7 +12,6 @@ from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession, write_network, write_session
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
-from viewer.commands import Command
 from viewer.facts import FactWriter
 from viewer.features.keys import COMMANDS, KEYS
 from viewer.features.panel import describe_features, tell_hint
@@ -21,7 +19,7 @@ from viewer.features.picture import FeaturePainter
 from viewer.features.state import FeatureState
 from viewer.keymap import Effect
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
-from viewer.saver import SaveWay, find_free_name
+from viewer.saver import find_free_name
 
 #: Keys that write, in a name, what others do elsewhere; by their X names too.
 WRITTEN = {"space": " ", "underscore": "_", "minus": "-", "period": ".", "parenleft": "(",
@@ -153,7 +151,7 @@ def format_obj_lines(lines: Mapping[str, Points]) -> str:
     return "\n".join(text) + "\n"
 
 
-class FeatureSaver(saver.Saver):
+class FeatureSaver(saver.SessionSaver):
     """Draws the state, obeys keys, and writes pictures.
 
     bare: without the panel.
@@ -171,8 +169,7 @@ class FeatureSaver(saver.Saver):
         *,
         bare: bool = False,
     ) -> None:
-        super().__init__(state, KEYS, size)
-        self._files = files
+        super().__init__(state, KEYS, files, size)
         self._painter = FeaturePainter()
         self._bare = bare
 
@@ -188,11 +185,8 @@ class FeatureSaver(saver.Saver):
     def hint(self) -> str:
         return tell_hint(self.state)
 
-    def ready(self) -> None:
-        self.state.settle()
-
-    def picture_path(self) -> Path:
-        return self._files.free("features", ".png")
+    def is_held(self) -> bool:
+        return self.state.holding
 
     def would_lose(self) -> str:
         drawing = bool(self.state.editing.clicks)
@@ -200,27 +194,11 @@ class FeatureSaver(saver.Saver):
             return "A curve is being drawn, and nothing of it is saved."
         return "the curves are not saved: s saves them" if self.state.editing.unsaved else ""
 
-    def refuse(self, command: Command[Any]) -> str:
-        held = self.state.holding and command.name != "leave"
-        return "let go of the button first" if held else ""
-
-    def save_ways(self) -> tuple[SaveWay, ...]:
-        return (
-            SaveWay("save-session", "Save session", ".session", self._write_session,
-                    lambda: self._files.free("features", ".session"),
-                    lambda: self._files.session_path),
-        )  # fmt: skip
-
-    def _write_session(self, path: Path) -> str:
-        self._files.session_path = path
-        self.state.editing.save_session()
-        return self.state.message
-
     def at_once(self, key: str) -> Effect | None:
         if self.state.editing.typed is not None:
             return self._typed(key)
-        if self.state.holding:
-            self.state.message = "let go of the button first"
+        if self.is_held():
+            self.state.message = saver.LET_GO
             return Effect.REDRAW
         return None
 

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,7 +19,6 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
 from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from viewer import saver, style
-from viewer.commands import Command
 from viewer.facts import FactWriter
 from viewer.keymap import Effect
 from viewer.picture import WINDOW, Drawn, check_png, save_sheet
@@ -29,7 +27,7 @@ from viewer.retopo.panel import describe_network, tell_hint
 from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.pointing import find_side
 from viewer.retopo.state import RetopoState
-from viewer.saver import LostWork, SaveWay, find_free_name
+from viewer.saver import LostWork, find_free_name
 from viewer.scene import HEIGHT
 
 #: Writes quads to a file.
@@ -236,21 +234,22 @@ class RetopoWriter:
         return find_free_name(self._folder, name, suffix)
 
 
-class RetopoSaver(saver.Saver):
+class RetopoSaver(saver.SessionSaver):
     """Draws the state, obeys keys, and writes pictures.
 
     bare: without the panel.
     """
 
     kind = "retopo"
+    suffix = ".retopo"
+    files: RetopoWriter
     commands = COMMANDS
     state: RetopoState
 
     def __init__(
         self, state: RetopoState, files: RetopoWriter, size: tuple[int, int], *, bare: bool = False
     ) -> None:
-        super().__init__(state, KEYS, size)
-        self._files = files
+        super().__init__(state, KEYS, files, size)
         self._painter = RetopoPainter()
         self._bare = bare
 
@@ -270,45 +269,26 @@ class RetopoSaver(saver.Saver):
     def hint(self) -> str:
         return tell_hint(self.state)
 
-    def ready(self) -> None:
-        self.state.settle()
-
-    def picture_path(self) -> Path:
-        return self._files.free("retopo", ".png")
+    def is_held(self) -> bool:
+        return self.state.tool.holding
 
     def would_lose(self) -> str:
         if self.state.tool.holding:
             return "a line is being drawn, and nothing of it is saved"
         return "the session is not saved: s saves it" if self.state.editing.unsaved else ""
 
-    def refuse(self, command: Command[Any]) -> str:
-        held = self.state.tool.holding and command.name != "leave"
-        return "let go of the button first" if held else ""
-
-    def save_ways(self) -> tuple[SaveWay, ...]:
-        return (
-            SaveWay("save-session", "Save session", ".retopo", self._write_session,
-                    lambda: self._files.free("retopo", ".retopo"),
-                    lambda: self._files.session_path),
-        )  # fmt: skip
-
-    def _write_session(self, path: Path) -> str:
-        self._files.session_path = path
-        self.state.editing.save_session()
-        return self.state.message
-
     def find_lost_work(self) -> LostWork | None:
-        if self._files.lost is None:
+        if self.files.lost is None:
             return None
         return LostWork(
             "A crash, or a window that was closed by force, left work on this surface. "
             "Open it in place of what is here?",
             self.state.editing.recover,
-            self._files.discard_lost,
+            self.files.discard_lost,
         )
 
     def at_once(self, key: str) -> Effect | None:
         if self.state.tool.holding and KEYS.aliases.get(key, key) != "Escape":
-            self.state.message = "let go of the button first"
+            self.state.message = saver.LET_GO
             return Effect.REDRAW
         return None

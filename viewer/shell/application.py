@@ -15,6 +15,7 @@ os.environ["QT_API"] = "pyside6"
 
 import PySide6
 from PySide6.QtCore import QCoreApplication, Qt, QTimer
+from PySide6.QtGui import QColor, QPalette
 from PySide6.QtWidgets import QApplication
 
 from viewer.shell.settings import ShellSettings
@@ -24,6 +25,32 @@ SIGNALS = 100
 
 #: References to None that will not be used up: at a million a second they last for days.
 SPARE_REFERENCES = 2**40
+
+Role = QPalette.ColorRole
+
+#: Colours of dark windows where the system has none, and of what cannot be done in them.
+DARK = {
+    Role.Window: "#2e3136",
+    Role.WindowText: "#e6e8eb",
+    Role.Base: "#1f2226",
+    Role.AlternateBase: "#282b30",
+    Role.ToolTipBase: "#3a3e45",
+    Role.ToolTipText: "#e6e8eb",
+    Role.PlaceholderText: "#8b919a",
+    Role.Text: "#e6e8eb",
+    Role.Button: "#50555e",
+    Role.ButtonText: "#e6e8eb",
+    Role.BrightText: "#ffffff",
+    Role.Link: "#7db7f0",
+    Role.Highlight: "#2f6ea8",
+    Role.HighlightedText: "#ffffff",
+    Role.Light: "#666c76",
+    Role.Midlight: "#5a606a",
+    Role.Mid: "#25282c",
+    Role.Dark: "#1a1c1f",
+    Role.Shadow: "#101113",
+}
+DARK_DISABLED = "#7a8089"
 
 SCHEMES = {
     "system": Qt.ColorScheme.Unknown,
@@ -60,6 +87,21 @@ def protect_none() -> None:
 def use_theme(app: QApplication, theme: str) -> None:
     """Have all windows light or dark, or as the system is."""
     app.styleHints().setColorScheme(SCHEMES[theme])
+    if theme == "system":
+        app.setPalette(QPalette())
+    elif is_dark(app) is not (theme == "dark"):
+        # A bare X11 knows no schemes: the wish comes to nothing there.
+        app.setPalette(make_dark_palette() if theme == "dark" else app.style().standardPalette())
+
+
+def make_dark_palette() -> QPalette:
+    """Make the colours of dark windows."""
+    palette = QPalette()
+    for role, colour in DARK.items():
+        palette.setColor(role, QColor(colour))
+    for role in (Role.WindowText, Role.Text, Role.ButtonText, Role.HighlightedText):
+        palette.setColor(QPalette.ColorGroup.Disabled, role, QColor(DARK_DISABLED))
+    return palette
 
 
 def is_dark(app: QApplication) -> bool:

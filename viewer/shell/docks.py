@@ -263,6 +263,11 @@ class ThumbnailList(QListWidget):
         self._waiting = [n for n in self._waiting if n < kept] + list(range(kept, len(wanted)))
         self._painter.start(0)
 
+    @property
+    def is_painting(self) -> bool:
+        """Are there pictures that wait to be painted?"""
+        return bool(self._waiting)
+
     def _paint_next(self) -> None:
         """Paint one picture; those after it wait for what else there is to do."""
         if not self._waiting:
