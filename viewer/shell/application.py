@@ -23,7 +23,7 @@ from viewer.shell.settings import ShellSettings
 #: Milliseconds between two moments in which Python may look at signals: Qt's loop runs in C++.
 SIGNALS = 100
 
-#: References to None that will not be used up: at a million a second they last for days.
+#: References that will not be used up: at a million a second they last for days.
 SPARE_REFERENCES = 2**40
 
 Role = QPalette.ColorRole
@@ -65,7 +65,7 @@ def start_application(settings: ShellSettings) -> QApplication:
     if isinstance(there, QApplication):
         app = there
     else:
-        protect_none()
+        protect_constants()
         app = QApplication(sys.argv[:1])
         app.setApplicationName("patterndb")
         app.setStyle("fusion")
@@ -76,12 +76,14 @@ def start_application(settings: ShellSettings) -> QApplication:
     return app
 
 
-def protect_none() -> None:
-    """Keep Python alive under PySide6 6.12.0, which takes a reference from None with every call
-    that returns nothing: before Python 3.12, where None cannot be freed, some ten thousand calls
-    end the process ("none_dealloc"). pyproject.toml refuses that release, but it may be there."""
+def protect_constants() -> None:
+    """Keep Python alive under PySide6 6.12.0, which takes a reference from None, True or False with
+    every call that returns one: before Python 3.12, where they cannot be freed, some ten thousand
+    calls end the process ("none_dealloc"). pyproject.toml refuses that release, but it may be there.
+    """
     if sys.version_info < (3, 12) and PySide6.__version__ == "6.12.0":
-        ctypes.c_ssize_t.from_address(id(None)).value += SPARE_REFERENCES
+        for constant in (None, True, False):
+            ctypes.c_ssize_t.from_address(id(constant)).value += SPARE_REFERENCES
 
 
 def use_theme(app: QApplication, theme: str) -> None:
