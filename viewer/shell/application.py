@@ -77,9 +77,11 @@ def start_application(settings: ShellSettings) -> QApplication:
 
 
 def protect_constants() -> None:
-    """Keep Python alive under PySide6 6.12.0, which takes a reference from None, True or False with
-    every call that returns one: before Python 3.12, where they cannot be freed, some ten thousand
-    calls end the process ("none_dealloc"). pyproject.toml refuses that release, but it may be there.
+    """Keep Python alive under PySide6 6.12.0.
+
+    It takes a reference from None, True or False with every call that returns one: before Python
+    3.12, where they cannot be freed, some ten thousand calls end the process ("none_dealloc").
+    pyproject.toml refuses that release, but it may be there.
     """
     if sys.version_info < (3, 12) and PySide6.__version__ == "6.12.0":
         for constant in (None, True, False):
