@@ -156,6 +156,7 @@ def play_script(
     export: writes the mesh to a path, as an export line names it. lenient: go on after a call
     that is refused; else InvalidRetopoError, with the line, is raised.
     """
+    told: tuple[str, ...] = ()
     for line in script.lines:
         if line.call.tool == EXPORT:
             export(export_path(line.call), editor.fill())
@@ -168,9 +169,9 @@ def play_script(
         if outcome.refused is not None and not lenient:
             raise InvalidRetopoError(f"line {line.number}: {line.call.tool}: {outcome.refused}")
         if outcome.changed:
-            told = () if editor.filled is None else editor.filled.notes
-            new = tuple(note for note in editor.fill().notes if note not in told)
-            outcome = replace(outcome, notes=(*outcome.notes, *new))
+            now = editor.fill().notes
+            new = tuple(note for note in now if note not in told)
+            outcome, told = replace(outcome, notes=(*outcome.notes, *new)), now
         yield line, outcome
 
 

@@ -193,6 +193,8 @@ def test_a_script_tells_doublets_by_the_line_that_made_them(source: PatternSourc
     lines = ['{"tool": "open", "surface": "plane.obj"}']
     for a, b in pairwise(square):
         lines.append(line_of(Call("stroke", {"points": line(a, b)})))
+    # What is drawn next elsewhere does not tell it again.
+    lines.append(line_of(Call("stroke", {"points": line((-3, 0), (-1, 0))})))
     editor = Editor(plane(), source, SIZES)
     script = script_of(lines)
     played = list(play_script(script, editor, lambda name, found: None))
