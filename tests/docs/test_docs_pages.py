@@ -117,12 +117,14 @@ def test_links_lead_somewhere(page: Path) -> None:
 
 
 def test_pictures_are_small_and_all_shown() -> None:
-    pictures = {p.name: p.stat().st_size for p in IMAGES.glob("*")}
+    pictures = {
+        p.relative_to(IMAGES).as_posix(): p.stat().st_size for p in IMAGES.rglob("*") if p.is_file()
+    }
     assert max(pictures.values()) <= LARGEST_PICTURE
     shown = {
         name
         for page in ALL_PAGES
-        for name in re.findall(r"images/([\w-]+\.png)", page.read_text(encoding="utf-8"))
+        for name in re.findall(r"images/([\w/-]+\.png)", page.read_text(encoding="utf-8"))
     }
     assert shown == set(pictures)
     for name in DRAWN_APART:
