@@ -16,12 +16,13 @@ WORKERS ?= auto
 # The folder of meshes, with INDEX.csv, that the starter database is learned from.
 MESHES ?= ../shared/data/meshes
 
-.PHONY: help demo test page lint types docs docs-check docs-walk site constraints starter dist clean
+.PHONY: help demo test lowest page lint types docs docs-check docs-walk site constraints starter dist clean
 .DEFAULT_GOAL := help
 
 help:
 	@echo "make demo        learn the example meshes, fill some boundaries, draw the fills"
 	@echo "make test        run all tests"
+	@echo "make lowest      run tests on the lowest releases that pyproject.toml allows"
 	@echo "make page        build the page of 'patterndb serve', with node from the extra dev"
 	@echo "make lint        ruff: rules and format"
 	@echo "make types       pyright: strict for patterndb/, basic for the rest"
@@ -78,6 +79,24 @@ demo: $(RUN)
 
 test: $(DEV) $(PACK) page
 	$(BIN)/python -m pytest -n $(WORKERS)
+
+# The lowest releases that pyproject.toml promises, in an environment of their own, and tests of what
+# each of them is for.
+LOWEST_TESTS ?= tests/core tests/store/test_store_reading.py tests/store/test_store_rows.py \
+  tests/ingest/test_ingest_pipeline.py tests/ingest/test_ingest_cluster.py tests/read \
+  tests/query/test_query_boundary.py tests/query/test_query_stream.py tests/cli/test_cli_text.py \
+  tests/service/test_service_openapi.py tests/service/test_service_asking.py \
+  tests/sketch/test_retopo_counts_even.py tests/sketch/test_features_cut.py \
+  tests/viewer/test_viewer_browser_qt.py tests/viewer/test_viewer_pictures.py
+
+lowest: $(DEV)
+	rm -rf build/lowest && $(PYTHON) -m venv build/lowest
+	$(BIN)/python scripts/lowest_versions.py > build/lowest/lowest.txt
+	@$(ALOUD) "installing the lowest releases" build/lowest/bin/python -m pip install --quiet \
+	  --disable-pip-version-check --progress-bar off --constraint build/lowest/lowest.txt \
+	  --editable '.[all]' pytest pytest-qt pytest-xdist hypothesis trimesh
+	PATTERNDB_KERNELS=$(CURDIR)/build/lowest/kernels build/lowest/bin/python -m pytest -n $(WORKERS) \
+	  -p no:cacheprovider $(LOWEST_TESTS)
 
 # Built again where a source is newer; the script knows what it is made of.
 page: $(DEV)

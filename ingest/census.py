@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.hashing import LOAD, UInt64Array, double_map, find, hash_symbols
+from patterndb.core.buffers import copy_items, copy_rows
 from patterndb.core.code import Code, clockwise_start, rooted_code, smallest_code
 from patterndb.core.halfedge import Index, Int32Array, border_vertices
 from patterndb.core.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
@@ -196,7 +197,7 @@ def _row_of(code: Code, n: int, sides: int, census: Census) -> Index:
     slot = -1 - slot
     row = census.used[0]
     start = census.ends[row]
-    census.codes[start : start + n] = code[:n]
+    copy_items(code, n, census.codes, start)
     census.ends[row + 1] = start + n
     census.sides[row] = sides
     census.code_keys[slot, 0] = a
@@ -219,24 +220,24 @@ def _with_room(census: Census, n: int) -> Census:
     codes = census.codes
     if census.used[1] + n > len(codes):
         codes = np.empty(2 * len(codes) + n, np.uint16)
-        codes[: census.used[1]] = census.codes[: census.used[1]]
+        copy_items(census.codes, census.used[1], codes, 0)
     ends, sides, patches = census.ends, census.sides, census.patches
     example_size, example_hash = census.example_size, census.example_hash
     example = census.example
     rows = census.patches.shape[0]
     if census.used[0] == rows:
         ends = np.zeros(2 * rows + 1, np.int64)
-        ends[: rows + 1] = census.ends
+        copy_items(census.ends, rows + 1, ends, 0)
         sides = np.zeros(2 * rows, np.int32)
-        sides[:rows] = census.sides
+        copy_items(census.sides, rows, sides, 0)
         patches = np.zeros((2 * rows, 2), np.int64)
-        patches[:rows] = census.patches
+        copy_rows(census.patches, rows, patches)
         example_size = np.zeros(2 * rows, np.int32)
-        example_size[:rows] = census.example_size
+        copy_items(census.example_size, rows, example_size, 0)
         example_hash = np.zeros((2 * rows, 2), np.uint64)
-        example_hash[:rows] = census.example_hash
+        copy_rows(census.example_hash, rows, example_hash)
         example = np.zeros((2 * rows, census.example.shape[1]), np.int32)
-        example[:rows] = census.example
+        copy_rows(census.example, rows, example)
     return Census(
         census.used,
         reading_keys,
@@ -269,7 +270,8 @@ def propose_example(
     census.example_size[row] = n
     census.example_hash[row, 0] = a
     census.example_hash[row, 1] = b
-    census.example[row, :n] = quads[:n]
+    for i in range(n):
+        census.example[row, i] = quads[i]
 
 
 @kernel

@@ -25,6 +25,7 @@ from ingest.census import (
     remove_quad,
 )
 from ingest.hashing import LOAD, UInt64Array, double_set, find
+from patterndb.core.buffers import copy_items, copy_rows
 from patterndb.core.halfedge import Index, Int32Array, next_edge
 from patterndb.system.kernels import kernel
 
@@ -334,7 +335,7 @@ def _walk(
 def _longer(hashes: UInt64Array, values: Int32Array) -> tuple[UInt64Array, Int32Array]:
     n = len(hashes)
     more_hashes = np.empty((2 * n, 2), np.uint64)
-    more_hashes[:n] = hashes
+    copy_rows(hashes, n, more_hashes)
     more_values = np.empty(2 * n, np.int32)
-    more_values[:n] = values
+    copy_items(values, n, more_values, 0)
     return more_hashes, more_values

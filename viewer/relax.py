@@ -14,6 +14,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.buffers import copy_items
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
@@ -157,7 +158,10 @@ def relax_points(
                 s = (kept - 1) % MEMORY
                 direction *= curvature[s] / multiply_dot(change[s], change[s])
             else:
-                direction *= 0.1 * size / (1e-30 + np.abs(gradient).max())
+                steepest = 0.0
+                for h in range(n):
+                    steepest = max(steepest, abs(gradient[h]))
+                direction *= 0.1 * size / (1e-30 + steepest)
             for m in range(max(kept - MEMORY, 0), kept):
                 s = m % MEMORY
                 direction += (alpha[s] - multiply_dot(change[s], direction) / curvature[s]) * move[
@@ -173,7 +177,8 @@ def relax_points(
             found, area = value, smallest
             accepted = False
             for _ in range(30):
-                trial[:] = y + step * direction
+                for h in range(n):
+                    trial[h] = y[h] + step * direction[h]
                 found, area = measure_energy(trial, *args, epsilon, points, force, trial_gradient)
                 # Once sound, always sound: a step that flips a triangle is cut back.
                 if found <= value + 1e-4 * step * descent and (area > 0.0 or not sound):
@@ -188,8 +193,8 @@ def relax_points(
             curvature[s] = multiply_dot(move[s], change[s])
             if curvature[s] > 1e-14 * multiply_dot(change[s], change[s]) * size * size:
                 kept += 1
-            y[:] = trial
-            gradient[:] = trial_gradient
+            copy_items(trial, n, y, 0)
+            copy_items(trial_gradient, n, gradient, 0)
             settled = value - found <= 1e-6 * found
             value, smallest = found, area
             if settled:

@@ -14,6 +14,7 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.buffers import copy_items, sort_few
 from patterndb.core.code import Code, border_count, clockwise_start, is_disk_code, rooted_code
 from patterndb.core.halfedge import fans, next_border_edge
 from patterndb.core.label import canonical_word, label_word
@@ -188,7 +189,7 @@ def _describe(
             if inner[v] and valence[v] != 4:
                 lists[at] = valence[v]
                 at += 1
-        lists[first_valence:at] = np.sort(lists[first_valence:at])
+        sort_few(lists, first_valence, at)
         counts[i, N_IRREGULAR] = at - first_valence
         ends[LISTS * i + 2] = at
 
@@ -196,7 +197,7 @@ def _describe(
         n_starts = n_corners
         if n_corners == 0:
             n_starts = perimeter
-            starts[:] = loop[:perimeter]
+            copy_items(loop, perimeter, starts, 0)
         number = np.empty(q, np.int32)
         entry = np.empty(q, np.int32)
         order = np.empty(q, np.int32)

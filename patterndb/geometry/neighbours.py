@@ -74,7 +74,9 @@ def join(
             degree[b + 1] += 1
             if a < perimeter:
                 border[a] = h
-    start = np.cumsum(degree).astype(np.int32)
+    start = np.zeros(n_vertices + 1, np.int32)
+    for v in range(n_vertices):
+        start[v + 1] = start[v] + degree[v + 1]
     neighbour = np.empty(start[-1], np.int32)
     place = start[:-1].copy()
     for h in range(n):

@@ -174,6 +174,24 @@ def in_triangle(corners: Points, f: Index, points: Points, i: Index) -> tuple[fl
     return x * x + y * y + z * z, v, w
 
 
+Triple = tuple[float, float, float]
+
+
+@kernel(forceinline=True)
+def _subtract(a: Floats, b: Floats) -> Triple:
+    return a[0] - b[0], a[1] - b[1], a[2] - b[2]
+
+
+@kernel(forceinline=True)
+def _dot(a: Triple, b: Triple) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@kernel(forceinline=True)
+def _cross(a: Triple, b: Triple) -> Triple:
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
 @kernel
 def _in_needle(corners: Points, f: Index, points: Points, i: Index) -> tuple[float, float, float]:
     """As :func:`in_triangle`: the nearest of the feet on the edges and the one in the plane."""
@@ -197,17 +215,19 @@ def _in_needle(corners: Points, f: Index, points: Points, i: Index) -> tuple[flo
             best = d
             v = s if e == 0 else (1.0 - s if e == 1 else 0.0)
             w = s if e == 1 else (1.0 - s if e == 2 else 0.0)
-    u = corners[f, 1] - corners[f, 0]
-    t = corners[f, 2] - corners[f, 0]
-    p = points[i] - corners[f, 0]
-    n = np.cross(u, t)
-    size = (n * n).sum()
+    u = _subtract(corners[f, 1], corners[f, 0])
+    t = _subtract(corners[f, 2], corners[f, 0])
+    p = _subtract(points[i], corners[f, 0])
+    n = _cross(u, t)
+    size = _dot(n, n)
     if size > 0.0:
-        one = (np.cross(p, t) * n).sum() / size
-        two = (np.cross(u, p) * n).sum() / size
+        one = _dot(_cross(p, t), n) / size
+        two = _dot(_cross(u, p), n) / size
         if one > 0.0 and two > 0.0 and one + two < 1.0:
-            off = p - one * u - two * t
-            d = (off * off).sum()
+            d = 0.0
+            for c in range(3):
+                off = p[c] - one * u[c] - two * t[c]
+                d += off * off
             if d < best:
                 best, v, w = d, one, two
     return best, v, w

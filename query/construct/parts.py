@@ -162,7 +162,14 @@ def find_best_places(gain: NDArray[np.int64]) -> tuple[Index, Index, Index]:
     gain: (P/2,) what a pair of opposite corners at p and p + P/2 gains.
     """
     half = len(gain)
-    order = np.argsort(-gain, kind="mergesort")
+    # Descending, the first of equal ones first.
+    order = np.empty(half, np.int32)
+    for i in range(half):
+        j = i
+        while j > 0 and gain[order[j - 1]] < gain[i]:
+            order[j] = order[j - 1]
+            j -= 1
+        order[j] = i
     best: tuple[Index, Index, Index] = (-1, 0, 0)
     for i in range(half - 1):
         x = order[i]

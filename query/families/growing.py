@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.buffers import copy_items
 from patterndb.core.code import Code, border_count, smallest_code
 from patterndb.core.halfedge import Index, Int32Array, fans, next_border_edge, next_edge
 from patterndb.core.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
@@ -218,7 +219,7 @@ def write_reduced_code(
     for i in range(4 * m):
         if other[i] != code[i]:
             if other[i] < code[i]:
-                code[: 4 * m] = other[: 4 * m]
+                copy_items(other, 4 * m, code, 0)
             break
     return 4 * m
 
@@ -319,7 +320,7 @@ def grow_patterns(most: int, valence: int, max_quads: int) -> tuple[Code, NDArra
                     if n + 2 > len(offsets):
                         offsets = np.concatenate((offsets, np.zeros_like(offsets)))
                         interior = np.concatenate((interior, np.zeros_like(interior)))
-                    flat[offsets[n] : offsets[n] + size] = code[:size]
+                    copy_items(code, size, flat, offsets[n])
                     offsets[n + 1] = offsets[n] + size
                     interior[n] = inner
                     table[at] = n

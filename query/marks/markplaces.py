@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from patterndb.core.buffers import copy_items
 from patterndb.core.code import Code, border_count, clockwise_start, rooted_code
 from patterndb.core.halfedge import Index, Int32Array, next_border_edge
 from patterndb.core.polychord import trace
@@ -118,7 +119,7 @@ def trace_rim(code: Code) -> Rim:
         if quads[i] != quads[0]:
             continue
         for clockwise in (False, True):
-            seen[:] = code
+            copy_items(code, size, seen, 0)
             start = clockwise_start(twin, loop[i]) if clockwise else loop[i]
             if rooted_code(twin, q, start, clockwise, seen, number, entry, order, True) == 0:
                 shift[n] = i

@@ -199,7 +199,10 @@ def find_prices(
     for k in range(m):
         if class_n[k] == 0:
             u[class_j[k]] -= 0.5 * u[class_i[k]]
-    return np.round(u * SCALE).astype(np.int64)
+    prices = np.empty(len(u), np.int64)
+    for s in range(len(u)):
+        prices[s] = np.int64(round(u[s] * SCALE))
+    return prices
 
 
 @kernel

@@ -302,7 +302,8 @@ def make_systems(lengths: NDArray[np.integer], joins: NDArray[np.integer]) -> Sy
         # Longer than any boundary is long enough.
         base=np.minimum(lengths.astype(np.int32), np.iinfo(np.int16).max).astype(np.int16),
         perimeter=lengths.sum(axis=1, dtype=np.int32),
-        looped=np.ascontiguousarray(np.diagonal(joined, axis1=1, axis2=2)),
+        # A copy: NumPy's diagonals are read-only, and kernels would be compiled for both kinds.
+        looped=np.diagonal(joined, axis1=1, axis2=2).copy(),
         component=np.empty((s, w), np.int16),
         colour=np.empty((s, w), np.int16),
         parity=np.empty(s, np.bool_),
