@@ -92,6 +92,8 @@ def option_help(option: click.Option) -> str:
         text += " Required."
     if option.secondary_opts:
         text += f" Default: {option.opts[0] if option.default else option.secondary_opts[0]}."
+    elif isinstance(option.show_default, str):
+        text += f" Default: {option.show_default}."
     elif option.show_default and option.default is not None and not option.is_flag:
         text += f" Default: {option.default}."
     return re.sub(r"\s+", " ", text).strip()

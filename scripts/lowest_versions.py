@@ -31,9 +31,7 @@ def list_lowest(project: Path = PROJECT) -> list[str]:
         requirement = Requirement(text)
         releases = [s.version for s in requirement.specifier if s.operator == ">="]
         if len(releases) != 1:
-            raise SystemExit(
-                f'pyproject.toml: "{text}" needs one lowest release, name>=X'
-            )
+            raise SystemExit(f'pyproject.toml: "{text}" needs one lowest release, name>=X')
         lowest.add(f"{requirement.name}=={releases[0]}")
     return sorted(lowest, key=str.lower)
 

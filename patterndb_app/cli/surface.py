@@ -79,15 +79,13 @@ class CurveNames(ParamType):
 @click.option(
     "--method",
     type=click.Choice(METHODS),
-    default=DEFAULT_METHOD,
-    show_default=True,
+    show_default=f"{DEFAULT_METHOD}; chords with --alpha or --any-chord",
     help=describe_methods(),
 )
 @click.option(
     "--alpha",
     type=click.FloatRange(0),
-    default=0.1,
-    show_default=True,
+    show_default="0.1",
     help="The price of a chord: more makes fewer and larger pieces.",
 )
 @click.option(
@@ -141,7 +139,7 @@ def surface(
     network: Path,
     output: Path | None,
     method: Any,
-    alpha: float,
+    alpha: float | None,
     any_chord: bool,
     spacing: float | None,
     tolerance: float | None,
@@ -216,10 +214,18 @@ def surface(
                 write(",".join(str(name) for name in given.names(cycle)))
         _say_openings(given, openings)
         return 0
-    settings = Settings(method=method, alpha=alpha)
+    settings = Settings()
+    if method is not None:
+        settings = replace(settings, method=method)
+    elif alpha is not None or any_chord:
+        # Who says how to cut wants the loops cut.
+        settings = replace(settings, method="chords")
+    if alpha is not None:
+        settings = replace(settings, alpha=alpha)
     if any_chord:
         settings = replace(settings, area_price=None)
-    with open_database(db) if METHODS[method].needs_database else nullcontext() as database:
+    patterns = METHODS[settings.method].needs_database
+    with open_database(db) if patterns else nullcontext() as database:
         started = read_work_clock()
         made = surface_of(given, cycles, settings=settings, spacing=spacing, db=database)
         seconds = read_work_clock() - started
@@ -230,8 +236,8 @@ def surface(
         write_surface(output, made)
     if as_json:
         document |= {
-            "method": method,
-            "alpha": alpha,
+            "method": settings.method,
+            "alpha": settings.alpha,
             "spacing": made.sampling.spacing,
             "patches": [_patch(made, patch) for patch in made.patches],
             "area": made.area,

@@ -53,7 +53,7 @@ class SurfacingMethod:
     name:           what settings, results and the command line call it.
     help:           what it does, as a part of a sentence: "cut along chords".
     make:           makes it.
-    needs_database: does it take patterns from a database? Without one, ``chords`` answers.
+    needs_database: does it take patterns from a database? Without one, the default answers.
     makes_quads:    are its faces quads? Then every cycle is given an even number of edges, and
                     vertices are further apart.
     """
@@ -113,13 +113,19 @@ def make_smooth(
 ) -> MadeSurface:
     """Fill a loop with a grid of quads as near to parallelograms as can be, cut into triangles.
 
-    Where the best choices of corners make faces that pass through each other, chords answer.
+    A loop that lies in a plane is triangulated there: its surface is known, and a grid might leave
+    its outline. Where the best choices of corners make faces that pass through each other, chords
+    answer.
     """
     import numpy as np
 
+    from patterndb.geometry.quadshape import plane_normal
     from patterndb_sketch.surfacing.parallelograms import fill_with_parallelograms, rank_corners
     from patterndb_sketch.surfacing.tessellation import find_self_intersections
 
+    if plane_normal(loop.points) is not None:
+        flat = make_by_chords(loop, settings, spacing, None)
+        return replace(flat, method="smooth") if flat.method == "chords" else flat
     named = np.flatnonzero(loop.corners).tolist()
     for choice in rank_corners(loop.points, named)[:MOST_GRIDS]:
         mesh = fill_with_parallelograms(loop.points, choice.corners)
@@ -133,7 +139,7 @@ def make_smooth(
 def make_by_quads(
     loop: Loop, settings: Settings, spacing: float, db: PatternSource | None
 ) -> MadeSurface:
-    """Fill a loop with quads from the database, on the surface that chords give.
+    """Fill a loop with quads from the database, on the surface that the default method gives.
 
     That surface answers where there are no quads for the loop.
     """
@@ -144,7 +150,7 @@ def make_by_quads(
     from patterndb_sketch.surfacing.quads import fill_with_quads
 
     assert db is not None, "the method says that it needs one"
-    ground = make_by_chords(loop, settings, spacing, None)
+    ground = make_smooth(loop, settings, spacing, None)
     points = np.concatenate([loop.points, ground.points])
     try:
         filled = fill_with_quads(db, loop, points, as_triangles(ground.faces))
@@ -166,9 +172,9 @@ def _join(*notes: str) -> str:
 METHODS: dict[str, SurfacingMethod] = {
     method.name: method
     for method in (
+        SurfacingMethod("smooth", "lay a smooth grid into the loop", make_smooth),
         SurfacingMethod("chords", "cut along chords", make_by_chords),
         SurfacingMethod("area", "take the triangulation of least area", make_by_area),
-        SurfacingMethod("smooth", "lay a smooth grid into the loop", make_smooth),
         SurfacingMethod(
             "quads", "fill with quads", make_by_quads, needs_database=True, makes_quads=True
         ),
@@ -180,7 +186,7 @@ DEFAULT_METHOD = next(iter(METHODS))
 
 
 def list_methods(last: str = "or", quote: str = "") -> str:
-    """Write the names of the methods in a row: chords, area or quads."""
+    """Write the names of the methods in a row: smooth, chords or quads."""
     *first, end = (f"{quote}{name}{quote}" for name in METHODS)
     return f"{', '.join(first)} {last} {end}"
 

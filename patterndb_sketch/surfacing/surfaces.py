@@ -60,7 +60,8 @@ class Settings:
     """How loops are surfaced.
 
     method:          the name of one of :data:`patterndb_sketch.surfacing.methods.METHODS`.
-    alpha:           the price of chords (section 3.2); more makes fewer, larger pieces.
+    alpha:           the price of chords (section 3.2); more makes fewer, larger pieces. This and
+                     all below matter where chords cut a loop.
     area_price:      the area that chords may add, see
                      :func:`patterndb_sketch.surfacing.chords.find_affordable`; None, as in the
                      paper: any.
@@ -87,7 +88,7 @@ class Settings:
 def surface_loop(
     loop: Loop, settings: Settings, spacing: float, db: PatternSource | None = None
 ) -> LoopSurface:
-    """Make the surface of a loop by the method asked for, else by chords, else of least area.
+    """Make the surface of a loop by the method asked for, else by another that its note names.
 
     spacing: about how far inner vertices are apart. db: where quads come from. Never fails on
     a valid loop: the triangulation of least area always exists.
@@ -95,7 +96,7 @@ def surface_loop(
     started = read_work_clock()
     method = METHODS[settings.method]
     if method.needs_database and db is None:
-        method = METHODS["chords"]
+        method = METHODS[DEFAULT_METHOD]
     made = method.make(loop, settings, spacing, db)
     return _measure(loop, made, read_work_clock() - started)
 

@@ -139,12 +139,17 @@ def test_alpha_makes_fewer_pieces_of_the_same_sub_problems(tmp_path: Path) -> No
     path.write_text(json.dumps({"curves": [{"id": "ribbon", "points": ring.tolist()}]}))
     pieces, problems = [], set()
     for alpha in (0, 0.1, 0.4, 2):
-        (patch,) = document(path, "--alpha", alpha)["patches"]
+        made = document(path, "--alpha", alpha)
+        assert made["method"] == "chords"  # the price of chords says that there are to be some
+        (patch,) = made["patches"]
         pieces.append(patch["pieces"])
         problems.add(patch["subproblems"])
     assert pieces == sorted(pieces, reverse=True)
     assert pieces[0] > pieces[-1] == 1
     assert len(problems) == 1
+    assert document(path, "--any-chord")["method"] == "chords"
+    assert document(path)["patches"][0]["method"] == "smooth"
+    assert document(path, "--alpha", 2, "--method", "smooth")["method"] == "smooth"
 
 
 def test_the_table_names_the_method_of_every_patch(with_cycles: Path) -> None:
@@ -152,7 +157,7 @@ def test_the_table_names_the_method_of_every_patch(with_cycles: Path) -> None:
     assert result.code == 0
     head, *rows = result.out.splitlines()
     assert head.split()[:4] == ["patch", "method", "candidates", "chosen"]
-    assert [row.split()[:2] for row in rows] == [[str(i), "chords"] for i in range(1, 7)]
+    assert [row.split()[:2] for row in rows] == [[str(i), "smooth"] for i in range(1, 7)]
     assert "6 patches" in result.err
 
 

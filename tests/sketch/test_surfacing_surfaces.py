@@ -103,7 +103,7 @@ def test_triangles_and_quads_have_the_same_vertices_on_the_curves(db: patterndb.
     mixed = surface(network, methods=some, spacing=quads.sampling.spacing, db=db)
     n = len(quads.sampling.points)
     assert np.array_equal(quads.sampling.points, mixed.sampling.points)
-    assert [patch.method for patch in mixed.patches] == ["quads"] + ["chords"] * 5
+    assert [patch.method for patch in mixed.patches] == ["quads"] + ["smooth"] * 5
     assert is_watertight(mixed)
     for patch, other in zip(quads.patches, mixed.patches, strict=True):
         on_curves = [np.unique(as_triangles(p.faces)) for p in (patch, other)]
@@ -142,7 +142,7 @@ def test_a_cycle_that_cannot_be_surfaced_has_a_note_and_spares_the_others() -> N
     square = Cycle(tuple((i, False) for i in range(4)))
     sliver = Cycle(((0, False), (4, True)))
     made = surface(network, [square, sliver], spacing=2.0)
-    assert made.patches[0].method == "chords"
+    assert made.patches[0].method == "smooth"
     assert made.patches[1].method is None
     assert made.patches[1].faces == ()
     assert "encloses nothing" in made.patches[1].note
@@ -152,13 +152,26 @@ def test_a_search_too_large_is_answered_by_the_least_area() -> None:
     t = np.linspace(0, 2 * math.pi, 60, endpoint=False)
     wavy = np.c_[3 * np.cos(t), np.sin(t), np.sin(4 * t)]
     network = ring(wavy)
-    settings = Settings(area_price=None, max_subproblems=3)
+    settings = Settings("chords", area_price=None, max_subproblems=3)
     (patch,) = surface(network, settings=settings).patches
     assert patch.method == "area"
     assert "3 sub-problems" in patch.note
-    (patch,) = surface(network).patches
+    (patch,) = surface(network, settings=Settings("chords")).patches
     assert patch.method == "chords"
     assert patch.note == ""
+
+
+def test_a_flat_loop_stays_within_its_outline() -> None:
+    # A comb, of which a grid would leave the gaps between the teeth covered.
+    teeth = [(x, y) for k in range(4) for x, y in ((k, 1), (k, 4), (k + 0.5, 4), (k + 0.5, 1))]
+    outline = np.array([(0, 0), *teeth, (4, 1), (4, 0)], np.float64)
+    network = ring(np.c_[outline, np.zeros(len(outline))])
+    (patch,) = surface(network).patches
+    x, y = outline[:, 0], outline[:, 1]
+    around = abs(np.dot(x, np.roll(y, 1)) - np.dot(y, np.roll(x, 1))) / 2
+    assert patch.method == "smooth"
+    assert patch.surface is not None and patch.surface.self_intersections == 0
+    assert patch.surface.area == pytest.approx(around, rel=1e-9)
 
 
 def test_slips_are_refused() -> None:

@@ -333,11 +333,17 @@ class SurfacingState:
         setattr(self, name, not getattr(self, name))
 
     def change_alpha(self, alpha: float) -> None:
-        """Another price of chords, from 0 to 1."""
+        """Another price of chords, 0 to 1; where no patch is cut so, all are from now."""
         alpha = round(min(max(alpha, 0.0), 1.0), 3)
-        if alpha != self.surfaces.settings.alpha:
-            self.surfaces.settings = replace(self.surfaces.settings, alpha=alpha)
+        if alpha == self.surfaces.settings.alpha:
+            return
+        self.surfaces.settings = replace(self.surfaces.settings, alpha=alpha)
+        edits = self.surfaces.edits
+        if "chords" in (edits.method, *edits.methods.values()):
             self.surfaces.ask()
+        else:
+            self.choose_method("chords")
+            self.message = "alpha is the price of chords: loops are cut along chords now"
 
     def next_method(self) -> None:
         """The next method for all patches."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from patterndb_sketch.surfacing.naming import named_cycle
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
+from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.keymap import Effect
 from viewer.surfacing.commands import KEYS
 from viewer.surfacing.picture import compose_surface
@@ -71,7 +72,9 @@ FROM_ABOVE: dict[str, Any] = {"toward": (0.0, 0.0, 1.0), "up": (0.0, 1.0, 0.0)}
 
 
 def opened(source: object = None, **options: object) -> SurfacingState:
-    state = SurfacingState(dome() if source is None else source, **(FROM_ABOVE | options))  # type: ignore[arg-type]
+    """Open a drawing, cut along chords: there is more to try than with the default method."""
+    wanted = FROM_ABOVE | {"settings": Settings("chords")} | options
+    state = SurfacingState(dome() if source is None else source, **wanted)  # type: ignore[arg-type]
     compose_surface(state, 1.6)
     state.settle()
     return state

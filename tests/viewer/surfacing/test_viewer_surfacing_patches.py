@@ -221,21 +221,32 @@ def test_methods_for_all_and_for_one() -> None:
             keys(state, "m")
             assert {patch.method for patch in state.surfaces.patches} == {"area"}
             keys(state, "m")
-            assert {patch.method for patch in state.surfaces.patches} == {"smooth"}
-            keys(state, "m")
             assert {patch.method for patch in state.surfaces.patches} == {
                 "quads"
             } and state.edges_shown
             assert all(p.shape[1] == 4 for patch in state.surfaces.patches for p in patch.faces)
+            keys(state, "m")
+            assert {patch.method for patch in state.surfaces.patches} == {"smooth"}
             keys(state, "m")
             assert {patch.method for patch in state.surfaces.patches} == {"chords"}
             state.move(*at(state, 0.4, 0.4, 0.8))
             keys(state, "n")
             assert [patch.method for patch in state.surfaces.patches].count("area") == 1
             keys(state, "u u u")
-            assert {patch.method for patch in state.surfaces.patches} == {"smooth"}
+            assert {patch.method for patch in state.surfaces.patches} == {"quads"}
         finally:
             state.close()
+
+
+def test_the_price_of_chords_cuts_loops_along_chords() -> None:
+    state = opened(settings=Settings())
+    try:
+        assert {patch.method for patch in state.surfaces.patches} == {"smooth"}
+        keys(state, "+")
+        assert {patch.method for patch in state.surfaces.patches} == {"chords"}
+        assert "alpha" in state.message
+    finally:
+        state.close()
 
 
 def test_without_a_database_there_are_no_quads(state: SurfacingState) -> None:
@@ -284,7 +295,7 @@ def test_neighbours_differ_and_colours_stay(state: SurfacingState) -> None:
 
 
 def test_a_body_has_every_face_once() -> None:
-    made = surface(dome(), settings=Settings(alpha=0.05))
+    made = surface(dome(), settings=Settings("chords", alpha=0.05))
     body = SurfaceBody.of(made, {})
     assert len(body.corners) == len(made.triangles) == len(body.owners) == len(body.tints)
     assert (body.corners == made.points[made.triangles]).all()

@@ -10,6 +10,7 @@ from domes import FROM_ABOVE, dome
 from events import read
 
 from patterndb_sketch.surfacing.patch import Surfacing
+from patterndb_sketch.surfacing.surfaces import Settings
 from viewer import PictureFormatError
 from viewer.keymap import Effect
 from viewer.solid import dash_line, make_ribbons
@@ -65,7 +66,7 @@ def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
 
 
 def test_the_panel_says_what_is_known() -> None:
-    state = SurfacingState(dome(), **FROM_ABOVE)
+    state = SurfacingState(dome(), settings=Settings("chords"), **FROM_ABOVE)
     try:
         state.settle()
         texts = [t.text for t in compose_surface(state, 1.6).scene.texts]
