@@ -217,7 +217,7 @@ def drag(state: SurfacingState, places: Sequence[tuple[float, float]]) -> None:
 def quads(place: Place) -> None:
     """The trebol in quads beside its chords."""
     drawing = place.curves("salvi/trebol_network.json")
-    chords, _ = picture(drawing, (620, 600), caption="chords")
+    chords, _ = picture(drawing, (620, 600), settings=Settings("chords"), caption="chords")
     filled, _ = picture(
         drawing, (620, 600), settings=Settings("quads"), spacing=1.35, db=place.db,
         keys="e", caption="quads",
@@ -231,8 +231,8 @@ def ribbon(place: Place) -> None:
 
     network = network_of_loop(twisted(500.0).loop)
     shown = [
-        picture(network, (900, 210), settings=Settings(alpha=alpha), caption=f"α = {alpha:g}",
-                spacing=0.1, toward=(0.25, -1.0, 0.55), up=(0.0, 0.0, 1.0))[0]
+        picture(network, (900, 210), settings=Settings("chords", alpha=alpha),
+                caption=f"α = {alpha:g}", spacing=0.1, toward=(0.25, -1.0, 0.55), up=(0.0, 0.0, 1.0))[0]
         for alpha in (0.0, 0.2, 0.4)
     ]  # fmt: skip
     place.save("ribbon", shown, columns=1)
@@ -244,8 +244,8 @@ def ramp(place: Place) -> None:
 
     network = network_of_loop(helix(2).loop)
     shown = [
-        picture(network, (400, 400), settings=Settings(alpha=alpha), caption=f"α = {alpha:g}",
-                spacing=0.07, toward=(0.6, -1.0, 0.75), up=(0.0, 0.0, 1.0))[0]
+        picture(network, (400, 400), settings=Settings("chords", alpha=alpha),
+                caption=f"α = {alpha:g}", spacing=0.07, toward=(0.6, -1.0, 0.75), up=(0.0, 0.0, 1.0))[0]
         for alpha in (0.0, 0.2, 0.4)
     ]  # fmt: skip
     place.save("ramp", shown)
@@ -254,7 +254,7 @@ def ramp(place: Place) -> None:
 def cow(place: Place) -> None:
     """A cage's edges as curves, every face a cycle."""
     network = network_of_cage(place.data / "meshes" / "spot.obj")
-    shown, _ = picture(network, (900, 800), settings=Settings(alpha=0.25), toward=(-0.9, 0.3, 0.8))
+    shown, _ = picture(network, (900, 800), toward=(-0.9, 0.3, 0.8))
     place.save("cow", [shown])
 
 

@@ -120,7 +120,7 @@ def ask_for_fills(folder: str, example: str) -> None:
 
 
 def make_surfaces(folder: str, example: str) -> None:
-    """Join curves, find cycles, cut them along chords and make them into meshes."""
+    """Join curves, find cycles, and make surfaces of them by every method without a database."""
     import numpy as np
 
     from patterndb_sketch.surfacing import (
@@ -136,8 +136,9 @@ def make_surfaces(folder: str, example: str) -> None:
     sides = [bent, [[x, 1, z] for x, _, z in bent], *ends]
     network = network_of_polylines([*sides, [[0, -1, 0], [0, 2, 0]], bent])
     cycles = find_cycles(network).cycles
-    made = surface(network, cycles, settings=Settings(area_price=None, alpha=0.0))
-    surface(network, cycles, settings=Settings(method="area"))
+    made = surface(network, cycles)
+    surface(network, cycles, settings=Settings("chords", area_price=None, alpha=0.0))
+    surface(network, cycles, settings=Settings("area"))
     Canvas.of(made.points, made.triangles).pick([0.5, 0.5, 5], [0, 0, -1])
 
 
