@@ -232,7 +232,8 @@ def ribbon(place: Place) -> None:
     network = network_of_loop(twisted(500.0).loop)
     shown = [
         picture(network, (900, 210), settings=Settings("chords", alpha=alpha),
-                caption=f"α = {alpha:g}", spacing=0.1, toward=(0.25, -1.0, 0.55), up=(0.0, 0.0, 1.0))[0]
+                caption=f"α = {alpha:g}", spacing=0.1,
+                toward=(0.25, -1.0, 0.55), up=(0.0, 0.0, 1.0))[0]
         for alpha in (0.0, 0.2, 0.4)
     ]  # fmt: skip
     place.save("ribbon", shown, columns=1)
@@ -245,7 +246,8 @@ def ramp(place: Place) -> None:
     network = network_of_loop(helix(2).loop)
     shown = [
         picture(network, (400, 400), settings=Settings("chords", alpha=alpha),
-                caption=f"α = {alpha:g}", spacing=0.07, toward=(0.6, -1.0, 0.75), up=(0.0, 0.0, 1.0))[0]
+                caption=f"α = {alpha:g}", spacing=0.07,
+                toward=(0.6, -1.0, 0.75), up=(0.0, 0.0, 1.0))[0]
         for alpha in (0.0, 0.2, 0.4)
     ]  # fmt: skip
     place.save("ramp", shown)
