@@ -9,7 +9,7 @@ from patterndb_sketch.surfacing.patch import SurfacePatch
 from viewer import style
 from viewer.card import format_count
 from viewer.facts import FactWriter
-from viewer.panel import MARGIN, NAMES, PANEL, SIZE, PanelWriter, begin_panel, draw_help, draw_hint
+from viewer.panel import MARGIN, PANEL, SIZE, PanelWriter, begin_panel, draw_help, draw_hint
 from viewer.picture import Drawn, Frame
 from viewer.scene import HEIGHT, Scene
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
@@ -62,6 +62,11 @@ SHADE, BACK = 0.66, 0.93
 
 #: The patch under the pointer is lighter by this part of white.
 HIGHLIGHT = 0.35
+
+
+#: Where the names of methods begin in their line, how wide a letter of one is at most, and what is
+#: left between two: together they fit beside the heading.
+METHODS_AT, LETTER, GAP = 68.0, 8.4, 10.0
 
 
 def compose_surface(
@@ -276,14 +281,14 @@ def _methods(writer: PanelWriter, state: SurfacingState) -> None:
     """The methods in a row, the one asked for in bold."""
     grey = style.FAINT_TEXT
     writer.scene.text(writer.left, writer.y, "method", 13.5, bold=True, align="left")
-    x = writer.left + NAMES
+    x = writer.left + METHODS_AT
     for method in METHODS.values():
         if method.needs_database and not state.surfaces.has_database:
             continue
         chosen = method.name == state.surfaces.edits.method
         colour = style.TEXT if chosen else grey
         writer.scene.text(x, writer.y, method.name, SIZE, colour=colour, bold=chosen, align="left")
-        x += 62.0
+        x += LETTER * len(method.name) + GAP
     writer.skip(1.6)
 
 
