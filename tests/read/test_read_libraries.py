@@ -103,7 +103,11 @@ REFUSED_VTK = [
     (VTK_HEAD + VTK_POINTS + "POLYGONS 1 5\n4 0 1\n", "VTK cannot read"),
     (VTK_HEAD + VTK_POINTS + "POLYGONS 1 999999999999\n4 0 1 2 3\n", ":7: the file is too small"),
     (VTK_HEAD + VTK_POINTS.replace("4", "-4"), ":5: the file is too small"),
-    (VTK_HEAD + VTK_POINTS.replace("1 1 0", "1 nan 0") + "POLYGONS 1 4\n3 0 1 2\n", "not finite"),
+    (
+        # VTK reads it from 9.7 on.
+        VTK_HEAD + VTK_POINTS.replace("1 1 0", "1 nan 0") + "POLYGONS 1 4\n3 0 1 2\n",
+        "not finite | VTK cannot read",
+    ),
     (
         VTK_HEAD + VTK_POINTS.replace("1 1 0", "1 x 0") + "POLYGONS 1 4\n3 0 1 2\n",
         "VTK cannot read",
@@ -225,5 +229,5 @@ def _refused(path: Path, text: str, part: str) -> None:
     path.write_text(text)
     with pytest.raises(MeshFileError) as caught:
         parse(text.encode(), path)
-    assert part in str(caught.value)
+    assert any(one in str(caught.value) for one in part.split(" | "))
     assert str(caught.value).startswith(str(path))

@@ -77,9 +77,9 @@ def find_cheapest_join(n_nodes: int, ends: Int32Array, costs: Int64Array, odd: B
     name = low * n_nodes + high
     order = np.lexsort((costs, name))
     edges = order[np.r_[True, np.diff(name[order]) != 0] & (low != high)[order]]
-    graph = csr_array(
-        (costs[edges].astype(np.float64), (low[edges], high[edges])), (n_nodes, n_nodes)
-    )
+    # 32 bits: before SciPy 1.15 its shortest paths take no others.
+    places = low[edges].astype(np.int32), high[edges].astype(np.int32)
+    graph = csr_array((costs[edges].astype(np.float64), places), (n_nodes, n_nodes))
     lengths, before = dijkstra(graph, directed=False, indices=wanted, return_predecessors=True)
     weights = np.where(np.isfinite(lengths), lengths, UNREACHED).astype(np.int64)
     edge_of = dict(zip(name[edges].tolist(), edges.tolist(), strict=True))
