@@ -5,9 +5,11 @@
 From the smallest on, meshes are learned with a larger limit of the basic mode, until there are as
 many patterns as asked for; then the others at the default limits. The basic mode takes no memory
 for the patches that it met, and in a mesh of few quads each is near an irregular vertex: such
-meshes teach most patterns a second. No mesh keeps more patterns than its share of those asked
-for. What was learned when time is up stays in the database: the same command goes on from there.
-Tells of every mesh as it is done, and at the end Markdown for RESULTS.md.
+meshes teach most patterns a second. One whose small patches have the patterns of another's repeats
+it (a suit in another cut, a body in another pose): it gets the default limits. No mesh keeps
+more patterns than its share of those asked for. What was learned when time is up stays in the
+database: the same command goes on from there. Tells of every mesh as it is done, and at the end
+Markdown for RESULTS.md.
 """
 
 from __future__ import annotations
@@ -22,12 +24,17 @@ from pathlib import Path
 from learn import PAPER
 
 from ingest import MeshReport, Progress, ingest, read_mesh
+from ingest.learning import learn
 from ingest.prepare import prepare
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.store import Database, LearningOptions
 
 #: Meshes that are learned together: enough that no thread waits for long at the end.
 TOGETHER = 8
+
+#: Quads of the patches by which a mesh is known to repeat another, and the part of the patterns of
+#: both that must be of both.
+SMALL, SAME = 8, 0.9
 
 
 class Log:
@@ -75,6 +82,26 @@ def count_quads(path: Path) -> int:
     return prepare(QuadMesh.from_quads(read_mesh(path).quads()[0])).n_quads
 
 
+def find_small_patterns(path: Path) -> set[bytes]:
+    """The patterns of a mesh's smallest patches."""
+    small = LearningOptions(basic=SMALL, side=0, convex=0)
+    return set(learn(read_mesh(path).quads()[0], small).codes)
+
+
+class Repetition:
+    """Which meshes repeat another: their smallest patches have the same patterns."""
+
+    def __init__(self, learned: list[Path]) -> None:
+        self._known = [find_small_patterns(path) for path in learned]
+
+    def take_new(self, path: Path) -> bool:
+        """Is a mesh unlike all so far? It is among those from then on."""
+        small = find_small_patterns(path)
+        alike = any(len(small & one) >= SAME * len(small | one) for one in self._known)
+        self._known.append(small)
+        return not alike
+
+
 def count_patterns(database: Database) -> int:
     """Count the patterns of a database."""
     return sum(database.sides_histogram().values())
@@ -106,9 +133,16 @@ def main() -> None:
         paths = sorted(given.folder.glob("*.obj"), key=count_quads)
         held = {mesh.name for mesh in database.meshes() if mesh.options == deep}
         fresh = [path for path in paths if path.name not in held]
+        repetition = Repetition([path for path in paths if path.name in held])
         while fresh and not log.is_over and log.total < log.wanted:
-            learn_together(database, fresh[:TOGETHER], deep, given.jobs, log)
-            del fresh[:TOGETHER]
+            taken: list[Path] = []
+            while fresh and len(taken) < TOGETHER:
+                path = fresh.pop(0)
+                if repetition.take_new(path):
+                    taken.append(path)
+                else:
+                    print(f"{log.seconds:6.0f} s: {path.name} repeats another", file=sys.stderr)
+            learn_together(database, taken, deep, given.jobs, log)
             # What was replaced took patterns with it.
             log.total = count_patterns(database)
         learned = {mesh.name for mesh in database.meshes()}

@@ -16,7 +16,14 @@ from ingest.hashing import LOAD, UInt64Array, double_map, find, hash_symbols
 from patterndb.core.buffers import copy_items, copy_rows
 from patterndb.core.code import Code, clockwise_start, rooted_code, smallest_code
 from patterndb.core.halfedge import Index, Int32Array, border_vertices
-from patterndb.core.reduction import NEVER_FULL, ReductionWork, dissolve, reduction_work
+from patterndb.core.reduction import (
+    NEVER_FULL,
+    ReductionWork,
+    cut_blocks,
+    mark_chains,
+    read_pattern,
+    reduction_work,
+)
 from patterndb.system.kernels import kernel
 
 
@@ -71,7 +78,9 @@ class Bench(NamedTuple):
 
     member: (q,) int32, place of each quad in the patch at hand, -1 outside.
     held: (v,) int32, the patch's quads at each vertex. quads: (limit,) int32, the patch.
-    twin, vertex: (4 * limit,) int32, the patch on its own. code: (4 * limit,) uint16.
+    twin, vertex: (4 * limit,) int32, the patch on its own. curvature: (1,) int64, the sum of 4 -
+    valence over its interior vertices of valence 1 to 3. All of these :func:`add_quad` and
+    :func:`remove_quad` keep up to date. code: (4 * limit,) uint16.
     """
 
     member: Int32Array
@@ -79,6 +88,7 @@ class Bench(NamedTuple):
     quads: Int32Array
     twin: Int32Array
     vertex: Int32Array
+    curvature: NDArray[np.int64]
     code: Code
     number: Int32Array
     entry: Int32Array
@@ -113,6 +123,7 @@ def new_bench(n_quads: int, n_vertices: int, limit: int) -> Bench:
         np.empty(limit, np.int32),
         np.empty(4 * limit, np.int32),
         np.empty(4 * limit, np.int32),
+        np.zeros(1, np.int64),
         np.empty(4 * limit, np.uint16),
         np.empty(limit, np.int32),
         np.empty(limit, np.int32),
@@ -144,32 +155,46 @@ def kernel_mesh(
     return KernelMesh(twin, vertex, valence, full, star_start, star, zobrist)
 
 
-@kernel
-def recognise(n: int, mesh: KernelMesh, bench: Bench, census: Census) -> tuple[Index, Census]:
-    """2 * row + handedness of the pattern of the patch ``bench.quads[:n]``.
+@kernel(borrowing=True)
+def recognise(n: Index, n_border: Index, mesh: KernelMesh, bench: Bench, census: Census) -> Index:
+    """2 * row + handedness of the pattern of the patch ``bench.quads[:n]``, which must be a disk;
+    -1 if its reading is not known: then :func:`add_reading` has to follow.
 
-    The patch must be a disk, with ``bench.member`` and ``bench.held`` up to date.
+    ``bench.reduction.border[:n_border]`` are the half-edges of its border.
     """
-    twin, vertex = bench.twin, bench.vertex
-    for i in range(n):
-        base = 4 * bench.quads[i]
-        for e in range(4):
-            t = mesh.twin[base + e]
-            if t >= 0:
-                j = bench.member[t >> 2]
-                t = 4 * j + (t & 3) if j >= 0 else -1
-            twin[4 * i + e] = t
-            vertex[4 * i + e] = mesh.vertex[base + e]
-    work = bench.reduction
-    m, n_starts = dissolve(n, twin, vertex, bench.held, mesh.full, work)
-    code, number, entry, order = bench.code, bench.number, bench.entry, bench.order
-    rooted_code(work.reduced, m, work.starts[0], False, code, number, entry, order, False)
-    a, b = hash_symbols(code, 4 * m)
+    m = _read(n, n_border, mesh, bench)
+    a, b = hash_symbols(bench.code, 4 * m)
     slot = find(census.reading_keys, a, b)
-    if slot >= 0:
-        return census.reading_rows[slot], census
+    return census.reading_rows[slot] if slot >= 0 else -1
 
-    census = _with_room(census, 4 * m)
+
+@kernel(borrowing=True)
+def _read(n: Index, n_border: Index, mesh: KernelMesh, bench: Bench) -> Index:
+    """Read the patch's pattern from one of its corners into ``bench.code``; how many quads."""
+    twin, vertex, held, work = bench.twin, bench.vertex, bench.held, bench.reduction
+    mark_chains(n, twin, vertex, held, mesh.full, work, n_border, bench.curvature[0])
+    # From a corner; without one, from whatever is left of the border.
+    start = -1
+    for i in range(n_border):
+        h = work.border[i]
+        v = vertex[h]
+        if held[v] != 2:
+            start = h
+            break
+        if start < 0 and work.gone[v] != work.stamp[0]:
+            start = h
+    return read_pattern(start, twin, vertex, bench.code, work)
+
+
+@kernel(borrowing=True)
+def add_reading(n: Index, n_border: Index, mesh: KernelMesh, bench: Bench, census: Census) -> Index:
+    """Note the reading that :func:`recognise` did not know, and its pattern if that is new; return
+    2 * row + handedness. The census must have room for it (:func:`with_room`)."""
+    m = _read(n, n_border, mesh, bench)
+    a, b = hash_symbols(bench.code, 4 * m)
+    held, work = bench.held, bench.reduction
+    code, number, entry, order = bench.code, bench.number, bench.entry, bench.order
+    _, n_starts = cut_blocks(n, bench.twin, bench.vertex, held, work)
     smallest_code(work.reduced, m, work.starts, n_starts, False, code, number, entry, order)
     handedness = 0
     for s in range(n_starts):
@@ -177,17 +202,17 @@ def recognise(n: int, mesh: KernelMesh, bench: Bench, census: Census) -> tuple[I
         if rooted_code(work.reduced, m, h, True, code, number, entry, order, True) < 0:
             handedness = 1
     first = bench.vertex[work.head[work.starts[0]]]
-    sides = n_starts if bench.held[first] != 2 else 0
+    sides = n_starts if held[first] != 2 else 0
     value = 2 * _row_of(code, 4 * m, sides, census) + handedness
     slot = -1 - find(census.reading_keys, a, b)
     census.reading_keys[slot, 0] = a
     census.reading_keys[slot, 1] = b
     census.reading_rows[slot] = value
     census.used[2] += 1
-    return value, census
+    return value
 
 
-@kernel
+@kernel(borrowing=True)
 def _row_of(code: Code, n: int, sides: int, census: Census) -> Index:
     """The row of the canonical code ``code[:n]``, a new one if there is none."""
     a, b = hash_symbols(code, n)
@@ -208,8 +233,20 @@ def _row_of(code: Code, n: int, sides: int, census: Census) -> Index:
     return row
 
 
+@kernel(borrowing=True)
+def has_room(census: Census, n: int) -> bool:
+    """Is there room for one more reading and one more row of n symbols?"""
+    used = census.used
+    return (
+        used[2] + 1 <= LOAD * census.reading_keys.shape[0]
+        and used[0] + 1 <= LOAD * census.code_keys.shape[0]
+        and used[1] + n <= len(census.codes)
+        and used[0] < census.patches.shape[0]
+    )
+
+
 @kernel
-def _with_room(census: Census, n: int) -> Census:
+def with_room(census: Census, n: int) -> Census:
     """The census with room for one more reading and one more row of n symbols."""
     reading_keys, reading_rows = census.reading_keys, census.reading_rows
     if census.used[2] + 1 > LOAD * reading_keys.shape[0]:
@@ -254,9 +291,15 @@ def _with_room(census: Census, n: int) -> Census:
     )
 
 
-@kernel
+@kernel(borrowing=True)
+def count_patch(value: Index, census: Census) -> None:
+    """Count a patch of the pattern and handedness that :func:`recognise` told."""
+    census.patches[value >> 1, value & 1] += 1
+
+
+@kernel(borrowing=True)
 def propose_example(
-    row: Index, n: int, a: np.uint64, b: np.uint64, quads: Int32Array, census: Census
+    row: Index, n: Index, a: np.uint64, b: np.uint64, quads: Int32Array, census: Census
 ) -> None:
     """Let the patch ``quads[:n]`` with hash (a, b) be the row's example if it is the first
     of its size or smaller than the one there."""
@@ -274,8 +317,8 @@ def propose_example(
         census.example[row, i] = quads[i]
 
 
-@kernel
-def add_quad(q: Index, place: int, mesh: KernelMesh, bench: Bench) -> int:
+@kernel(borrowing=True)
+def add_quad(q: Index, place: Index, mesh: KernelMesh, bench: Bench) -> int:
     """Put quad q into the patch at hand at ``place``; return the change of V - E + F.
 
     A non-empty patch that stays edge-connected is a disk exactly if its V - E + F is 1:
@@ -285,23 +328,41 @@ def add_quad(q: Index, place: int, mesh: KernelMesh, bench: Bench) -> int:
     change = -3
     for e in range(4):
         v = mesh.vertex[4 * q + e]
-        if bench.held[v] == 0:
+        held = bench.held[v] + 1
+        bench.held[v] = held
+        if held == 1:
             change += 1
-        bench.held[v] += 1
+        if held < 4 and held == mesh.full[v]:
+            bench.curvature[0] += 4 - held
+        bench.vertex[4 * place + e] = v
         t = mesh.twin[4 * q + e]
-        if t >= 0 and bench.member[t >> 2] >= 0:
-            change += 1
+        there = -1
+        if t >= 0:
+            j = bench.member[t >> 2]
+            if j >= 0:
+                change += 1
+                there = 4 * j + (t & 3)
+                bench.twin[there] = 4 * place + e
+        bench.twin[4 * place + e] = there
     bench.member[q] = place
     bench.quads[place] = q
     return change
 
 
-@kernel
+@kernel(borrowing=True)
 def remove_quad(q: Index, mesh: KernelMesh, bench: Bench) -> None:
     """Take quad q, the last one added, out of the patch at hand."""
+    place = bench.member[q]
     bench.member[q] = -1
     for e in range(4):
-        bench.held[mesh.vertex[4 * q + e]] -= 1
+        v = bench.vertex[4 * place + e]
+        held = bench.held[v]
+        bench.held[v] = held - 1
+        if held < 4 and held == mesh.full[v]:
+            bench.curvature[0] -= 4 - held
+        t = bench.twin[4 * place + e]
+        if t >= 0:
+            bench.twin[t] = -1
 
 
 def reset_counts(census: Census) -> None:

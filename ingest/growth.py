@@ -12,6 +12,8 @@ patch from its complement; here the quads are hashed.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,11 +22,15 @@ from ingest.census import (
     Census,
     KernelMesh,
     add_quad,
+    add_reading,
+    count_patch,
+    has_room,
     propose_example,
     recognise,
     remove_quad,
+    with_room,
 )
-from ingest.hashing import LOAD, UInt64Array, double_set, find
+from ingest.hashing import UInt64Array, double_set, find, has_slot
 from patterndb.core.buffers import copy_items, copy_rows
 from patterndb.core.halfedge import Index, Int32Array, next_edge
 from patterndb.system.kernels import kernel
@@ -55,89 +61,181 @@ def grow(
     into other shards: (r, 2) hashes and (r,) int32 2 * row + handedness, -1 where another
     mode counts it; the census). pulse: as in :func:`ingest.basic.count_basic`.
     """
-    max_perimeter = 2 * limit + 2
     met = np.zeros((1 << 12, 2), np.uint64)
-    n_met = 0
     far_hash = np.empty((64, 2), np.uint64)
     far_value = np.empty(64, np.int32)
-    n_far = 0
-    total = 0
+    frames = _new_frames(limit, len(mesh.zobrist))
+    while not _grow_on(
+        roots, limit, convex, smaller, others, shard, mesh, bench, census, pulse, frames, met,
+        far_hash, far_value,
+    ):  # fmt: skip
+        if not has_slot(frames.n_met[0], met):
+            met = double_set(met)
+        if frames.n_far[0] == len(far_hash):
+            far_hash, far_value = _longer(far_hash, far_value)
+        census = with_room(census, 4 * limit)
+    n_far = frames.n_far[0]
+    return frames.total[0], met, far_hash[:n_far].copy(), far_value[:n_far].copy(), census
 
-    # One frame a patch on the way: its quads are bench.quads[:size], its boundary and the
-    # place of its corners on it lie in pools. A patch of n quads has at most 2n + 2 edges.
-    pool = (limit + 1) * max_perimeter
-    border = np.empty(pool, np.int32)
-    corners = np.empty(pool, np.int32)
-    border_end = np.zeros(limit + 2, np.int32)
-    corner_end = np.zeros(limit + 2, np.int32)
-    side = np.zeros(limit + 1, np.int32)
-    size = np.zeros(limit + 2, np.int32)
-    euler = np.zeros(limit + 2, np.int32)
-    foreign = np.zeros(limit + 2, np.int32)
-    hashes = np.zeros((limit + 2, 2), np.uint64)
-    pattern = np.full(limit + 2, -1, np.int32)
-    mark = np.zeros(len(mesh.twin) // 4, np.int64)
-    stamp = 0
 
-    for root in roots:
+class _Frames(NamedTuple):
+    """How far the search has come: one frame a patch on the way, frame 0 the empty one.
+
+    A patch's quads are ``bench.quads[:size]``; its boundary and the places of its corners on it
+    lie in pools, up to ``border_end`` and ``corner_end``. side: the next to grow beyond. euler,
+    foreign, hashes, pattern: V - E + F, the quads of other shards, the hash, 2 * row + handedness
+    or -1.
+
+    mark: (q,) int64, of the last strip looked at, by its number ``stamp``. at: (4,) int64 place of
+    the root, or of the next one; frame, -1 between two roots; quads, candidate included; is there
+    a candidate above the frame? n_met, n_far, total: (1,) int64, how many there are so far.
+    """
+
+    border: Int32Array
+    border_end: Int32Array
+    corners: Int32Array
+    corner_end: Int32Array
+    side: Int32Array
+    size: Int32Array
+    euler: Int32Array
+    foreign: Int32Array
+    hashes: UInt64Array
+    pattern: Int32Array
+    mark: NDArray[np.int64]
+    stamp: NDArray[np.int64]
+    at: NDArray[np.int64]
+    n_met: NDArray[np.int64]
+    n_far: NDArray[np.int64]
+    total: NDArray[np.int64]
+
+
+@kernel
+def _new_frames(limit: int, n_quads: int) -> _Frames:
+    # A patch of n quads has at most 2n + 2 edges.
+    pool = (limit + 1) * (2 * limit + 2)
+    at = np.zeros(4, np.int64)
+    at[1] = -1
+    return _Frames(
+        np.empty(pool, np.int32),
+        np.zeros(limit + 2, np.int32),
+        np.empty(pool, np.int32),
+        np.zeros(limit + 2, np.int32),
+        np.zeros(limit + 1, np.int32),
+        np.zeros(limit + 2, np.int32),
+        np.zeros(limit + 2, np.int32),
+        np.zeros(limit + 2, np.int32),
+        np.zeros((limit + 2, 2), np.uint64),
+        np.full(limit + 2, -1, np.int32),
+        np.zeros(n_quads, np.int64),
+        np.zeros(1, np.int64),
+        at,
+        np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
+        np.zeros(1, np.int64),
+    )
+
+
+@kernel(borrowing=True)
+def _grow_on(
+    roots: Int32Array,
+    limit: int,
+    convex: bool,
+    smaller: int,
+    others: UInt64Array,
+    shard: Int32Array,
+    mesh: KernelMesh,
+    bench: Bench,
+    census: Census,
+    pulse: NDArray[np.int64],
+    frames: _Frames,
+    met: UInt64Array,
+    far_hash: UInt64Array,
+    far_value: Int32Array,
+) -> bool:
+    """Go on with the search of :func:`grow` until it is over, or broken off by ``pulse``; False if
+    it stands still before a patch for which one of the tables may have no room."""
+    twin, zobrist, member, quads = mesh.twin, mesh.zobrist, bench.member, bench.quads
+    own_border = bench.reduction.border
+    border, border_end = frames.border, frames.border_end
+    corners, corner_end = frames.corners, frames.corner_end
+    side, size, euler, foreign = frames.side, frames.size, frames.euler, frames.foreign
+    hashes, pattern, mark, at = frames.hashes, frames.pattern, frames.mark, frames.at
+    stamp = frames.stamp[0]
+
+    while at[0] < len(roots) and pulse[0] == 0:
+        root = roots[at[0]]
         home = shard[root]
-        d = 0
-        n = 1
-        slot = 0
-        euler[1] = add_quad(root, 0, mesh, bench)
-        hashes[1, 0] = mesh.zobrist[root, 0]
-        hashes[1, 1] = mesh.zobrist[root, 1]
-        foreign[1] = 0
-        pattern[1] = -1
-        candidate = True
-        a, b = hashes[1, 0], hashes[1, 1]
+        if at[1] < 0:
+            at[1] = 0
+            at[2] = 1
+            at[3] = 1
+            euler[1] = add_quad(root, 0, mesh, bench)
+            hashes[1, 0] = zobrist[root, 0]
+            hashes[1, 1] = zobrist[root, 1]
+            foreign[1] = 0
+            pattern[1] = -1
+        d = at[1]
+        n = at[2]
+        candidate = at[3] != 0
         while pulse[0] == 0:
-            # A candidate is bench.quads[:n] above frame d: keep it or take it back.
+            # A candidate is quads[:n] above frame d: keep it or take it back.
             if candidate:
-                keep = euler[d + 1] == 1
-                if keep:
-                    a, b = hashes[d + 1, 0], hashes[d + 1, 1]
-                    slot = find(met, a, b)
-                    keep = slot < 0
-                if keep:
-                    if n_met + 1 > LOAD * met.shape[0]:
-                        met = double_set(met)
-                        slot = find(met, a, b)
+                if (
+                    not has_slot(frames.n_met[0], met)
+                    or frames.n_far[0] == len(far_hash)
+                    or not has_room(census, 4 * limit)
+                ):
+                    at[1] = d
+                    at[2] = n
+                    at[3] = 1
+                    frames.stamp[0] = stamp
+                    return False
+                a, b = hashes[d + 1, 0], hashes[d + 1, 1]
+                slot = find(met, a, b) if euler[d + 1] == 1 else 0
+                if slot < 0:
                     met[-1 - slot, 0] = a
                     met[-1 - slot, 1] = b
-                    n_met += 1
+                    frames.n_met[0] += 1
                     pulse[1] += 1
                     d += 1
                     size[d] = n
                     side[d] = 0
                     value = -1
                     alone = foreign[d] == 0
-                    if n > smaller and not (alone and find(others, a, b) >= 0):
+                    counted = n > smaller and not (alone and find(others, a, b) >= 0)
+                    if n < limit or (counted and pattern[d] < 0):
+                        _walk(n, d, mesh, bench, border, border_end, corners, corner_end)
+                    if counted:
                         if pattern[d] < 0:
-                            pattern[d], census = recognise(n, mesh, bench, census)
+                            first = border_end[d - 1]
+                            perimeter = border_end[d] - first
+                            for i in range(perimeter):
+                                h = border[first + i]
+                                own_border[i] = 4 * member[h >> 2] + (h & 3)
+                            value = recognise(n, perimeter, mesh, bench, census)
+                            if value < 0:
+                                value = add_reading(n, perimeter, mesh, bench, census)
+                            pattern[d] = value
                         value = pattern[d]
                         row = value >> 1
-                        propose_example(row, n, a, b, bench.quads, census)
+                        propose_example(row, n, a, b, quads, census)
                         if alone:
-                            census.patches[row, value & 1] += 1
+                            count_patch(value, census)
                     if alone:
-                        total += 1
+                        frames.total[0] += 1
                     else:
-                        if n_far == len(far_hash):
-                            far_hash, far_value = _longer(far_hash, far_value)
+                        n_far = frames.n_far[0]
                         far_hash[n_far, 0] = a
                         far_hash[n_far, 1] = b
                         far_value[n_far] = value
-                        n_far += 1
-                    if n < limit:
-                        _walk(n, d, mesh, bench, border, border_end, corners, corner_end)
-                    else:
+                        frames.n_far[0] = n_far + 1
+                    if n == limit:
                         border_end[d] = border_end[d - 1]
                         corner_end[d] = corner_end[d - 1]
                         side[d] = 1
                 else:
                     for i in range(n - 1, size[d] - 1, -1):
-                        remove_quad(bench.quads[i], mesh, bench)
+                        remove_quad(quads[i], mesh, bench)
                     if d == 0:
                         break
             # Grow the patch of frame d beyond its next side.
@@ -166,15 +264,15 @@ def grow(
                 # Where the side runs past the boundary's first edge: wrapped (no division).
                 wrap = perimeter - begin
                 for i in range(length):
-                    t = mesh.twin[border[first + (begin + i if i < wrap else i - wrap)]]
+                    t = twin[border[first + (begin + i if i < wrap else i - wrap)]]
                     if t < 0:
                         candidate = False
                         break
                     q = t >> 2
                     if mark[q] != stamp:
                         mark[q] = stamp
-                        a ^= mesh.zobrist[q, 0]
-                        b ^= mesh.zobrist[q, 1]
+                        a ^= zobrist[q, 0]
+                        b ^= zobrist[q, 1]
                         room -= 1
                         if room < 0:
                             candidate = False
@@ -185,8 +283,8 @@ def grow(
                 chi = euler[d]
                 outside = foreign[d]
                 for i in range(length):
-                    q = mesh.twin[border[first + (begin + i if i < wrap else i - wrap)]] >> 2
-                    if bench.member[q] < 0:
+                    q = twin[border[first + (begin + i if i < wrap else i - wrap)]] >> 2
+                    if member[q] < 0:
                         chi += add_quad(q, n, mesh, bench)
                         outside += shard[q] != home
                         n += 1
@@ -197,7 +295,7 @@ def grow(
                     )
                     if not candidate:
                         for j in range(n - 1, size[d] - 1, -1):
-                            remove_quad(bench.quads[j], mesh, bench)
+                            remove_quad(quads[j], mesh, bench)
                         continue
                 euler[d + 1] = chi
                 hashes[d + 1, 0] = a
@@ -211,15 +309,17 @@ def grow(
             else:
                 # Done with frame d: take its quads back and go on with the one below.
                 for i in range(size[d] - 1, size[d - 1] - 1, -1):
-                    remove_quad(bench.quads[i], mesh, bench)
+                    remove_quad(quads[i], mesh, bench)
                 d -= 1
                 candidate = False
                 if d == 0:
                     break
-    return total, met, far_hash[:n_far].copy(), far_value[:n_far].copy(), census
+        at[0] += 1
+        at[1] = -1
+    return True
 
 
-@kernel
+@kernel(borrowing=True)
 def _mend_reflex(
     first_new: Index,
     n: Index,
@@ -260,7 +360,7 @@ def _mend_reflex(
     return n, chi, a, b, outside, True
 
 
-@kernel
+@kernel(borrowing=True)
 def _runs_straight(
     border: Int32Array, begin: Index, length: Index, closed: bool, mesh: KernelMesh, bench: Bench
 ) -> bool:
@@ -287,7 +387,7 @@ def _runs_straight(
     return True
 
 
-@kernel
+@kernel(borrowing=True)
 def _walk(
     n: Index,
     d: int,

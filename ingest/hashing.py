@@ -38,7 +38,7 @@ def random_pairs(n: int) -> UInt64Array:
     return pairs
 
 
-@kernel
+@kernel(borrowing=True)
 def hash_symbols(code: NDArray[np.uint16], n: int) -> tuple[np.uint64, np.uint64]:
     """128-bit hash of the first n symbols."""
     a = np.uint64(0x243F6A8885A308D3) + np.uint64(n)
@@ -52,7 +52,7 @@ def hash_symbols(code: NDArray[np.uint16], n: int) -> tuple[np.uint64, np.uint64
     return mix(a), mix(b)
 
 
-@kernel
+@kernel(borrowing=True)
 def find(keys: UInt64Array, a: Index, b: Index) -> Index:
     """Slot of key (a, b) in an open-addressing table, or ``-1 - slot`` of where it belongs.
 
@@ -66,6 +66,12 @@ def find(keys: UInt64Array, a: Index, b: Index) -> Index:
         if keys[slot, 0] == 0 and keys[slot, 1] == 0:
             return -1 - slot
         slot = (slot + 1) & mask
+
+
+@kernel(borrowing=True)
+def has_slot(used: Index, keys: UInt64Array) -> bool:
+    """Can one more be put into a table with so many keys, or has it to be doubled first?"""
+    return used + 1 <= LOAD * keys.shape[0]
 
 
 @kernel

@@ -37,8 +37,10 @@ def main() -> None:
     verbs = given.verbs or list(RUNS)
     known = {kernel.key: kernel for kernel in read_list()} if TARGET.is_file() else {}
     called: dict[tuple[str, str, str], set[str]] = {}
+    plain: dict[tuple[str, str, str], set[str]] = {}
     for key, kernel in known.items():
         called[key] = set(kernel.verbs) - set(verbs)
+        plain[key] = set(kernel.plain) - set(verbs)
     for verb in verbs:
         answer = run_apart(verb, shared=given.shared)
         if answer["failed"]:
@@ -50,12 +52,17 @@ def main() -> None:
             if old is None or not 0.5 <= old.seconds / kernel.seconds <= 2:
                 known[kernel.key] = kernel
             called.setdefault(kernel.key, set()).add(verb)
+            plain.setdefault(kernel.key, set()).update(kernel.plain)
         print(
             f"{verb}: {len(answer['calls'])} kernels, {answer['compiled']} compiled",
             file=sys.stderr,
         )
     lines = [
-        format_kernel(dataclasses.replace(known[key], verbs=tuple(sorted(called[key]))))
+        format_kernel(
+            dataclasses.replace(
+                known[key], verbs=tuple(sorted(called[key])), plain=tuple(sorted(plain[key]))
+            )
+        )
         for key in sorted(called)
         if called[key]
     ]

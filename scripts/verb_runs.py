@@ -217,7 +217,8 @@ def draw_network(folder: str, example: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class VerbRun:
-    """What is run for a verb: calls of the command line in one folder, then functions.
+    """What is run for a verb: calls of the command line in one folder, then functions. The first
+    call is the plainest: what it needs is compiled first.
 
     {root} stands for the checkout, {shared} for the shared folder, {out} for the folder of the
     calls. shared_calls: those that need the shared folder, run in the checkout beside it.
@@ -430,9 +431,13 @@ def write_boundary(path: Path, corners: Any, lengths: list[int], strokes: list[A
 
 @dataclass(slots=True)
 class CallRecorder:
-    """The kernels that Python has called, with the types of their arguments."""
+    """The kernels that Python has called, with the types of their arguments.
+
+    plain: the verbs whose plainest call is run at this moment.
+    """
 
     calls: dict[tuple[str, str, str], Any] = field(default_factory=dict)
+    plain: tuple[str, ...] = ()
 
     def install(self) -> None:
         """Note every call that looks for a compiled version from now on."""
@@ -449,7 +454,9 @@ class CallRecorder:
                 function = cache._function
                 types = sig if isinstance(sig, tuple) else sig.args
                 spelled = json.loads(json.dumps([spell_type(one) for one in types]))
-                kernel = ListedKernel(function.__module__, function.__name__, spelled, (), 1)
+                kernel = ListedKernel(
+                    function.__module__, function.__name__, spelled, (), 1, self.plain
+                )
                 self.calls.setdefault(kernel.key, kernel)
             return made
 
@@ -481,12 +488,14 @@ def run_verb(verb: str, *, shared: bool) -> dict[str, Any]:
         calls = [(call, name) for call in listed.calls]
         if shared:
             calls += [(call, str(ROOT)) for call in listed.shared_calls]
-        for call, folder in calls:
+        for number, (call, folder) in enumerate(calls):
+            recorder.plain = () if number else (verb,)
             text = call.replace("{root}", str(ROOT)).replace("{out}", name)
             with contextlib.chdir(folder):
                 code = call_verb(cli, text.replace("{shared}", str(SHARED)).split())
             if code:
                 failed.append(f"{call}: exit code {code}")
+        recorder.plain = ()
         for function in listed.functions:
             function(name, str(ROOT / "examples" / "jug.obj"))
     return {

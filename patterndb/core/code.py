@@ -33,7 +33,7 @@ MAX_QUADS = 16383
 MAX_CLASS = 127
 
 
-@kernel
+@kernel(borrowing=True)
 def rooted_code(
     twin: Int32Array,
     n_quads: int,
@@ -89,7 +89,7 @@ def rooted_code(
     return state
 
 
-@kernel
+@kernel(borrowing=True)
 def clockwise_start(twin: Int32Array, h: int) -> int:
     """The border half-edge that ends at the tail of border half-edge h.
 
@@ -102,7 +102,7 @@ def clockwise_start(twin: Int32Array, h: int) -> int:
         h = twin[h]
 
 
-@kernel
+@kernel(borrowing=True)
 def smallest_code(
     twin: Int32Array,
     n_quads: int,

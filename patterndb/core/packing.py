@@ -60,8 +60,10 @@ def unpack(data: bytes) -> NDArray[np.int32]:
         return raw.astype(np.int32)
     if not last[-1]:
         raise InvalidCodeError("packed numbers end in the middle of one")
-    start = np.r_[0, np.flatnonzero(last)[:-1] + 1]
-    place = np.arange(len(raw)) - np.repeat(start, np.diff(np.r_[start, len(raw)]))
+    end = np.flatnonzero(last)
+    start = np.zeros(len(end), np.int64)
+    start[1:] = end[:-1] + 1
+    place = np.arange(len(raw)) - np.repeat(start, end - start + 1)
     return np.add.reduceat((raw & 127).astype(np.int64) << (7 * place), start).astype(np.int32)
 
 

@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from patterndb.core.halfedge import Int32Array, fans, next_edge, prev_edge
+from patterndb.core.halfedge import Index, Int32Array, fans, next_edge, prev_edge
 from patterndb.errors import InvalidMeshError
 from patterndb.system.kernels import kernel
 
@@ -30,13 +30,15 @@ class ReductionWork(NamedTuple):
     """Scratch of :func:`dissolve`, made once for many patches.
 
     gone, seen: (n_vertices,) int64 stamps; stamp: (2,) int64, the last ones used.
-    block, head: (4 * max_quads,) int32. reduced: (4 * max_quads,) int32, the result's
-    half-edges. starts: (4 * max_quads,) int32, its corners' half-edges.
+    border: (4 * max_quads,) int32. block: (4 * max_quads,) int32, -1 between two calls. head:
+    (4 * max_quads,) int32. reduced: (4 * max_quads,) int32, the result's half-edges. starts:
+    (4 * max_quads,) int32, its corners' half-edges.
     """
 
     gone: NDArray[np.int64]
     seen: NDArray[np.int64]
     stamp: NDArray[np.int64]
+    border: Int32Array
     block: Int32Array
     head: Int32Array
     reduced: Int32Array
@@ -51,13 +53,14 @@ def reduction_work(n_vertices: int, max_quads: int) -> ReductionWork:
         np.zeros(n_vertices, np.int64),
         np.zeros(2, np.int64),
         np.empty(4 * max_quads, np.int32),
+        np.full(4 * max_quads, -1, np.int32),
         np.empty(4 * max_quads, np.int32),
         np.empty(4 * max_quads, np.int32),
         np.empty(4 * max_quads, np.int32),
     )
 
 
-@kernel
+@kernel(borrowing=True)
 def dissolve(
     n_quads: int,
     twin: Int32Array,
@@ -73,15 +76,47 @@ def dissolve(
     the vertex is interior (its valence in the mesh; NEVER_FULL on the mesh's border).
     The pattern is left in ``work.reduced`` and ``work.starts``.
     """
+    n_border = 0
+    work.stamp[1] += 1
+    mark = work.stamp[1]
+    curvature = 0
+    for h in range(4 * n_quads):
+        if twin[h] < 0:
+            work.border[n_border] = h
+            n_border += 1
+        v = vertex[h]
+        if work.seen[v] != mark:
+            work.seen[v] = mark
+            if count[v] == full[v] and count[v] < 4:
+                curvature += 4 - count[v]
+    mark_chains(n_quads, twin, vertex, count, full, work, n_border, curvature)
+    return cut_blocks(n_quads, twin, vertex, count, work)
+
+
+@kernel(borrowing=True)
+def mark_chains(
+    n_quads: int,
+    twin: Int32Array,
+    vertex: Int32Array,
+    count: Int32Array,
+    full: Int32Array,
+    work: ReductionWork,
+    n_border: Index,
+    curvature: Index,
+) -> None:
+    """Mark the vertices of a disk's chains that dissolve: ``work.gone`` is ``work.stamp[0]`` there.
+
+    The disk is as in :func:`dissolve`; ``work.border[:n_border]`` are the half-edges of its border,
+    and ``curvature`` is the sum of 4 - valence over its interior vertices of valence 1 to 3.
+    """
     gone, seen, stamp = work.gone, work.seen, work.stamp
     n = 4 * n_quads
     stamp[0] += 1
     removed = stamp[0]
 
     # Chains between flat boundary vertices.
-    for h in range(n):
-        if twin[h] >= 0:
-            continue
+    for i in range(n_border):
+        h = work.border[i]
         v = vertex[h]
         if count[v] != 2 or gone[v] == removed:
             continue
@@ -120,15 +155,6 @@ def dissolve(
 
     # Closed chains. By Gauss-Bonnet one encloses irregular vertices with a sum of
     # 4 - valence of 4, so most patches need no search.
-    stamp[1] += 1
-    mark = stamp[1]
-    curvature = 0
-    for h in range(n):
-        v = vertex[h]
-        if seen[v] != mark:
-            seen[v] = mark
-            if count[v] == full[v] and count[v] < 4:
-                curvature += 4 - count[v]
     if curvature >= 4:
         for h in range(n):
             v = vertex[h]
@@ -156,10 +182,16 @@ def dissolve(
                     if t == h:
                         break
 
-    # What is left are blocks of quads between the vertices that stay.
+
+@kernel(borrowing=True)
+def cut_blocks(
+    n_quads: int, twin: Int32Array, vertex: Int32Array, count: Int32Array, work: ReductionWork
+) -> tuple[int, int]:
+    """Cut a disk into the blocks of quads between the vertices that :func:`mark_chains` left;
+    return as :func:`dissolve` does."""
+    gone, removed = work.gone, work.stamp[0]
     block, head, reduced, starts = work.block, work.head, work.reduced, work.starts
-    for h in range(n):
-        block[h] = -1
+    n = 4 * n_quads
     n_blocks = 0
     for h0 in range(n):
         if block[h0] >= 0 or gone[vertex[h0]] == removed:
@@ -186,12 +218,58 @@ def dissolve(
         elif count[vertex[head[b]]] != 2:
             starts[n_starts] = b
             n_starts += 1
+    for b in range(4 * n_blocks):
+        block[head[b]] = -1
     if n_starts == 0:
         for b in range(4 * n_blocks):
             if reduced[b] < 0:
                 starts[n_starts] = b
                 n_starts += 1
     return n_blocks, n_starts
+
+
+@kernel(borrowing=True)
+def read_pattern(
+    start: Index,
+    twin: Int32Array,
+    vertex: Int32Array,
+    code: NDArray[np.uint16],
+    work: ReductionWork,
+) -> Index:
+    """Write the pattern of a disk as :func:`patterndb.core.code.rooted_code` reads it, counter-
+    clockwise from a half-edge whose tail :func:`mark_chains` left; return its number of quads.
+
+    It looks at the blocks in the order of the reading, and at no others.
+    """
+    gone, removed = work.gone, work.stamp[0]
+    block, head, reduced = work.block, work.head, work.reduced
+    n_blocks = 0
+    at = -1
+    t = start
+    while True:
+        if t >= 0 and block[t] < 0:
+            # A block met for the first time, by this edge of it.
+            h = t
+            for b in range(4 * n_blocks, 4 * n_blocks + 4):
+                block[h] = b
+                head[b] = h
+                while True:
+                    ahead = next_edge(h)
+                    if gone[vertex[ahead]] != removed:
+                        break
+                    h = next_edge(twin[ahead])
+                reduced[b] = twin[h]
+                h = ahead
+            n_blocks += 1
+        if at >= 0:
+            code[at] = 1 + block[t] if t >= 0 else 0
+        at += 1
+        if at == 4 * n_blocks:
+            break
+        t = reduced[at]
+    for b in range(4 * n_blocks):
+        block[head[b]] = -1
+    return n_blocks
 
 
 def reduce_disk(twin: Int32Array) -> Int32Array:

@@ -25,14 +25,14 @@ class CompileLog:
 
     kernels: compiled by this process, those that others call included. seconds: of the clock on
     the wall, spent on that and on waiting for other processes that compile. watcher: called when
-    compiling begins (True) and ends (False). ahead: called once, before the first kernel that is
-    not there is compiled; it may have others compile it.
+    compiling begins (True) and ends (False). ahead: called before a kernel that is not there is
+    compiled; it may have others compile it. It says whether to be called for the next one, too.
     """
 
     kernels: int = 0
     seconds: float = 0.0
     watcher: Callable[[bool], None] | None = None
-    ahead: Callable[[], None] | None = None
+    ahead: Callable[[], bool] | None = None
     _depth: int = 0
     _since: float = 0.0
     _told: bool = False
@@ -68,13 +68,14 @@ class CompileLog:
                     )
 
     def compile_ahead(self) -> bool:
-        """Call ``ahead``, the first time; return whether there was one."""
+        """Call ``ahead``, if it has not said that it is done; return whether it was called."""
         ahead, self.ahead = self.ahead, None
         if ahead is None:
             return False
         self.begin()
         try:
-            ahead()
+            if ahead():
+                self.ahead = ahead
         finally:
             self.end(0)
         return True

@@ -27,7 +27,8 @@ class ListedKernel:
     """A kernel as it is called.
 
     module, name: where it is found. types: of its arguments, as :func:`spell_type` spells them.
-    verbs: those that call it so. seconds: about what compiling it took, whole ones, at least 1.
+    verbs: those that call it so. plain: those of them whose plainest call does. seconds: about what
+    compiling it took, whole ones, at least 1.
     """
 
     module: str
@@ -35,6 +36,7 @@ class ListedKernel:
     types: tuple[Any, ...]
     verbs: tuple[str, ...]
     seconds: int
+    plain: tuple[str, ...] = ()
 
     @property
     def key(self) -> tuple[str, str, str]:
@@ -42,14 +44,17 @@ class ListedKernel:
         return self.module, self.name, json.dumps(self.types)
 
 
-def read_list(verbs: Iterable[str] | None = None) -> list[ListedKernel]:
-    """The kernels of these verbs, of all where none are given; each once."""
+def read_list(verbs: Iterable[str] | None = None, *, plain: bool = False) -> list[ListedKernel]:
+    """The kernels of these verbs, of all where none are given; each once.
+
+    plain: only what the plainest call of each verb needs.
+    """
     text = (files("patterndb") / "data" / LIST_NAME).read_text(encoding="utf-8")
     listed = [parse_kernel(line) for line in text.splitlines()]
     if verbs is None:
         return listed
     wanted = set(verbs)
-    return [kernel for kernel in listed if wanted & set(kernel.verbs)]
+    return [kernel for kernel in listed if wanted & set(kernel.plain if plain else kernel.verbs)]
 
 
 def parse_kernel(line: str) -> ListedKernel:
@@ -57,7 +62,12 @@ def parse_kernel(line: str) -> ListedKernel:
     document = json.loads(line)
     module, _, name = document["kernel"].partition(":")
     return ListedKernel(
-        module, name, freeze_types(document["types"]), tuple(document["verbs"]), document["seconds"]
+        module,
+        name,
+        freeze_types(document["types"]),
+        tuple(document["verbs"]),
+        document["seconds"],
+        tuple(document["plain"]),
     )
 
 
@@ -67,6 +77,7 @@ def format_kernel(kernel: ListedKernel) -> str:
         "kernel": f"{kernel.module}:{kernel.name}",
         "types": kernel.types,
         "verbs": kernel.verbs,
+        "plain": kernel.plain,
         "seconds": kernel.seconds,
     }
     return json.dumps(document)

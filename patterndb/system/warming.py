@@ -70,15 +70,16 @@ def count_processes(kernels: Sequence[ListedKernel]) -> int:
     return max(1, min(processors, MOST_PROCESSES, len(kernels), worth))
 
 
-def compile_ahead(verbs: Iterable[str], progress: Progress) -> None:
+def compile_ahead(verbs: Iterable[str], progress: Progress, *, plain: bool) -> None:
     """Compile what these verbs lack in other processes; nothing where that does not pay.
 
-    progress: told how many are done, of how many, and about how many seconds are left.
+    progress: told how many are done, of how many, and about how many seconds are left. plain: only
+    what the plainest call of a verb needs: most calls need no more.
     """
     folder = kernel_folder()
     if folder is None or not os.access(folder, os.W_OK):
         return
-    missing = find_missing(read_list(verbs))
+    missing = find_missing(read_list(verbs, plain=plain))
     processes = count_processes(missing)
     if processes > 1:
         compile_listed(missing, processes=processes, progress=progress)

@@ -66,11 +66,15 @@ def told_compiling(name_verb: Callable[[], str | None]) -> Generator[None]:
     """
     talk = CompileTalk()
 
-    def compile_ahead() -> None:
+    stages = iter((True, False))
+
+    def compile_ahead() -> bool:
         # Imported here because a verb without kernels need not wait for it.
         from patterndb.system import warming
 
-        warming.compile_ahead([name_verb() or ""], talk.update)
+        plain = next(stages)
+        warming.compile_ahead([name_verb() or ""], talk.update, plain=plain)
+        return plain
 
     before = COMPILED.seconds
     watcher, ahead = COMPILED.watcher, COMPILED.ahead

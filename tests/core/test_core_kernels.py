@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import textwrap
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
+from numba.core.errors import TypingError
 
 from patterndb.geometry.tree import make_walk, measure_backwards
 from patterndb.system import kernels
 from patterndb.system.caches import KERNELS_VARIABLE
-from patterndb.system.kernels import OWN_PACKAGES, kernel
+from patterndb.system.kernellist import read_list
+from patterndb.system.kernels import OWN_PACKAGES, ContentCache, kernel
 
 SOURCE = """
 from patterndb.system.kernels import kernel
@@ -215,3 +218,33 @@ class TestFolder:
 def test_a_kernel_is_called_by_its_function_in_plain_python() -> None:
     scale = run_source(SOURCE).scale
     assert scale.py_func(3.0) == scale(3.0) == 6.0
+
+
+def list_kernels() -> list[Any]:
+    """All kernels of the modules that the list of kernels names."""
+    modules = sorted({listed.module for listed in read_list()})
+    return [
+        one
+        for name in modules
+        for one in vars(import_module(name)).values()
+        if isinstance(getattr(one, "_cache", None), ContentCache)
+    ]
+
+
+def test_kernels_that_borrow_arrays_return_none() -> None:
+    # What they return would be given back to its owner once too often.
+    borrowing = [one for one in list_kernels() if one.targetoptions.get("_nrt") is False]
+    assert borrowing
+    scalars = {"None", "bool", "int", "float", "Index", "np.uint64"}
+    for one in borrowing:
+        told = one.py_func.__annotations__["return"].removeprefix("tuple[").removesuffix("]")
+        assert set(told.split(", ")) <= scalars, one.py_func.__qualname__
+
+
+def test_a_kernel_that_borrows_cannot_make_arrays() -> None:
+    @kernel(borrowing=True)
+    def make(n: int) -> int:
+        return len(np.empty(n))
+
+    with pytest.raises(TypingError):
+        make(3)
