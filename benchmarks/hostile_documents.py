@@ -5,8 +5,9 @@
 Each document is a small valid one with a damage or more: values of other types, huge and tiny
 numbers, deep nesting, entries that are missing, unknown or there twice, other lengths, bytes that
 are flipped, cut off or repeated; in archives also members that are missing or damaged one by one.
-It must be read, or refused with an error of ours, within a second. Anything else is a failure:
-another exception, a slow or hanging read, a process that died, or one that came above a gigabyte.
+It must be read, or refused with an error of ours, within a second of the processor's time. All
+else is a failure: another exception, a slow read, one that hangs (20 s by the clock), a process
+that died, or one that came above a gigabyte.
 ``--only KIND:N`` reads case N of a kind alone, in this process, and prints what becomes of it.
 
 Prints one JSON document; exits 1 if there were failures.
@@ -15,7 +16,6 @@ Prints one JSON document; exits 1 if there were failures.
 from __future__ import annotations
 
 import argparse
-import contextlib
 import copy
 import io
 import json
@@ -389,8 +389,9 @@ def make_case(kind: str, seeds: list[bytes], seed: int, number: int) -> bytes:
 
 
 def judge(read: Callable[[bytes], object], data: bytes) -> tuple[str, str, float]:
-    """What becomes of a document, more of it, and the seconds."""
-    began = time.perf_counter()
+    """What becomes of a document, more of it, and the processor's seconds."""
+    # Of the processor: a machine that has other work makes everything slow.
+    began = time.process_time()
     try:
         read(data)
         result, more = "read", ""
@@ -398,15 +399,9 @@ def judge(read: Callable[[bytes], object], data: bytes) -> tuple[str, str, float
         result, more = "refused", str(error)
     except Exception as error:
         result, more = "unforeseen", f"{type(error).__name__}: {error}"[:300]
-    took = time.perf_counter() - began
+    took = time.process_time() - began
     if took > SLOW_SECONDS and result != "unforeseen":
-        # The machine has other work; what is slow is slow twice.
-        began = time.perf_counter()
-        with contextlib.suppress(PatternDBError):
-            read(data)
-        took = min(took, time.perf_counter() - began)
-        if took > SLOW_SECONDS:
-            return "slow", f"{took:.1f} s; {more}"[:300], took
+        return "slow", f"{took:.1f} s; {more}"[:300], took
     return result, more, took
 
 

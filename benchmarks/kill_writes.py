@@ -2,11 +2,16 @@
 
     python benchmarks/kill_writes.py --kills 200 --seed 1
 
-What benchmarks/kills.py does for ingest, for merge, remove, import of a table, migration and the
-recording of uses. Each run copies a sound database, writes to it in a process of its own, and ends
-that by SIGKILL at a random moment of the time that the write takes. Then the file is opened for
-reading, as ``stats`` does: what it holds must be the content before or after the write, SQLite must
-find it whole, and verify() must find nothing.
+What benchmarks/kills.py does for ingest, for merge, remove, import of a table, migration, the
+recording of uses, and sessions. Each run copies a sound file, writes to it in a process of its own,
+and ends that by SIGKILL at a random moment of the time that the write takes.
+
+A database is then opened for reading, as ``stats`` does: what it holds must be the content before
+or after the write, SQLite must find it whole, and verify() must find nothing. Of networks and
+sessions of surfacing, features and retopology, saved again and again in turns until the kill, the
+file must have the bytes of one save or the other and be readable; the autosave must leave the
+session as it is and a recovery file that is found and whole, if any. What the kill left beside the
+file must be gone after the next save.
 
 Prints one JSON document; exits 1 if there were failures. Needs fork(): a run then costs no start of
 the interpreter.
@@ -28,18 +33,29 @@ import time
 from collections import Counter
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import dataclass
+from multiprocessing.process import BaseProcess
 from pathlib import Path
 
-from ingest import ingest
-from patterndb.core.shortcode import lengthen
-from patterndb.store import Database, LearningOptions, read_table
-from patterndb.store.migrations import DROPPED, SCHEMA_VERSION
+ROOT = Path(__file__).resolve().parents[1]
+# The tests draw what is saved here.
+sys.path[:0] = [str(ROOT / "tests" / "sketch"), str(ROOT / "tests")]
 
-EXAMPLES = sorted((Path(__file__).resolve().parent.parent / "examples").glob("*.obj"))
+import patterndb  # noqa: E402
+from ingest import ingest  # noqa: E402
+from patterndb.core.shortcode import lengthen  # noqa: E402
+from patterndb.store import Database, LearningOptions, read_table  # noqa: E402
+from patterndb.store.migrations import DROPPED, SCHEMA_VERSION  # noqa: E402
+from patterndb.system.files import UNFINISHED  # noqa: E402
+
+EXAMPLES = sorted((ROOT / "examples").glob("*.obj"))
 OPTIONS = LearningOptions(basic=4, side=8, convex=12)
 
 #: Uses that one run records.
 USES = 20
+
+#: Saves of a session, within as many of which the kill comes.
+SAVES = 4
 
 
 def merge(path: Path, folder: Path) -> None:
@@ -68,7 +84,7 @@ def record_uses(path: Path, folder: Path) -> None:
             db.record_use(pattern)
 
 
-#: Ways to write, by name. One that commits several times may be between any two.
+#: Ways to write databases, by name. One that commits several times may be between any two.
 WAYS: dict[str, Callable[[Path, Path], None]] = {
     "merge": merge,
     "remove": remove,
@@ -76,6 +92,12 @@ WAYS: dict[str, Callable[[Path, Path], None]] = {
     "migration": migrate,
     "uses": record_uses,
 }
+
+#: Ways to save what is drawn; :func:`make_savings` makes them.
+SAVINGS = ("surfacing", "features", "retopology", "autosave")
+
+#: A process that is forked costs no start of the interpreter.
+FORK = multiprocessing.get_context("fork")
 
 
 def make_sound(folder: Path) -> None:
@@ -128,45 +150,207 @@ def find_faults(path: Path, allowed: set[object], old: bool) -> list[str]:
     return found
 
 
+@dataclass(frozen=True, slots=True)
+class Saving:
+    """A way to save a file: what is saved in turns, and how it is read.
+
+    save: writes the drawing of a number, 0 or 1, to a path. kept: the bytes of both. read: reads a
+    file. autosaves: does it write to a recovery file beside the path, and not there?
+    """
+
+    save: Callable[[Path, int], None]
+    read: Callable[[Path], object]
+    kept: tuple[bytes, bytes]
+    autosaves: bool = False
+
+
+def make_savings(folder: Path) -> dict[str, Saving]:
+    """The ways to save networks and sessions, by name."""
+    from editor_cases import drawn_grid, line
+
+    from patterndb_sketch.features import sessionfile as features
+    from patterndb_sketch.retopo import sessionfile as retopo
+    from patterndb_sketch.retopo.autosave import Autosave
+    from patterndb_sketch.retopo.editor import Call
+    from patterndb_sketch.surfacing import networkfile
+
+    drawing = networkfile.read_drawing(ROOT / "examples" / "networks" / "teacup.json")
+    stages = ((), (list(range(len(drawing.network.curves))),))
+    network = features.read_network(ROOT / "examples" / "features" / "q_car_cop.network.json")
+    curves = [
+        features.FeatureSession("car.obj", settings={"alpha": alpha}, networks={"car": network})
+        for alpha in (0.25, 0.5)
+    ]
+    with patterndb.open() as source:
+        editor = drawn_grid(source)
+        states = [editor.state]
+        editor.fill()
+        editor.do(Call("stroke", {"points": line((0.5, 0), (0.5, 3))}))
+        states.append(editor.state)
+    sheets = [retopo.RetopoSession(editor.ground, state, "sheet.obj") for state in states]
+
+    def save_network(path: Path, number: int) -> None:
+        networkfile.write_network(path, drawing.network, stages[number])
+
+    def save_features(path: Path, number: int) -> None:
+        features.write_session(path, curves[number])
+
+    def save_retopo(path: Path, number: int) -> None:
+        retopo.write_session(path, sheets[number])
+
+    def autosave(path: Path, number: int) -> None:
+        # A process has one, as a window has.
+        if os.getpid() not in begun:
+            begun[os.getpid()] = Autosave(
+                editor.ground, sheets[0].state, session=path, name="sheet.obj", every=0.0
+            )
+        begun[os.getpid()].tick(states[number])
+
+    begun: dict[int, Autosave] = {}
+    savings: dict[str, Saving] = {}
+    for name, save, read in (
+        ("surfacing", save_network, networkfile.read_network),
+        ("features", save_features, features.read_session),
+        ("retopology", save_retopo, retopo.read_session),
+    ):
+        kept: list[bytes] = []
+        for number in (0, 1):
+            save(folder / "kept", number)
+            read(folder / "kept")
+            kept.append((folder / "kept").read_bytes())
+        assert kept[0] != kept[1]
+        savings[name] = Saving(save, read, (kept[0], kept[1]))
+    (folder / "kept").unlink()
+    written = savings["retopology"]
+    savings["autosave"] = Saving(autosave, written.read, written.kept, autosaves=True)
+    return savings
+
+
+def save_in_turns(saving: Saving, path: Path) -> None:
+    """Save both drawings in turns, for as long as it takes to be killed."""
+    number = 0
+    while True:
+        number = 1 - number
+        saving.save(path, number)
+
+
+def find_saving_faults(saving: Saving, path: Path) -> list[str]:
+    """What is wrong with a saved file, or a recovery file, after a kill; removes the latter."""
+    from patterndb_sketch.retopo.autosave import find_recoveries
+
+    found: list[str] = []
+    written = [path]
+    if saving.autosaves:
+        if path.read_bytes() != saving.kept[0]:
+            found.append("the autosave changed the session itself")
+        written = [one.path for one in find_recoveries(path)]
+        beside = [one for one in path.parent.iterdir() if not one.name.startswith(UNFINISHED)]
+        if len(written) > 1 or sorted([path, *written]) != sorted(beside):
+            found.append(f"there are {sorted(one.name for one in beside)}")
+    for one in written:
+        try:
+            saving.read(one)
+        except Exception as error:
+            found.append(f"{type(error).__name__}: {error}")
+        if one.read_bytes() not in saving.kept:
+            found.append("it is neither what was saved before nor after")
+        if one != path:
+            one.unlink()
+    return found
+
+
+class DatabaseKills:
+    """Kills of what writes databases, in a folder of their own."""
+
+    def __init__(self, folder: Path, ways: list[str]) -> None:
+        self.folder = folder
+        self.path = folder / "killed.db"
+        self.seconds: dict[str, float] = {}
+        self.allowed: dict[str, set[object]] = {}
+        self.left = 0
+        if ways:
+            make_sound(folder)
+        for way in ways:
+            shutil.copy(self._source(way), self.path)
+            before = tell_content(folder / "sound.db")
+            # The first time loads kernels, which the forks then have.
+            WAYS[way](self.path, folder)
+            self.allowed[way] = {before, tell_content(self.path)}
+            if way == "uses":
+                with Database(self.path) as db:
+                    (used,) = db.uses()
+                self.allowed[way] |= {(before[0], ((used, n),)) for n in range(1, USES + 1)}
+            begin = time.perf_counter()
+            process = self.start(way)
+            process.join()
+            self.seconds[way] = time.perf_counter() - begin
+
+    def _source(self, way: str) -> Path:
+        return self.folder / ("old.db" if way == "migration" else "sound.db")
+
+    def start(self, way: str) -> BaseProcess:
+        shutil.copy(self._source(way), self.path)
+        process = FORK.Process(target=WAYS[way], args=(self.path, self.folder))
+        process.start()
+        return process
+
+    def judge(self, way: str) -> list[str]:
+        journal = self.path.with_name(self.path.name + "-journal")
+        self.left += journal.exists() and journal.stat().st_size > 0
+        found = find_faults(self.path, self.allowed[way], way == "migration")
+        for left in self.folder.glob("killed.db*"):
+            left.unlink()
+        return found
+
+
+class SavingKills:
+    """Kills of what saves files, in a folder of their own."""
+
+    def __init__(self, folder: Path, ways: list[str]) -> None:
+        self.folder = folder
+        self.path = folder / "killed"
+        self.seconds: dict[str, float] = {}
+        self.left = 0
+        self.savings = make_savings(folder) if ways else {}
+        for way in ways:
+            begin = time.perf_counter()
+            for k in range(SAVES):
+                self.savings[way].save(self.path, k % 2)
+            self.seconds[way] = time.perf_counter() - begin
+        for left in folder.iterdir():
+            left.unlink()
+
+    def start(self, way: str) -> BaseProcess:
+        self.path.write_bytes(self.savings[way].kept[0])
+        process = FORK.Process(target=save_in_turns, args=(self.savings[way], self.path))
+        process.start()
+        return process
+
+    def judge(self, way: str) -> list[str]:
+        self.left += any(one.name.startswith(UNFINISHED) for one in self.folder.iterdir())
+        found = find_saving_faults(self.savings[way], self.path)
+        by_hand = "retopology" if self.savings[way].autosaves else way
+        self.savings[by_hand].save(self.path, 0)
+        if [one.name for one in self.folder.iterdir()] != [self.path.name]:
+            found.append("something is left after the next save")
+        return found
+
+
 def run(kills: int, seed: int, ways: list[str] | None = None) -> dict[str, object]:
     """Kill so many writes; the counts, and a line for each that went wrong."""
     chance = random.Random(seed)
-    context = multiprocessing.get_context("fork")
     killed: Counter[str] = Counter()
     finished: Counter[str] = Counter()
-    journals = 0
     faults: list[str] = []
-    names = ways or list(WAYS)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        make_sound(folder)
-        seconds: dict[str, float] = {}
-        allowed: dict[str, set[object]] = {}
-        path = folder / "killed.db"
-        for way in names:
-            source = folder / ("old.db" if way == "migration" else "sound.db")
-            shutil.copy(source, path)
-            before = tell_content(folder / "sound.db")
-            # The first time loads kernels, which the forks then have.
-            WAYS[way](path, folder)
-            allowed[way] = {before, tell_content(path)}
-            if way == "uses":
-                with Database(path) as db:
-                    (used,) = db.uses()
-                hashed = before[0]
-                allowed[way] |= {(hashed, ((used, n),)) for n in range(1, USES + 1)}
-            shutil.copy(source, path)
-            process = context.Process(target=WAYS[way], args=(path, folder))
-            begin = time.perf_counter()
-            process.start()
-            process.join()
-            seconds[way] = time.perf_counter() - begin
+    names = ways or [*WAYS, *SAVINGS]
+    with tempfile.TemporaryDirectory() as one, tempfile.TemporaryDirectory() as other:
+        databases = DatabaseKills(Path(one), [way for way in names if way in WAYS])
+        savings = SavingKills(Path(other), [way for way in names if way in SAVINGS])
         while killed.total() < kills:
             way = names[killed.total() % len(names)]
-            shutil.copy(folder / ("old.db" if way == "migration" else "sound.db"), path)
-            process = context.Process(target=WAYS[way], args=(path, folder))
-            process.start()
-            time.sleep(chance.uniform(0, seconds[way]))
+            kind = databases if way in WAYS else savings
+            process = kind.start(way)
+            time.sleep(chance.uniform(0, kind.seconds[way]))
             if process.is_alive() and process.pid is not None:
                 os.kill(process.pid, signal.SIGKILL)
             process.join()
@@ -177,16 +361,13 @@ def run(kills: int, seed: int, ways: list[str] | None = None) -> dict[str, objec
             else:
                 faults.append(f"{way}: it ended by itself with exit code {process.exitcode}")
                 break
-            journal = path.with_name(path.name + "-journal")
-            journals += journal.exists() and journal.stat().st_size > 0
-            faults += [f"{way}: {f}" for f in find_faults(path, allowed[way], way == "migration")]
-            for left in folder.glob("killed.db*"):
-                left.unlink()
+            faults += [f"{way}: {fault}" for fault in kind.judge(way)]
     return {
         "seed": seed,
         "killed": dict(killed),
         "got_through": dict(finished),
-        "left_a_journal": journals,
+        "left_a_journal": databases.left,
+        "left_a_file_unfinished": savings.left,
         "faults": faults,
     }
 
@@ -195,7 +376,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("--kills", type=int, default=200)
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--way", choices=list(WAYS), action="append", help="all if not given")
+    parser.add_argument(
+        "--way", choices=[*WAYS, *SAVINGS], action="append", help="all if not given"
+    )
     given = parser.parse_args()
     result = run(given.kills, given.seed, given.way)
     print(json.dumps(result, indent=1))

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import itertools
 import sqlite3
-from collections.abc import Iterator
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from patterndb.core.code import Code, canonical_code, decode, format_id
+from patterndb.core.code import canonical_code, decode, format_id
 from patterndb.core.disk import Disk
-from patterndb.core.packing import unpack
+from patterndb.core.packing import unpack, unpack_many
 from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
 from patterndb.core.shortcode import lengthen, restore
@@ -23,8 +24,9 @@ from patterndb.store.reading import options_of
 #: Findings after which verify() stops listing; a damaged database has as many as rows.
 MAX_FINDINGS = 100
 
-#: Patterns that are read at a time.
+#: Patterns that are read at a time, and examples.
 READ_AT_ONCE = 1000
+EXAMPLES_AT_ONCE = 10_000
 
 #: Faces are numbered in 32 bits.
 LARGEST_FACE = 1 << 31
@@ -191,11 +193,45 @@ def _check_meshes(connection: sqlite3.Connection) -> list[str]:
 
 def _check_examples(connection: sqlite3.Connection) -> list[str]:
     found: list[str] = []
-    for number, name, example, n_quads, origin, mirrored, chiral in connection.execute(
+    rows = connection.execute(
         "SELECT pattern.id, mesh.name, example, pattern.n_quads, mesh.origin, mirrored_patches, "
         "chiral FROM occurrence JOIN pattern ON pattern.id = pattern_id "
         "JOIN mesh ON mesh.id = mesh_id"
-    ):
+    )
+    while len(found) < MAX_FINDINGS and (some := rows.fetchmany(EXAMPLES_AT_ONCE)):
+        _, _, examples, n_quads, origins, mirrored, chiral = zip(*some, strict=True)
+        fewest = [
+            n if origin == "learned" else 0 for n, origin in zip(n_quads, origins, strict=True)
+        ]
+        if not are_examples_sound(examples, fewest) or any(
+            own and not other for own, other in zip(mirrored, chiral, strict=True)
+        ):
+            # Only then is each looked at by itself.
+            found += _list_wrong_examples(some)
+    return found
+
+
+def are_examples_sound(examples: Sequence[Any], fewest: Sequence[Any]) -> bool:
+    """Can all of these be examples, numbers of faces that ascend, of so many quads at least?"""
+    if not set(map(type, examples)) <= {bytes} or not set(map(type, fewest)) <= {int}:
+        return False
+    try:
+        steps, offsets = unpack_many(examples)
+        enough = np.diff(offsets) >= np.array(fewest, np.int64)
+    except _UNREADABLE:
+        return False
+    sums = np.concatenate([[0], np.cumsum(steps, dtype=np.int64)])[offsets]
+    is_later = np.ones(len(steps), np.bool_)
+    # One that is empty begins where the next does, or at the end of all.
+    is_later[offsets[:-1][np.diff(offsets) > 0]] = False
+    return bool(
+        enough.all() and (steps[is_later] >= 1).all() and (np.diff(sums) < LARGEST_FACE).all()
+    )
+
+
+def _list_wrong_examples(rows: list[tuple[Any, ...]]) -> list[str]:
+    found: list[str] = []
+    for number, name, example, n_quads, origin, mirrored, chiral in rows:
         if len(found) >= MAX_FINDINGS:
             break
         where = f"the example of pattern {format_id(number)} in mesh {name}"
@@ -215,24 +251,75 @@ def _check_examples(connection: sqlite3.Connection) -> list[str]:
 
 def _check_patterns(connection: sqlite3.Connection) -> list[str]:
     found: list[str] = []
-    for number, *stored in _list_patterns(connection):
-        if len(found) >= MAX_FINDINGS:
+    last = -1 << 63
+    # Some at a time: checking them takes long, and while a statement runs nobody else can write.
+    while len(found) < MAX_FINDINGS:
+        rows = connection.execute(
+            writing.SELECT_PATTERNS + " WHERE id > ? ORDER BY id LIMIT ?", (last, READ_AT_ONCE)
+        ).fetchall()
+        for (number, *stored), told in zip(
+            rows, describe_sound([row[1] for row in rows]), strict=True
+        ):
+            if isinstance(told, Exception):
+                found.append(f"pattern {format_id(number)}: {told}")
+            elif told != (number, tuple(stored)):
+                found.append(
+                    f"pattern {format_id(number)} has columns that do not follow from its code"
+                )
+        if len(rows) < READ_AT_ONCE:
             break
-        try:
-            check_code(stored[0])
-            ((expected, columns),) = writing.describe_patterns([stored[0]])
-        except _UNREADABLE as error:
-            found.append(f"pattern {format_id(number)}: {error}")
-            continue
-        if tuple(stored) != columns or number != expected:
-            found.append(
-                f"pattern {format_id(number)} has columns that do not follow from its code"
-            )
+        last = rows[-1][0]
     return found
 
 
-def check_code(short: bytes) -> Code:
-    """The code of a pattern, which must be the canonical one of a disk that cannot be reduced.
+#: Id and described columns of a pattern, as :func:`writing.describe_patterns` has them.
+Described = tuple[int, tuple[Any, ...]]
+
+
+def describe_sound(codes: Sequence[Any]) -> list[Described | Exception]:
+    """Describe patterns whose short codes may be anything.
+
+    For each what :func:`writing.describe_patterns` tells, or the error that says why it is none:
+    it must be the canonical code of a disk that cannot be reduced.
+    """
+    found: list[Described | Exception] = []
+    while len(found) < len(codes):
+        found += _describe_until_fault(codes[len(found) :])
+        if len(found) < len(codes):
+            found.append(_say_fault(codes[len(found)]))
+    return found
+
+
+def _describe_until_fault(codes: Sequence[Any]) -> list[Described]:
+    """Describe the patterns before the first whose code is not sound."""
+    n = next((k for k, code in enumerate(codes) if type(code) is not bytes), len(codes))
+    while n:
+        try:
+            described = writing.describe_patterns(codes[:n])
+            symbols, offsets = restore(codes[:n])
+        except InvalidCodeError as error:
+            assert error.row is not None
+            n = error.row
+            continue
+        twins = symbols.astype(np.int32) - 1
+        for k, (begin, end) in enumerate(itertools.pairwise(offsets.tolist())):
+            if len(reduce_disk(twins[begin:end])) != end - begin:
+                return described[:k]
+        return described
+    return []
+
+
+def _say_fault(short: Any) -> Exception:
+    """Say what is wrong with a code that is not sound."""
+    try:
+        check_code(short)
+    except _UNREADABLE as error:
+        return error
+    return InvalidCodeError("it is not the canonical code of a disk")
+
+
+def check_code(short: bytes) -> None:
+    """Check a short code, which must be the canonical one of a disk that cannot be reduced.
 
     Raises PatternDBError, ValueError, TypeError, LookupError or OverflowError where it is not.
     """
@@ -243,18 +330,3 @@ def check_code(short: bytes) -> Code:
         raise InvalidCodeError("its code is not canonical")
     if len(reduce_disk(twin)) != len(twin):
         raise InvalidCodeError("it can be reduced further")
-    return code
-
-
-def _list_patterns(connection: sqlite3.Connection) -> Iterator[tuple[Any, ...]]:
-    """All rows of the patterns, some at a time: checking them takes long, and while a statement
-    runs nobody else can write."""
-    last = -1 << 63
-    while True:
-        rows = connection.execute(
-            writing.SELECT_PATTERNS + " WHERE id > ? ORDER BY id LIMIT ?", (last, READ_AT_ONCE)
-        ).fetchall()
-        yield from rows
-        if len(rows) < READ_AT_ONCE:
-            return
-        last = rows[-1][0]

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
 import sqlite3
-import tempfile
 from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,7 +26,7 @@ from patterndb.store import ddqkey
 from patterndb.store.connection import atomic, explained
 from patterndb.store.migrations import APPLICATION_ID
 from patterndb.store.records import Learned
-from patterndb.system.files import open_regular
+from patterndb.system.files import open_regular, write_beside
 
 TABLE = "Patches"
 NUMBERS = ("nSingularities", "nCorners", "nFaces", "nVertices", "nOccurrences", "nConcaveCorners")
@@ -320,20 +318,8 @@ def write_table(
             f"{digits} digits do not do: the largest pattern has {largest} faces; give "
             f"{fewest}..{ddqkey.AUTHORS_DIGITS}"
         )
-    handle, name = tempfile.mkstemp(dir=path.absolute().parent, prefix=f".{path.name}.")
-    os.close(handle)
-    work = Path(name)
-    try:
-        done = _write(connection, work, total, digits, progress)
-        mask = os.umask(0)
-        os.umask(mask)
-        work.chmod(0o666 & ~mask)
-        work.replace(path)
-    except BaseException:
-        for left in (work, work.with_name(work.name + "-journal")):
-            left.unlink(missing_ok=True)
-        raise
-    return done
+    with write_beside(path) as fresh:
+        return _write(connection, fresh, total, digits, progress)
 
 
 def _write(

@@ -19,7 +19,7 @@ from patterndb.core.packing import unpack
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS, PatternClass
 from patterndb.core.shortcode import pack_symbols, restore
-from patterndb.errors import InvalidCodeError, NotFoundError
+from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
 from patterndb.store.columns import MOST_32, MOST_64, check_blobs, read_numbers, say_wrong
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance, Statistics
 
@@ -259,7 +259,21 @@ def choose_named(known: Sequence[KnownMesh], name: str) -> list[int]:
 def list_known(connection: sqlite3.Connection) -> list[KnownMesh]:
     """What every mesh can be chosen by, in the order in which they were learned."""
     rows = connection.execute("SELECT id, name, sha256, licence FROM mesh ORDER BY id")
-    return [KnownMesh(*row) for row in rows]
+    return [
+        KnownMesh(number, name, _check_hash(sha256), licence)
+        for number, name, sha256, licence in rows
+    ]
+
+
+def _check_hash(value: object) -> bytes:
+    """The SHA-256 of a mesh's row. Raises DatabaseError for what is no bytes: of a number, bytes()
+    would make as many zeros."""
+    if not isinstance(value, bytes):
+        raise DatabaseError(
+            f"the SHA-256 of a mesh is {repr(value)[:40]}, no bytes: the file is damaged; "
+            "'patterndb verify' tells what is wrong"
+        )
+    return value
 
 
 def make_mesh(row: tuple[object, ...]) -> Mesh:
@@ -269,7 +283,7 @@ def make_mesh(row: tuple[object, ...]) -> Mesh:
     *counts, most, left_out = counts
     return Mesh(
         str(name),
-        bytes(sha256).hex(),  # pyright: ignore[reportArgumentType]
+        _check_hash(sha256).hex(),
         Provenance(author, source, licence),  # pyright: ignore[reportArgumentType]
         options_of(basic, side, convex, prepared, most),
         *counts,  # pyright: ignore[reportArgumentType]

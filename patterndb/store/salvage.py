@@ -10,29 +10,29 @@ the occurrences and uses that belong to saved ones. What is not saved is told.
 from __future__ import annotations
 
 import contextlib
-import os
 import sqlite3
-import tempfile
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
-from patterndb.core import description as d
-from patterndb.core.code import pattern_id
-from patterndb.core.packing import unpack
 from patterndb.core.patternclass import ORIGINS
 from patterndb.core.shortcode import lengthen
 from patterndb.errors import DatabaseError, PatternDBError
 from patterndb.store import writing
 from patterndb.store.checksums import find_changed_tables, sum_tables
 from patterndb.store.connection import atomic, connect, connect_unchecked
-from patterndb.store.contents import LARGEST_FACE, SHA256_SIZE, check_code
+from patterndb.store.contents import (
+    EXAMPLES_AT_ONCE,
+    READ_AT_ONCE,
+    SHA256_SIZE,
+    are_examples_sound,
+    describe_sound,
+)
 from patterndb.store.reading import options_of
-from patterndb.system.files import make_readable
+from patterndb.system.files import write_beside
 
 #: How often a range of keys in which nothing could be read is halved: rows between two spoiled
 #: pages are found where their keys make up a 4096th of the range.
@@ -97,17 +97,12 @@ def salvage_database(path: Path, into: Path) -> Salvage:
     with contextlib.closing(connect_unchecked(path)) as source:
         tables = _list_tables(source, path)
         sound = _read_sound(source, tables, found)
-        handle, name = tempfile.mkstemp(dir=into.absolute().parent, prefix=f".{into.name}.")
-        os.close(handle)
-        fresh = Path(name)
-        try:
-            with contextlib.closing(connect(fresh, "create")) as target, atomic(target):
-                _write(target, sound, found)
-            make_readable(fresh)
-            fresh.rename(into)
-        except BaseException:
-            fresh.unlink(missing_ok=True)
-            raise
+        with (
+            write_beside(into) as fresh,
+            contextlib.closing(connect(fresh, "create")) as target,
+            atomic(target),
+        ):
+            _write(target, sound, found)
         if "checksum" in tables:
             try:
                 found.changed = find_changed_tables(source)
@@ -118,7 +113,7 @@ def salvage_database(path: Path, into: Path) -> Salvage:
 
 
 class _SoundPattern(NamedTuple):
-    """A pattern whose code is sound: the packed code, and what occurrences must fit."""
+    """A pattern whose code is sound: the short code, and what occurrences must fit."""
 
     code: bytes
     n_quads: int
@@ -177,27 +172,35 @@ def _read_sound(source: sqlite3.Connection, tables: set[str], found: Salvage) ->
             meshes[number] = values
 
     patterns: dict[int, _SoundPattern] = {}
-    for number, short in read("pattern", "id, code", "id"):
-        try:
-            check_code(short)
-            (code,) = lengthen([short])
-            counts: list[int] = d.describe([code]).counts[0].tolist()
-        except _UNSOUND as error:
-            found.lose("pattern", str(error))
-            continue
-        if number == pattern_id(code, counts[d.N_CORNERS]):
-            patterns[number] = _SoundPattern(code, counts[d.N_QUADS], bool(counts[d.CHIRAL]))
-        else:
-            found.lose("pattern", "the id does not follow from the code")
+    coded = read("pattern", "id, code", "id")
+    while some := list(islice(coded, READ_AT_ONCE)):
+        for (number, _), told in zip(some, describe_sound([row[1] for row in some]), strict=True):
+            if isinstance(told, Exception):
+                found.lose("pattern", str(told))
+                continue
+            expected, (short, _, _, n_quads, _, chiral, _) = told
+            if number == expected:
+                patterns[number] = _SoundPattern(short, n_quads, bool(chiral))
+            else:
+                found.lose("pattern", "the id does not follow from the code")
 
     occurrences: list[tuple[int, int, int, int, bytes]] = []
     columns = "pattern_id, mesh_id, patches, mirrored_patches, example"
-    for row in read("occurrence", columns, "pattern_id"):
-        why = _find_fault(row, meshes, patterns)
-        if why is None:
-            occurrences.append(row)  # pyright: ignore[reportArgumentType]
-        else:
+    held = read("occurrence", columns, "pattern_id")
+    while some := list(islice(held, EXAMPLES_AT_ONCE)):
+        whys = [_find_fault(row, meshes, patterns) for row in some]
+        for why in filter(None, whys):
             found.lose("occurrence", why)
+        belonging = [row for row, why in zip(some, whys, strict=True) if why is None]
+        fewest = [_count_fewest(row, meshes, patterns) for row in belonging]
+        if are_examples_sound([row[4] for row in belonging], fewest):
+            occurrences += belonging  # pyright: ignore[reportArgumentType]
+            continue
+        for row, least in zip(belonging, fewest, strict=True):
+            if are_examples_sound([row[4]], [least]):
+                occurrences.append(row)  # pyright: ignore[reportArgumentType]
+            else:
+                found.lose("occurrence", "its example is none, or has too few quads")
 
     uses: list[tuple[int, int, str]] = []
     if "usage" in tables:
@@ -230,8 +233,8 @@ def _check_mesh(values: list[Any]) -> None:
 def _find_fault(
     row: tuple[Any, ...], meshes: dict[int, list[Any]], patterns: dict[int, _SoundPattern]
 ) -> str | None:
-    """What is wrong with an occurrence, in words; None where nothing is."""
-    number, mesh_id, patches, mirrored, example = row
+    """What is wrong with an occurrence but for its example, in words; None where nothing is."""
+    number, mesh_id, patches, mirrored, _ = row
     pattern = patterns.get(number)
     if pattern is None:
         return "its pattern is not saved"
@@ -241,16 +244,14 @@ def _find_fault(
         return "no counts of patches"
     if patches < 1 or (mirrored and not pattern.chiral):
         return "no patches, or mirrored ones of a pattern that is its own mirror image"
-    try:
-        steps = unpack(example)
-    except _UNSOUND:
-        return "its example cannot be read"
-    learned = meshes[mesh_id][15] == "learned"
-    if (steps[1:] < 1).any() or steps.sum(dtype=np.int64) >= LARGEST_FACE:
-        return "its example numbers faces as no file does"
-    if learned and len(steps) < pattern.n_quads:
-        return "its example has fewer quads than the pattern"
     return None
+
+
+def _count_fewest(
+    row: tuple[Any, ...], meshes: dict[int, list[Any]], patterns: dict[int, _SoundPattern]
+) -> int:
+    """Quads that the example of an occurrence has at least: those of its pattern, if learned."""
+    return patterns[row[0]].n_quads if meshes[row[1]][15] == "learned" else 0
 
 
 def _write(target: sqlite3.Connection, sound: _Sound, found: Salvage) -> None:
@@ -276,7 +277,8 @@ def _write(target: sqlite3.Connection, sound: _Sound, found: Salvage) -> None:
     kept = [number for number in numbers if number in held]
     for at in range(0, len(kept), WRITTEN_AT_ONCE):
         some = kept[at : at + WRITTEN_AT_ONCE]
-        writing.add_patterns(target, some, [sound.patterns[number].code for number in some])
+        codes = lengthen([sound.patterns[number].code for number in some])
+        writing.add_patterns(target, some, codes)
     target.executemany(writing.INSERT_OCCURRENCE, sound.occurrences)
     target.executemany("INSERT INTO usage (pattern_id, uses, origin) VALUES (?, ?, ?)", sound.uses)
     # As the database keeps it: what it was used as, where no mesh has it.

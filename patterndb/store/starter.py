@@ -11,7 +11,6 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import sqlite3
-import tempfile
 from collections.abc import Callable, Collection, Generator, Sequence
 from functools import cached_property
 from importlib.resources import files
@@ -31,6 +30,7 @@ from patterndb.store.database import Database
 from patterndb.store.migrations import SCHEMA_VERSION
 from patterndb.store.records import Mesh
 from patterndb.system.caches import cache_folders, is_trusted, make_trusted
+from patterndb.system.files import replace_file, write_beside
 
 PACKED_NAME = "starter.compact"
 
@@ -240,7 +240,8 @@ def unpack_starter(
     say: Callable[[str], None] | None = None,
     progress: compact.Progress | None = None,
 ) -> Path:
-    """The SQLite file of a compact one, in the user's cache folder, made where it is not there.
+    """The SQLite file of a compact one, in the user's cache folder, made where it is not there or
+    not as it was made: beside it stands its hash.
 
     ``say`` and ``progress`` are told before and while it is made. Raises DatabaseError if the data
     is damaged, or if there is no folder to make it in.
@@ -249,33 +250,43 @@ def unpack_starter(
     folders = cache_folders()
     failure: Exception | None = None
     for folder in folders:
-        if is_trusted(folder) and (folder / name).is_file():
+        if is_trusted(folder) and _is_whole(folder / name):
             return folder / name
     for folder in folders:
         if not make_trusted(folder):
             continue
         try:
-            work = Path(tempfile.mkdtemp(dir=folder, prefix=".unpacking-"))
-        except OSError:
-            continue
-        if say is not None:
-            say(f"unpacking the starter database into {folder} (once)")
-        try:
-            compact.load(data, work / name, progress)
-            # Another process may have been first; theirs is the same.
-            (work / name).replace(folder / name)
+            # Another process may be first; its file is the same.
+            with write_beside(folder / name) as fresh:
+                if say is not None:
+                    say(f"unpacking the starter database into {folder} (once)")
+                compact.load(data, fresh, progress)
+                digest = _hash_file(fresh)
+            replace_file(_hash_beside(folder / name), digest)
         except (OSError, DatabaseError) as error:
             # No space left, say: the next folder may be on another disk.
             failure = error
             continue
-        finally:
-            for left in work.iterdir():
-                left.unlink()
-            with contextlib.suppress(OSError):
-                work.rmdir()
         return folder / name
     reason = "" if failure is None else f" ({failure})"
     raise DatabaseError(
         f"no folder to unpack the starter database into{reason}; set PATTERNDB_CACHE to one "
         "of your own that can be written, with 100 MB to spare"
     )
+
+
+def _hash_beside(path: Path) -> Path:
+    return path.with_suffix(".sha256")
+
+
+def _hash_file(path: Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _is_whole(path: Path) -> bool:
+    """Is a file there, with the hash that was written as it was made?"""
+    try:
+        return _hash_beside(path).read_text(encoding="ascii") == _hash_file(path)
+    except (OSError, UnicodeDecodeError):
+        return False

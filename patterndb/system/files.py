@@ -1,20 +1,37 @@
-"""Reading regular files alone, and writing files so that no half-written one is ever seen."""
+"""Reading regular files alone, and writing files so that no half-written one is ever seen.
+
+A file is written in a folder of its own beside the one that it replaces, and moved there when it is
+whole. The folder is locked meanwhile: one that nobody has locked was left by a process that was
+killed, and the next file that is written beside it takes it away.
+"""
 
 from __future__ import annotations
 
 import contextlib
 import errno
 import os
+import shutil
 import stat
+import sys
 import tempfile
-from collections.abc import Iterator
+import time
+from collections.abc import Generator, Iterator
 from io import BufferedReader
 from pathlib import Path
+
+if sys.platform != "win32":
+    import fcntl
 
 from patterndb.errors import PatternDBError
 
 #: What is said of pipes, sockets and devices: they could block, or never end.
 IRREGULAR = "not a regular file but a pipe, socket or device; write it to a file first"
+
+#: How the names of folders begin in which files are being written.
+UNFINISHED = ".patterndb-"
+
+#: Seconds after which such a folder is nobody's any more, where folders cannot be locked (Windows).
+ABANDONED_SECONDS = 3600.0
 
 _O_BINARY: int = getattr(os, "O_BINARY", 0)  # Windows alone translates line ends without it
 
@@ -53,13 +70,6 @@ def read_lines(
                 yield number, line.removeprefix(b"\xef\xbb\xbf") if number == 1 else line
 
 
-def make_readable(path: Path) -> None:
-    """Give a file that ``mkstemp`` made, for its owner alone, the mode that ``open`` gives."""
-    mask = os.umask(0)
-    os.umask(mask)
-    path.chmod(0o666 & ~mask)
-
-
 def replace_file(path: Path, content: str | bytes) -> None:
     """Write ``content`` beside ``path`` and move it there in one step.
 
@@ -68,16 +78,85 @@ def replace_file(path: Path, content: str | bytes) -> None:
     """
     path = Path(os.path.realpath(path)) if path.is_symlink() else path
     data = content.encode() if isinstance(content, str) else content
-    handle, name = tempfile.mkstemp(dir=path.absolute().parent, prefix=f".{path.name}.")
+    with write_beside(path) as fresh:
+        fresh.write_bytes(data)
+
+
+@contextlib.contextmanager
+def write_beside(path: Path) -> Generator[Path]:
+    """Give a path to write a file at; when the block ends, the file is moved to ``path``.
+
+    What else the block leaves beside the file (SQLite's journals) goes. Where it raises, ``path``
+    is as it was. Raises OSError where nothing can be written there.
+    """
+    parent = path.absolute().parent
+    remove_unfinished(parent)
     try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(data)
-            # Else a crash of the machine could leave the new name with nothing in it.
-            file.flush()
+        folder, lock = _make_locked(parent)
+    except OSError as error:
+        # The name that its folder would have had says nothing to whoever named the file.
+        raise OSError(error.errno, error.strerror, str(path)) from error
+    try:
+        fresh = folder / path.name
+        yield fresh
+        # Else a crash of the machine could leave the new name with nothing in it.
+        with fresh.open("rb+") as file:
             os.fsync(file.fileno())
-        make_readable(Path(name))
-        Path(name).replace(path)
-    except BaseException:
-        with contextlib.suppress(OSError):
-            Path(name).unlink()
-        raise
+        fresh.replace(path)
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+        if lock is not None:
+            os.close(lock)
+
+
+def remove_unfinished(folder: Path) -> None:
+    """Take away what processes that were killed had begun to write in a folder."""
+    with contextlib.suppress(OSError), os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.name.startswith(UNFINISHED):
+                _remove_if_left(Path(entry.path))
+
+
+def _make_locked(parent: Path) -> tuple[Path, int | None]:
+    """A new folder, and the descriptor that keeps it locked, if it can be."""
+    while True:
+        folder = Path(tempfile.mkdtemp(dir=parent, prefix=UNFINISHED))
+        try:
+            lock = _lock(folder, wait=True)
+        except FileNotFoundError:
+            continue
+        # Another process may have taken it for one that was left, before it was locked.
+        if lock is None or folder.exists():
+            return folder, lock
+        os.close(lock)
+
+
+def _remove_if_left(folder: Path) -> None:
+    """Remove a folder in which nobody is writing any more, if it is this user's."""
+    with contextlib.suppress(OSError):
+        if sys.platform == "win32":
+            if time.time() - folder.stat().st_mtime > ABANDONED_SECONDS:
+                shutil.rmtree(folder, ignore_errors=True)
+            return
+        lock = _lock(folder, wait=False)
+        if lock is None:
+            return
+        try:
+            if os.fstat(lock).st_uid == os.getuid():
+                shutil.rmtree(folder, ignore_errors=True)
+        finally:
+            os.close(lock)
+
+
+def _lock(folder: Path, *, wait: bool) -> int | None:
+    """Lock a folder until the descriptor is closed; None where another process has it locked, or
+    folders cannot be. Raises OSError if it is none, or cannot be opened."""
+    if sys.platform == "win32":
+        return None
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+    except OSError:
+        os.close(descriptor)
+        return None
+    return descriptor

@@ -83,6 +83,18 @@ def test_asked_where_no_database_is_named(cache: Path, learned: Path, tmp_path: 
     # Not a byte of it has changed, and nothing lies beside it.
     assert list(cache.glob("*.db")) == [unpacked]
     assert (unpacked.read_bytes(), unpacked.stat().st_mtime_ns) == before
+    # One that is not what was made is made again.
+    data = bytearray(before[0])
+    data[len(data) // 2] ^= 1
+    for spoil in (
+        lambda: unpacked.write_bytes(data),
+        lambda: unpacked.with_suffix(".sha256").unlink(),
+        lambda: unpacked.write_bytes(b""),
+    ):
+        spoil()
+        result = run("stats", "--json")
+        assert result.err.startswith("unpacking the starter database")
+        assert result.out == first.out and unpacked.read_bytes() == before[0]
 
 
 @pytest.mark.parametrize("verb", [("ingest", "a.obj"), ("merge", "a.db"), ("remove", "a.obj")])

@@ -9,7 +9,13 @@ import pytest
 
 from patterndb.errors import InvalidMeshError
 from patterndb.system.documents import read_limited
-from patterndb.system.files import open_regular, read_lines, replace_file
+from patterndb.system.files import (
+    UNFINISHED,
+    open_regular,
+    read_lines,
+    replace_file,
+    write_beside,
+)
 
 needs_pipes = pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes by name here")
 
@@ -45,6 +51,55 @@ def test_links_are_followed_when_read_and_stay_when_replaced(tmp_path: Path) -> 
     loose.symlink_to(there / "later")
     replace_file(loose, "made")
     assert loose.is_symlink() and (there / "later").read_text() == "made"
+
+
+def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    path.write_text("old")
+    with pytest.raises(ZeroDivisionError), write_beside(path) as fresh:
+        fresh.write_text("half")
+        fresh.with_name("file-journal").write_text("more")
+        assert fresh.parent.parent == tmp_path
+        raise ZeroDivisionError
+    assert path.read_text() == "old"
+    # Nothing was written: the file that there is stays.
+    with pytest.raises(FileNotFoundError), write_beside(path):
+        pass
+    assert path.read_text() == "old" and list(tmp_path.iterdir()) == [path]
+    with pytest.raises(FileNotFoundError) as refused:
+        replace_file(tmp_path / "none" / "file", "new")
+    assert refused.value.filename == str(tmp_path / "none" / "file")
+
+
+@pytest.mark.skipif(os.name == "nt", reason="goes by time there")
+def test_what_a_killed_process_left_goes_and_what_another_writes_stays(tmp_path: Path) -> None:
+    left = tmp_path / f"{UNFINISHED}left"
+    left.mkdir()
+    (left / "file").write_text("half")
+    (left / "file-journal").write_text("half")
+    # What only looks like it: a file, and a link to a folder of someone's.
+    (tmp_path / f"{UNFINISHED}file").write_text("kept")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "folder" / "kept").write_text("kept")
+    (tmp_path / f"{UNFINISHED}link").symlink_to(tmp_path / "folder")
+    path = tmp_path / "file"
+    with write_beside(path) as one:
+        assert not left.exists()
+        with write_beside(path) as two:
+            assert one.parent.exists() and one != two
+            two.write_text("first")
+        one.write_text("last")
+    assert path.read_text() == "last"
+    kept = {f"{UNFINISHED}file", f"{UNFINISHED}link", "folder", "file"}
+    assert {one.name for one in tmp_path.iterdir()} == kept
+    assert (tmp_path / "folder" / "kept").read_text() == "kept"
+
+
+def test_files_have_the_mode_that_open_gives(tmp_path: Path) -> None:
+    (tmp_path / "opened").write_text("")
+    replace_file(tmp_path / "replaced", "")
+    modes = {path.stat().st_mode for path in tmp_path.iterdir()}
+    assert len(modes) == 1
 
 
 def test_lines_have_numbers_and_a_limit(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import sqlite3
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -69,3 +71,32 @@ def test_nothing_of_this_changes_a_sound_merge(full: Path, tmp_path: Path) -> No
     with patterndb.open(full) as other, patterndb.open(tmp_path / "new.db", "create") as new:
         new.merge(other)
     assert content(tmp_path / "new.db") == content(full)
+
+
+@pytest.mark.parametrize("value", ["1 << 40", "-1", "0.5", "'x'"])
+def test_a_hash_that_is_no_bytes_is_told(value: str, full: Path) -> None:
+    def set_schema(connection: sqlite3.Connection, sql: str) -> None:
+        connection.execute("PRAGMA writable_schema = ON")
+        connection.execute("UPDATE sqlite_schema SET sql = ? WHERE name = 'mesh'", (sql,))
+
+    def connect() -> sqlite3.Connection:
+        return sqlite3.connect(full, isolation_level=None)
+
+    with closing(connect()) as connection:
+        (sql,) = connection.execute("SELECT sql FROM sqlite_schema WHERE name = 'mesh'").fetchone()
+        # SQLite takes any value where the table is not strict.
+        set_schema(connection, sql.replace(") STRICT", ")"))
+    with closing(connect()) as connection:
+        connection.execute("PRAGMA ignore_check_constraints = ON")
+        connection.execute(f"UPDATE mesh SET sha256 = {value} WHERE id = 1")
+        set_schema(connection, sql)
+    with patterndb.open(full, "write") as database:
+        for ask in (
+            database.meshes,
+            database.known_meshes,
+            lambda: database.pattern_ids(4, ["cup.obj"]),
+            lambda: database.remove(["cup.obj"]),
+        ):
+            with pytest.raises(DatabaseError, match="no bytes"):
+                ask()
+        assert database.verify()

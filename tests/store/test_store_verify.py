@@ -4,18 +4,27 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from learnt import change, content
 from meshes import SHAPES, grid
 
 from patterndb.core.code import canonical_code, pattern_id
-from patterndb.core.packing import pack
+from patterndb.core.packing import pack, unpack
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.core.shortcode import shorten
 from patterndb.errors import DatabaseError
 from patterndb.store import Database
 from patterndb.store.connection import atomic
-from patterndb.store.contents import MAX_FINDINGS
+from patterndb.store.contents import (
+    LARGEST_FACE,
+    MAX_FINDINGS,
+    are_examples_sound,
+    check_code,
+    describe_sound,
+)
 from patterndb.store.writing import add_patterns
 
 ONE_PATTERN = "WHERE id = (SELECT min(id) FROM pattern WHERE n_irregular = 1)"
@@ -95,6 +104,45 @@ def test_a_changed_code_is_found(full: Path, name: str) -> None:
     change(full, f"UPDATE pattern SET code = x'{code.hex()}' {ONE_PATTERN}")
     (finding,) = findings(full)
     assert message in finding
+
+
+@given(st.lists(st.sampled_from(["star 6", "one", *CODES]), max_size=12))
+def test_many_codes_are_judged_as_each_by_itself(names: list[str]) -> None:
+    codes = [CODES[name][0] if name in CODES else short_of(name) for name in names]
+    codes += [None, 7, "x"][: len(codes) % 4]  # pyright: ignore[reportAssignmentType, reportOperatorIssue]
+    together = describe_sound(codes)
+    for code, told in zip(codes, together, strict=True):
+        (alone,) = describe_sound([code])
+        if isinstance(told, Exception):
+            assert (type(told), str(told)) == (type(alone), str(alone))
+            with pytest.raises(type(told)):
+                check_code(code)
+        else:
+            assert told == alone
+            check_code(code)
+
+
+@given(
+    st.lists(
+        st.tuples(st.lists(st.integers(0, 3), max_size=4).map(pack), st.integers(0, 4))
+        | st.tuples(st.sampled_from([b"\x80", None, 3, pack([2**31 - 1, 1])]), st.just(0)),
+        max_size=6,
+    )
+)
+def test_many_examples_are_judged_as_each_by_itself(examples: list[tuple[object, int]]) -> None:
+    def is_sound(example: object, fewest: int) -> bool:
+        if not isinstance(example, bytes) or example[-1:] >= b"\x80":
+            return False
+        faces = np.cumsum(unpack(example), dtype=np.int64)
+        return (
+            len(faces) >= fewest
+            and bool((np.diff(faces) > 0).all())
+            and int(faces.max(initial=0)) < LARGEST_FACE
+        )
+
+    expected = all(is_sound(*one) for one in examples)
+    held = [example for example, _ in examples]
+    assert are_examples_sound(held, [fewest for _, fewest in examples]) == expected
 
 
 #: Statements, and words of the finding.
