@@ -14,6 +14,7 @@ from heapq import heappop, heappush
 
 import numpy as np
 
+from patterndb.core.halfedge import Int32Array
 from patterndb.errors import InvalidCodeError
 from query.boundary import Boundary
 from query.construct.plan import Lookup, Plan, carry_out_plan, count_least
@@ -87,12 +88,13 @@ def _list_fills(
         plans = planner.plans(boundary, strict)
     waiting = sorted(((count_least(plan), at, plan) for at, plan in enumerate(plans)), reverse=True)
     ready: list[_Outcome] = []
+    welder = _Welder(boundary, lookup)
     seen: set[bytes] = set()
     listed = 0
     while listed != limit:
         while waiting and (not ready or waiting[-1][0] <= ready[0].n_irregular):
             refuse_if_ended(planner.cancelled)
-            outcome = _outcome(waiting.pop()[2], boundary, lookup)
+            outcome = _outcome(waiting.pop()[2], welder)
             if outcome is None or outcome.key in seen:
                 continue
             seen.add(outcome.key)
@@ -101,7 +103,7 @@ def _list_fills(
         if not ready:
             return
         try:
-            fill = _fill(heappop(ready).plan, boundary, lookup)
+            fill = as_welded_fill(*welder.weld(heappop(ready).plan), boundary, ORIGIN)
         except InvalidCodeError:
             # Its pattern has more quads than a code can name: it cannot be told of.
             continue
@@ -109,21 +111,41 @@ def _list_fills(
         yield fill
 
 
-def _outcome(plan: Plan, boundary: Boundary, lookup: Lookup) -> _Outcome | None:
+class _Welder:
+    """Carries out plans for a boundary. The last is kept: mostly its fill is asked for next, and
+    the quads of all together would take more memory than they save time."""
+
+    def __init__(self, boundary: Boundary, lookup: Lookup) -> None:
+        self.boundary = boundary
+        self._lookup = lookup
+        self._last: tuple[Plan, tuple[Int32Array, int, Int32Array], int] | None = None
+
+    def weld(self, plan: Plan) -> tuple[Int32Array, int, Int32Array]:
+        """Return quads (q, 4), the number of their vertices, and half-edges (4q,)."""
+        return self._carry_out(plan)[0]
+
+    def find_fault(self, plan: Plan) -> int:
+        """What :func:`weld_quads` says of the quads; 0 where nothing is wrong."""
+        return self._carry_out(plan)[1]
+
+    def _carry_out(self, plan: Plan) -> tuple[tuple[Int32Array, int, Int32Array], int]:
+        if self._last is None or self._last[0] is not plan:
+            perimeter = self.boundary.perimeter
+            quads, n_vertices = carry_out_plan(plan, perimeter, self._lookup)
+            twin, fault = weld_quads(quads, n_vertices, perimeter)
+            self._last = plan, (quads, n_vertices, twin), fault
+        return self._last[1:]
+
+
+def _outcome(plan: Plan, welder: _Welder) -> _Outcome | None:
     """None where the parts do not join to a mesh, or leave a doublet, or where irregular
     vertices of several parts meet in one that is off by more than MOST_OFF quads."""
-    quads, n_vertices = carry_out_plan(plan, boundary.perimeter, lookup)
-    twin, fault = weld_quads(quads, n_vertices, boundary.perimeter)
+    boundary = welder.boundary
+    quads, n_vertices, twin = welder.weld(plan)
     count = count_quads(quads, n_vertices)
     off = np.abs(count - count_asked_quads(boundary, n_vertices))
-    if fault or (count[boundary.perimeter :] < 3).any() or off.max() > MOST_OFF:
+    if welder.find_fault(plan) or (count[boundary.perimeter :] < 3).any() or off.max() > MOST_OFF:
         return None
     inner, outer = count_irregular(count, boundary)
     key = hash_quads(quads, twin, boundary.n_sides == 0)
     return _Outcome(inner + outer, outer, len(quads), key, plan)
-
-
-def _fill(plan: Plan, boundary: Boundary, lookup: Lookup) -> Fill:
-    quads, n_vertices = carry_out_plan(plan, boundary.perimeter, lookup)
-    twin, _ = weld_quads(quads, n_vertices, boundary.perimeter)
-    return as_welded_fill(quads, n_vertices, twin, boundary, ORIGIN)

@@ -19,7 +19,7 @@ from patterndb.errors import TimeLimitError
 from patterndb.system.compiling import read_work_clock
 from patterndb.system.deadline import Alarm, end_by
 from query.boundary import Boundary
-from query.ending import EndFlag
+from query.ending import EndFlag, get_helpers, wait_unless_ended
 from query.errors import QueryEndedError
 from query.fill import Fill
 from query.identity import hash_fill, is_mesh
@@ -46,7 +46,7 @@ from query.listing.table import (
     get_relaxed_table,
     get_strict_table,
 )
-from query.solving.batch import pose_question
+from query.solving.batch import Question, pose_question
 from query.stroke import Stroke
 
 #: Where at most so many fills of a pattern are listed, orders that measure fills look at so many
@@ -60,7 +60,10 @@ MOST_COUNTED = 25
 FIVE = 5
 
 #: Seconds after a time limit in which a list that is still empty may find its one fill.
-HURRY_SECONDS = 0.15
+HURRY_SECONDS = 0.1
+
+#: Quads from which on measuring a fill may take tenths of a second.
+LARGE_QUADS = 5_000
 
 #: Groups of as many strokes that are tried where no fill has all.
 MOST_GROUPS = 10
@@ -142,6 +145,7 @@ class Fills(Iterator[Fill]):
         self._left_out = False
         self._deadline = math.inf
         self._alarm: Alarm | None = None
+        self._questions: dict[int, Question] = {}
         self._source = self._ordered()
 
     def __iter__(self) -> Fills:
@@ -161,6 +165,14 @@ class Fills(Iterator[Fill]):
             self._time_out(self._cancelled)
             self.cut_short = True
             raise StopIteration from None
+        except SystemError as error:
+            # What Ctrl-C becomes where it comes just as a kernel is called or loaded.
+            cause: BaseException | None = error
+            while isinstance(cause, SystemError):
+                cause = cause.__cause__
+            if isinstance(cause, KeyboardInterrupt):
+                raise cause from None
+            raise
         finally:
             self.seconds += read_work_clock() - begin
         self._listed += 1
@@ -314,7 +326,13 @@ class Fills(Iterator[Fill]):
                 self.cut_short = True
                 break
             off = fill.flow_distance or 0.0
-            value, fill = measure(fill, q.boundary, q.strokes, q.tolerance)
+            measured = self._measure(measure, fill)
+            if measured is None:
+                if not pool and self.stopped == "time limit":
+                    # It would be the first by any measure.
+                    pool.append(_Measured(False, 0.0, place, fill))
+                break
+            value, fill = measured
             # What goes by the strokes' distances needs no count of edges beside them.
             pool.append(_Measured(not q.order.needs_strokes and off > 0, value, place, fill))
         pool.sort(key=lambda one: (one.near, one.value, one.place))
@@ -327,6 +345,15 @@ class Fills(Iterator[Fill]):
                 self._left_out = True
                 continue
             yield one.fill
+
+    def _measure(self, measure: Measure, fill: Fill) -> tuple[float, Fill] | None:
+        """Measure a fill; None where the list is ended before that is done."""
+        q = self._query
+        if fill.n_quads < LARGE_QUADS:
+            return measure(fill, q.boundary, q.strokes, q.tolerance)
+        # One that is placed takes a second, in which nothing looks at the flag.
+        task = get_helpers().submit(measure, fill, q.boundary, q.strokes, q.tolerance)
+        return task.result() if wait_unless_ended(task, self._cancelled) else None
 
     def _ranked(self, wanted: int | None) -> Iterator[Fill]:
         """The fills in an order that needs no geometry; about ``wanted`` will be taken."""
@@ -413,7 +440,7 @@ class Fills(Iterator[Fill]):
                         heapq.heappush(waiting, (rank, number, found))
                         number += 1
                     continue
-                fill = sieve.make_fill(candidate)
+                fill = sieve.make_fill(candidate, self._cancelled)
                 self._left_out = self._left_out or sieve.cut
                 if fill is not None:
                     self._found = True
@@ -435,7 +462,7 @@ class Fills(Iterator[Fill]):
             for _, candidate in step.found:
                 if (
                     not isinstance(candidate, More)
-                    and (fill := sieve.make_fill(candidate)) is not None
+                    and (fill := sieve.make_fill(candidate, self._cancelled)) is not None
                 ):
                     self._found = True
                     yield fill
@@ -504,11 +531,12 @@ class Fills(Iterator[Fill]):
         """worth: see :class:`Ranking`. tolerance: None for the query's."""
         q = self._query
         most = min((n for n in (wanted, q.most_looked_at) if n is not None), default=None)
+        off = q.tolerance if tolerance is None else tolerance
+        if off not in self._questions:
+            self._questions[off] = pose_question(q.boundary, q.strokes, off)
         return Search(
             boundary=q.boundary,
-            question=pose_question(
-                q.boundary, q.strokes, q.tolerance if tolerance is None else tolerance
-            ),
+            question=self._questions[off],
             ranking=Ranking(artist, q.use_counts, worth),
             # One more than is asked for tells whether there are more.
             keep=FIRST_KEPT if most is None else min(most + 1, FIRST_KEPT),
@@ -594,12 +622,15 @@ class _Sieve:
         """Is no fill of this pattern wanted any more, not even to tell that there are more?"""
         return self.cut and self._is_full(pattern_id)
 
-    def make_fill(self, candidate: Candidate) -> Fill | None:
-        """Make the fill; None where it is not to be listed."""
+    def make_fill(self, candidate: Candidate, ended: EndFlag) -> Fill | None:
+        """Make the fill; None where it is not to be listed, or the search is ended meanwhile."""
         q = self._query
         if self.is_done_with(candidate.pattern_id):
             return None
         fill = candidate.fill()
+        # With half a million quads each of what follows takes a tenth of a second.
+        if ended[0]:
+            return None
         first = self._first
         maybe_first = first is not None and candidate.pattern_id == first.pattern.id
         if maybe_first and hash_fill(fill, self._closed) == self._first_key:
@@ -608,7 +639,9 @@ class _Sieve:
             return None
         if q.filters.max_quads is not None and fill.n_quads > q.filters.max_quads:
             return None
-        if candidate.may_repeat and (not is_mesh(fill.quads) or self._is_known(fill)):
+        if candidate.may_repeat and not is_mesh(fill.quads):
+            return None
+        if ended[0] or (candidate.may_repeat and self._is_known(fill, ended)):
             return None
         if self._is_full(candidate.pattern_id):
             self.cut = True
@@ -625,8 +658,10 @@ class _Sieve:
         most = self._query.most_looked_at
         return most is not None and self._of_pattern[pattern_id] >= most
 
-    def _is_known(self, fill: Fill) -> bool:
-        for other in self._passed:
-            self._keys.add(hash_fill(other, self._closed))
-        self._passed.clear()
-        return hash_fill(fill, self._closed) in self._keys
+    def _is_known(self, fill: Fill, ended: EndFlag) -> bool:
+        """Was the fill listed before? Also True where the search is ended meanwhile."""
+        while self._passed:
+            if ended[0]:
+                return True
+            self._keys.add(hash_fill(self._passed.pop(), self._closed))
+        return bool(self._keys) and hash_fill(fill, self._closed) in self._keys

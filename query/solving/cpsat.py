@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import itertools
 import os
+import threading
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -19,7 +19,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.core.label import split_word
 from patterndb.system.extras import require_extra
-from query.ending import NEVER, EndFlag, refuse_if_ended
+from query.ending import (
+    LOOK_SECONDS,
+    NEVER,
+    EndFlag,
+    get_helpers,
+    refuse_if_ended,
+    wait_unless_ended,
+)
 from query.errors import InvalidQueryError, SolverError
 from query.solving.batch import BestFits, Labels, Question
 from query.solving.evenness import OFF
@@ -35,14 +42,8 @@ def _cp_model() -> Any:
     return cp_model
 
 
-#: Seconds between two looks at whether a system that is being solved was cancelled.
-LOOK_SECONDS = 0.05
-
-
-@cache
-def _helpers() -> ThreadPoolExecutor:
-    """Threads that solve, so that those who wait can be told to stop."""
-    return ThreadPoolExecutor(thread_name_prefix="patterndb-cp-sat")
+#: Systems that threads are given at a time.
+HANDED_OVER = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,22 +155,34 @@ class _Model:
         solver.parameters.enumerate_all_solutions = every
         # Python shall see Ctrl-C: OR-Tools would end the one system and go on with the next.
         solver.parameters.catch_sigint_signal = False
-        solving = _helpers().submit(solver.solve, self.model, callback)
+        solving = get_helpers().submit(solver.solve, self.model, callback)
         try:
-            while not solving.done():
-                wait([solving], LOOK_SECONDS)
-                if self.cancelled[0]:
-                    solver.stop_search()
+            ended = not wait_unless_ended(solving, self.cancelled)
         except BaseException:
-            while not solving.done():
-                solver.stop_search()
-                wait([solving], LOOK_SECONDS)
+            _leave(solver, solving)
             raise
+        if ended:
+            _leave(solver, solving)
         refuse_if_ended(self.cancelled)
         status = solving.result()
         if status not in (self.cp.OPTIMAL, self.cp.FEASIBLE, self.cp.INFEASIBLE):
             raise SolverError(f"CP-SAT stopped with status {solver.status_name(status)}")
         return solver, status
+
+
+def _leave(solver: Any, solving: Future[Any]) -> None:
+    """Have a system that nobody waits for any more come to its end: it looks whether it was stopped
+    between two of its steps, of which the first may take half a second."""
+    if solving.cancel():
+        return
+
+    def stop() -> None:
+        # What has not begun yet does not hear it.
+        while not solving.done():
+            solver.stop_search()
+            wait([solving], LOOK_SECONDS)
+
+    threading.Thread(target=stop, name="patterndb-stop", daemon=True).start()
 
 
 def find_solutions(
@@ -310,6 +323,7 @@ def keep_carriers(
     """
 
     def fits(at: tuple[int, int]) -> bool:
+        refuse_if_ended(cancelled)
         r, o = at
         chords = _chords(labels, int(rows[r]))
         return is_feasible(
@@ -320,13 +334,17 @@ def keep_carriers(
         )
 
     result = allowed.copy()
-    places = np.argwhere(allowed)
+    places = [(r, o) for r, o in np.argwhere(allowed).tolist()]
+    found: list[bool] = []
     with ThreadPoolExecutor(threads or os.cpu_count() or 1) as pool:
         try:
-            result[allowed] = list(pool.map(fits, map(tuple, places.tolist())))
+            # All at once would take long to hand over, and to take back.
+            while len(found) < len(places):
+                found += pool.map(fits, places[len(found) : len(found) + HANDED_OVER])
         except BaseException:
             cancelled[0] = 1
             raise
+    result[allowed] = found
     return result
 
 

@@ -6,6 +6,8 @@ import random
 import threading
 import time
 from collections import Counter
+from collections.abc import Iterator
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -18,9 +20,10 @@ import query
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.core.quadmesh import QuadMesh
-from query import Boundary, Stroke
+from query import Boundary, Fill, Stroke
 from query.errors import InvalidQueryError
 from query.listing.lane import list_loop_widths
+from query.listing.orders import ORDERS
 from query.placing.strands import count_edges_off
 
 HEXAGON = Boundary((4, 3, 4, 3, 4, 4))
@@ -63,6 +66,48 @@ def test_a_list_cancelled_before_it_began_is_empty_and_says_why() -> None:
     stream.cancel()
     assert list(stream) == []
     assert stream.reason is not None and "cancelled" in stream.reason
+
+
+@pytest.mark.parametrize("by_limit", [True, False])
+def test_who_waits_for_a_measure_is_let_go(by_limit: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    begun, release = threading.Event(), threading.Event()
+
+    def measure(fill: Fill, *_: object) -> tuple[float, Fill]:
+        begun.set()
+        release.wait(60)
+        return 0.0, fill
+
+    monkeypatch.setitem(ORDERS, "small", replace(ORDERS["small"], measure=measure))
+    monkeypatch.setattr("query.listing.stream.LARGE_QUADS", 1)
+    limit = 0.3 if by_limit else None
+    stream = query.fills(Source(), (5, 4, 6, 3, 4), order="small", time_limit=limit)
+    try:
+        if not by_limit:
+            threading.Thread(target=lambda: (begun.wait(60), stream.cancel())).start()
+        found = list(stream)
+        # The one that was measured when time was up would be first of whatever there is.
+        assert len(found) == by_limit
+        assert stream.stopped == ("time limit" if by_limit else "cancelled")
+        assert begun.is_set() and stream.truncated
+    finally:
+        release.set()
+
+
+def test_an_interrupt_that_a_kernel_disguises_is_one() -> None:
+    def search() -> Iterator[Fill]:
+        try:
+            try:
+                raise KeyboardInterrupt
+            except KeyboardInterrupt as cause:
+                raise SystemError("returned a result with an exception set") from cause
+        except SystemError as cause:
+            raise SystemError("returned a result with an exception set") from cause
+        yield
+
+    stream = query.fills(Source(), (4, 4, 4, 4))
+    stream._source = search()
+    with pytest.raises(KeyboardInterrupt):
+        next(stream)
 
 
 @pytest.mark.parametrize("options", [{}, {"strict": True}, LEARNED], ids=str)
