@@ -105,12 +105,14 @@ class JobBook:
                     continue
                 self._jobs[job.id] = job
                 if job.state in ENDED:
+                    self._drop_mesh(job)
                     continue
                 if job.beginnings >= MOST_BEGINNINGS:
                     said = (
                         f"given up: the service ended {job.beginnings} times while it learned this"
                     )
                     self._keep(replace(job, state="failed", ended=time.time(), error=said))
+                    self._drop_mesh(job)
                 else:
                     self._keep(replace(job, state="waiting", share=0.0, patches=0))
                     self._queue.append(job.id)
@@ -271,23 +273,31 @@ class JobBook:
         with self._changed:
             now = self._jobs[job.id]
             share = 1.0 if state == "done" else now.share
-            self._keep(
-                replace(
-                    now, state=state, ended=time.time(), share=share, result=result, error=error
-                )
+            over = replace(
+                now, state=state, ended=time.time(), share=share, result=result, error=error
             )
+            # Whoever sees that a job is over may count on its mesh being gone, whoever finds the
+            # mesh after a crash on the job not being over.
+            self._note(over)
+            self._drop_mesh(over)
+            self._jobs[job.id] = over
             self._cancelled.discard(job.id)
-        with contextlib.suppress(OSError):
-            (self._folders[job.db] / job.id / job.mesh).unlink(missing_ok=True)
         LOG.info(json.dumps({"job": job.id, "mesh": job.mesh, "state": state, "error": error}))
         self._forget_old()
 
     def _keep(self, job: Job) -> Job:
         """Write a job's new state into its journal, then hold it."""
-        path = self._folders[job.db] / job.id / "job.json"
-        replace_file(path, json.dumps(job.to_json(), indent=1))
+        self._note(job)
         self._jobs[job.id] = job
         return job
+
+    def _note(self, job: Job) -> None:
+        path = self._folders[job.db] / job.id / "job.json"
+        replace_file(path, json.dumps(job.to_json(), indent=1))
+
+    def _drop_mesh(self, job: Job) -> None:
+        with contextlib.suppress(OSError):
+            (self._folders[job.db] / job.id / job.mesh).unlink(missing_ok=True)
 
     def _forget_old(self) -> None:
         ended = [job for job in self.list_all() if job.state in ENDED]
@@ -307,6 +317,9 @@ def read_journal(path: Path, db: str) -> Job | None:
         job = Job(**json.loads(path.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError) as error:
         LOG.warning("%s cannot be read and is passed over: %s", path, error)
+        return None
+    if job.id != path.parent.name or not MESH_NAME.fullmatch(job.mesh):
+        LOG.warning("%s is of another job and is passed over", path)
         return None
     return replace(job, db=db)
 

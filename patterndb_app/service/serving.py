@@ -32,6 +32,10 @@ IDLE_SECONDS = 15
 #: which a client must still take.
 STOP_SECONDS = 10
 
+#: Seconds for which Python runs one thread while others wait, of its own 0.005: as long would the
+#: event loop, or a question without its first line yet, wait for each thread that searches.
+SWITCH_SECONDS = 0.0005
+
 #: A process that ends so soon after the start will not do better the next time.
 QUICK_END_SECONDS = 5.0
 
@@ -69,6 +73,7 @@ def listen(host: str, port: int) -> socket.socket:
 def answer(settings: ServiceSettings, listener: socket.socket) -> None:
     """Answer what comes to a socket, in this process."""
     set_up_log()
+    sys.setswitchinterval(SWITCH_SECONDS)
     make_server(settings).run([listener])
 
 

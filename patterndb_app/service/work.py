@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
-import os
 import threading
 from collections import Counter, deque
 from collections.abc import Callable
@@ -24,6 +23,10 @@ AHEAD = 4 * 2**20
 
 #: Seconds for which lines after the first gather, to be sent together.
 TOGETHER_SECONDS = 0.005
+
+#: Requests that go on at a time once they have their first line. A second one would only hold up
+#: the first lines of others and the event loop: of what they do, Python runs one at a time.
+GOING_ON = 1
 
 #: Why work is ended early.
 GONE = "cancelled"
@@ -157,7 +160,7 @@ class Workers:
         self._ended = ended
         self._threads = ThreadPoolExecutor(limits.at_work, thread_name_prefix="work")
         self._places = asyncio.Semaphore(limits.at_work)
-        self._turns = Turns(os.cpu_count() or 1)
+        self._turns = Turns(GOING_ON)
         self._of_client: Counter[str] = Counter()
         self._works: set[RequestWork] = set()
         self.waiting = 0

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from servedhere import TOKEN, ServedHere, served
+from servedhere import PATIENCE, TOKEN, ServedHere, served
 from shared import EXAMPLES
 
 import patterndb
@@ -17,6 +18,22 @@ from patterndb_app.service.limits import Limits
 
 #: Limits that learn a mesh at once, where it does not matter what is learned.
 TINY = LearningOptions(basic=3, side=0, convex=0)
+
+
+#: Narrow limits, so that what goes beyond them is met in no time.
+NARROW = Limits(
+    question_bytes=20_000,
+    mesh_bytes=40_000,
+    header_seconds=0.5,
+    body_seconds=0.5,
+    at_work=1,
+    waiting=1,
+    waiting_seconds=0.3,
+    per_client=2,
+    seconds=5.0,
+    fills=1_000,
+    answer_bytes=200_000,
+)
 
 
 @pytest.fixture(scope="session")
@@ -52,18 +69,16 @@ def writable(db: Path) -> Iterator[ServedHere]:
 @pytest.fixture
 def strict(learned: Path) -> Iterator[ServedHere]:
     """A service with narrow limits."""
-    limits = Limits(
-        question_bytes=20_000,
-        mesh_bytes=40_000,
-        header_seconds=0.5,
-        body_seconds=0.5,
-        at_work=1,
-        waiting=1,
-        waiting_seconds=0.3,
-        per_client=2,
-        seconds=5.0,
-        fills=1_000,
-        answer_bytes=200_000,
-    )
-    with served(ServiceSettings(databases=(learned,), limits=limits, warm=False)) as running:
+    settings = ServiceSettings(databases=(learned,), limits=NARROW, warm=False)
+    with served(settings) as running:
+        yield running
+
+
+@pytest.fixture
+def occupied(learned: Path) -> Iterator[ServedHere]:
+    """A service that does one thing at a time, and for which an answer is never too large: a long
+    one that nobody reads keeps it occupied."""
+    limits = replace(NARROW, seconds=PATIENCE, answer_bytes=2**28)
+    settings = ServiceSettings(databases=(learned,), limits=limits, warm=False)
+    with served(settings) as running:
         yield running

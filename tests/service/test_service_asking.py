@@ -230,8 +230,10 @@ def test_a_hole_is_filled_as_the_library_fills_it(starter: ServedHere, source: o
 def test_who_closes_a_stream_ends_the_search(starter: ServedHere) -> None:
     long = {"sides": [40, 40, 40, 40, 40, 40], "limit": 1000}
     with starter.http.stream("POST", "/v1/fills", json=long, headers=NDJSON) as stream:
-        next(stream.iter_lines())
-        assert starter.service.workers.at_work == 1
+        lines = stream.iter_lines()  # Held, for an iterator that is dropped closes the stream.
+        next(lines)
+        # What was asked before may be ending yet; this one does not, for nobody reads on.
+        wait_until(lambda: starter.service.workers.at_work == 1)
     wait_until(lambda: starter.service.workers.at_work == 0)
     with patterndb.connect(starter.url) as remote:
         found = remote.fills((40, 40, 40, 40, 40, 40), limit=1000)
