@@ -1,6 +1,7 @@
 """Curves snapped on models of real vehicles, and a template laid onto cars of one pack.
 
     python benchmarks/feature_real.py --shared ../shared [--soup]
+    python benchmarks/feature_real.py --frames      (what becomes of models in a wrong frame)
 
 Strokes and networks are those of examples/features/; the models are not part of this project:
 --shared has data/cad and data/meshes, models without a file there are left out and named.
@@ -14,22 +15,36 @@ first one that compiles. Prints Markdown.
 from __future__ import annotations
 
 import argparse
+import re
 import statistics
 import sys
 import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 from scipy.spatial import KDTree
+from scipy.spatial.transform import Rotation
 
 from ingest.formats import read_mesh
+from patterndb.geometry.points import Points
+from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.files.strokesjson import read_strokes
 from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.registration import Registration, box_template, register
+from patterndb_sketch.features.registration import (
+    DrawnNetwork,
+    Registration,
+    box_template,
+    register,
+)
+from patterndb_sketch.features.registration.frame import Turn
 from patterndb_sketch.features.sessionfile import read_network
 from patterndb_sketch.features.shapemodel import ShapeModel
 from patterndb_sketch.features.snap import FeatureCurve, snap
+from patterndb_sketch.features.splines import Spline
 from patterndb_sketch.features.strokes import FeatureStroke
 
 ROOT = Path(__file__).parents[1]
@@ -67,7 +82,7 @@ def snapped(
     seconds: list[float] = []
     for one in strokes:
         start = time.perf_counter()
-        curves.append(snap(model, one.points, one.settings))
+        curves.append(snap(model, one.points, one.settings, closed=one.closed))
         seconds.append(time.perf_counter() - start)
     return curves, seconds
 
@@ -81,7 +96,7 @@ def row(name: str, model: Model, strokes: tuple[FeatureStroke, ...], soup: bool)
     off: list[float] = []
     for one, curve in zip(strokes, curves, strict=True):
         along = curve.spline.sample(DENSE)
-        sketch = find_initial_curve(model, one.points).samples
+        sketch = find_initial_curve(model, one.points, closed=one.closed).samples
         moved.append(float(KDTree(along).query(sketch)[0].mean()) / model.diagonal)
         off.append(float(model.nearest(along).lengths.mean()) / model.diagonal)
     same = "-"
@@ -154,16 +169,77 @@ def registrations_table(data: Path) -> None:
     print("\nGaps in thousandths of the diagonal; shares are of the vertices off the curves.")
 
 
+def wrong_frames(model: Model, network: DrawnNetwork) -> Iterator[tuple[str, Model, DrawnNetwork]]:
+    """A model and its network, right and wrong in every way that frames are."""
+
+    def moved(change: Callable[[Points], Points]) -> Model:
+        return Model.from_arrays(change(model.points), model.triangles)
+
+    yield "right", model, network
+    for axis, name in enumerate("xyz"):
+        for quarters in (1, 2, 3):
+            turn = Rotation.from_rotvec(np.pi / 2.0 * quarters * np.eye(3)[axis]).as_matrix()
+            yield f"{90 * quarters} degrees about {name}", moved(lambda p, t=turn: p @ t.T), network
+    for title, scale in (
+        ("in millimetres", 1e3),
+        ("in centimetres, curves in metres", 100.0),
+        ("in inches", 1.0 / 0.0254),
+        ("in metres, curves in millimetres", 1e-3),
+        ("twice as large", 2.0),
+        ("half as large", 0.5),
+        ("a tenth larger", 1.1),
+        ("a twentieth larger", 1.05),
+    ):
+        yield title, moved(lambda p, s=scale: p * s), network
+    for axis, title in enumerate(("nose to tail", "left to right", "upside down")):
+        sign = np.where(np.arange(3) == axis, -1.0, 1.0)
+        yield f"mirrored, {title}", moved(lambda p, s=sign: p * s), network
+    side = np.array([1.0, -1.0, 1.0])
+    curves = {
+        name: Spline(one.degree, one.knots, one.control * side, one.closed)
+        for name, one in network.curves.items()
+    }
+    near = {name: at * side for name, at in network.near.items()}
+    yield "curves of the other half", model, replace(network, curves=curves, near=near)
+
+
+def frames_table(data: Path) -> None:
+    """What register says of cars in wrong frames, and of how many."""
+    template = box_template(EDGE)
+    said: dict[str, Counter[str]] = {}
+    for path in sorted(EXAMPLES.glob(f"*{NETWORK}")):
+        mesh = mesh_path(data, path.name.removesuffix(NETWORK))
+        if mesh is None:
+            continue
+        # These cars look along -y; a template is of one that looks along -x.
+        model = Turn.parse("y,-x,z").turn_model(Model.from_polygons(read_mesh(mesh)))
+        for title, other, network in wrong_frames(model, read_network(path)):
+            try:
+                register(other, network, template)
+                answer = "laid"
+            except InvalidFeatureError as error:
+                answer = f"refused: {str(error).rpartition('; ')[2]}"
+            said.setdefault(title, Counter())[re.sub(r" it (is|would be) \d+%", "", answer)] += 1
+    print("| frame | of so many cars | what is said |\n|---|---:|---|")
+    for title, answers in said.items():
+        for answer, count in answers.items():
+            print(f"| {title} | {count} | {answer} |")
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     parser.add_argument("--shared", type=Path, default=ROOT.parent / "shared")
     parser.add_argument("--soup", action="store_true", help="snap on a shuffled soup, too")
+    parser.add_argument("--frames", action="store_true", help="lay models in wrong frames alone")
     arguments = parser.parse_args()
     data = arguments.shared / "data"
     if not data.is_dir():
         parser.error(f"there is no {data}; give --shared, a folder with data/cad and data/meshes")
+    if arguments.frames:
+        frames_table(data)
+        return
     strokes_table(data, arguments.soup)
     registrations_table(data)
 

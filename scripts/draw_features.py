@@ -207,7 +207,8 @@ def draw_real(place: Place) -> None:
         for one in strokes:
             draw_stroke(scene, model, one.points)
             scene.curve(
-                snap(model, one.points, one.settings).spline.sample(300), radius=1.15 * BOLD
+                snap(model, one.points, one.settings, closed=one.closed).spline.sample(300),
+                radius=1.15 * BOLD,
             )
         image = scene.image()
         # What stands far out of a model would strike its name out.

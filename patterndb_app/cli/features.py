@@ -26,6 +26,15 @@ from patterndb_app.cli.options import (
 from patterndb_app.cli.program import SectionedCommand
 from patterndb_app.cli.progressline import hushed
 from patterndb_app.cli.text import plural, say, shorten, table, write, write_json
+from patterndb_sketch.features.defaults import (
+    ALPHA,
+    AXIS,
+    BETA,
+    DEGREE,
+    RADIUS,
+    SNAP_ROUNDS,
+    STIFFNESS,
+)
 
 if TYPE_CHECKING:
     from patterndb_sketch.features.model import Model
@@ -58,45 +67,45 @@ if TYPE_CHECKING:
 @click.option(
     "--alpha",
     type=click.FloatRange(0, 1),
-    default=1.0,
+    default=ALPHA,
     show_default=True,
     help="1: curves go where the surface bends; 0: where its normals have the angle --beta.",
 )
 @click.option(
     "--beta",
     type=click.FloatRange(0, 180),
-    default=90.0,
+    default=BETA,
     show_default=True,
     help="The angle of normals to the axis, in degrees, where alpha is below 1.",
 )
 @click.option(
     "--axis",
     type=Direction(),
-    default="z",
+    default=AXIS,
     show_default=True,
     help="The direction that normals are measured from: x, y, z or three numbers.",
 )
 @click.option(
     "--stiffness",
     type=click.FloatRange(1, 1e6),
-    default=1.0,
+    default=STIFFNESS,
     show_default=True,
     help="More makes curves go straighter on.",
 )
 @click.option(
-    "--degree", type=click.IntRange(1, 9), default=3, show_default=True, help="Of the splines."
+    "--degree", type=click.IntRange(1, 9), default=DEGREE, show_default=True, help="Of the splines."
 )
 @click.option(
     "--reach",
     type=click.FloatRange(0.000001, 1),
-    default=0.05,
+    default=RADIUS,
     show_default=True,
     help="How far from the stroke to look, as a share of the model's diagonal.",
 )
 @click.option(
     "--rounds",
     type=click.IntRange(1, 100),
-    default=3,
+    default=SNAP_ROUNDS,
     show_default=True,
     help="How often the ribs are built about the curve.",
 )
@@ -136,9 +145,12 @@ def features(
     self-intersecting, turned inside out. STROKES is a JSON file; only points must be given:
 
     \b
-    {"strokes": [{"name": "roof", "points": [[1.3,-0.6,1.1], [2.4,-0.6,1.0]],
+    {"strokes": [{"name": "roof", "points": [[1.3,-0.6,1.1], [2.4,-0.6,1.0], ...],
+                  "closed": true,                               goes on to its first point
                   "constraints": [{"at": [1.8,-0.6,1.1]}],      the curve passes here
                   "settings": {"alpha": 0, "beta": 60}}, ...]}  in place of the options
+
+    A stroke whose last point is its first again is closed, too.
 
     Across every stroke ribs are laid, the model's outline in planes; a minimum cut through them
     is the curve, a smooth B-spline. The curves written are a network for the verb register. A
@@ -210,7 +222,12 @@ def features(
         if view:
             with hushed():
                 show(
-                    ground, title=model.name, session=kept, session_path=session, settings=settings
+                    ground,
+                    title=model.name,
+                    session=kept,
+                    session_path=session,
+                    settings=settings,
+                    open_file=read_model,
                 )
     return EXIT_NOTHING if lost else 0
 

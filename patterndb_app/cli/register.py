@@ -10,9 +10,10 @@ import click
 import numpy as np
 
 from patterndb.system.compiling import read_work_clock
-from patterndb_app.cli.obj import write_quads
+from patterndb_app.cli.obj import write_faces
 from patterndb_app.cli.options import OBJ, FileName, as_json, picture_path, read_model
 from patterndb_app.cli.text import plural, printable, say, shorten, table, write, write_json
+from patterndb_sketch.features.defaults import DELTA, MAPPING_ROUNDS
 
 if TYPE_CHECKING:
     from patterndb_sketch.features.model import Model
@@ -28,7 +29,7 @@ template_option = click.option(
 delta_option = click.option(
     "--delta",
     type=click.FloatRange(0, min_open=True),
-    default=2.0,
+    default=DELTA,
     show_default=True,
     help="How far vertices may leave the membrane, in their shortest edges.",
 )
@@ -36,9 +37,15 @@ delta_option = click.option(
 rounds_option = click.option(
     "--rounds",
     type=click.IntRange(1, 20),
-    default=1,
+    default=MAPPING_ROUNDS,
     show_default=True,
     help="Rounds of mapping, each from the surface of the one before.",
+)
+
+turn_option = click.option(
+    "--turn",
+    metavar="AXES",
+    help="Turn the model first: its axes that become x, y, z, as y,-x,z; find: as the curves lie.",
 )
 
 tolerance_option = click.option(
@@ -62,11 +69,7 @@ tolerance_option = click.option(
 @delta_option
 @rounds_option
 @tolerance_option
-@click.option(
-    "--turn",
-    metavar="AXES",
-    help="Turn the model first: its axes that become x, y, z, as y,-x,z; find: as the curves lie.",
-)
+@turn_option
 @click.option(
     "--picture",
     type=picture_path(".png"),
@@ -205,7 +208,9 @@ def write_registration(path: Path, made: Registration, template: Template) -> No
     of_part = template.of_part[prepare_template(template)[1].source]
     names = ["_".join(printable(part.name).split()) or "part" for part in template.parts]
     groups: list[str] = [names[i] for i in of_part[made.quads[:, 0]].tolist()]
-    write_quads(path, made.points, made.quads, f"{template.name}, laid onto a model", groups)
+    write_faces(
+        path, made.points, made.quads.tolist(), f"{template.name}, laid onto a model", groups
+    )
 
 
 def _draw(made: Registration, template: Template, picture: Path) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 import numpy as np
 
-from patterndb_app.cli.obj import write_quads
+from patterndb_app.cli.obj import write_faces
 from patterndb_app.cli.options import (
     OBJ,
     DragParam,
@@ -31,6 +31,8 @@ from patterndb_app.cli.register import (
     rounds_option,
     template_option,
     tolerance_option,
+    turn_model,
+    turn_option,
 )
 from patterndb_app.cli.text import plural, say, table, write, write_json
 
@@ -73,6 +75,7 @@ def shape_model() -> None:
 @delta_option
 @rounds_option
 @tolerance_option
+@turn_option
 @as_json
 def build(
     sources: tuple[tuple[Path, Path | None], ...],
@@ -82,13 +85,15 @@ def build(
     delta: float,
     rounds: int,
     tolerance: float | None,
+    turn: str | None,
     as_json: bool,
 ) -> int:
     """Build a shape model from two shapes or more.
 
     A SOURCE is a model and its network of feature curves, sedan.obj=sedan.curves.json, onto which
     the template is laid as the verb register does; or a mesh that register wrote with the same
-    template, sedan.quads.obj.
+    template, sedan.quads.obj. --turn is for models alone; with find each is turned as its curves
+    lie.
 
     A table tells for every number of modes the share of the variance that they have, and how far
     vertices are off: of the shapes that were learned, and, from three shapes on, of shapes left
@@ -110,7 +115,7 @@ def build(
     notes: dict[str, list[str]] = {}
     for (path, network), name in zip(sources, names, strict=True):
         drawn = None if network is None else read_drawn(network, tolerance)
-        points, notes[name] = _shape_of(path, drawn, laid_out, delta, rounds)
+        points, notes[name] = _shape_of(path, drawn, laid_out, delta, rounds, turn)
         shapes.append(points)
         for note in notes[name]:
             say(f"{name}: {note}")
@@ -174,7 +179,12 @@ def _names(paths: Sequence[Path]) -> list[str]:
 
 
 def _shape_of(
-    path: Path, drawn: DrawnNetwork | None, template: Template, delta: float, rounds: int
+    path: Path,
+    drawn: DrawnNetwork | None,
+    template: Template,
+    delta: float,
+    rounds: int,
+    turn: str | None,
 ) -> tuple[Floats, list[str]]:
     """The places of the template's vertices on a model, or in a mesh; and notes."""
     from ingest.formats import read_mesh
@@ -183,11 +193,15 @@ def _shape_of(
 
     if drawn is not None:
         ground = read_model(path)
+        turned: list[str] = []
+        if turn is not None:
+            axes, ground = turn_model(ground, drawn, turn)
+            turned = [f"the model is turned: its {axes.replace(',', ', ')} are x, y, z"]
         try:
             made = register(ground, drawn, template, delta=delta, rounds=rounds)
         except InvalidFeatureError as error:
             raise InvalidFeatureError(f"{path} and its network: {error}") from None
-        return made.points, list(made.notes)
+        return made.points, [*turned, *made.notes]
     mesh = read_mesh(path)
     quads, _ = _whole(template)
     same = set(mesh.arities().tolist()) == {4} and np.array_equal(mesh.corners, quads.ravel())
@@ -402,7 +416,7 @@ def _report_shape(
     """Tell of a shape, write it and show it; held: the curves that a window holds at first."""
     points = model.shape(coefficients)
     if output is not None:
-        write_quads(output, points, model.quads, f"a shape of {path.name}")
+        write_faces(output, points, model.quads.tolist(), f"a shape of {path.name}")
     low, high = model.box
     columns = np.stack([coefficients, low, high], axis=1) / model.deviations[:, None]
     if as_json:

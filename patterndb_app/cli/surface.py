@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -258,7 +259,8 @@ def surface(
     if output is not None:
         say(f"written: {output}")
     if picture is not None or view:
-        _look(drawing, settings, spacing, db, find_cycles, (ban, keep), picture, view)
+        open_file = partial(read_drawing, tolerance=tolerance) if view else None
+        _look(drawing, settings, spacing, db, find_cycles, (ban, keep), picture, open_file)
     return 0
 
 
@@ -282,16 +284,17 @@ def _look(
     afresh: bool,
     named: tuple[tuple[tuple[str, ...], ...], tuple[tuple[str, ...], ...]],
     picture: Path | None,
-    view: bool,
+    open_file: Callable[[Path], Drawing] | None,
 ) -> None:
-    """Draw the surface, or open its window; named: the cycles to ban and to keep."""
+    """Draw the surface, or open its window; named: the cycles to ban and to keep. open_file: reads
+    other networks in the window; None for no window."""
     from patterndb_app.cli.obj import write_surface
     from patterndb_sketch.surfacing import named_cycle
     from viewer.surfacing import draw, show
 
     banned, added = ([named_cycle(drawing.network, names) for names in group] for group in named)
     # The window can go on to other methods; a picture has the one that was asked for.
-    patterns = view or METHODS[settings.method].needs_database
+    patterns = open_file is not None or METHODS[settings.method].needs_database
     with open_database(db) if patterns else nullcontext() as database:
         options: dict[str, Any] = {
             "settings": settings,
@@ -304,9 +307,9 @@ def _look(
         if picture is not None:
             draw(drawing, picture, **options)
             say(f"drawn: {picture}")
-        if view:
+        if open_file is not None:
             with hushed():
-                show(drawing, write_obj=write_surface, **options)
+                show(drawing, write_obj=write_surface, open_file=open_file, **options)
 
 
 HEADS = (
@@ -403,7 +406,7 @@ def _say_openings(network: CurveNetwork, openings: Openings) -> None:
         names = ",".join(map(str, openings.name_idle(network)))
         say(f"{plural(len(openings.idle), 'curve')} without a patch: {shorten(names, NAMES_WIDTH)}")
     # A hole that was meant to be closed is a short rim, the outline a long one.
-    for rim in openings.rims[::-1][:MOST_RIMS]:
+    for rim in openings.rims[:MOST_RIMS]:
         names = ",".join(map(str, rim.list_names(network)))
         say(
             f"open rim of {plural(len(rim.steps), 'curve')}, {rim.length:.4g} long: "

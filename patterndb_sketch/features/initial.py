@@ -12,15 +12,19 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.splines import Spline, chordal_parameters
+from patterndb_sketch.features.splines import Spline, chordal_parameters, fit_spline
+from patterndb_sketch.features.splines.spline import LEAST_CLOSED
 
 #: Distance of samples, as a share of the model's diagonal.
 SPACING = 0.005
 
-#: The fewest and the most samples of a curve.
+#: The fewest and the most samples of a curve; the fewest of a closed one, which turns all round.
 FEWEST, MOST = 20, 400
 
-#: Clicked points this close, as a share of the model's diagonal, are one: a double click.
+FEWEST_CLOSED = 40
+
+#: Clicked points this close, as a share of the model's diagonal, are one: a double click. A
+#: stroke's ends are one place if they are as close, as a share of its own extent.
 SAME_CLICK = 1e-6
 
 
@@ -28,7 +32,8 @@ SAME_CLICK = 1e-6
 class InitialCurve:
     """A sketched curve and its samples on the model.
 
-    through:   the interpolating spline in space, off the model between the clicked points.
+    through:   the interpolating spline in space, off the model between the clicked points; closed
+               if the stroke is.
     samples:   (m, 3) float64, the points of the model nearest to equal steps along it.
     triangles: (m,) int32, where they lie.
     lengths:   (m,) float64, how far each went: long ways mean that more points are wanted.
@@ -42,33 +47,67 @@ class InitialCurve:
     n_clicked: int
 
 
-def find_initial_curve(model: Model, clicked: ArrayLike) -> InitialCurve:
+def is_ring(points: ArrayLike) -> bool:
+    """Does a stroke (k, 3) come back to its start: is its last point the first again?
+
+    As polygons are written, up to rounding (SAME_CLICK of its extent): so no stroke is closed that
+    nobody meant to close, however near its ends are to each other.
+    """
+    given = np.asarray(points, np.float64)
+    if len(given) <= LEAST_CLOSED:
+        return False
+    extent = float(np.linalg.norm(np.ptp(given, axis=0)))
+    return bool(np.linalg.norm(given[-1] - given[0]) <= SAME_CLICK * extent)
+
+
+def find_initial_curve(
+    model: Model, clicked: ArrayLike, *, closed: bool | None = None
+) -> InitialCurve:
     """The curve through (k, 3) clicked points, sampled, on the model.
 
-    Two points give a straight line, three a parabola, more a cubic spline, at chordal
-    parameters. It is sampled at equal arc length, SPACING of the diagonal apart or, for FEWEST
-    or MOST samples, closer or wider, and each sample goes to the nearest point of the model.
+    closed: whether it goes on from the last point to the first; by default if that is the same
+            place, see :func:`is_ring`.
 
-    Source: feature curve recovery paper, section 4.1. Raises InvalidFeatureError for fewer than
-    two distinct points.
+    Two points give a straight line, three a parabola, more a cubic spline, at chordal
+    parameters; a closed curve has a closed spline. It is sampled at equal arc length, SPACING of
+    the diagonal apart or, for FEWEST (of a closed one FEWEST_CLOSED) or MOST samples, closer or
+    wider, and each sample goes to the nearest point of the model. A closed curve's first sample is
+    not repeated.
+
+    Source: feature curve recovery paper, section 4.1. Differs from the paper: its curves all have
+    ends. Raises InvalidFeatureError for fewer than two distinct points, three of a closed curve.
     """
     points = as_points(clicked, "clicked points", InvalidFeatureError)
     if not len(points):
         raise InvalidFeatureError("no point was clicked; click at least two")
+    around = is_ring(points) if closed is None else closed
     kept = [points[0]]
     for point in points[1:]:
         if np.linalg.norm(point - kept[-1]) > SAME_CLICK * model.diagonal:
             kept.append(point)
+    near = np.linalg.norm(kept[-1] - kept[0]) <= SAME_CLICK * model.diagonal
+    if around and len(kept) > 1 and (near or is_ring(points)):
+        kept.pop()
     if len(kept) < 2:
         raise InvalidFeatureError("all clicked points are at one place; click at least two places")
-    through = interpolate_points(np.array(kept))
-    wanted = round(through.length / (SPACING * model.diagonal)) + 1
-    feet = model.nearest(through.sample(min(max(wanted, FEWEST), MOST)))
+    if around and len(kept) < LEAST_CLOSED:
+        raise InvalidFeatureError(
+            f"a closed curve needs at least {LEAST_CLOSED} places, got {len(kept)}; click more, or "
+            "leave it open"
+        )
+    through = interpolate_points(np.array(kept), closed=around)
+    wanted = round(through.length / (SPACING * model.diagonal)) + (not around)
+    count = min(max(wanted, FEWEST_CLOSED if around else FEWEST), MOST)
+    feet = model.nearest(through.sample(count + 1)[:-1] if around else through.sample(count))
     return InitialCurve(through, feet.points, feet.triangles, feet.lengths, len(kept))
 
 
-def interpolate_points(points: Points) -> Spline:
+def interpolate_points(points: Points, *, closed: bool = False) -> Spline:
     """The spline through (k, 3) points, no two neighbours at one place, of degree 3 or k - 1."""
     degree = min(3, len(points) - 1)
+    if closed:
+        return fit_spline(
+            points, degree=degree, n_control=len(points), rounds=0, closed=True
+        ).spline
     curve = make_interp_spline(chordal_parameters(points), points, k=degree)
     return Spline(degree, curve.t, curve.c)

@@ -91,7 +91,7 @@ class FeatureSessionEntries(Entries):
 @dataclass(frozen=True, slots=True, eq=False)
 class SessionCurve:
     """A curve while it is worked on: what was clicked (c, 3), its samples (m, 3), the samples
-    that were dragged and where to, and the spline through them."""
+    that were dragged and where to, and the spline through them, closed if the curve is."""
 
     name: str
     clicked: Points
@@ -369,8 +369,8 @@ def settings_of_numbers(
 def session_strokes(
     session: FeatureSession, usual: SnapSettings
 ) -> list[tuple[FeatureStroke, tuple[Constraint, ...]]]:
-    """What was clicked and what was dragged of every curve, with the curve's own settings, the
-    usual ones where it has none.
+    """What was clicked and what was dragged of every curve, closed if it is, with the curve's own
+    settings, the usual ones where it has none.
 
     Raises InvalidFeatureError for settings out of range.
     """
@@ -378,7 +378,10 @@ def session_strokes(
     return [
         (
             FeatureStroke(
-                one.name, one.clicked, settings=settings_of_numbers(numbers, usual, one.name)
+                one.name,
+                one.clicked,
+                settings=settings_of_numbers(numbers, usual, one.name),
+                closed=one.spline.closed,
             ),
             one.constraints,
         )

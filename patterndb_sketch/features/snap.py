@@ -14,6 +14,16 @@ from numpy.typing import ArrayLike
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Floats, Points, as_points
+from patterndb_sketch.features.defaults import (
+    ALPHA,
+    AXES,
+    AXIS,
+    BETA,
+    DEGREE,
+    RADIUS,
+    SNAP_ROUNDS,
+    STIFFNESS,
+)
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import (
     Fishbone,
@@ -33,7 +43,7 @@ from patterndb_sketch.features.fishbone import (
 from patterndb_sketch.features.fishbone.cut import hold_rows
 from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.ribs import RADIUS, SAMPLES, STITCH, Rib, build_ribs
+from patterndb_sketch.features.ribs import SAMPLES, STITCH, Rib, build_ribs
 from patterndb_sketch.features.splines import Constraint, Spline, fit_spline
 
 #: The length over which bends are measured, as a share of the diagonal.
@@ -80,19 +90,19 @@ class SnapSettings:
     Raises InvalidFeatureError for numbers out of range.
     """
 
-    alpha: float = 1.0
-    axis: tuple[float, float, float] = (0.0, 0.0, 1.0)
-    beta: float = np.pi / 2.0
-    stiffness: float = 1.0
+    alpha: float = ALPHA
+    axis: tuple[float, float, float] = AXES[AXIS]
+    beta: float = float(np.deg2rad(BETA))
+    stiffness: float = STIFFNESS
     theta: float = THETA
     continuity: float = CONTINUITY
     strict: bool = False
     window: float = WINDOW
     nearness: float = NEARNESS
-    degree: int = 3
+    degree: int = DEGREE
     radius: float = RADIUS
     n_samples: int = SAMPLES
-    rounds: int = 3
+    rounds: int = SNAP_ROUNDS
 
     def __post_init__(self) -> None:
         for name, value, low, high in (
@@ -116,7 +126,8 @@ class SnapSettings:
         return 0.0 if self.strict else self.alpha * self.continuity
 
     def cross(self, fishbone: Fishbone, costs: Floats) -> Floats:
-        """(m - 1,) capacities of the cross edges of a fishbone with sample costs (m, k).
+        """(m - 1,), of a closed curve (m,), capacities of the cross edges of a fishbone with sample
+        costs (m, k).
 
         Source: feature curve recovery paper, section 4.3.3. Differs from the paper unless
         strict: capacities above all samples' make a curve that goes straight on whatever the
@@ -124,22 +135,22 @@ class SnapSettings:
         densely ribs are sampled: a cross edge costs theta f s / d where samples are s apart on
         ribs d apart.
         """
-        count = len(costs) - 1
+        gaps = fishbone.gaps
         if self.strict:
-            return np.full(count, self.stiffness * costs[np.isfinite(costs)].max())
-        spacing, gaps = fishbone.spacing, fishbone.gaps
-        if not (count and gaps.mean() > 0.0):
-            return np.zeros(count)
-        step = (spacing[1:] + spacing[:-1]) / 2.0
-        return self.theta * self.stiffness * step / gaps.mean()
+            return np.full(len(gaps), self.stiffness * costs[np.isfinite(costs)].max())
+        if not (len(gaps) and gaps.mean() > 0.0):
+            return np.zeros(len(gaps))
+        return self.theta * self.stiffness * fishbone.steps / gaps.mean()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FeatureCurve:
     """A curve on a feature of a model.
 
+    spline:      closed if the stroke was.
     samples:     (m, 3) float64, where it was found: on the model, or where a rib bridges a gap on
                  that rib, off the model by less than 1.2 times the gap; its constraints at theirs.
+                 Of a closed curve the first is not repeated.
     parameters:  (m,) float64, of the samples on the spline.
     constraints: numbers of samples and the points that the spline meets exactly there.
     repaired:    numbers of ribs that were put together from several segments.
@@ -192,11 +203,14 @@ class Snap:
         stroke: ArrayLike,
         settings: SnapSettings | None = None,
         constraints: Sequence[Constraint] = (),
+        *,
+        closed: bool | None = None,
     ) -> Snap:
         """The curve of a stroke after ``settings.rounds`` rounds; see :func:`snap`."""
         chosen = SnapSettings() if settings is None else settings
         clicked = as_points(stroke, "points of a stroke", InvalidFeatureError)
-        sketch = find_initial_curve(model, clicked)
+        sketch = find_initial_curve(model, clicked, closed=closed)
+        around = sketch.through.closed
         far = int((sketch.lengths > chosen.radius * model.diagonal).sum())
         notes = (
             (f"{far} of {len(sketch.samples)} samples of the stroke were far off the model",)
@@ -205,9 +219,15 @@ class Snap:
         )
         samples = sketch.samples
         if constraints and chosen.change > 0.0:
-            samples = model.nearest(move_with_pins(samples, constraints, model.diagonal)).points
-        first = _about(model, clicked, chosen, samples, tuple(constraints), notes)
+            moved = move_with_pins(samples, constraints, model.diagonal, closed=around)
+            samples = model.nearest(moved).points
+        first = _about(model, clicked, chosen, samples, tuple(constraints), notes, around)
         return first.again(chosen.rounds - 1)
+
+    @property
+    def closed(self) -> bool:
+        """Does the curve go on from its last sample to the first?"""
+        return self.backbone.closed
 
     def again(self, rounds: int = 1) -> Snap:
         """After more rounds: ribs about the curve as it is now."""
@@ -215,8 +235,9 @@ class Snap:
         for _ in range(rounds):
             now = snapped.curve
             snapped = _about(
-                self.model, self.stroke, self.settings, now.samples, now.constraints, self.notes
-            )
+                self.model, self.stroke, self.settings, now.samples, now.constraints, self.notes,
+                self.closed,
+            )  # fmt: skip
         return snapped
 
     def with_settings(self, settings: SnapSettings) -> Snap:
@@ -227,7 +248,9 @@ class Snap:
             old.n_samples,
             old.rounds,
         ):
-            return Snap.begin(self.model, self.stroke, settings, self.curve.constraints)
+            return Snap.begin(
+                self.model, self.stroke, settings, self.curve.constraints, closed=self.closed
+            )
         found = self.terms
         if (settings.window, settings.nearness, settings.axis, settings.beta) != (
             old.window,
@@ -248,7 +271,7 @@ class Snap:
         samples = self.backbone.evaluate(self.parameters)
         fit = fit_spline(
             samples, degree=self.settings.degree, constraints=wanted, parameters=self.parameters,
-            rounds=0,
+            rounds=0, closed=self.closed,
         )  # fmt: skip
         origins = fit.spline.evaluate(self.parameters)
         tangents = fit.spline.tangent(self.parameters)
@@ -263,7 +286,7 @@ class Snap:
             ribs[i] = rib
         origins[~(moved | turned)] = self.origins[~(moved | turned)]
         tangents[~(moved | turned)] = self.tangents[~(moved | turned)]
-        fishbone = synchronise(Fishbone.from_ribs(ribs))
+        fishbone = synchronise(Fishbone.from_ribs(ribs), closed=self.closed)
         changed = replace(
             self, backbone=fit.spline, origins=origins, tangents=tangents, ribs=tuple(ribs),
             fishbone=fishbone, terms=_terms(self.model, fishbone, self.settings),
@@ -280,9 +303,10 @@ class Snap:
         held = find_held_rows(bone, constraints)
         rows, costs = self._find_rows(held, pulled)
         numbers = np.arange(len(self.ribs))
-        moved, told = find_moves(bone, rows, costs)
+        period = len(numbers) if self.closed else None
+        moved, told = find_moves(bone, rows, costs, period)
         # Samples of ribs that are not there are as far from the backbone as their neighbours.
-        between = [np.interp(numbers, bone.ribs, moved[:, c]) for c in range(3)]
+        between = [np.interp(numbers, bone.ribs, moved[:, c], period=period) for c in range(3)]
         wanted = self.origins + np.stack(between, axis=1)
         hits = self.model.nearest(wanted)
         samples = hits.points
@@ -292,7 +316,9 @@ class Snap:
         samples[bridged] = wanted[bridged]
         for number, place in constraints:
             samples[number] = place
-        fit = fit_spline(samples, degree=self.settings.degree, constraints=constraints)
+        fit = fit_spline(
+            samples, degree=self.settings.degree, constraints=constraints, closed=self.closed
+        )
         ended = (rows == bone.first) | (rows == bone.stop - 1)
         failed = np.setdiff1d(numbers, bone.ribs).tolist()
         notes = [*self.notes, fit.note]
@@ -326,17 +352,17 @@ class Snap:
 
         costs = price(terms)
         if not settings.change > 0.0:
-            return cut(costs, settings.cross(bone, costs)).rows, costs
+            return cut(costs, settings.cross(bone, costs), bone.seam).rows, costs
         reach, pinned = find_reach(bone), bool((held >= 0).any())
         nearness = settings.nearness * self.model.diagonal
         if pinned:
             size = self.model.diagonal
             costs = price(favour_pinned_crease(terms, bone, held, nearness, size, pulled))
         cross = settings.cross(bone, costs)
-        rows = track_crease(costs, cross, terms.bends, settings.change, reach).rows
+        rows = track_crease(costs, cross, terms.bends, settings.change, reach, bone.seam).rows
         if pinned:
             costs = price(settle_on_crease(terms, bone, rows, nearness))
-            rows = track_crease(costs, cross, terms.bends, settings.change, reach).rows
+            rows = track_crease(costs, cross, terms.bends, settings.change, reach, bone.seam).rows
         return rows, costs
 
 
@@ -345,21 +371,25 @@ def snap(
     stroke: ArrayLike,
     settings: SnapSettings | None = None,
     constraints: Sequence[Constraint] = (),
+    *,
+    closed: bool | None = None,
 ) -> FeatureCurve:
     """The curve on the feature that a stroke (k, 3) was drawn along.
 
     constraints: (number of a sample, point (3,)) that the curve meets; samples are numbered as
                  those of the initial curve, and keep their numbers.
+    closed:      whether the curve goes on from the stroke's end to its start; by default if they
+                 are the same place, see :func:`patterndb_sketch.features.initial.is_ring`.
 
     The stroke's initial curve carries ribs; the cheapest way across them is reprojected onto the
     model and fitted, and carries the ribs of the next round.
 
     Source: feature curve recovery paper, section 4.3. Differs from the paper: samples on a bridged
     gap stay there, as the model's nearest point is beside the feature; ribs that miss the feature
-    move as those beside them. Raises InvalidFeatureError for a stroke that is none, and if no rib
-    has a contour.
+    move as those beside them; curves may be closed. Raises InvalidFeatureError for a stroke that is
+    none, and if no rib has a contour.
     """
-    return Snap.begin(model, stroke, settings, constraints).curve
+    return Snap.begin(model, stroke, settings, constraints, closed=closed).curve
 
 
 def _about(
@@ -369,12 +399,13 @@ def _about(
     samples: Points,
     constraints: tuple[Constraint, ...],
     notes: tuple[str, ...],
+    closed: bool,
 ) -> Snap:
     """One round: ribs about the spline through the samples, cut."""
-    fit = fit_spline(samples, degree=settings.degree, constraints=constraints)
+    fit = fit_spline(samples, degree=settings.degree, constraints=constraints, closed=closed)
     origins, tangents = fit.spline.evaluate(fit.parameters), fit.spline.tangent(fit.parameters)
     ribs = _ribs(model, origins, tangents, settings)
-    fishbone = synchronise(Fishbone.from_ribs(ribs))
+    fishbone = synchronise(Fishbone.from_ribs(ribs), closed=closed)
     curve = FeatureCurve(
         fit.spline, samples, fit.parameters, constraints, settings, (), (), (), notes
     )

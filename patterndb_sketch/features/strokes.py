@@ -25,13 +25,15 @@ class FeatureStroke:
     """What a user has drawn along a feature.
 
     points: (k, 3) float64, near the model, in order. held: (c, 3) float64, where the curve shall
-    pass exactly.
+    pass exactly. closed: whether the curve goes on from the last point to the first; None: if that
+    is the same place, see :func:`patterndb_sketch.features.initial.is_ring`.
     """
 
     name: str
     points: Points
     held: Points = field(default_factory=lambda: np.zeros((0, 3)))
     settings: SnapSettings = field(default_factory=SnapSettings)
+    closed: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,9 +86,9 @@ def recover_curve(
     :func:`patterndb_sketch.features.snap.snap` does and for two held points at one sample.
     """
     try:
-        begun = find_initial_curve(model, stroke.points).samples
+        begun = find_initial_curve(model, stroke.points, closed=stroke.closed).samples
         held = (*find_held_samples(begun, stroke.held), *constraints)
-        curve = snap(model, stroke.points, stroke.settings, held)
+        curve = snap(model, stroke.points, stroke.settings, held, closed=stroke.closed)
     except InvalidFeatureError as error:
         raise InvalidFeatureError(f"stroke {stroke.name!r}: {error}") from None
     return RecoveredCurve(stroke.name, stroke.points, curve, measure_curve(model, begun, curve))

@@ -36,7 +36,7 @@ class OpenRim:
 class Openings:
     """What is open in a network when some of its cycles have patches.
 
-    idle: numbers of the curves that bound no patch. rims: the rims of the surface, the longest
+    idle: numbers of the curves that bound no patch. rims: the rims of the surface, the shortest
     first.
     """
 
@@ -81,7 +81,7 @@ def find_openings(network: CurveNetwork, cycles: Sequence[Cycle]) -> Openings:
         seen.update(curves)
         rims.append(OpenRim(tuple(walk), closed, total_length(network, curves)))
     idle = tuple(curve for curve in range(len(network.curves)) if curve not in users)
-    return Openings(idle, tuple(sorted(rims, key=lambda rim: (-rim.length, rim.steps))))
+    return Openings(idle, tuple(sorted(rims, key=lambda rim: (rim.length, rim.steps))))
 
 
 def _follow(

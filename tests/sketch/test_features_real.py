@@ -64,7 +64,7 @@ def test_strokes_snap_without_failure(name: str) -> None:
     is nothing to note."""
     model = model_of(name)
     for stroke in strokes_of(name):
-        curve = snap(model, stroke.points, stroke.settings)
+        curve = snap(model, stroke.points, stroke.settings, closed=stroke.closed)
         assert curve.failed == () and curve.notes == (), stroke.name
         off = model.nearest(curve.samples).lengths
         assert off.max() < 1.2 * GAP * RADIUS * model.diagonal, stroke.name
@@ -82,7 +82,9 @@ def test_the_same_curves_on_the_shuffled_soup(name: str) -> None:
     model = model_of(name)
     torn = Model.from_arrays(*soup(model.points, model.triangles, seed=3))
     for stroke in strokes_of(name)[::3]:
-        curve, other = (snap(one, stroke.points, stroke.settings) for one in (model, torn))
+        curve, other = (
+            snap(one, stroke.points, stroke.settings, closed=stroke.closed) for one in (model, torn)
+        )
         assert np.array_equal(curve.spline.control, other.spline.control), stroke.name
         assert np.array_equal(curve.samples, other.samples), stroke.name
 

@@ -156,8 +156,11 @@ STROKES = {
     r"strokes: there is no stroke": {"strokes": []},
     r'strokes\[0\]: "points" is missing': {"strokes": [{}]},
     r"strokes\[0\]\.points: a polyline needs two": {"strokes": [{"points": [[0, 0, 0]]}]},
-    r"strokes\[0\]\.closed: there is no such entry": {
-        "strokes": [{"points": POINTS, "closed": True}]
+    r"strokes\[0\]\.open: there is no such entry": {
+        "strokes": [{"points": POINTS, "open": True}]
+    },
+    r"strokes\[0\]\.closed: 1 is not true or false": {
+        "strokes": [{"points": POINTS, "closed": 1}]
     },
     r"strokes\[0\]\.name: the name is empty": {"strokes": [{"points": POINTS, "name": ""}]},
     r"strokes\[1\]: there is another stroke 'a'": {

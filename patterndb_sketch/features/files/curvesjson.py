@@ -11,7 +11,8 @@
                               "figures": {"length": 1.2, "moved": {"mean": 0.01, "most": 0.03},
                                           "fit": {...}, "off": {...}}}}}
 
-samples: where the curve was found, on the model; parameters: theirs on the spline. mended, failed,
+samples: where the curve was found, on the model, of a closed curve the first not repeated;
+parameters: theirs on the spline. mended, failed,
 ended: numbers of samples, see :class:`patterndb_sketch.features.snap.FeatureCurve`. figures: see
 :class:`patterndb_sketch.features.strokes.Figures`. The file is a network too: meet, near and
 tolerance may be added, see :mod:`patterndb_sketch.features.files.networkjson`.
@@ -120,6 +121,9 @@ def _curve(name: str, value: JsonValue) -> RecoveredCurve:
     if len(parameters) != m:
         entries["parameters"].fail(f"there are {len(parameters)}, and {m} samples")
     low, high = spline.domain
+    if spline.closed:
+        # A closed curve goes on beyond its period, wherever that begins.
+        low, high = parameters[0], parameters[0] + (high - low)
     if (np.diff(parameters) < 0.0).any() or parameters[0] < low or parameters[-1] > high:
         entries["parameters"].fail(f"they must ascend within the curve's {low:g} to {high:g}")
     constraints = constraints_of(entries["constraints"], m)

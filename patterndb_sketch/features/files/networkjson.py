@@ -7,10 +7,12 @@
      "near": {"a_pillar_top": [1.28, -0.64, 1.06]},
      "tolerance": 0.05}
 
-curves: by the names that a template has for them, each a polyline or a spline. Where they meet
-follows from the template, whose corners meet and near are about: meet, which of a corner's
-curves say where it is, all if it is left out; near, a point near a corner, where its curves meet
-more than once. tolerance: how far curves may pass and still meet, in the unit of the points.
+curves: by the names that a template has for them, each a polyline or a spline. A polyline whose
+last point is its first is a closed curve; so is a spline with "closed": true, whose knots are those
+of one period, see :class:`patterndb_sketch.features.splines.Spline`. Where they meet follows from
+the template, whose corners meet and near are about: meet, which of a corner's curves say where it
+is, all if it is left out; near, a point near a corner, where its curves meet more than once.
+tolerance: how far curves may pass and still meet, in the unit of the points.
 
 What :mod:`patterndb_sketch.features.files.curvesjson` writes is a network too: the model's name,
 and how each curve was found, are passed over.
@@ -19,17 +21,18 @@ and how each curve was found, are passed over.
 from __future__ import annotations
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from patterndb.geometry.points import Points, as_points
 from patterndb.geometry.polyline import arc_length
 from patterndb.system.documents import Entries, JsonValue, Number, Point, complete_points
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.initial import interpolate_points
+from patterndb_sketch.features.initial import interpolate_points, is_ring
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.splines import Spline, fit_spline
 
 KEYS = ("model", "curves", "meet", "near", "tolerance")
-SPLINE_KEYS = ("degree", "knots", "control_points")
+SPLINE_KEYS = ("degree", "knots", "control_points", "closed")
 
 #: What curves that were recovered from strokes have beside.
 FOUND_KEYS = (
@@ -88,6 +91,7 @@ class SplineEntries(Entries):
     degree: int
     knots: list[Number]
     control_points: list[Point]
+    closed: bool = False
 
 
 def curve_of(value: JsonValue) -> Spline:
@@ -99,14 +103,14 @@ def curve_of(value: JsonValue) -> Spline:
         spline = {name: one.value for name, one in entries.items() if name in SPLINE_KEYS}
         found = JsonValue(spline, value.where, value.error).read(SplineEntries)
         control = np.array(complete_points(found.control_points)).reshape(-1, 3)
-        return Spline(found.degree, np.array(found.knots), control)
+        return Spline(found.degree, np.array(found.knots), control, found.closed)
 
 
 def spline_through(points: Points) -> Spline:
     """A spline along a polyline (k, 3), k >= 2, off it by no more than FIT of its length.
 
-    As smooth as that allows: control points are doubled until it does; a spline through every
-    point is the last resort.
+    A closed one along a polyline that ends where it begins. As smooth as that allows: control
+    points are doubled until it does; a spline through every point is the last resort.
     """
     given = as_points(points, "points of a curve", InvalidFeatureError)
     steps = np.linalg.norm(np.diff(given, axis=0), axis=1)
@@ -114,25 +118,32 @@ def spline_through(points: Points) -> Spline:
     if not length > 0.0:
         raise InvalidFeatureError("all points of a curve are one; give two places or more")
     given = given[np.r_[True, steps > 1e-12 * length]]
+    closed = is_ring(given)
+    if closed:
+        given = given[:-1]
     if len(given) <= 2 * POINTS_PER_CONTROL:
-        return interpolate_points(given)
+        return interpolate_points(given, closed=closed)
     # Between the points a polyline is straight: only they count, but more help the fit.
     dense = given
     if len(given) < SAMPLES:
-        dense = interpolate_points(given).sample(SAMPLES)
-    ends = ((0, given[0]), (len(dense) - 1, given[-1]))
+        dense = interpolate_points(given, closed=closed).sample(SAMPLES + closed)
+        dense = dense[:-1] if closed else dense
+    ends = () if closed else ((0, given[0]), (len(dense) - 1, given[-1]))
     n = max(4, len(given) // POINTS_PER_CONTROL)
     while n < len(given):
-        curve = fit_spline(dense, n_control=n, constraints=ends).spline
+        curve = fit_spline(dense, n_control=n, constraints=ends, closed=closed).spline
         if _off(curve, given) <= FIT * length:
             return curve
         n *= 2
-    return interpolate_points(given)
+    return interpolate_points(given, closed=closed)
 
 
 def _off(curve: Spline, points: Points) -> float:
     """The greatest distance of points from a curve, at most: from a dense polyline along it."""
     along = curve.sample(8 * len(points))
+    if curve.closed:
+        # The curve may begin anywhere.
+        return float(np.asarray(KDTree(along).query(points)[0]).max())
     # The points are in order along the curve: the nearest in a window about equal arc length.
     share = arc_length(points)
     centre = np.round(share / share[-1] * (len(along) - 1)).astype(int)

@@ -3,12 +3,14 @@
     {"strokes": [{"name": "roof_rail", "points": [[1.28, -0.64, 1.06], [1.9, -0.65, 1.08]],
                   "constraints": [{"at": [1.6, -0.65, 1.07]}],
                   "settings": {"alpha": 0.5, "axis": [0, 0, 1], "beta": 60}},
-                 {"points": [[0.55, -0.8, 0.63], [1.28, -0.64, 1.06]]}]}
+                 {"points": [[0.55, -0.8, 0.63], [1.28, -0.64, 1.06]]},
+                 {"points": [[2, 0, 0.3], [2.3, 0, 0], [2, 0, -0.3], [1.7, 0, 0]], "closed": true}]}
 
 points: two or more near the model, in the order of drawing. name: of the curve, by default its
-place, "stroke 2". constraints: where the curve passes exactly. settings: what this stroke has
-other than the rest, by the names of :class:`patterndb_sketch.features.snap.SnapSettings`; beta is
-in degrees.
+place, "stroke 2". closed: whether the curve goes on from the last point to the first; by default
+if the last point is the first again, as in rings of polygons. constraints: where the curve passes
+exactly. settings: what this stroke has other than the rest, by the names of
+:class:`patterndb_sketch.features.snap.SnapSettings`; beta is in degrees.
 """
 
 from __future__ import annotations
@@ -76,6 +78,7 @@ class FeatureStrokeEntries(Entries):
         Annotated[HeldEntries, Meta(description='an object such as {"at": [x, y, z]}')]
     ] = entry(default_factory=list)
     settings: SettingsEntries | UnsetType = UNSET
+    closed: bool | UnsetType = UNSET
 
 
 class StrokesEntries(Entries):
@@ -119,7 +122,9 @@ def strokes_of(
         if one.settings is not UNSET:
             chosen = _settings(place.at("settings"), one.settings, usual)
         held = np.array(complete_points(held.at for held in one.constraints)).reshape(-1, 3)
-        result.append(FeatureStroke(name, np.array(complete_points(one.points)), held, chosen))
+        points = np.array(complete_points(one.points))
+        closed = None if one.closed is UNSET else one.closed
+        result.append(FeatureStroke(name, points, held, chosen, closed))
     if not result:
         document.at("strokes").fail("there is no stroke; give one or more")
     return tuple(result)
@@ -167,6 +172,8 @@ def _settings(place: JsonValue, entries: SettingsEntries, usual: SnapSettings) -
 
 def _document(stroke: FeatureStroke) -> dict[str, object]:
     document: dict[str, object] = {"name": stroke.name, "points": stroke.points.tolist()}
+    if stroke.closed is not None:
+        document["closed"] = stroke.closed
     if len(stroke.held):
         document["constraints"] = [{"at": point} for point in stroke.held.tolist()]
     ours, usual = settings_document(stroke.settings), settings_document(SnapSettings())

@@ -15,6 +15,7 @@ from patterndb.geometry.points import Floats, Points, as_points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
+from patterndb_sketch.features.fishbone.seam import solve_around
 from patterndb_sketch.features.splines import Constraint
 
 #: A rib tells where the feature is if its cheapest sample is at least this share as much better
@@ -30,12 +31,14 @@ class RibCut:
     cost: float
 
 
-def cut(costs: ArrayLike, cross: ArrayLike) -> RibCut:
+def cut(costs: ArrayLike, cross: ArrayLike, seam: int | None = None) -> RibCut:
     """The rows r with the least sum of costs[i, r_i] and of cross[i] |r_i - r_i+1|.
 
     costs: (m, k) float64, not negative, inf where a rib may not be cut.
     cross: (m - 1,) or one number, not negative: the capacity of one cross edge between rib i
            and rib i + 1.
+    seam:  of a closed curve, as of Fishbone; cross is (m,) then, the last from the last rib to
+           the first. Differs from the paper, whose curves have ends.
 
     This is the minimum cut of the graph of ribs: column i is a chain of k + 1 nodes whose edges
     are the samples, with capacities ``costs``; the nodes of one row in neighbouring columns are
@@ -56,20 +59,24 @@ def cut(costs: ArrayLike, cross: ArrayLike) -> RibCut:
 
     Raises InvalidFeatureError for negative or nan costs, or a rib without a finite cost.
     """
-    table, between = check_costs(costs, cross)
-    rows, cost = _cheapest(table, between)
-    return RibCut(rows, cost)
+    table, between = check_costs(costs, cross, seam)
+    if seam is None:
+        return RibCut(*_cheapest(table, between))
+    return RibCut(*solve_around(table, seam, lambda unrolled: _cheapest(unrolled, between)))
 
 
-def check_costs(costs: ArrayLike, cross: ArrayLike) -> tuple[Floats, Floats]:
-    """((m, k), (m - 1,)) the costs of a cut and of its cross edges as arrays.
+def check_costs(
+    costs: ArrayLike, cross: ArrayLike, seam: int | None = None
+) -> tuple[Floats, Floats]:
+    """((m, k), (m - 1,), with a seam (m,)) the costs of a cut and of its cross edges as arrays.
 
     Raises InvalidFeatureError for negative or nan costs, or a rib without a finite cost.
     """
     table = np.ascontiguousarray(costs, np.float64)
     if table.ndim != 2 or not table.size:
         raise InvalidFeatureError(f"the costs of a cut must be (ribs, samples), got {table.shape}")
-    between = np.ascontiguousarray(np.broadcast_to(np.asarray(cross, np.float64), len(table) - 1))
+    count = len(table) - (seam is None)
+    between = np.ascontiguousarray(np.broadcast_to(np.asarray(cross, np.float64), count))
     if not ((table >= 0.0).all() and (between >= 0.0).all() and np.isfinite(between).all()):
         raise InvalidFeatureError("the costs of a cut must be numbers that are not negative")
     closed = np.flatnonzero(~np.isfinite(table).any(axis=1))
@@ -136,11 +143,14 @@ def hold_rows(costs: NDArray[np.float64], rows: NDArray[np.int64]) -> NDArray[np
     return result
 
 
-def find_moves(fishbone: Fishbone, rows: Int64Array, costs: Floats) -> tuple[Points, Int64Array]:
+def find_moves(
+    fishbone: Fishbone, rows: Int64Array, costs: Floats, period: int | None = None
+) -> tuple[Points, Int64Array]:
     """(m, 3) how far a cut at rows (m,) moves the curve at each rib, and the places (k,) in the
     fishbone of those ribs that tell that themselves.
 
-    costs: (m, n) those that were cut, from 0 at the best sample to 1 at the worst.
+    costs: (m, n) those that were cut, from 0 at the best sample to 1 at the worst. period: of a
+    closed curve, how many ribs it has with those that are not in the fishbone.
 
     Differs from the paper: there all samples count alike. At the ends of a stroke, and where a
     feature fades, ribs miss it and are cut anywhere; a spline through few samples follows.
@@ -153,6 +163,6 @@ def find_moves(fishbone: Fishbone, rows: Int64Array, costs: Floats) -> tuple[Poi
     sure = np.clip(gains / usual, 0.0, 1.0) if usual > 0.0 else np.ones(len(rows))
     told = np.flatnonzero(sure >= 1.0)
     for c in range(3):
-        beside = np.interp(fishbone.ribs, fishbone.ribs[told], moved[told, c])
+        beside = np.interp(fishbone.ribs, fishbone.ribs[told], moved[told, c], period=period)
         moved[:, c] += (1.0 - sure) * (beside - moved[:, c])
     return moved, told

@@ -55,6 +55,8 @@ class Fishbone:
     backbone: (m,) int64, the row of the sample that the curve runs through.
     ribs:     (m,) int64, ascending, the numbers of the ribs: those that failed are not there.
     origins:  (m, 3) float64, where the ribs' planes meet the curve, which may be off the model.
+    seam:     of a closed curve, how far rows are shifted from the last rib to the first: row r of
+              the last goes on as row r + seam of the first. None of a curve with ends.
 
     Raises InvalidFeatureError for arrays that do not agree.
     """
@@ -65,6 +67,7 @@ class Fishbone:
     backbone: NDArray[np.int64]
     ribs: NDArray[np.int64]
     origins: Points
+    seam: int | None = None
 
     def __post_init__(self) -> None:
         m, k = self.valid.shape
@@ -142,8 +145,31 @@ class Fishbone:
 
     @property
     def gaps(self) -> Floats:
-        """(m - 1,) the distances between the origins of neighbouring ribs."""
-        return np.linalg.norm(np.diff(self.origins, axis=0), axis=1)
+        """(m - 1,) the distances between the origins of neighbouring ribs; of a closed curve (m,),
+        the last from the last rib to the first."""
+        return np.linalg.norm(np.diff(self._around(self.origins), axis=0), axis=1)
+
+    @property
+    def steps(self) -> Floats:
+        """(m - 1,), or (m,) as gaps: the mean step between samples of neighbouring ribs."""
+        spacing = self._around(self.spacing)
+        return (spacing[1:] + spacing[:-1]) / 2.0
+
+    @property
+    def arcs(self) -> Floats:
+        """(m,) how far along the curve each rib is."""
+        return np.r_[0.0, np.cumsum(self.gaps)][: len(self.points)]
+
+    def measure_along(self, others: NDArray[np.int64]) -> Floats:
+        """(m, p) how far ribs are along the curve from others (p,), of a closed one the shorter way
+        round."""
+        arcs = self.arcs
+        away = np.abs(arcs[:, None] - arcs[others])
+        return away if self.seam is None else np.minimum(away, self.gaps.sum() - away)
+
+    def _around(self, values: Floats) -> Floats:
+        """Values of ribs; of a closed curve the first once more."""
+        return values if self.seam is None else np.concatenate([values, values[:1]])
 
     def at(self, rows: NDArray[np.int64]) -> Points:
         """(m, 3) one sample of every rib."""
@@ -154,8 +180,11 @@ def _squared_distance(points: Points, others: Points) -> float:
     return float(((points - others) ** 2).sum())
 
 
-def synchronise(fishbone: Fishbone, start: int | None = None) -> Fishbone:
+def synchronise(fishbone: Fishbone, start: int | None = None, *, closed: bool = False) -> Fishbone:
     """The fishbone with its ribs shifted, so that all backbone samples have one row.
+
+    closed: the last rib is beside the first: the fishbone gets a seam, unless the surface turns
+            over all the way round, as a Moebius strip does.
 
     From rib ``start`` both ways: the sample of the next rib nearest to the backbone sample
     becomes the backbone sample there. Rows that ribs do not reach after the shift are not valid:
@@ -194,9 +223,22 @@ def synchronise(fishbone: Fishbone, start: int | None = None) -> Fishbone:
         normals[i, here] = fishbone.normals[old, there]
         valid[i, here] = True
     backbone = np.full(m, -low, np.int64)
+    seam = _find_seam(points, valid, -low) if closed else None
     return Fishbone(
-        points, normals, valid, backbone, fishbone.ribs[kept], fishbone.origins[kept]
-    )  # fmt: skip
+        points, normals, valid, backbone, fishbone.ribs[kept], fishbone.origins[kept], seam
+    )
+
+
+def _find_seam(points: Points, valid: NDArray[np.bool_], backbone: int) -> int | None:
+    """Rows from the backbone of the first rib to the sample nearest to that of the last; None if
+    the two ribs run opposite ways."""
+    both = np.flatnonzero(valid[0] & valid[-1])
+    if len(both) > 1:
+        along = [points[i, both[-1]] - points[i, both[0]] for i in (0, -1)]
+        if float(along[0] @ along[1]) < 0.0:
+            return None
+    away = np.linalg.norm(points[0] - points[-1, backbone], axis=1)
+    return int(np.argmin(np.where(valid[0], away, np.inf))) - backbone
 
 
 @kernel

@@ -37,23 +37,36 @@ SET_OFF = 3
 #: Once the crease is known, bends count within this share of the usual distance from it.
 SETTLED = 0.5
 
+#: A pin says nothing of a rib that has nothing like it, and all it can say from this likeness on:
+#: one on the corner of a crease is like no other place of it.
+ALIKE = 0.5
+
 #: A pin on what bends by less, of the bends that count as 1, is on no crease.
 ON_CREASE = 0.05
 
 
-def move_with_pins(samples: Points, constraints: Sequence[Constraint], diagonal: float) -> Points:
+def move_with_pins(
+    samples: Points,
+    constraints: Sequence[Constraint],
+    diagonal: float,
+    *,
+    closed: bool = False,
+) -> Points:
     """(m, 3) samples of a stroke, moved about constraints by as much as it is off there.
+
+    closed: the last sample is beside the first.
 
     How far a stroke is off is taken for a normal process along it: TELLS_WHERE away from a pin
     samples move by 0.6 times as much, and pins farther apart do not disturb each other.
     """
     if not constraints:
         return samples
-    steps = np.linalg.norm(np.diff(samples, axis=0), axis=1)
-    arcs = np.r_[0.0, np.cumsum(steps)] / diagonal
+    around = np.concatenate([samples, samples[:1]])
+    arcs = np.r_[0.0, np.cumsum(np.linalg.norm(np.diff(around, axis=0), axis=1))] / diagonal
     pins = np.array([number for number, _ in constraints])
     off = np.stack([np.asarray(place, np.float64) for _, place in constraints]) - samples[pins]
-    alike = _alikeness(np.abs(arcs[:, None] - arcs[pins]))
+    away = np.abs(arcs[:-1, None] - arcs[pins])
+    alike = _alikeness(np.minimum(away, arcs[-1] - away) if closed else away)
     return samples + alike @ np.linalg.solve(alike[pins] + JITTER * np.eye(len(pins)), off)
 
 
@@ -81,8 +94,7 @@ def favour_pinned_crease(
     pins = np.flatnonzero(held >= 0)
     if not len(pins):
         return terms
-    arcs = np.r_[0.0, np.cumsum(fishbone.gaps)] / diagonal
-    away = np.abs(arcs[:, None] - arcs[pins])
+    away = fishbone.measure_along(pins) / diagonal
     width = nearness * np.maximum(np.sqrt(_unknown(away, pins)), NARROWEST)
     near = weigh_nearness(fishbone, width)
     sizes = np.linalg.norm(terms.bends, axis=2)
@@ -94,6 +106,7 @@ def favour_pinned_crease(
     apart = np.linalg.norm(terms.bends - wanted[:, None], axis=2)
     like = np.maximum(1.0 - apart / np.maximum(size, ON_CREASE)[:, None], 0.0)
     like *= weigh_nearness(fishbone, np.maximum(WIDER * width, 2.0 * pulled))
+    told = told * np.minimum(like.max(axis=1) / ALIKE, 1.0)
     # Where there is no sample the term stays inf.
     usual[fishbone.valid] += (told[:, None] * (like - np.where(fishbone.valid, usual, 0.0)))[
         fishbone.valid

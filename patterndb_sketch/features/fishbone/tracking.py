@@ -15,6 +15,7 @@ from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone.cut import RibCut, check_costs
 from patterndb_sketch.features.fishbone.fishbone import Fishbone
+from patterndb_sketch.features.fishbone.seam import solve_around, unroll_table
 
 #: How steeply a crease runs across the rows at most, as the tangent of its angle to the backbone:
 #: what goes farther from one rib to the next leaps.
@@ -25,7 +26,12 @@ LEAP = 3.0
 
 
 def track_crease(
-    costs: ArrayLike, cross: ArrayLike, bends: Points, change: float, reach: Int64Array
+    costs: ArrayLike,
+    cross: ArrayLike,
+    bends: Points,
+    change: float,
+    reach: Int64Array,
+    seam: int | None = None,
 ) -> RibCut:
     """The rows r with the least sum of costs[i, r_i] and of what each two neighbours cost.
 
@@ -34,6 +40,8 @@ def track_crease(
     bends: (m, k, 3) float64, how the surface bends at every sample: the way and by how much.
     change: at least 0, the price of a crease that is another: of bends that differ by 1.
     reach: (m - 1,) int64, rows that a crease may cross from rib i to rib i + 1.
+    seam: of a closed curve, as of Fishbone; cross and reach are (m,) then, the last from the last
+        rib to the first.
 
     Neighbours at rows r and r' within reach cost cross |r - r'| + change |b - b'|: a crease keeps
     its angle, its side and its direction, so that going over to another costs what the one loses
@@ -50,18 +58,24 @@ def track_crease(
     Raises InvalidFeatureError as :func:`patterndb_sketch.features.fishbone.cut` does, and for a
     change that is negative.
     """
-    table, between = check_costs(costs, cross)
+    table, between = check_costs(costs, cross, seam)
     if not (math.isfinite(change) and change >= 0.0):
         raise InvalidFeatureError(f"the price of another crease is {change}; give 0 or more")
-    rows, cost = _track(
-        table, between, np.ascontiguousarray(bends, np.float64), change, reach, LEAP
+    ways = np.ascontiguousarray(bends, np.float64)
+    if seam is None:
+        return RibCut(*_track(table, between, ways, change, reach, LEAP))
+    around = unroll_table(ways, seam, 0.0)
+    return RibCut(
+        *solve_around(
+            table, seam, lambda unrolled: _track(unrolled, between, around, change, reach, LEAP)
+        )
     )
-    return RibCut(rows, cost)
 
 
 def find_reach(fishbone: Fishbone) -> Int64Array:
-    """(m - 1,) rows that a crease may cross from each rib to the next; see SLOPE."""
-    step = (fishbone.spacing[1:] + fishbone.spacing[:-1]) / 2.0
+    """(m - 1,) rows that a crease may cross from each rib to the next, of a closed curve (m,); see
+    SLOPE."""
+    step = fishbone.steps
     rows = fishbone.valid.shape[1]
     # Ribs of no length have all their samples within reach.
     wanted = np.ceil(SLOPE * fishbone.gaps / np.where(step > 0.0, step, np.nan))

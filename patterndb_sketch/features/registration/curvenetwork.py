@@ -74,7 +74,7 @@ class DrawnNetwork:
 class FeatureNetwork:
     """Curves that meet exactly.
 
-    curves:     by name, each from its first corner to its last.
+    curves:     by name, each from its first corner to its last; closed ones are closed.
     nodes:      by the corner's name, (3,) float64.
     parameters: by (curve, corner), where on the curve the corner is.
     gaps:       by corner, how far the curves as drawn passed each other there at most.
@@ -91,10 +91,23 @@ class FeatureNetwork:
         return _diagonal(self.curves.values())
 
     def interval(self, curve: str, start: str, end: str) -> tuple[Floats, Floats]:
-        """Parameters (k,) of a curve from a corner to another, and the lengths (k,) up to them."""
+        """Parameters (k,) of a curve from a corner to another, and the lengths (k,) up to them.
+
+        Along a closed curve there are two ways: the one that passes no other corner of it; if
+        neither does or both do, the way that it was drawn, and so from a corner to itself.
+        """
         a, b = (self.parameters[curve, corner] for corner in (start, end))
+        spline = self.curves[curve]
+        if spline.closed:
+            period = spline.domain[1] - spline.domain[0]
+            others = [t for (name, _), t in self.parameters.items() if name == curve]
+            others = [t for t in others if t not in (a, b)]
+            b = a + ((b - a) % period or period)
+            passed = sum((t - a) % period < b - a for t in others)
+            if passed and passed == len(others) and start != end:
+                b -= period
         t = np.linspace(a, b, STEPS + 1)
-        return t, arc_length(self.curves[curve](t))
+        return t, arc_length(spline(t))
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,11 +138,13 @@ def resolve_network(
     A joint is the mean of the pairwise intersections of its curves; an intersection is midway
     between the points where two curves are closest; curves that end short are drawn out by as
     much as the tolerance, straight on, to find it. Each curve is cut at its first and its last
-    joint and fitted anew, so that it passes through its joints.
+    joint and fitted anew, so that it passes through its joints; a closed one is not cut, and one
+    joint of it is enough.
 
     Source: feature curve recovery paper, section 5.1.1. Differs from the paper: it does not
-    say what becomes of curves that end short; and pairs of curves that run on into each other do
-    not count if the joint has others, since their intersection is anywhere along both.
+    say what becomes of curves that end short; its curves have ends; and pairs of curves that run
+    on into each other do not count if the joint has others, since their intersection is anywhere
+    along both.
 
     Raises InvalidFeatureError for curves that are not there, that pass each other beyond the
     tolerance, or that meet twice while nothing says where.
@@ -208,6 +223,8 @@ def _cut(
     tolerance: float,
 ) -> tuple[Spline, dict[str, float]]:
     """The curve from its first joint to its last, through all; and their new parameters."""
+    if curve.closed:
+        return _hold_closed(name, curve, at, nodes, planar, tolerance)
     order = sorted(at, key=lambda joint: at[joint])
     if len(order) < 2:
         raise InvalidFeatureError(f"the curve {name} ends at {order[0]} alone; it needs two joints")
@@ -242,6 +259,48 @@ def _cut(
     spline = Spline(fit.spline.degree, fit.spline.knots, control)
     places = {j: float(fit.parameters[i]) for i, j in zip(numbers, order, strict=True)}
     return spline, places
+
+
+def _hold_closed(
+    name: str,
+    curve: Spline,
+    at: Mapping[str, float],
+    nodes: Mapping[str, Points],
+    planar: bool,
+    tolerance: float,
+) -> tuple[Spline, dict[str, float]]:
+    """The closed curve through all its joints, and their new parameters."""
+    low, high = curve.domain
+    period = high - low
+    # The first joint is the first sample: between two of them samples are at equal steps.
+    places = {joint: low + (t - low) % period for joint, t in at.items()}
+    order = sorted(places, key=lambda joint: places[joint])
+    begin = [places[joint] for joint in order]
+    spans = np.diff([*begin, begin[0] + period])
+    for a, b, span in zip(order, order[1:] + order[:1], spans.tolist(), strict=True):
+        if span <= 1e-6 * period:
+            raise InvalidFeatureError(
+                f"the joints {a} and {b} are at one place of the curve {name}"
+            )
+    count = max(FEWEST_SAMPLES, SAMPLES_PER_CONTROL * len(curve.control))
+    counts = np.maximum(8, np.round(count * spans / period)).astype(np.int64)
+    t = np.concatenate([
+        first + np.arange(n) * (span / n)
+        for first, span, n in zip(begin, spans, counts, strict=True)
+    ])  # fmt: skip
+    samples = curve(t)
+    if planar:
+        _check_plane(f"the curve {name}", samples, tolerance)
+        samples[:, 1] = 0.0
+    numbers = np.r_[0, np.cumsum(counts)[:-1]].tolist()
+    held: list[Constraint] = [(i, nodes[joint]) for i, joint in zip(numbers, order, strict=True)]
+    fit = fit_spline(samples, degree=curve.degree, constraints=held, closed=True)
+    spline = fit.spline
+    if planar:
+        control = spline.control.copy()
+        control[:, 1] = 0.0
+        spline = Spline(spline.degree, spline.knots, control, closed=True)
+    return spline, {j: float(fit.parameters[i]) for i, j in zip(numbers, order, strict=True)}
 
 
 def _diagonal(curves: Iterable[Spline]) -> float:
@@ -294,7 +353,7 @@ def find_meeting(
 
 
 def _overshoot(found: Approach, pair: tuple[Spline, Spline]) -> float:
-    """How far beyond the ends of the curves as drawn two curves approach."""
+    """How far beyond the ends of the curves as drawn two curves approach; 0 for closed curves."""
     ends = [curve(at)[0] for curve, at in zip(pair, found.parameters, strict=True)]
     return sum(_apart(end, point) for end, point in zip(ends, found.points, strict=True))
 
@@ -396,8 +455,12 @@ def find_approaches(first: Spline, second: Spline, tolerance: float) -> list[App
 def extend_curve(curve: Spline, by: float) -> Spline:
     """The curve with a straight piece of length by > 0 at each end, along its tangents.
 
+    A closed one stays as it is.
+
     Its parameters are those of the curve, and go on beyond them at the speed of its ends.
     """
+    if curve.closed:
+        return curve
     p = curve.degree
     low, high = curve.domain
     ends = curve.evaluate([low, high])
@@ -427,6 +490,10 @@ def find_foot(curve: Spline, point: Points) -> float:
     t = _sample(curve)
     k = int(np.argmin(np.linalg.norm(curve(t) - point, axis=1)))
     low, high = t[max(k - 1, 0)], t[min(k + 1, len(t) - 1)]
+    if curve.closed and k in (0, len(t) - 1):
+        # The first sample is the last again: the foot may be on either side of it.
+        period = t[-1] - t[0]
+        low, high = t[-2] - period, t[1]
 
     def off(at: float) -> float:
         return float(np.linalg.norm(curve(at)[0] - point))
@@ -463,7 +530,8 @@ def _refine(first: Spline, second: Spline, s: Floats, t: Floats) -> tuple[Floats
     Newton's method with Levenberg's damping: a step is taken only if the distance falls; a
     parameter at an end of its curve is held there while the step would leave the curve.
     """
-    ends = first.domain, second.domain
+    endless = -np.inf, np.inf
+    ends = tuple(endless if curve.closed else curve.domain for curve in (first, second))
     damping = np.full(len(s), 1e-9)
     off = first(s) - second(t)
     for _ in range(ROUNDS):

@@ -11,9 +11,11 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
+from patterndb_sketch.features.registration.template import Template
 from patterndb_sketch.features.splines import Spline
 
-#: A point of a curve is on the model if it is nearer than this share of the diagonal.
+#: A point of a curve is on the model if it is nearer than this share of the diagonal: the model's,
+#: or that of all points if they take up less room.
 ON_MODEL = 0.02
 
 #: Curves are those of the model if at least this share of their points is on it. Of six cars and
@@ -23,6 +25,10 @@ LEAST_ON = 0.8
 
 #: Points of every curve that are looked at.
 SAMPLES = 40
+
+#: Ratios of units of length: metre, decimetre, centimetre, millimetre, inch, foot and yard.
+LENGTHS = (1.0, 0.1, 0.01, 0.001, 0.0254, 0.3048, 0.9144)
+UNITS = tuple(sorted({one / other for one in LENGTHS for other in LENGTHS}))
 
 AXES = "xyz"
 
@@ -80,8 +86,9 @@ TURNS = _list_turns()
 
 def measure_share_on(model: Model, points: Points) -> float:
     """The share of points (n, 3) that is on a model."""
-    away = model.nearest(points).lengths
-    return float((away < ON_MODEL * model.diagonal).mean())
+    # Few points of a large model are far from its surface: curves in another unit would be on it.
+    size = min(model.diagonal, float(np.linalg.norm(np.ptp(points, axis=0))))
+    return float((model.nearest(points).lengths < ON_MODEL * size).mean())
 
 
 def sample_curves(curves: Iterable[Spline]) -> Points:
@@ -102,23 +109,65 @@ def find_turn(model: Model, curves: Iterable[Spline]) -> tuple[Turn, float]:
     return TURNS[best], shares[best]
 
 
+def find_scale(model: Model, curves: Iterable[Spline]) -> tuple[float, Turn, float]:
+    """The ratio of two units of length by which the curves have to be enlarged to lie on the model,
+    in which turn, and the share of their points that is on it then."""
+    points = sample_curves(curves)
+    # Curves go from end to end of a model, whatever share of its width they cover.
+    ratio = float(np.ptp(model.points, axis=0).max() / np.ptp(points, axis=0).max())
+    scale = min(UNITS, key=lambda unit: abs(np.log(unit / ratio)))
+    shares = [measure_share_on(model, scale * _turn_back(turn, points)) for turn in TURNS]
+    best = int(np.argmax(shares))
+    return scale, TURNS[best], shares[best]
+
+
 def check_frame(model: Model, curves: Iterable[Spline]) -> None:
-    """Raises InvalidFeatureError if the curves do not lie on the model; it says in which turn they
-    would."""
+    """Raises InvalidFeatureError if the curves do not lie on the model; it says in which turn, or
+    in which unit, they would."""
     every = list(curves)
     share = measure_share_on(model, sample_curves(every))
     if share >= LEAST_ON:
         return
-    turn, better = find_turn(model, every)
-    mend = (
-        f"in the model turned to {turn} (--turn {turn}) it is {better:.0%}"
-        if better >= LEAST_ON
-        else "in no turn by right angles it is enough: is it another model's network?"
-    )
     raise InvalidFeatureError(
         f"the curves do not lie on the model: {share:.0%} of their points are within "
-        f"{ON_MODEL:.0%} of its diagonal; {mend}"
+        f"{ON_MODEL:.0%} of the diagonal; {_mend(model, every)}"
     )
+
+
+def _mend(model: Model, curves: list[Spline]) -> str:
+    """What would bring curves and model together."""
+    turn, share = find_turn(model, curves)
+    if share >= LEAST_ON:
+        return f"in the model turned to {turn} (--turn {turn}) it is {share:.0%}"
+    scale, turn, share = find_scale(model, curves)
+    if share >= LEAST_ON:
+        turned = "" if turn == TURNS[0] else f", and the model turned to {turn}"
+        return (
+            f"were the curves {scale:g} times as large{turned}, it would be {share:.0%}: give both "
+            "in one unit of length"
+        )
+    return "in no turn by right angles it is enough: is it another model's network?"
+
+
+def check_sense(template: Template, spanned: Points) -> None:
+    """Raises InvalidFeatureError if half a template is inside out on its curves, which are then
+    those of the other half.
+
+    spanned: (v, 3) its vertices on the membrane. Hollow parts, which are seen from inside, are not
+    looked at.
+    """
+    quads = template.quads[~template.hollow[template.quads[:, 0]]]
+    if not template.mirrored or not len(quads):
+        return
+    corners = spanned[quads]
+    centre = corners.reshape(-1, 3).mean(axis=0) * [1.0, 0.0, 1.0]
+    across = np.cross(corners[:, 2] - corners[:, 0], corners[:, 3] - corners[:, 1])
+    if np.einsum("qc,qc->", across, corners.mean(axis=1) - centre) < 0.0:
+        side = "above" if corners[..., 1].mean() > 0.0 else "below"
+        raise InvalidFeatureError(
+            f"the template {template.name} is inside out on these curves, which are {side} y = 0: "
+            "they are those of the other half; give them with y and -y exchanged"
+        )
 
 
 def _turn_back(turn: Turn, points: Points) -> Points:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Bools, Points
+from patterndb_sketch.features.defaults import DELTA, MAPPING_ROUNDS
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration.curvenetwork import (
@@ -18,7 +19,7 @@ from patterndb_sketch.features.registration.curvenetwork import (
     FeatureNetwork,
     resolve_network,
 )
-from patterndb_sketch.features.registration.frame import check_frame
+from patterndb_sketch.features.registration.frame import check_frame, check_sense
 from patterndb_sketch.features.registration.mapping import (
     Hits,
     Lines,
@@ -32,11 +33,7 @@ from patterndb_sketch.features.registration.mapping import (
 from patterndb_sketch.features.registration.template import Mirroring, Template, sample_features
 from patterndb_sketch.features.splines import Spline
 
-#: How many of its shortest edges a vertex may go from the membrane; the paper found 1 to 3 best.
-DELTA = 2.0
-
-#: Rounds of mapping: each starts from the surface of the one before.
-ROUNDS = 1
+#: Rounds of mapping at most.
 MOST_ROUNDS = 20
 
 
@@ -82,7 +79,7 @@ def register(
     template: Template,
     *,
     delta: float = DELTA,
-    rounds: int = ROUNDS,
+    rounds: int = MAPPING_ROUNDS,
 ) -> Registration:
     """The template on a model, along its curves; of a half, mirrored in the plane y = 0.
 
@@ -92,8 +89,8 @@ def register(
 
     Source: feature curve recovery paper, section 5.1. Differs from the paper: see find_hits,
     find_occluded, resolve_network, and rounds, of which the paper has one. Raises
-    InvalidFeatureError for curves that are missing, do not meet or do not lie on the model, and for
-    a delta or rounds that mean nothing.
+    InvalidFeatureError for curves that are missing, do not meet, do not lie on the model or are
+    those of the other half, and for a delta or rounds that mean nothing.
     """
     if not (np.isfinite(delta) and delta > 0.0):
         raise InvalidFeatureError(f"delta is {delta}; give a number above 0, such as {DELTA:g}")
@@ -114,6 +111,7 @@ def register(
     features, notes = sample_features(template, network)
     membrane, mirroring = prepare_template(template)
     spanned = membrane.spanned(features)
+    check_sense(template, spanned)
     fixed = template.fixed
     hidden = find_occluded(template, spanned, find_normals(spanned, template.quads))
     asked = ~fixed & ~hidden

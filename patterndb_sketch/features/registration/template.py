@@ -113,7 +113,9 @@ class Template:
 class FeatureChain:
     """A feature of a template: vertices (n,) int32, n >= 2, joined by its edges in turn.
 
-    They follow the steps at equal arc length, from corner to corner.
+    They follow the steps at equal arc length, from corner to corner. A closed feature, n >= 4, ends
+    at the vertex and the corner that it begins at: it goes once round a closed curve, or along
+    several curves.
     """
 
     name: str
@@ -257,9 +259,11 @@ def _check_chains(template: Template) -> None:
             raise InvalidFeatureError(f"two features of the template have the name {name}")
     for chain in template.chains:
         ids = chain.vertices.tolist()
-        if len(ids) < 2 or len(set(ids)) < len(ids) or not chain.steps:
+        closed = len(ids) > 3 and ids[0] == ids[-1]
+        if len(ids) < 2 or len(set(ids)) < len(ids) - closed or not chain.steps:
             raise InvalidFeatureError(
-                f"the feature {chain.name} needs two vertices or more, each once, and a curve"
+                f"the feature {chain.name} needs two vertices or more, each once but for the first "
+                "of four or more at its end again, and a curve"
             )
         if min(ids) < 0 or max(ids) >= v:
             raise InvalidFeatureError(f"the feature {chain.name} names a vertex outside 0..{v - 1}")

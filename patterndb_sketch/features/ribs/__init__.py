@@ -5,9 +5,9 @@ repair (overhangs and gaps), raster and walking (what is still tangled, by way o
 polygon (the outline, simple and sampled), and rib, which puts them together.
 """
 
+from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.ribs.rib import SAMPLES, Rib, build_rib, build_ribs
 from patterndb_sketch.features.ribs.slicing import (
-    RADIUS,
     STITCH,
     Segments,
     Slice,

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Bools, Points, as_points
 from patterndb.system.kernels import kernel
+from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.ribs.crossings import find_foot, find_nearest_segment
@@ -33,7 +34,7 @@ from patterndb_sketch.features.ribs.raster import (
     find_passing_pixel,
 )
 from patterndb_sketch.features.ribs.repair import TOUCH, mend_segments
-from patterndb_sketch.features.ribs.slicing import RADIUS, STITCH, cut_edges, find_plane, join_edges
+from patterndb_sketch.features.ribs.slicing import STITCH, cut_edges, find_plane, join_edges
 from patterndb_sketch.features.ribs.walking import (
     AROUND,
     RIM_MET,

@@ -13,12 +13,9 @@ from patterndb.core.halfedge import Index, Int32Array, Int64Array
 from patterndb.geometry.points import Bools, Points
 from patterndb.geometry.tree import begin_walk, make_stack, make_walk, measure_backwards
 from patterndb.system.kernels import kernel
+from patterndb_sketch.features.defaults import RADIUS
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.model import Model
-
-#: Cut edges farther from the backbone than this share of the model's diagonal are dropped. The
-#: paper has "a predefined radius"; curves move by a few percent when they snap.
-RADIUS = 0.05
 
 #: The key of an end that is none of a mesh edge's, but where the circle cuts the edge off.
 RIM = -1

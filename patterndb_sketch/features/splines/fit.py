@@ -21,14 +21,24 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats, Points, as_points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.features.errors import InvalidFeatureError
+from patterndb_sketch.features.splines.closed import (
+    average_period,
+    chordal_period,
+    count_interpolated,
+    evaluate_period,
+    least_control,
+    solve_period,
+)
 from patterndb_sketch.features.splines.knots import (
+    SAME,
     as_parameters,
+    as_period,
     average_knots,
     chordal_parameters,
     count_determined,
     find_distinct,
 )
-from patterndb_sketch.features.splines.spline import MAX_DEGREE, Spline
+from patterndb_sketch.features.splines.spline import LEAST_CLOSED, MAX_DEGREE, Spline
 
 #: The libraries' routines are known at run time only.
 _lapack: Any = lapack
@@ -89,6 +99,7 @@ def fit_spline(
     parameters: ArrayLike | None = None,
     constraints: Sequence[Constraint] = (),
     rounds: int = ROUNDS,
+    closed: bool = False,
 ) -> SplineFit:
     """The spline with the least sum of squared distances to (m, 3) samples, m >= 2.
 
@@ -100,34 +111,52 @@ def fit_spline(
                  sample's parameter, and the point takes the sample's place. The same
                  constraint twice is one.
     rounds:      of parameter correction at most, 0 for none.
+    closed:      a closed spline, m >= 3: it goes on from the last sample to the first, which
+                 is not repeated. Parameters are then of a period of 1: they ascend, and the
+                 last is less than 1 above the first.
 
     Source: feature curve recovery paper, section 4.1; Piegl and Tiller 1995, "The NURBS Book",
     section 9.4.2. Raises InvalidFeatureError for samples at one place, for constraints of one
     parameter at different points, and for constraints that n_control, if given, is too few for.
     """
     given = as_points(samples, "samples of a curve", InvalidFeatureError)
-    if len(given) < 2:
-        raise InvalidFeatureError(f"a curve needs at least 2 samples, got {len(given)}")
-    chosen = (
-        chordal_parameters(given) if parameters is None else as_parameters(parameters, len(given))
-    )
+    least = LEAST_CLOSED if closed else 2
+    if len(given) < least:
+        what = "closed curve" if closed else "curve"
+        raise InvalidFeatureError(f"a {what} needs at least {least} samples, got {len(given)}")
+    if parameters is None:
+        chosen = chordal_period(given) if closed else chordal_parameters(given)
+    else:
+        chosen = (as_period if closed else as_parameters)(parameters, len(given))
     numbers, targets = _constraints(constraints, given, chosen)
     notes: list[str] = []
-    n_distinct = len(find_distinct(chosen))
+    places = find_distinct(chosen)
+    if closed:
+        places = places[places - places[0] < 1.0 - SAME]
+    n_distinct = len(places)
+    if n_distinct < least:
+        raise InvalidFeatureError(
+            f"the samples of a closed curve are at {n_distinct} places; give at least {least}"
+        )
     if not 1 <= degree <= MAX_DEGREE:
         raise InvalidFeatureError(f"a spline's degree is {degree}; give one of 1 to {MAX_DEGREE}")
     if degree >= n_distinct:
         notes.append(f"degree {n_distinct - 1} instead of {degree}: {n_distinct} distinct samples")
         degree = n_distinct - 1
-    knots = _knots(degree, n_control, chosen, numbers, notes)
-    n = len(knots) - degree - 1
+    if closed:
+        knots = _find_period(degree, n_control, len(given), places, chosen[numbers], notes)
+        n = len(knots) - 1
+    else:
+        knots = _knots(degree, n_control, chosen, numbers, notes)
+        n = len(knots) - degree - 1
     # Numbers near 1 keep the digits.
     centre = given.mean(axis=0)
     scale = float(np.linalg.norm(np.ptp(np.concatenate([given, targets]), axis=0)))
     scale = scale if scale > 0.0 else 1.0
     wanted = (given - centre) / scale
     wanted[numbers] = (targets - centre) / scale
-    control, error, residual = _solve(wanted, chosen, numbers, knots, degree)
+    solve = _solve_closed if closed else _solve
+    control, error, residual = solve(wanted, chosen, numbers, knots, degree)
     if residual > EXACT:
         raise InvalidFeatureError(
             f"{len(numbers)} constraints cannot all be met by {n} control points: one is missed "
@@ -135,15 +164,15 @@ def fit_spline(
         )
     errors = [scale * error]
     for _ in range(rounds):
-        moved = correct_parameters(Spline(degree, knots, control), wanted, chosen)
-        if count_determined(moved, knots, degree) < n:
+        moved = correct_parameters(Spline(degree, knots, control, closed), wanted, chosen)
+        if not closed and count_determined(moved, knots, degree) < n:
             break
-        trial, trial_error, trial_residual = _solve(wanted, moved, numbers, knots, degree)
+        trial, trial_error, trial_residual = solve(wanted, moved, numbers, knots, degree)
         if not (trial_error < error and trial_residual <= EXACT):
             break
         control, chosen, error, residual = trial, moved, trial_error, trial_residual
         errors.append(scale * error)
-    spline = Spline(degree, knots, centre + scale * control)
+    spline = Spline(degree, knots, centre + scale * control, closed)
     return SplineFit(spline, chosen, errors[-1], tuple(errors), scale * residual, "; ".join(notes))
 
 
@@ -201,6 +230,48 @@ def _knots(
     return knots
 
 
+def _find_period(
+    degree: int,
+    asked: int | None,
+    n_samples: int,
+    places: Floats,
+    held: Floats,
+    notes: list[str],
+) -> Floats:
+    """Knots of a period, for as many control points as asked for, or enough for the constraints.
+
+    places: (d,) the distinct parameters. held: (q,) those of constraints.
+    """
+    least, most = least_control(degree), len(places)
+    n = n_samples // SAMPLES_PER_CONTROL if asked is None else asked
+    if asked is not None and asked < least:
+        raise InvalidFeatureError(
+            f"a closed spline of degree {degree} needs at least {least} control points, not {asked}"
+        )
+    if asked is not None and asked > most:
+        notes.append(f"{most} control points instead of {asked}: no more samples")
+    n = min(max(n, least), most)
+    # Sites are between 0 and 1, wherever the period begins.
+    begin = places[0]
+    knots = begin + average_period(places - begin, degree, n)
+    if asked is not None or count_interpolated(held, knots, degree) == len(held):
+        return knots
+    sites = np.unique(np.searchsorted(places, held, "right") - 1)
+    knots = begin + average_period(places - begin, degree, n, sites)
+    notes.append(f"{len(knots) - 1} control points instead of {n}: constraints close together")
+    return knots
+
+
+def _solve_closed(
+    wanted: Points, parameters: Floats, numbers: NDArray[np.int64], knots: Floats, degree: int
+) -> tuple[Points, float, float]:
+    """As :func:`_solve`, for the knots of one period."""
+    rows = evaluate_period(parameters, knots, degree)
+    control = solve_period(rows, len(knots) - 1, wanted, numbers)
+    off = np.linalg.norm(rows @ control - wanted, axis=1)
+    return control, float(np.sqrt((off**2).mean())), float(off[numbers].max(initial=0.0))
+
+
 def _solve(
     wanted: Points, parameters: Floats, numbers: NDArray[np.int64], knots: Floats, degree: int
 ) -> tuple[Points, float, float]:
@@ -215,7 +286,7 @@ def _solve(
 def correct_parameters(spline: Spline, samples: Points, parameters: Floats) -> Floats:
     """(m,) parameters after one step of Newton's method for the feet of (m, 3) samples.
 
-    The ends keep theirs, and the parameters stay in order.
+    The ends of a curve that has any keep theirs, and the parameters stay in order.
 
     Source: Hoschek 1988, "Intrinsic parametrization for approximation". Differs from it: where
     the curve is bent so much that Newton's step leads to the farthest point, the step of Gauss
@@ -229,6 +300,10 @@ def correct_parameters(spline: Spline, samples: Points, parameters: Floats) -> F
     # Below half of Gauss and Newton's the second derivative is no guide.
     bend = np.where(bend > 0.5 * speed, bend, speed)
     step = -slope / np.where(bend > 0.0, bend, np.inf)
+    if spline.closed:
+        period = spline.domain[1] - spline.domain[0]
+        gap = LEEWAY * np.diff(parameters, append=parameters[0] + period)
+        return parameters + np.clip(step, -np.roll(gap, 1), gap)
     gap = LEEWAY * np.diff(parameters)
     step[1:-1] = np.clip(step[1:-1], -gap[:-1], gap[1:])
     step[0] = step[-1] = 0.0

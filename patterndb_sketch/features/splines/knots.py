@@ -59,6 +59,21 @@ def as_parameters(parameters: ArrayLike, n: int) -> NDArray[np.float64]:
     return result
 
 
+def as_period(parameters: ArrayLike, n: int) -> NDArray[np.float64]:
+    """(n,) parameters of a closed curve, checked: they ascend, all within a period of 1."""
+    result = np.array(parameters, np.float64)
+    if result.shape != (n,):
+        raise InvalidFeatureError(
+            f"the parameters have the shape {result.shape}; give one for each of the {n} samples"
+        )
+    if not np.isfinite(result).all() or (np.diff(result) < 0.0).any() or np.ptp(result) > 1.0:
+        raise InvalidFeatureError(
+            "the parameters of a closed curve must ascend, the last by at most 1 above the first; "
+            "sort the samples along the curve"
+        )
+    return result
+
+
 def average_knots(
     parameters: Floats, degree: int, n_control: int, held: Floats | None = None
 ) -> Floats:

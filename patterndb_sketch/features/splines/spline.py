@@ -24,8 +24,11 @@ GAUSS_X, GAUSS_W = np.polynomial.legendre.leggauss(6)
 #: little, and each step doubles the digits.
 NEWTON_STEPS = 4
 
-#: What a spline's document holds.
+#: What a spline's document holds; a closed one's has "closed", too.
 KEYS = ("degree", "knots", "control_points")
+
+#: A closed curve of fewer control points would be a segment there and back.
+LEAST_CLOSED = 3
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,13 +39,20 @@ class Spline:
     knots:   (n + degree + 1,) float64, ascending, the first and the last degree + 1 times: the
              curve begins and ends at its first and last control point.
     control: (n, 3) float64 control points.
+    closed:  the curve is periodic: knots are the (n + 1,) of one period, of which the last is the
+             first again, and control points come round, each once. It has no joint: where the
+             period begins it is as smooth as at any other knot, degree - 1 times differentiable
+             where knots are simple.
 
     Raises InvalidFeatureError for what is no such curve.
+
+    Source for closed curves: Piegl and Tiller 1995, "The NURBS Book", section 12.2, unclamped.
     """
 
     degree: int
     knots: Floats
     control: Points
+    closed: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "knots", np.array(self.knots, np.float64))
@@ -52,6 +62,9 @@ class Spline:
         n, p = len(self.control), self.degree
         if not 1 <= p <= MAX_DEGREE:
             raise InvalidFeatureError(f"a spline's degree is {p}; give one of 1 to {MAX_DEGREE}")
+        if self.closed:
+            self._check_period()
+            return
         if n <= p:
             raise InvalidFeatureError(
                 f"a spline of degree {p} has {n} control points; it needs at least {p + 1}"
@@ -72,26 +85,48 @@ class Spline:
                 "the curve would break apart"
             )
 
+    def _check_period(self) -> None:
+        n, p = len(self.control), self.degree
+        if n < LEAST_CLOSED:
+            raise InvalidFeatureError(
+                f"a closed spline has {n} control points; it needs at least {LEAST_CLOSED}"
+            )
+        if self.knots.shape != (n + 1,):
+            raise InvalidFeatureError(
+                f"a closed spline with {n} control points has knots of the shape "
+                f"{self.knots.shape}; it needs {n + 1} knots, of one period"
+            )
+        if not np.isfinite(self.knots).all() or (np.diff(self.knots) < 0.0).any():
+            raise InvalidFeatureError("a spline's knots must be finite and ascend")
+        if not self.knots[-1] > self.knots[0]:
+            raise InvalidFeatureError("a closed spline's period has no length")
+        around = unroll_knots(self.knots, p)
+        if (around[p:] <= around[:-p]).any():
+            raise InvalidFeatureError(
+                f"a knot of a closed spline of degree {p} is there more than {p} times: "
+                "the curve would break apart"
+            )
+
     @property
     def domain(self) -> tuple[float, float]:
-        """The first and the last parameter."""
+        """The first and the last parameter; of a closed curve both are the same place."""
         return float(self.knots[0]), float(self.knots[-1])
 
     def __call__(self, t: ArrayLike) -> Points:
         return self.evaluate(t)
 
     def evaluate(self, t: ArrayLike) -> Points:
-        """(m, 3) points at parameters (m,), the ends beyond them."""
+        """(m, 3) points at parameters (m,), the ends beyond them; a closed curve goes round."""
         return self.derivative(t, 0)
 
     def derivative(self, t: ArrayLike, order: int = 1) -> Points:
         """(m, 3) derivatives by the parameter at parameters (m,), those of the ends beyond."""
-        at = np.clip(np.atleast_1d(np.asarray(t, np.float64)), *self.domain)
+        at = self._within(t)
         return self._curve()(at, nu=order) if order <= self.degree else np.zeros((len(at), 3))
 
     def tangent(self, t: ArrayLike) -> Points:
         """(m, 3) unit tangents; where the curve stands still, towards where it goes on."""
-        at = np.clip(np.atleast_1d(np.asarray(t, np.float64)), *self.domain)
+        at = self._within(t)
         result = self.derivative(at)
         size = np.linalg.norm(result, axis=1, keepdims=True)
         still = size[:, 0] <= 1e-12 * float(np.abs(np.ptp(self.control, axis=0)).max())
@@ -128,34 +163,49 @@ class Spline:
 
     def as_document(self) -> dict[str, object]:
         """The curve as plain lists and numbers, for a file; see :meth:`from_document`."""
-        return {
+        document: dict[str, object] = {
             "degree": self.degree,
             "knots": self.knots.tolist(),
             "control_points": self.control.tolist(),
         }
+        return document | {"closed": True} if self.closed else document
 
     @classmethod
     def from_document(cls, document: Mapping[str, object]) -> Spline:
         """From what :meth:`as_document` gave. Raises InvalidFeatureError for anything else."""
         missing = [key for key in KEYS if key not in document]
-        unknown = sorted(set(document) - set(KEYS))
+        unknown = sorted(set(document) - {*KEYS, "closed"})
         if missing or unknown:
             raise InvalidFeatureError(
-                f"a spline is written as {', '.join(KEYS)}; "
+                f"a spline is written as {', '.join(KEYS)}, and closed; "
                 f"missing: {missing or 'none'}, unknown: {unknown or 'none'}"
             )
         degree = document["degree"]
         if not isinstance(degree, int) or isinstance(degree, bool):
             raise InvalidFeatureError(f"a spline's degree is {degree!r}; give a whole number")
+        closed = document.get("closed", False)
+        if not isinstance(closed, bool):
+            raise InvalidFeatureError(f"a spline's closed is {closed!r}; give true or false")
         try:
             knots = np.array(document["knots"], np.float64)
             control = np.array(document["control_points"], np.float64)
         except (TypeError, ValueError) as reason:
             raise InvalidFeatureError(f"a spline's numbers cannot be read: {reason}") from None
-        return cls(degree, knots, control)
+        return cls(degree, knots, control, closed)
+
+    def _within(self, t: ArrayLike) -> Floats:
+        """(m,) parameters within the domain: the ends for those beyond, or a period's turn on."""
+        given = np.atleast_1d(np.asarray(t, np.float64))
+        low, high = self.domain
+        return low + np.mod(given - low, high - low) if self.closed else np.clip(given, low, high)
 
     def _curve(self) -> BSpline:
-        return BSpline.construct_fast(self.knots, self.control, self.degree)
+        if not self.closed:
+            return BSpline.construct_fast(self.knots, self.control, self.degree)
+        around = np.arange(len(self.control) + self.degree) % len(self.control)
+        return BSpline.construct_fast(
+            unroll_knots(self.knots, self.degree), self.control[around], self.degree
+        )
 
     def _lengths(self) -> tuple[Floats, Floats]:
         """Parameters, PARTS to a knot span, and the arc length up to each."""
@@ -170,3 +220,10 @@ class Spline:
         t = (low + high)[:, None] / 2.0 + half[:, None] * GAUSS_X
         speed = np.linalg.norm(self.derivative(t.ravel()), axis=1).reshape(t.shape)
         return half * (speed @ GAUSS_W)
+
+
+def unroll_knots(knots: Floats, degree: int) -> Floats:
+    """(n + 2 degree + 1,) the knots (n + 1,) of one period, ``degree`` more to either side."""
+    n = len(knots) - 1
+    turns, number = np.divmod(np.arange(-degree, n + degree + 1), n)
+    return knots[number] + turns * (knots[-1] - knots[0])
