@@ -74,15 +74,15 @@ def write_surface(path: Path, surfacing: Surfacing) -> None:
     replace_file(path, join_lines(lines))
 
 
-def write_quads(
+def write_faces(
     path: Path,
     points: NDArray[np.float64],
-    quads: NDArray[np.int32],
+    faces: Sequence[Sequence[int]],
     title: str,
     groups: Sequence[str] = (),
 ) -> None:
-    """Write (v, 3) points and (q, 4) quads in their order, with a group wherever the names of
-    groups, one for each quad, change. Every number reads back as it was."""
+    """Write (v, 3) points and faces of any number of corners in their order, with a group wherever
+    the names of groups, one for each face, change. Every number reads back as it was."""
     comments = (printable(title),)
-    text = format_obj(points, quads.tolist(), comments=comments, groups=groups)
+    text = format_obj(points, faces, comments=comments, groups=groups)
     replace_file(path, text)

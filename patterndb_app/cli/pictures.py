@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import glob
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -28,6 +29,7 @@ from patterndb_app.cli.text import plural, say, tell_left_over
 if TYPE_CHECKING:
     from patterndb.core.disk import Disk
     from patterndb.core.pattern import Pattern
+    from patterndb.store import Database
     from query import Boundary, Fill, Stroke
     from viewer import Card
 
@@ -107,6 +109,10 @@ def show(
     save_picture(output, card, tinted=not plain)
     say(f"drawn: {output}")
     return 0
+
+
+def _name_meshes(database: Database, pattern: Pattern) -> list[str]:
+    return [occurrence.mesh for occurrence in database.occurrences(pattern)]
 
 
 def _widen(pattern: Pattern, widths: Sequence[int]) -> Disk:
@@ -323,11 +329,17 @@ def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str)
             raise click.BadParameter(str(error), param_hint="--keys") from error
         if output is None:
             stack.enter_context(hushed())
+
+        def open_another(path: Path) -> tuple[Database, Callable[[Pattern], list[str]]]:
+            other = stack.enter_context(open_database(path))
+            return other, partial(_name_meshes, other)
+
         open_browser(
             database,
             n_sides=n_sides,
             expand=_widen,
-            meshes=lambda p: [o.mesh for o in database.occurrences(p)],
+            meshes=partial(_name_meshes, database),
+            open_file=open_another,
             off_screen=output,
             keys=keys,
         )

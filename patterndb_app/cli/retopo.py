@@ -84,10 +84,15 @@ class RetopoCommand(SectionedCommand):
     "left front), front, back, left, right, top, bottom.  [default: home]",
 )
 @click.option(
-    "--quads", is_flag=True, help="SURFACE is a mesh of quads: begin from its regular grids."
+    "--quads",
+    is_flag=True,
+    help="SURFACE is a mesh of quads: begin from its regular grids. A few triangles and larger "
+    "faces may be among them, and stay as they are.",
 )
 @click.option(
-    "--draft", is_flag=True, help="Begin with a network proposed by the machine, on all of SURFACE."
+    "--draft",
+    is_flag=True,
+    help="Begin with a network proposed by the machine, on all of SURFACE that has no patches yet.",
 )
 @click.option(
     "--edge",
@@ -337,18 +342,28 @@ def _look(
 
 
 def _write(path: Path, mesh: RetopoMesh) -> None:
-    from patterndb_app.cli.obj import write_quads
+    from patterndb_app.cli.obj import write_faces
 
     groups = [f"patch_{number}" for number in mesh.patch.tolist()]
     patches = len(set(groups))
     title = f"quad mesh: {len(mesh.quads)} quads in {plural(patches, 'patch', 'patches')}"
-    write_quads(path, mesh.vertices, mesh.quads, title, groups)
+    if mesh.kept:
+        title += f", and {plural(len(mesh.kept), 'face')} as given"
+        groups += ["given"] * len(mesh.kept)
+    write_faces(path, mesh.vertices, [*mesh.quads.tolist(), *mesh.kept], title, groups)
+
+
+def _say_kept(kept: dict[int, int]) -> str:
+    """How many faces were given and stay, by their edges."""
+    names = {3: "triangle"}
+    return ", ".join(plural(k, names.get(n, f"face of {n}")) for n, k in kept.items())
 
 
 def _rows(made: Report, seconds: float) -> list[tuple[str, object]]:
     return [
         ("patches", ", ".join(f"{n} with {k}" for k, n in made.patches.items()) or "none"),
         ("quads", made.quads),
+        *([("faces as given", _say_kept(made.kept))] if made.kept else []),
         ("irregular", ", ".join(f"{n} of {k}" for k, n in made.irregular.items()) or "none"),
         ("flipped", made.flipped),
         ("open edges", made.open_edges),
@@ -390,11 +405,8 @@ def check_draft(asked: RetopoRequest, draft: bool, edge: float | None) -> None:
     """UsageError where a draft does not go together with the rest."""
     if edge is not None and not draft:
         raise click.UsageError("--edge is the length of a draft's edges; give --draft, too")
-    if draft and (asked.quads or asked.goes_on):
-        what = "--quads" if asked.quads else str(asked.session)
-        raise click.UsageError(
-            f"a draft is for a bare surface, and {what} has curves already; leave --draft out"
-        )
+    if draft and asked.quads:
+        raise click.UsageError("--quads is of patches all over; leave --draft out")
 
 
 @dataclass(frozen=True, slots=True)
@@ -456,15 +468,16 @@ def _from_quads(path: Path, database: Database | DatabaseUnion) -> Editor:
     from patterndb_sketch.retopo.quadimport import import_quads
 
     mesh = read_mesh(path)
-    quads, _ = mesh.quads()
-    others = mesh.n_faces - len(quads)
-    if others:
+    quads, places = mesh.quads()
+    taken = set(places.tolist())
+    others = [face for k, face in enumerate(mesh.faces()) if k not in taken]
+    if len(others) > len(quads):
         raise InvalidRetopoError(
-            f"{path}: {others} of {mesh.n_faces} faces are not quads; begin from a mesh of quads "
-            "alone, or leave --quads out and draw on it"
+            f"{path}: {len(others)} of {mesh.n_faces} faces are not quads; begin from a mesh that "
+            "is mostly quads, or leave --quads out and draw on it"
         )
     try:
-        return Editor.of_quads(import_quads(mesh.points, quads), database)
+        return Editor.of_quads(import_quads(mesh.points, quads, others=others), database)
     except InvalidRetopoError as error:
         raise InvalidRetopoError(f"{path}: {error}") from error
 

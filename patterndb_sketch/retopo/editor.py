@@ -24,6 +24,7 @@ from patterndb_sketch.retopo.filling import (
 from patterndb_sketch.retopo.flaws import describe_flaws
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, add_borders
+from patterndb_sketch.retopo.network.keptfaces import check_kept_faces
 from patterndb_sketch.retopo.quadimport import QuadImport
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.state import DEPTH, History, State
@@ -81,7 +82,8 @@ class Editor:
 
     @classmethod
     def of_quads(cls, found: QuadImport, source: PatternSource) -> Editor:
-        """On the ground of a mesh of quads, with its regular grids as patches."""
+        """On the ground of a mesh of quads, with its regular grids as patches, and other faces
+        as they are."""
         editor = cls(found.ground, source, found.sizes)
         editor.restore(State(found.network, found.sizes))
         editor.adopt(editor.network, found.filled)
@@ -150,6 +152,7 @@ class Editor:
             result = tool.act(
                 ToolWork(self.state, self.ground_now, self.source, self.half, self._kept), arguments
             )
+            check_kept_faces(self.network, result.state.network)
         except RefusedError as error:
             return Outcome(False, str(error))
         state = result.state

@@ -8,8 +8,10 @@ sequences of edges from corner to corner) and :func:`read_grid` (the vertices of
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,10 +31,14 @@ from query.fill import Fill
 class Quads:
     """A manifold mesh of quads, all turned alike; half-edges as in :mod:`patterndb.core.halfedge`.
 
-    points: (v, 3) float64, and quads: (q, 4) int32, as they were given.
-    twin:   (4q,) int32, -1 at a border.
+    points: (v, 3) float64, and quads: (q, 4) int32, as they were given; where other faces part the
+            quads at a vertex, each further fan of quads has a vertex of its own, after all others.
+    twin:   (4q,) int32, -1 at a border, and at faces that are no quads.
     valence: (v,) int32, quads at every vertex; 0 where none is.
-    border: (v,) bool, is it on a border?
+    border: (v,) bool, is it on a border, or at a face that is no quad?
+    given:  (v,) int32, the vertex as it was given: its own number but for those of further fans.
+    others: the faces that are no quads, as they were given.
+    held:   (v,) bool, vertices of these.
     """
 
     points: Points
@@ -40,6 +46,9 @@ class Quads:
     twin: Int32Array
     valence: Int32Array
     border: NDArray[np.bool_]
+    given: Int32Array
+    others: tuple[tuple[int, ...], ...]
+    held: NDArray[np.bool_]
 
     @property
     def tail(self) -> Int32Array:
@@ -47,22 +56,31 @@ class Quads:
         return self.quads.ravel()
 
     @property
+    def n_given(self) -> int:
+        """How many vertices were given."""
+        return int(self.given.max()) + 1
+
+    @property
     def irregular(self) -> NDArray[np.bool_]:
-        """(v,) bool, vertices whose number of quads is not 4 inside, or 2 on a border.
+        """(v,) bool, vertices whose number of quads is not 4 inside, or 2 on a border, and those of
+        other faces.
 
         Differs from the program of Takayama et al. 2013, which takes a border's vertices of three
         quads for regular: curves would end on the inside of others.
         """
         wanted = np.where(self.border, 2, 4)
-        return (self.valence != wanted) & (self.valence > 0)
+        return ((self.valence != wanted) | self.held) & (self.valence > 0)
 
 
-def check_quads(vertices: ArrayLike, quads: ArrayLike) -> Quads:
+def check_quads(
+    vertices: ArrayLike, quads: ArrayLike, others: Sequence[Sequence[int]] = ()
+) -> Quads:
     """Check (v, 3) vertices and (q, 4) quads, counter-clockwise seen from outside.
 
+    others: faces that are no quads, turned as these are: each three vertices or more.
     Raises InvalidRetopoError, which names the face, edge or vertex, for arrays of another shape,
-    indices out of range, coordinates that are not finite, quads that repeat a vertex, edges of
-    more than two quads or of two that run alike, and vertices where several fans of quads meet.
+    indices out of range, coordinates that are not finite, faces that repeat a vertex, edges of
+    more than two faces or of two that run alike, and vertices where several fans of faces meet.
     """
     points = np.array(vertices, np.float64)
     array = np.asarray(quads)
@@ -71,7 +89,7 @@ def check_quads(vertices: ArrayLike, quads: ArrayLike) -> Quads:
     if array.ndim != 2 or array.shape[1] != 4 or not np.issubdtype(array.dtype, np.integer):
         raise InvalidRetopoError(
             f"the mesh's faces must be quads, whole numbers (q, 4), got {array.dtype} "
-            f"{array.shape}; triangles and larger faces cannot be imported"
+            f"{array.shape}; give triangles and larger faces as others"
         )
     if not len(array):
         raise InvalidRetopoError("the mesh has no quads; there is nothing to import")
@@ -92,26 +110,67 @@ def check_quads(vertices: ArrayLike, quads: ArrayLike) -> Quads:
             f"quad {again[0]} repeats a vertex: {array[again[0]].tolist()}; it is a triangle, or "
             "less, and cannot be imported"
         )
-    twin = _find_twins(array)
+    kept = _check_others(others, len(points))
+    twin = _find_twins(array, kept)
     vertex, n_fans = fans(twin)
     source = np.empty(n_fans, np.int32)
     source[vertex] = array.ravel()
-    named, times = np.unique(source, return_counts=True)
-    if (times > 1).any():
-        shared = named[np.argmax(times > 1)]
-        raise InvalidRetopoError(
-            f"quads meet at vertex {shared} without an edge between them: it joins several fans; "
-            "split it, one vertex to each"
+    held = np.zeros(len(points), np.bool_)
+    held[[v for face in kept for v in face]] = True
+    _, first, times = np.unique(source, return_index=True, return_counts=True)
+    shared = source[first[times > 1]]
+    if not held[shared].all():
+        refuse_fans(int(shared[~held[shared]][0]))
+    # The first fan of quads at a vertex keeps its number.
+    further = np.setdiff1d(np.arange(n_fans), first)
+    given = np.concatenate([np.arange(len(points)), source[further]]).astype(np.int32)
+    own = source.copy()
+    own[further] = len(points) + np.arange(len(further))
+    array = np.ascontiguousarray(own[vertex].reshape(-1, 4), np.int32)
+    border = np.zeros(len(given), np.bool_)
+    border[own] = border_vertices(twin, vertex, n_fans)
+    valence = np.bincount(array.ravel(), minlength=len(given)).astype(np.int32)
+    return Quads(points[given], array, twin, valence, border, given, kept, held[given])
+
+
+def _check_others(others: Sequence[Sequence[int]], n_vertices: int) -> tuple[tuple[int, ...], ...]:
+    kept: list[tuple[int, ...]] = []
+    for face in others:
+        at = tuple(int(v) for v in face)
+        if len(at) < 3:
+            raise InvalidRetopoError(f"face {list(at)} has {len(at)} corners; a face has 3 or more")
+        if min(at) < 0 or max(at) >= n_vertices:
+            raise InvalidRetopoError(f"face {list(at)} names a vertex outside 0..{n_vertices - 1}")
+        if len(set(at)) < len(at):
+            raise InvalidRetopoError(
+                f"face {list(at)} repeats a vertex; take it apart where it does"
+            )
+        kept.append(at)
+    return tuple(kept)
+
+
+def refuse_fans(vertex: int) -> NoReturn:
+    raise InvalidRetopoError(
+        f"faces meet at vertex {vertex} without an edge between them: it joins several fans; "
+        "split it, one vertex to each"
+    )
+
+
+def _find_twins(quads: Int32Array, others: Sequence[tuple[int, ...]]) -> Int32Array:
+    """(4q,) the half-edge on the other side, -1 where that is no quad's; raises for edges that are
+    none of two faces, of which the quads are the first."""
+    around = [np.array(face, np.int64) for face in others]
+    tail = np.concatenate([quads.ravel().astype(np.int64), *around])
+    head = np.roll(quads, -1, axis=1).ravel().astype(np.int64)
+    head = np.concatenate([head, *(np.roll(face, -1) for face in around)])
+    owner = np.repeat(np.arange(len(others)), [len(face) for face in others])
+
+    def name(half: int) -> str:
+        inside = half < 4 * len(quads)
+        return (
+            f"quad {half // 4}" if inside else f"face {list(others[owner[half - 4 * len(quads)]])}"
         )
-    border = np.zeros(len(points), np.bool_)
-    border[source] = border_vertices(twin, vertex, n_fans)
-    valence = np.bincount(array.ravel(), minlength=len(points)).astype(np.int32)
-    return Quads(points, array, twin, valence, border)
 
-
-def _find_twins(quads: Int32Array) -> Int32Array:
-    """(4q,) the half-edge on the other side; raises for edges that are none of two quads."""
-    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel().astype(np.int64)
     key = (np.minimum(tail, head) << 32) | np.maximum(tail, head)
     order = np.argsort(key, kind="stable")
     ranked = key[order]
@@ -121,7 +180,7 @@ def _find_twins(quads: Int32Array) -> Int32Array:
     if len(many):
         at = order[first[many[0]]]
         raise InvalidRetopoError(
-            f"the edge between vertices {tail[at]} and {head[at]} has {uses[many[0]]} quads; at "
+            f"the edge between vertices {tail[at]} and {head[at]} has {uses[many[0]]} faces; at "
             "most two can share one, so split the vertices there"
         )
     twin = np.full(len(key), -1, np.int32)
@@ -131,11 +190,12 @@ def _find_twins(quads: Int32Array) -> Int32Array:
     if len(alike):
         a, b = one[alike[0]], two[alike[0]]
         raise InvalidRetopoError(
-            f"quads {a // 4} and {b // 4} run alike along the edge between vertices {tail[a]} and "
-            f"{head[a]}: one of them is turned over; orient all quads alike"
+            f"{name(int(a))} and {name(int(b))} run alike along the edge between vertices "
+            f"{tail[a]} and {head[a]}: one of them is turned over; orient all faces alike"
         )
     twin[one], twin[two] = two, one
-    return twin
+    twin = twin[: 4 * len(quads)]
+    return np.where(twin < 4 * len(quads), twin, np.int32(-1))
 
 
 def mark_separatrices(mesh: Quads) -> tuple[Bools, Bools]:
@@ -259,7 +319,8 @@ def follow_curves(mesh: Quads, marked: NDArray[np.bool_], corner: NDArray[np.boo
 def list_corner_curves(
     mesh: Quads, corner: NDArray[np.bool_], found: GridCurves
 ) -> dict[int, list[int]]:
-    """The half-curves that leave every corner, by vertex, counter-clockwise.
+    """The half-curves that leave every corner, by vertex, counter-clockwise; of a vertex of other
+    faces those of one fan of quads alone.
 
     At a border the first has the mesh on its left, and the last on its right.
     """

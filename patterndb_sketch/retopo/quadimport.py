@@ -1,13 +1,16 @@
 """Import a mesh of quads as a network whose patches are its regular grids.
 
 The mesh is cut along its separatrices (:mod:`patterndb_sketch.retopo.quadgrids`); every grid
-between them becomes a patch with a regular fill that holds the vertices where they were.
+between them becomes a patch with a regular fill that holds the vertices where they were. Triangles
+and larger faces stay as they are (:mod:`patterndb_sketch.retopo.network.keptfaces`).
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,9 +20,11 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.quadshape import flipped
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Choice, FilledNetwork, Filling, PlacedPatch
+from patterndb_sketch.retopo.filling.report import cut_fans
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     BORDER,
+    FACE,
     Chain,
     HalfChain,
     Network,
@@ -36,6 +41,7 @@ from patterndb_sketch.retopo.quadgrids import (
     make_grid_choice,
     mark_separatrices,
     read_grid,
+    refuse_fans,
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.wording import list_places
@@ -54,7 +60,7 @@ class QuadImport:
     sizes:   the ground's, with the mean length of the mesh's edges as the target edge.
     filled:  the network with its patches placed: the mesh again.
     vertex:  of every patch by id: (n,) int32, the mesh's vertex that each vertex of its fill is.
-    unused:  how many vertices no quad uses; they are left out.
+    unused:  how many vertices no face uses; they are left out.
     """
 
     network: Network
@@ -65,10 +71,17 @@ class QuadImport:
     unused: int
 
 
-def import_quads(vertices: ArrayLike, quads: ArrayLike, ground: Ground | None = None) -> QuadImport:
+def import_quads(
+    vertices: ArrayLike,
+    quads: ArrayLike,
+    ground: Ground | None = None,
+    others: Sequence[Sequence[int]] = (),
+) -> QuadImport:
     """Take a mesh of quads apart into patches of regular grids, to be edited as if drawn.
 
     vertices: (v, 3). quads: (q, 4), counter-clockwise seen from outside.
+    others:   triangles and larger faces, each the vertices around it, turned as the quads are. They
+              stay as they are: loops of curves of one edge each, which nothing erases or moves.
     ground:   a surface to draw on; the mesh is projected onto it. Without one the mesh is its
               own ground, and every vertex stays where it is, bit for bit.
 
@@ -76,12 +89,12 @@ def import_quads(vertices: ArrayLike, quads: ArrayLike, ground: Ground | None = 
     of which a count or the fill changes is laid anew; the others stay. Corners that were
     regular vertices go when a curve that made them is erased.
 
-    Raises InvalidRetopoError for what is no manifold mesh of quads all turned alike; see
+    Raises InvalidRetopoError for what is no manifold mesh, all turned alike, with a quad; see
     :func:`~patterndb_sketch.retopo.quadgrids.check_quads`. Source: the retopology program of
     Takayama et al. 2013. Differs from it: see :mod:`.quadgrids`; vertices are not projected
     where the mesh is the ground.
     """
-    mesh = check_quads(vertices, quads)
+    mesh = check_quads(vertices, quads, others)
     laid = _LaidMesh.of(mesh, ground)
     marked, corner = mark_separatrices(mesh)
     found = follow_curves(mesh, marked, corner)
@@ -100,8 +113,8 @@ class _LaidMesh:
 
     @classmethod
     def of(cls, mesh: Quads, ground: Ground | None) -> _LaidMesh:
-        own = Ground.of(mesh.points, cut_triangles(mesh))
-        normals = own.normals[own.vertex]
+        own = Ground.of(mesh.points[: mesh.n_given], cut_triangles(mesh))
+        normals = own.normals[own.vertex][mesh.given]
         steps = mesh.points[mesh.quads] - mesh.points[np.roll(mesh.quads, -1, axis=1)]
         edge = float(np.linalg.norm(steps, axis=2).mean())
         if ground is None:
@@ -113,12 +126,14 @@ class _LaidMesh:
 
 
 def cut_triangles(mesh: Quads) -> Int32Array:
-    """(2q, 3) every quad cut along its shorter diagonal."""
+    """(t, 3) every quad cut along its shorter diagonal, every other face into a fan, of vertices as
+    they were given."""
     quads, points = mesh.quads, mesh.points
     one = np.linalg.norm(points[quads[:, 0]] - points[quads[:, 2]], axis=1)
     two = np.linalg.norm(points[quads[:, 1]] - points[quads[:, 3]], axis=1)
     turned = np.where((one <= two)[:, None], quads, np.roll(quads, -1, axis=1))
-    return np.concatenate([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]])
+    halves = mesh.given[np.concatenate([turned[:, [0, 1, 2]], turned[:, [0, 2, 3]]])]
+    return np.concatenate([halves, cut_fans(mesh.others)])
 
 
 class _ImportBuilder:
@@ -131,11 +146,23 @@ class _ImportBuilder:
 
     def done(self, corners: dict[int, list[int]]) -> QuadImport:
         found = self.found
+        ends = {v: around for v, around in corners.items() if not self.mesh.held[v]}
+        lines = [
+            np.append(self.mesh.tail[along], self.mesh.tail[next_edge(along[-1])])
+            for along in map(found.of, range(len(found)))
+        ]
+        lines += self._list_lone_edges()
+        held, rim = self._list_held_ends(lines)
+        ends.update(held)
         # Ids: chains first, so that a half-curve's number is its half-chain's.
-        node = {vertex: len(found) + k for k, vertex in enumerate(sorted(corners))}
-        chains = {k: self._chain(k, node) for k in range(len(found))}
-        nodes = {node[vertex]: self._node(node[vertex], vertex, corners[vertex]) for vertex in node}
-        next_id = len(found) + len(node)
+        node = {vertex: len(lines) + k for k, vertex in enumerate(sorted(ends))}
+        chains = {k: self._chain(k, lines[k], node) for k in range(len(lines))}
+        rim |= set(np.flatnonzero(self.mesh.border & ~self.mesh.held).tolist())
+        nodes = {
+            node[vertex]: self._node(node[vertex], vertex, ends[vertex], vertex in rim)
+            for vertex in node
+        }
+        next_id = len(lines) + len(node)
         longest = LONGEST * self.laid.ground.diagonal
         bare = Network(nodes, chains, {}, next_id, longest)
         patches: dict[int, Patch] = {}
@@ -153,15 +180,66 @@ class _ImportBuilder:
             next_id += 1
         network = Network(nodes, chains, patches, next_id, longest)
         placed = self._placed(patches, vertex)
-        unused = int((self.mesh.valence == 0).sum())
+        unused = int(((self.mesh.valence == 0) & ~self.mesh.held).sum())
         laid = self.laid
         filled = FilledNetwork(network, placed, _note_losses(placed, unused))
         return QuadImport(network, laid.ground, laid.sizes, filled, vertex, unused)
 
-    def _chain(self, curve: int, node: dict[int, int]) -> Chain:
-        """A curve with its edges divided into samples; the mesh's vertices are among them."""
-        along = self.found.of(curve)
-        line = np.append(self.mesh.tail[along], self.mesh.tail[next_edge(along[-1])])
+    @cached_property
+    def _beside(self) -> dict[tuple[int, int], tuple[bool, int]]:
+        """Of the sides of faces at a vertex that is held, from vertex to vertex as they were given:
+        is the face on the left one that is no quad, and its vertex before the side."""
+        mesh = self.mesh
+        quads = mesh.given[mesh.quads[mesh.held[mesh.quads].any(axis=1)]].tolist()
+        beside: dict[tuple[int, int], tuple[bool, int]] = {}
+        for face, other in [(q, False) for q in quads] + [(f, True) for f in mesh.others]:
+            for k, vertex in enumerate(face):
+                beside[face[k - 1], vertex] = other, face[k - 2]
+        return beside
+
+    def _list_lone_edges(self) -> list[Int32Array]:
+        """The edges of other faces that no quad has: each its two vertices."""
+        beside = self._beside
+        found: list[Int32Array] = []
+        for (a, b), (other, _) in beside.items():
+            back = beside.get((b, a))
+            if other and (back is None or (back[0] and a < b)):
+                found.append(np.array([a, b], np.int32))
+        return found
+
+    def _list_held_ends(self, lines: list[Int32Array]) -> tuple[dict[int, list[int]], set[int]]:
+        """The half-curves that leave every vertex of other faces, counter-clockwise, at a border
+        from that on; and which of these vertices are on a border. Raises InvalidRetopoError where
+        several fans meet."""
+        given, held, beside = self.mesh.given, self.mesh.held, self._beside
+        leaving: dict[int, dict[int, int]] = {}
+        for k, line in enumerate(lines):
+            for half, (a, b) in ((2 * k, line[:2]), (2 * k + 1, line[:-3:-1])):
+                if held[a]:
+                    leaving.setdefault(int(given[a]), {})[int(given[b])] = half
+        ends: dict[int, list[int]] = {}
+        rim: set[int] = set()
+        for vertex, halves in sorted(leaving.items()):
+            # The side of a border that has a face on its left comes first.
+            first = next((w for w in halves if (w, vertex) not in beside), next(iter(halves)))
+            around = [first]
+            while (vertex, around[-1]) in beside:
+                _, at = beside[vertex, around[-1]]
+                if at == first:
+                    break
+                around.append(at)
+            else:
+                rim.add(vertex)
+            if len(around) < len(halves):
+                refuse_fans(vertex)
+            ends[vertex] = [halves[w] for w in around]
+        return ends, rim
+
+    def _chain(self, curve: int, line: Int32Array, node: dict[int, int]) -> Chain:
+        """A curve with its edges divided into samples; the mesh's vertices are among them.
+
+        line: (n,) int32, the vertices along it."""
+        given, held = self.mesh.given, self.mesh.held
         corners, up = self.laid.points[line], self.laid.normals[line]
         lengths = np.linalg.norm(np.diff(corners, axis=0), axis=1)
         if not lengths.any():
@@ -180,23 +258,30 @@ class _ImportBuilder:
             points[inner], normals[inner] = there.points[inner], there.normals[inner]
         at_vertex = share[:, 0] == 0.0
         normals[at_vertex] = up[edge[at_vertex]]
-        marks = ("", BORDER) if self.mesh.twin[along[0]] < 0 else ("", "")
+        marks = ("", "")
+        if curve >= len(self.found) or self.mesh.twin[self.found.of(curve)[0]] < 0:
+            marks = ("", BORDER)
+        if held[line[0]] and held[line[1]]:
+            a, b = given[line[:2]].tolist()
+            right, _ = self._beside.get((b, a), (None, 0))
+            left, _ = self._beside[a, b]
+            marks = (FACE if left else "", BORDER if right is None else FACE if right else "")
+        kept = FACE in marks
         return Chain(
             curve,
-            node[int(line[0])],
-            node[int(line[-1])],
+            node[int(given[line[0]])],
+            node[int(given[line[-1]])],
             np.concatenate([points, corners[-1:]]),
             np.concatenate([normals, up[-1:]]),
-            len(along),
-            False,
+            len(line) - 1,
+            kept,
             marks,
         )
 
-    def _node(self, node: int, vertex: int, ends: list[int]) -> Node:
-        """A corner; all wedges but that beyond the border are corners of patches."""
-        border = bool(self.mesh.border[vertex])
+    def _node(self, node: int, vertex: int, ends: list[int], border: bool) -> Node:
+        """A corner; all wedges but that beyond the border are corners of patches, or of faces."""
         flags = (True,) * (len(ends) - border) + (False,) * border
-        regular = len(ends) == (3 if border else 4)
+        regular = len(ends) == (3 if border else 4) and not self.mesh.held[vertex]
         point, normal = self.laid.points[vertex], self.laid.normals[vertex]
         return Node(node, point.copy(), normal.copy(), tuple(ends), flags, regular)
 
@@ -214,7 +299,7 @@ class _ImportBuilder:
         source = np.empty(choice.n_vertices, np.int32)
         source[numbers] = read_grid(self.mesh.twin, self.mesh.tail, first, w, n)
         filling = Filling(choice).with_moved(np.arange(len(source)), self.laid.points[source])
-        return source, filling
+        return self.mesh.given[source], filling
 
     def _placed(
         self, patches: dict[int, Patch], vertex: dict[int, Int32Array]

@@ -261,6 +261,39 @@ def test_a_mesh_of_quads_comes_back_as_it_was_and_can_be_edited(ball: Path, tmp_
     assert_closed(faces(again))
 
 
+def test_a_few_other_faces_stay_beside_the_quads(tmp_path: Path) -> None:
+    """A cube with one face split: counted, written as given, and kept by a session's edits."""
+    given, again = tmp_path / "cube.obj", tmp_path / "again.obj"
+    corners = [f"v {x} {y} {z}" for x in (0, 1) for y in (0, 1) for z in (0, 1)]
+    rows = ["1 2 4 3", "5 7 8 6", "1 5 6 2", "3 4 8 7", "1 3 7 5", "2 6 8", "2 8 4"]
+    given.write_text("\n".join([*corners, *(f"f {row}" for row in rows)]))
+    session = tmp_path / "cube.retopo"
+    edits = tmp_path / "edits.jsonl"
+    edits.write_text(
+        json.dumps({"tool": "open", "surface": str(given), "quads": True})
+        + "\n"
+        + json.dumps({"tool": "recount", "edge": 0.25})
+    )
+    result = run("retopo", given, "--quads", "-o", again, "--json")
+    assert result.code == 0, result.err
+    told = json.loads(result.out)
+    assert (told["quads"], told["kept"], told["open_edges"]) == (5, {"3": 2}, 0)
+    assert sorted(map(len, read_mesh(again).faces())) == [3, 3, 4, 4, 4, 4, 4]
+    assert "2 faces as given" in again.read_text()
+    result = run("retopo", "--script", edits, "--session", session, "-o", again)
+    assert result.code == 0, result.err
+    assert "2 triangles" in result.out
+    result = run("retopo", "--session", session, "-o", again, "--json")
+    assert json.loads(result.out)["kept"] == {"3": 2}
+    mesh = read_mesh(again)
+    kept = [face for face in mesh.faces() if len(face) == 3]
+    cut = {tuple(sorted(map(tuple, mesh.points[face].tolist()))) for face in kept}
+    assert cut == {
+        ((0.0, 0.0, 1.0), (1.0, 0.0, 1.0), (1.0, 1.0, 1.0)),
+        ((0.0, 0.0, 1.0), (0.0, 1.0, 1.0), (1.0, 1.0, 1.0)),
+    }
+
+
 def test_triangles_are_no_quads_to_begin_from(ball: Path) -> None:
     result = run("retopo", ball, "--quads", "--json")
     assert_refused(result, 3, f"{ball}: 1280 of 1280 faces are not quads")

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+import trimesh
 from boundary_cases import same_corners
 from plane_cases import SIZES, corners_of, plane_ground, polygons
+from shared import EXAMPLES
 
+import patterndb
+from ingest.formats import read_mesh
+from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, check_network
+from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tools.autocomplete import (
     autocomplete,
     find_completions,
     take_completion,
 )
+from patterndb_sketch.retopo.tools.closing import find_boundaries
 
 UP = (0.0, 0.0, 1.0)
 
@@ -126,3 +136,34 @@ def test_completing_again_and_again_grows_a_row() -> None:
     assert len(network.patches) == 5
     tops = [corners_of(network, p)[:, 1].max() for p in network.patches]
     assert np.allclose(sorted(tops), [0, 1, 2, 3, 4], atol=NEAR)
+
+
+@pytest.mark.parametrize("half", [0.6, 1.0, 1.5], ids=["small", "middle", "large"])
+@pytest.mark.parametrize("name", ["jug", "ball of 80"])
+def test_all_around_a_square_on_coarse_triangles_something_is_suggested(
+    name: str, half: float
+) -> None:
+    """Beside every stretch of all four sides, wherever triangles are large against the radius."""
+    if name == "jug":
+        ground = Ground.of_polygons(read_mesh(EXAMPLES / "jug.obj"))
+        middle, down = np.array([0.0, -6.5, 5.0]), np.array([0.0, 0.0, -1.0])
+    else:
+        ground = Ground.of_mesh(trimesh.creation.icosphere(subdivisions=1, radius=12.0))
+        middle, down = np.array([0.0, -12.0, 0.0]), np.array([0.0, 0.0, -1.0])
+    sizes = replace(Sizes.of(ground.diagonal), spine=half, snap=0.3 * half)
+    with patterndb.open() as source:
+        editor = Editor(ground, source, sizes)
+        line = [(middle + t * half * down).tolist() for t in (-1.0, 0.0, 1.0)]
+        outcome = editor.do(Call("spine", {"points": line}))
+        assert outcome.changed, outcome.refused
+        network = editor.network
+    (edge,) = find_boundaries(network)
+    for k in range(0, len(edge.points), 5):
+        step = edge.points[(k + 1) % len(edge.points)] - edge.points[k]
+        aside = np.cross(edge.normals[k], step / np.linalg.norm(step))
+        foot = ground.nearest((edge.points[k] + 0.3 * sizes.snap * aside)[None])
+        found = find_completions(network, ground, foot.points[0], foot.normals[0], sizes)
+        assert found, edge.points[k]
+        edit = take_completion(network, found[0], sizes)
+        check_network(edit.network)
+        assert len(edit.network.patches) == 2

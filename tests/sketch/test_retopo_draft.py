@@ -246,13 +246,6 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
     assert "out of proportion" in refused(sphere(), edge=3.0)
 
 
-def test_what_is_drawn_already_is_not_drawn_over(source: PatternSource) -> None:
-    editor = Editor(sphere(), source)
-    do(editor, "loop", at=[0.95, 0.0, 0.3], normal=[0.0, 0.0, 1.0])
-    outcome = editor.do(Call("draft", {"edge": 0.3}))
-    assert outcome.refused is not None and "curves are drawn already" in outcome.refused
-
-
 def ring(radius: float, tube: float) -> Ground:
     mesh = trimesh.creation.torus(radius, tube, major_sections=96, minor_sections=24)
     return Ground.of(mesh.vertices, mesh.faces)

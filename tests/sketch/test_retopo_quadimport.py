@@ -121,19 +121,19 @@ SQUARES = np.array([[i, j, 0.0] for i in range(3) for j in range(3)])
 @pytest.mark.parametrize(
     ("points", "quads", "message"),
     [
-        (SQUARES, [[0, 3, 4]], "triangles and larger faces cannot be imported"),
+        (SQUARES, [[0, 3, 4]], "give triangles and larger faces as others"),
         (SQUARES, np.empty((0, 4), int), "no quads"),
         (SQUARES, [[0, 3, 4, 9]], r"quad 0 \[0, 3, 4, 9\] names a vertex outside 0..8"),
         (SQUARES, [[0, 3, 4, 4]], "quad 0 repeats a vertex"),
         (SQUARES, [[0.5, 3, 4, 1]], "whole numbers"),
         (SQUARES[:, :2], [[0, 3, 4, 1]], r"must be \(v, 3\)"),
         (SQUARES * np.nan, [[0, 3, 4, 1]], "vertex 0 of the mesh is not finite"),
-        (SQUARES, [[0, 3, 4, 1], [1, 2, 5, 4]], "quads 0 and 1 run alike"),
+        (SQUARES, [[0, 3, 4, 1], [1, 2, 5, 4]], "quad 0 and quad 1 run alike"),
         (SQUARES, [[0, 3, 4, 1], [4, 7, 8, 5]], "meet at vertex 4 without an edge"),
         (
             np.concatenate([SQUARES, SQUARES + np.array([0.0, 0.0, 1.0])]),
             [[0, 3, 4, 1], [1, 4, 5, 2], [4, 1, 10, 13]],
-            "between vertices 4 and 1 has 3 quads|between vertices 1 and 4 has 3 quads",
+            "between vertices 4 and 1 has 3 faces|between vertices 1 and 4 has 3 faces",
         ),
         (np.zeros((9, 3)), [[0, 3, 4, 1]], "no triangle with an area"),
     ],

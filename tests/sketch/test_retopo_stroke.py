@@ -42,6 +42,7 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.network.crossings import find_crossings, find_self_crossings
 from patterndb_sketch.retopo.network.samples import take_samples
+from patterndb_sketch.retopo.tools.patch import make_patch
 from patterndb_sketch.retopo.tools.stroke import insert_stroke
 
 
@@ -63,6 +64,25 @@ def test_a_chord_of_a_square_makes_two_t_junctions() -> None:
         xs = [network.chains[h >> 1].directed(h)[0][1][0] - x for h in (half, after)]
         assert np.sign(xs).tolist() == [-side, side]
     assert [len(p.corners) for p in network.patches.values()] == [4, 4]
+
+
+@pytest.mark.parametrize("longest", [3.9, 4.1])
+def test_a_loop_too_long_for_a_patch_is_told_and_can_be_made_one(longest: float) -> None:
+    corners = [[0, 0], [1, 0], [1, 1], [0, 1], [0, 0]]
+    network = Network(longest=longest)
+    notes: list[tuple[str, ...]] = []
+    for pair in itertools.pairwise(corners):
+        edit = insert_stroke(network, plane(), SIZES, flat(pair))
+        network = edit.network
+        notes.append(edit.notes)
+    assert notes[:3] == [()] * 3
+    if longest > 4.0:
+        assert notes[3] == () and areas(network) == [1.0]
+        return
+    assert not network.patches
+    assert "is 4 long, and none above 3.9" in notes[3][0]
+    made = make_patch(network, plane(), plane().nearest([[0.5, 0.5, 0.0]]))
+    assert areas(made.network) == [1.0]
 
 
 def test_a_crossing_is_a_corner_of_all_four_wedges() -> None:

@@ -102,6 +102,22 @@ def test_scripts_name_surfaces_that_are_there(path: Path) -> None:
     assert script.lines
 
 
+@pytest.mark.parametrize("name", ["spot.draft", "hand_closed.draft", "penguin.draft"])
+def test_scripts_that_draft_give_closed_meshes_near_the_surface(name: str) -> None:
+    script = read_script(SCRIPTS / f"{name}.jsonl")
+    ground = Ground.of_polygons(read_mesh(SURFACES / Path(script.surface).name))
+    with patterndb.open() as database:
+        editor = Editor(ground, database)
+        for line, outcome in play_script(script, editor, lambda *_: None):
+            assert outcome.refused is None, line
+        found = editor.fill()
+    check_network(found.network, patches=False)
+    made = report_mesh(found, ground)
+    assert (made.unfilled, made.flipped, made.open_edges, made.tangled) == (0, 0, 0, 0)
+    assert made.euler == 2
+    assert max(made.to_ground, made.from_ground) < 0.02
+
+
 def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
     script = read_script(SCRIPTS / "boot.jsonl")
     ground = Ground.of_polygons(read_mesh(SURFACES / "boot.obj"))

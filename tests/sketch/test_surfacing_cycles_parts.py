@@ -16,7 +16,7 @@ from scipy.sparse.csgraph import dijkstra
 from patterndb.geometry.leastarea import triangulate_cheapest
 from patterndb_sketch.surfacing.cycles import bounding, choosing, closing, find_cycles, packing
 from patterndb_sketch.surfacing.cycles.bounding import bound_choices
-from patterndb_sketch.surfacing.cycles.choosing import choose_cycles
+from patterndb_sketch.surfacing.cycles.choosing import CycleChoice, choose_cycles
 from patterndb_sketch.surfacing.cycles.closing import (
     find_candidate_cycles,
     find_dangling,
@@ -62,6 +62,21 @@ def packings(draw: st.DrawFn) -> Packing:
     return curves, gains, costs, forced, excluded, full
 
 
+def assert_allowed(choice: CycleChoice | None, exact: CycleChoice | None, case: Packing) -> None:
+    """Hold a choice to what any must be, and to the best one: at most as good, and so if proven."""
+    curves, gains, costs, forced, excluded, _ = case
+    assert (choice is None) == (exact is None)
+    if choice is None or exact is None:
+        return
+    assert max(sum(c in curves[i] for i in choice.chosen) for c in range(6)) <= 2
+    assert forced <= set(choice.chosen)
+    assert not any(set(group) <= set(choice.chosen) for group in excluded)
+    assert choice.value == pytest.approx(value_of(choice.chosen, gains, costs), abs=1e-6)
+    assert choice.value <= exact.value + 1e-6
+    if choice.proven:
+        assert choice.value == pytest.approx(exact.value, abs=1e-3)
+
+
 @settings(max_examples=150, deadline=None)
 @given(packings())
 def test_the_choice_is_the_best_of_all_subsets(case: Packing) -> None:
@@ -97,16 +112,7 @@ def test_a_choice_among_the_likely_is_called_the_best_only_if_it_is(
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(packing, "LEAST_LIKELY", 1)
         choice = choose_cycles(curves, np.array(gains), costs, **told, prove=prove)
-    assert (choice is None) == (exact is None)
-    if choice is None or exact is None:
-        return
-    assert max(sum(c in curves[i] for i in choice.chosen) for c in range(6)) <= 2
-    assert forced <= set(choice.chosen)
-    assert not any(set(group) <= set(choice.chosen) for group in excluded)
-    assert choice.value == pytest.approx(value_of(choice.chosen, gains, costs), abs=1e-6)
-    assert choice.value <= exact.value + 1e-6
-    if choice.proven:
-        assert choice.value == pytest.approx(exact.value, abs=1e-3)
+    assert_allowed(choice, exact, case)
 
 
 @settings(max_examples=150, deadline=None)
@@ -158,16 +164,7 @@ def test_a_choice_by_windows_keeps_to_the_rules_and_is_proven_only_if_it_is_the_
         for name, size in (("MOST_AT_ONCE", 0), ("WINDOW", 3), ("CORE", 2)):
             patch.setattr(choosing, name, size)
         choice = choose_cycles(curves, np.array(gains), costs, forced=forced, excluded=excluded)
-    assert (choice is None) == (exact is None)
-    if choice is None or exact is None:
-        return
-    assert max(sum(c in curves[i] for i in choice.chosen) for c in range(6)) <= 2
-    assert forced <= set(choice.chosen)
-    assert not any(set(group) <= set(choice.chosen) for group in excluded)
-    assert choice.value == pytest.approx(value_of(choice.chosen, gains, costs), abs=1e-6)
-    assert choice.value <= exact.value + 1e-6
-    if choice.proven:
-        assert choice.value == pytest.approx(exact.value, abs=1e-3)
+    assert_allowed(choice, exact, case)
 
 
 @pytest.mark.parametrize("effort", [0.0, 1e-9])

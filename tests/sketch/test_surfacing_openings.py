@@ -29,9 +29,7 @@ def assert_open(network: CurveNetwork, cycles: list[Cycle]) -> Openings:
         if rim.closed:
             assert network.ends(rim.steps[-1])[1] == network.ends(rim.steps[0])[0]
         assert rim.length == pytest.approx(sum(network.curves[c].length for c, _ in rim.steps))
-    assert [rim.length for rim in openings.rims] == sorted(
-        (rim.length for rim in openings.rims), reverse=True
-    )
+    assert [rim.length for rim in openings.rims] == sorted(rim.length for rim in openings.rims)
     return openings
 
 

@@ -32,6 +32,10 @@ from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.sizes import Sizes
 
 
+class RoundRegionError(RefusedError):
+    """A region came out with too few corners; another line through it may give it some."""
+
+
 @dataclass(frozen=True, slots=True)
 class AtSingularity:
     """A node at a vertex of the field's mesh; order: where around it, counter-clockwise."""
@@ -60,6 +64,16 @@ class OnWall:
     order: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class InWedge:
+    """A node that the network has already, in the wedge on the left of one of its ends; order: of
+    those in one wedge, counter-clockwise."""
+
+    node: int
+    half: HalfChain
+    order: float = 0.0
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class DraftLine:
     """A line to be laid: (n, 3) points with normals, from one joint to another."""
@@ -67,8 +81,8 @@ class DraftLine:
     points: Points
     normals: Points
     along: Floats
-    start: AtSingularity | OnWall
-    end: AtSingularity | OnLine | OnWall
+    start: AtSingularity | OnWall | InWedge
+    end: AtSingularity | OnLine | OnWall | InWedge
 
 
 @dataclass(slots=True, eq=False)
@@ -99,7 +113,7 @@ class NetworkBuilder:
         sizes: Sizes,
         lines: list[DraftLine],
         joining: float,
-        corners: list[OnWall],
+        corners: list[OnWall | InWedge],
     ) -> None:
         self.draft = Draft(network, ground)
         self.ground = ground
@@ -107,7 +121,9 @@ class NetworkBuilder:
         self.lines = lines
         self.junctions: dict[Key, _Junction] = {}
         self.walls: dict[tuple[int, float], int] = {}
-        self.marked_corners = corners
+        self.marked_corners = [at for at in corners if isinstance(at, OnWall)]
+        self.wedge_corners = {at.half for at in corners if isinstance(at, InWedge)}
+        self.in_wedges: dict[int, list[tuple[HalfChain, float, HalfChain]]] = {}
         self.ends_at: dict[int, Key] = {}
         self.stops: dict[int, list[tuple[float, Key]]] = {}
         self._join_opposite(joining)
@@ -180,16 +196,22 @@ class NetworkBuilder:
             made = self.draft.nodes[node]
             self.junctions[("W", node)] = _Junction(made.point, made.normal, False, wall=node)
 
-    def _key(self, k: int, at: AtSingularity | OnLine | OnWall) -> Key:
+    def _key(self, k: int, at: AtSingularity | OnLine | OnWall | InWedge) -> Key:
         if isinstance(at, AtSingularity):
             return ("S", at.vertex)
+        if isinstance(at, InWedge):
+            key = ("N", at.node)
+            if key not in self.junctions:
+                node = self.draft.nodes[at.node]
+                self.junctions[key] = _Junction(node.point, node.normal, False)
+            return key
         if isinstance(at, OnWall):
             return ("W", self.walls[(at.chain, at.place)])
         return self.ends_at[k]
 
-    def _order(self, at: AtSingularity | OnLine | OnWall) -> float:
+    def _order(self, at: AtSingularity | OnLine | OnWall | InWedge) -> float:
         """Where among the ends of its node a line's own end comes."""
-        if isinstance(at, AtSingularity):
+        if isinstance(at, AtSingularity | InWedge):
             return at.order
         if isinstance(at, OnWall):
             return at.order if at.left else at.order + BEYOND
@@ -208,8 +230,13 @@ class NetworkBuilder:
             chain = self._add_piece(line, low, high, one, two)
             start = self._order(line.start) if j == 0 else 0
             end = self._order(line.end) if j == len(stops) - 2 else 2
-            self.junctions[one].ends.append((start, 2 * chain))
-            self.junctions[two].ends.append((end, 2 * chain + 1))
+            for key, at, order, half in (
+                (one, line.start if j == 0 else None, start, 2 * chain),
+                (two, line.end if j == len(stops) - 2 else None, end, 2 * chain + 1),
+            ):
+                if isinstance(at, InWedge):
+                    self.in_wedges.setdefault(at.node, []).append((at.half, order, half))
+                self.junctions[key].ends.append((order, half))
 
     def _add_piece(self, line: DraftLine, low: float, high: float, one: Key, two: Key) -> int:
         parts = max(2, math.ceil((high - low) / self.sizes.sampling))
@@ -232,11 +259,14 @@ class NetworkBuilder:
 
     def _set_nodes(self) -> None:
         """Give every node its ends in order, and every end its node."""
-        corners = {self.walls[(at.chain, at.place)] for at in self.marked_corners}
-        for at in self.junctions.values():
+        corners = {(self.walls[(at.chain, at.place)], at.left) for at in self.marked_corners}
+        self._flag_drawn()
+        for (kind, number), at in self.junctions.items():
             at.ends.sort()
-            if at.wall >= 0:
-                node = self._open_wall(at, at.wall in corners)
+            if kind == "N":
+                node = self._fill_wedges(number)
+            elif at.wall >= 0:
+                node = self._open_wall(at, *((at.wall, side) in corners for side in (True, False)))
             else:
                 ends = tuple(half for _, half in at.ends)
                 flags = [True] * len(ends)
@@ -254,8 +284,42 @@ class NetworkBuilder:
                 chain = self.draft.chains[half >> 1]
                 self.draft.chains[half >> 1] = replace(chain, **{name: node.id})
 
-    def _open_wall(self, at: _Junction, corner: bool) -> Node:
-        """A node on a chain that was there, with what ends there on its left and its right."""
+    def _flag_drawn(self) -> None:
+        """At nodes of curves that were drawn, wedges without a patch are corners where the field
+        has one, and else straight."""
+        before = self.draft.before
+        taken = before.patch_of()
+        drawn = {
+            node
+            for chain in before.chains.values()
+            if not (chain.marked or chain.loose)
+            for node in (chain.start, chain.end)
+        }
+        for number in sorted(drawn):
+            old, now = before.nodes[number], self.draft.nodes[number]
+            flags = tuple(
+                flag if half in taken or before.mark(half) else half in self.wedge_corners
+                for half, flag in zip(old.ends, old.flagged, strict=True)
+            )
+            self.draft.set_node(replace(now, flagged=flags))
+
+    def _fill_wedges(self, number: int) -> Node:
+        """A node that was there, with what ends there now in its wedges."""
+        node = self.draft.nodes[number]
+        added: dict[HalfChain, list[tuple[float, HalfChain]]] = {}
+        for first, order, half in self.in_wedges.get(number, []):
+            added.setdefault(self.draft.half_now(first), []).append((order, half))
+        ends: list[HalfChain] = []
+        flags: list[bool] = []
+        for end, flag in zip(node.ends, node.flagged, strict=True):
+            more = [half for _, half in sorted(added.get(end, []))]
+            ends += [end, *more]
+            flags += [True] * (len(more) + 1) if more else [flag]
+        return replace(node, ends=tuple(ends), flagged=tuple(flags))
+
+    def _open_wall(self, at: _Junction, corner: bool, beyond: bool) -> Node:
+        """A node on a chain that was there, with what ends there on its left and its right; corner,
+        beyond: is it a corner of what is there, too, without a line?"""
         old = self.draft.nodes[at.wall]
         forth, back = old.ends
         left = [half for order, half in at.ends if order < BEYOND]
@@ -263,7 +327,7 @@ class NetworkBuilder:
         ends = (forth, *left, back, *right)
         flags = (
             *((True,) * (len(left) + 1) if left or corner else (False,)),
-            *((True,) * (len(right) + 1) if right else (False,)),
+            *((True,) * (len(right) + 1) if right or beyond else (False,)),
         )
         return replace(old, ends=ends, flagged=flags)
 
@@ -279,14 +343,26 @@ class NetworkBuilder:
                     continue
                 loop, corners = walk_face(nodes, chains, half)
                 seen.update(loop)
-                if len(corners) < FEWEST_CORNERS or has_dead_end(nodes, chains, loop):
-                    x, y, z = chains[loop[0] >> 1].points[len(chains[loop[0] >> 1].points) // 2]
+                if has_dead_end(nodes, chains, loop):
+                    ends = {nodes[n].id for h in loop for n in self._ends(h) if nodes[n].open}
+                    x, y, z = nodes[min(ends)].point
                     raise RefusedError(
+                        f"a curve ends openly at ({x:.4g}, {y:.4g}, {z:.4g}), and no line of the "
+                        "field goes on from there; lead it to another curve, or erase it"
+                    )
+                if len(corners) < FEWEST_CORNERS:
+                    x, y, z = chains[loop[0] >> 1].points[len(chains[loop[0] >> 1].points) // 2]
+                    raise RoundRegionError(
                         f"the region beside the curve at ({x:.4g}, {y:.4g}, {z:.4g}) came out with "
                         f"{len(corners)} corners, and cannot be filled; draw a curve through it"
                     )
                 forced.append(loop[0])
         return self.draft.finish(also=forced)
+
+    def _ends(self, half: HalfChain) -> tuple[int, ...]:
+        """The nodes of a half-chain's curve."""
+        chain = self.draft.chains[half >> 1]
+        return () if chain.loose else (chain.start, chain.end)
 
 
 def interpolate_line(

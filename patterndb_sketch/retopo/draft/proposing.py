@@ -19,14 +19,17 @@ from patterndb_sketch.retopo.draft.arcs import cut_segments, find_arcs
 from patterndb_sketch.retopo.draft.assembly import (
     AtSingularity,
     DraftLine,
+    InWedge,
     NetworkBuilder,
     OnLine,
     OnWall,
+    RoundRegionError,
     is_cellular,
 )
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.handles import find_shortest_handle
+from patterndb_sketch.retopo.draft.imprint import cut_along_curves
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
@@ -50,6 +53,7 @@ from patterndb_sketch.retopo.filling.edgecounts import NumberedCounts
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
+from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.wording import count_places, format_place
 from query.engine import PatternSource
@@ -63,6 +67,9 @@ JOINING = 0.7
 
 #: A trace this long, in diagonals, is cut off, and the try with it.
 LONGEST_TRACE = 12.0
+
+#: A line that ends on a drawn curve nearer than this to its end, in target edges, ends there.
+AT_NODE = 0.35
 
 #: Regular places from which lines are traced, too, where regions would be rings: a torus, whose
 #: field has no singularity, needs one.
@@ -110,7 +117,7 @@ def draft_network(
     network: Network, ground: Ground, sizes: Sizes, setting: DraftSetting, remeshed: FieldMesh
 ) -> DraftedNetwork:
     """One try; raises RefusedError, with the place, where it comes to nothing."""
-    walls = Walls(network)
+    walls = Walls(network, AT_NODE * sizes.edge)
     field = solve_field(remeshed, setting.alignment, setting.merging * sizes.edge)
     total = int(field.index.sum())
     if total != 4 * remeshed.euler:
@@ -118,10 +125,17 @@ def draft_network(
             f"the field's indices sum to {total}, and to {4 * remeshed.euler} on any field: the "
             "surface has folds that are too sharp; smooth it, or draw by hand"
         )
-    seeds: list[int] = []
+    seeds = _find_tips(network, field, AT_NODE * sizes.edge)
     laid: Network | None = None
+    why = "some regions would be rings or handles; draw by hand"
     for _ in range(MOST_SEEDS + 1):
-        found = _lay_field(network, ground, sizes, field, walls, seeds)
+        try:
+            found = _lay_field(network, ground, sizes, field, walls, seeds)
+        except RoundRegionError as error:
+            # A bare surface that comes out so is too thin for its edges.
+            if walls.bare:
+                raise
+            found, why = None, str(error)
         if found is not None and is_cellular(found, ground):
             laid = found
             # Where there are singularities, they cut as finely as the shape asks for.
@@ -129,7 +143,7 @@ def draft_network(
                 break
         seeds.append(_find_seed(field, seeds))
     if laid is None:
-        raise RefusedError("some regions would be rings or handles; draw by hand")
+        raise RefusedError(why)
     edge = setting.finer * sizes.edge
     counted = _count_regularly(laid, edge)
     costs = NumberedCounts.of(counted, edge, anew=True)
@@ -160,20 +174,24 @@ def propose_draft(
 ) -> ProposedDraft:
     """The best draft of all settings.
 
-    network: borders and the seam of symmetry, along which the field runs and on which lines end.
-    Raises RefusedError, with the place, for a surface that no field lies on, where curves are
-    drawn already, and where no setting comes to a mesh that is whole and near to the surface.
+    network: borders, the seam of symmetry and curves that are drawn, along which the field runs and
+    on which lines end; what patches cover stays as it is.
+    Raises RefusedError, with the place, for a surface that no field lies on, for faces that were
+    given, and where no setting comes to a mesh that is whole and near to the surface.
     """
     check_ground(ground)
-    for chain in network.chains.values():
-        if not chain.marked:
-            raise RefusedError(
-                f"curves are drawn already, the first at {format_place(chain.points[0])}: a draft "
-                "is for a bare surface; erase them, or go on by hand"
-            )
+    faces = list_kept_faces(network)
+    if faces:
+        at = network.nodes[network.origin(faces[0][0])].point
+        raise RefusedError(
+            f"faces that were given stay as they are, the first at {format_place(at)}: a draft "
+            "goes round none; go on by hand"
+        )
     vertices, triangles = remesh_evenly(ground, REMESHED * sizes.edge)
     mesh = FieldMesh.of(Ground.of(vertices, triangles))
     _refuse_laces(mesh, sizes.edge)
+    if not all(chain.marked for chain in network.chains.values()):
+        mesh = cut_along_curves(network, mesh, REMESHED * sizes.edge)
     best: tuple[tuple[float, ...], ProposedDraft, FilledNetwork] | None = None
     why = ""
     for setting in SETTINGS:
@@ -313,6 +331,21 @@ def _find_seed(field: CrossField, seeds: list[int]) -> int:
     return int(far.argmax())
 
 
+def _find_tips(network: Network, field: CrossField, near: float) -> list[int]:
+    """The vertices at open ends of drawn curves that are regular: there a line goes on straight, as
+    one leaves every regular vertex of a border, and only there it is needed."""
+    mesh = field.mesh
+    rim = np.flatnonzero(mesh.on_border)
+    found: list[int] = []
+    for node in network.nodes.values():
+        if node.open and len(rim):
+            away = np.linalg.norm(mesh.vertices[rim] - node.point, axis=1)
+            vertex = int(rim[away.argmin()])
+            if away.min() <= near and field.index[vertex] == 0:
+                found.append(vertex)
+    return found
+
+
 def _lay_field(
     network: Network,
     ground: Ground,
@@ -335,7 +368,7 @@ def _lay_field(
     traced = trace_lines(field, left, LineSegments.joined(laid), len(arcs), longest)
     if not np.isin(traced.ended, (AT_LINE, AT_BORDER)).all():
         return None
-    joints = _Joints(network, field, walls, starts)
+    joints = _Joints(field, walls, starts)
     lines: list[DraftLine] = []
     for arc in arcs:
         normals = _normals_along(field, arc.triangles)
@@ -385,17 +418,20 @@ def _list_traces(
 class _Joints:
     """Where lines begin and end, in terms of the network."""
 
-    def __init__(self, network: Network, field: CrossField, walls: Walls, starts: Starts) -> None:
-        self.network = network
+    def __init__(self, field: CrossField, walls: Walls, starts: Starts) -> None:
         self.field = field
         self.walls = walls
         self.starts = starts
-        self.borders: dict[int, OnWall] = {}
+        self.borders: dict[int, OnWall | InWedge] = {}
         mesh = field.mesh
-        for vertex in np.flatnonzero(mesh.on_border & (field.index != 0)).tolist():
+        begun = np.zeros(len(field.index), np.bool_)
+        begun[starts.vertex] = True
+        for vertex in np.flatnonzero(mesh.on_border & ((field.index != 0) | begun)).tolist():
             self.borders[vertex] = self.on_border(mesh.vertices[vertex], int(mesh.leaving[vertex]))
 
-    def start(self, k: int, led: tuple[int, Points] | None = None) -> AtSingularity | OnWall:
+    def start(
+        self, k: int, led: tuple[int, Points] | None = None
+    ) -> AtSingularity | OnWall | InWedge:
         """The joint of a start; led: the triangle and the point that an arc goes to from there,
         which need not be where the trace would have gone."""
         mesh = self.field.mesh
@@ -410,16 +446,17 @@ class _Joints:
         share = min(max(turned / mesh.corner_angle[triangle, corner], 0.0), 1.0)
         order = mesh.list_ring(vertex).index(3 * triangle + corner) + share
         if vertex in self.borders:
-            return replace(self.borders[vertex], order=order)
+            at = self.borders[vertex]
+            return replace(at, order=order + (at.order if isinstance(at, InWedge) else 0.0))
         return AtSingularity(vertex, order)
 
-    def on_border(self, point: Points, side: int) -> OnWall:
+    def on_border(self, point: Points, side: int) -> OnWall | InWedge:
         """The place of the network's border chains that a place on a border's side is."""
         mesh = self.field.mesh
         f, e = divmod(side, 3)
-        ahead = mesh.vertices[mesh.triangles[f, (e + 1) % 3]] - mesh.vertices[mesh.triangles[f, e]]
-        return self.walls.find_place(point, ahead)
+        tail, head = mesh.vertices[mesh.triangles[f, [e, (e + 1) % 3]]]
+        return self.walls.find_place(point, head - tail, 0.5 * (tail + head))
 
-    def corners(self) -> list[OnWall]:
+    def corners(self) -> list[OnWall | InWedge]:
         """Border vertices with one wedge, which no line leaves."""
         return [at for vertex, at in self.borders.items() if self.field.index[vertex] == 1]

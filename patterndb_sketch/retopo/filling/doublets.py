@@ -12,7 +12,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling.placing import PlacedPatch, name_border_vertices
-from patterndb_sketch.retopo.network import SYMMETRY, HalfChain, Network
+from patterndb_sketch.retopo.network import FACE, SYMMETRY, HalfChain, Network
 
 #: Quads around a doublet.
 QUADS = 2
@@ -21,7 +21,8 @@ QUADS = 2
 def find_doublets(network: Network, placed: Mapping[int, PlacedPatch]) -> Points:
     """(k, 3) the inner vertices with two quads, patch by patch.
 
-    What is on the plane of symmetry has as many quads again beyond it.
+    What is on the plane of symmetry has as many quads again beyond it. Corners of faces that were
+    given are as they were given.
     """
     covered = {half for patch in placed for half in network.patches[patch].loop}
 
@@ -43,6 +44,8 @@ def find_doublets(network: Network, placed: Mapping[int, PlacedPatch]) -> Points
         if quads > QUADS:
             continue
         around = (2 * number,) if along >= 0 else network.nodes[number].ends
+        if any(FACE in network.chains[half >> 1].marks for half in around):
+            continue
         whole = all(is_closed(half) and is_closed(half ^ 1) for half in around)
         seam = any(SYMMETRY in network.chains[half >> 1].marks for half in around)
         if whole and quads * (2 if seam else 1) == QUADS:

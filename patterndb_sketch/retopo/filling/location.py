@@ -16,7 +16,7 @@ from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.placing import PlacedPatch
 from patterndb_sketch.retopo.ground import Ground, GroundPoints
-from patterndb_sketch.retopo.network import Network, trace_outline
+from patterndb_sketch.retopo.network import FACE, Network, trace_outline
 from patterndb_sketch.retopo.network.faces import find_joined_chains
 from query.placing import enclose_region
 
@@ -91,9 +91,10 @@ def measure_left(points: Points, normals: Points, at: Points, up: Points) -> flo
 
 def find_islands(
     network: Network, ground: Ground, placed: Mapping[int, PlacedPatch]
-) -> dict[int, int]:
+) -> dict[int, int | None]:
     """Placed patches within which others lie, of other parts of the network: for each one of
-    those. Curves without a patch are no islands: they may be about to be joined."""
+    those, or None where it is a face that was given. Curves without either are no islands: they
+    may be about to be joined."""
     part: dict[int, int] = {}
     for chain in sorted(network.chains):
         if chain not in part:
@@ -101,12 +102,19 @@ def find_islands(
                 dict.fromkeys(find_joined_chains(network.nodes, network.chains, chain), chain)
             )
     of = {patch: part[network.patches[patch].loop[0] >> 1] for patch in sorted(placed)}
-    first = {name: patch for patch, name in reversed(of.items())}
+    first: dict[int, int | None] = {name: patch for patch, name in reversed(of.items())}
+    # A part lies within a patch if any place of it does, for no curves cross.
+    places = {
+        name: _start_of(network, network.patches[p].loop[0])
+        for name, p in first.items()
+        if p is not None
+    }
+    for chain, name in sorted(part.items()):
+        if name not in first and FACE in network.chains[chain].marks:
+            first[name], places[name] = None, _start_of(network, 2 * chain)
     if len(first) < 2:
         return {}
-    # A part lies within a patch if any place of it does, for no curves cross.
-    places = {name: _start_of(network, p) for name, p in first.items()}
-    found: dict[int, int] = {}
+    found: dict[int, int | None] = {}
     for patch, name in of.items():
         there = [
             other for other in first if other != name and _is_near(placed[patch], places[other])
@@ -122,8 +130,7 @@ def find_islands(
     return found
 
 
-def _start_of(network: Network, patch: int) -> NDArray[np.float64]:
-    half = network.patches[patch].loop[0]
+def _start_of(network: Network, half: int) -> NDArray[np.float64]:
     return network.chains[half >> 1].directed(half)[0][0]
 
 

@@ -17,6 +17,7 @@ from patterndb_sketch.retopo.filling.location import find_islands
 from patterndb_sketch.retopo.filling.placing import PlacedPatch, name_border_vertices
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network, Patch
+from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.wording import count_places
 from query.engine import PatternSource
 
@@ -93,8 +94,9 @@ def fill_network(
             told.append(f"patch {patch} has {what}")
     for patch, other in find_islands(network, ground, placed).items():
         del placed[patch]
+        what = "a face that was given" if other is None else f"patch {other}"
         told.append(
-            f"patch {patch} has no quads: patch {other} lies within it, joined to none of its "
+            f"patch {patch} has no quads: {what} lies within it, joined to none of its "
             "sides; join them by a curve, or erase one"
         )
     doubled = find_doublets(network, placed)
@@ -108,11 +110,12 @@ def fill_network(
 
 @dataclass(frozen=True, slots=True, eq=False)
 class RetopoMesh:
-    """All quads of a network as one mesh.
+    """All quads of a network as one mesh, with the faces that were given and stay.
 
     vertices, normals: (v, 3) float64. quads: (q, 4) int32. patch: (q,) int32, the id of the
     patch that each belongs to. node: (v,) int32, the network's node that a vertex is, or -1;
-    chain: (v,) int32, the chain that it lies on, or -1.
+    chain: (v,) int32, the chain that it lies on, or -1. kept: the vertices of every face that was
+    given, counter-clockwise; triangles and larger ones.
     """
 
     vertices: Points
@@ -121,6 +124,15 @@ class RetopoMesh:
     patch: Int32Array
     node: Int32Array
     chain: Int32Array
+    kept: tuple[tuple[int, ...], ...] = ()
+
+    def list_sides(self) -> tuple[Int32Array, Int32Array]:
+        """(h,) the vertices that all sides of faces leave, and (h,) those that they lead to: those
+        of quads, quad by quad, then those of kept faces."""
+        tail = [self.quads.ravel(), *(np.array(face, np.int32) for face in self.kept)]
+        head = [np.roll(self.quads, -1, axis=1).ravel()]
+        head += [np.roll(np.array(face, np.int32), -1) for face in self.kept]
+        return np.concatenate(tail), np.concatenate(head)
 
 
 def weld_fills(found: FilledNetwork) -> RetopoMesh:
@@ -151,6 +163,17 @@ def weld_fills(found: FilledNetwork) -> RetopoMesh:
             chain.append(key[0] if key is not None and key[1] >= 0 else -1)
         quads.append(number[placed.quads])
         owner.append(np.full(len(placed.quads), patch, np.int32))
+    kept: list[tuple[int, ...]] = []
+    for loop in list_kept_faces(network):
+        around = [network.nodes[network.origin(half)] for half in loop]
+        for at in around:
+            if (at.id, -1) not in name:
+                name[at.id, -1] = len(points)
+                points.append(at.point)
+                normals.append(at.normal)
+                node.append(at.id)
+                chain.append(-1)
+        kept.append(tuple(name[at.id, -1] for at in around))
     return RetopoMesh(
         np.array(points).reshape(-1, 3),
         np.array(normals).reshape(-1, 3),
@@ -158,15 +181,16 @@ def weld_fills(found: FilledNetwork) -> RetopoMesh:
         np.concatenate(owner),
         np.array(node, np.int32),
         np.array(chain, np.int32),
+        tuple(kept),
     )
 
 
 def find_irregular_vertices(mesh: RetopoMesh) -> tuple[Int32Array, Int32Array]:
-    """(k,) vertices whose number of quads is not 4 inside, or 2 on a border, and (k,) how many.
+    """(k,) vertices whose number of faces is not 4 inside, or 2 on a border, and (k,) how many.
 
-    Corners of an open border, with one quad, count.
+    Corners of an open border, with one quad, count; kept faces are faces, too.
     """
-    valence = np.bincount(mesh.quads.ravel(), minlength=len(mesh.vertices))
+    valence = np.bincount(mesh.list_sides()[0], minlength=len(mesh.vertices))
     rim = np.zeros(len(mesh.vertices), np.bool_)
     rim[find_open_edges(mesh).ravel()] = True
     wrong = np.flatnonzero((valence != np.where(rim, 2, 4)) & (valence > 0))
@@ -174,8 +198,8 @@ def find_irregular_vertices(mesh: RetopoMesh) -> tuple[Int32Array, Int32Array]:
 
 
 def find_open_edges(mesh: RetopoMesh) -> Int32Array:
-    """(e, 2) edges with one quad."""
-    tail, head = mesh.quads.ravel(), np.roll(mesh.quads, -1, axis=1).ravel()
+    """(e, 2) edges with one face."""
+    tail, head = mesh.list_sides()
     low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
     _, first, uses = np.unique((low << 32) | high, return_index=True, return_counts=True)
     lone = first[uses == 1]

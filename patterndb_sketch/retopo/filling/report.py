@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -27,9 +30,10 @@ class Report:
     """Of a filled network.
 
     patches:   how many there are with so many corners. unfilled: how many have no quads.
-    irregular: how many vertices have so many quads where 4 inside, or 2 on the border, is regular.
-    flipped:   quads clockwise seen from outside. open_edges: with one quad. tangled: edges with
-               more than two, or that two quads pass the same way. euler: vertices - edges + quads.
+    kept:      how many faces that were given, triangles and larger ones, have so many edges.
+    irregular: how many vertices have so many faces where 4 inside, or 2 on the border, is regular.
+    flipped:   quads clockwise seen from outside. open_edges: with one face. tangled: edges with
+               more than two, or that two faces pass the same way. euler: vertices - edges + faces.
     to_ground, from_ground: greatest distance of the quads from the ground, and of the ground from
                the quads, as parts of the ground's diagonal.
     """
@@ -38,6 +42,7 @@ class Report:
     unfilled: int
     vertices: int
     quads: int
+    kept: dict[int, int]
     irregular: dict[int, int]
     flipped: int
     open_edges: int
@@ -55,22 +60,23 @@ def report_mesh(found: FilledNetwork, ground: Ground, mesh: RetopoMesh | None = 
         n = len(patch.corners)
         corners[n] = corners.get(n, 0) + 1
     _, valence = find_irregular_vertices(mesh)
-    tail, head = mesh.quads.ravel(), np.roll(mesh.quads, -1, axis=1).ravel()
+    tail, head = mesh.list_sides()
     directed = (tail.astype(np.int64) << 32) | head
     low, high = np.minimum(tail, head).astype(np.int64), np.maximum(tail, head)
     edges, uses = np.unique((low << 32) | high, return_counts=True)
     twice = len(directed) - len(np.unique(directed))
-    to_ground, from_ground = hausdorff(mesh.vertices, mesh.quads, ground)
+    to_ground, from_ground = hausdorff(mesh.vertices, mesh.quads, ground, mesh.kept)
     return Report(
         patches=dict(sorted(corners.items())),
         unfilled=len(found.network.patches) - len(found.placed),
         vertices=len(mesh.vertices),
         quads=len(mesh.quads),
+        kept=dict(sorted(Counter(map(len, mesh.kept)).items())),
         irregular={int(v): int((valence == v).sum()) for v in np.unique(valence)},
         flipped=sum(len(placed.flipped) for placed in found.placed.values()),
         open_edges=len(find_open_edges(mesh)),
         tangled=int((uses > 2).sum()) + twice,
-        euler=len(mesh.vertices) - len(edges) + len(mesh.quads),
+        euler=len(mesh.vertices) - len(edges) + len(mesh.quads) + len(mesh.kept),
         to_ground=to_ground,
         from_ground=from_ground,
     )
@@ -107,11 +113,17 @@ def find_open_loops(network: Network) -> list[OpenLoop]:
     return found
 
 
-def hausdorff(vertices: Points, quads: np.ndarray, ground: Ground) -> tuple[float, float]:
+def hausdorff(
+    vertices: Points,
+    quads: np.ndarray,
+    ground: Ground,
+    others: Sequence[Sequence[int]] = (),
+) -> tuple[float, float]:
     """The greatest distance from quads (q, 4) to the ground, and from the ground to the quads, as
     parts of the ground's diagonal; at samples.
 
-    A quad is taken as the two triangles at its shorter diagonal. Both 1.0 without quads.
+    A quad is taken as the two triangles at its shorter diagonal, another face as a fan from its
+    first vertex. Both 1.0 without quads.
     """
     if len(quads) == 0:
         return 1.0, 1.0
@@ -123,6 +135,7 @@ def hausdorff(vertices: Points, quads: np.ndarray, ground: Ground) -> tuple[floa
         [
             np.where(first, quads[:, [0, 1, 2]], quads[:, [0, 1, 3]]),
             np.where(first, quads[:, [0, 2, 3]], quads[:, [1, 2, 3]]),
+            cut_fans(others),
         ]
     )
     surface = Surface.from_arrays(vertices, triangles)
@@ -131,6 +144,12 @@ def hausdorff(vertices: Points, quads: np.ndarray, ground: Ground) -> tuple[floa
     here = _sample_triangles(ground.vertices[ground.triangles])
     back = float(np.linalg.norm(surface.nearest(here).points - here, axis=1).max())
     return out / ground.diagonal, back / ground.diagonal
+
+
+def cut_fans(faces: Sequence[Sequence[int]]) -> np.ndarray:
+    """(t, 3) int32, faces cut into fans from their first vertices, one after another."""
+    rows = [(face[0], b, c) for face in faces for b, c in pairwise(face[1:])]
+    return np.array(rows, np.int32).reshape(-1, 3)
 
 
 def _sample_triangles(corners: np.ndarray) -> Points:

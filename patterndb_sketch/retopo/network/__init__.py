@@ -84,6 +84,7 @@ from patterndb_sketch.retopo.network.samples import (
 )
 from patterndb_sketch.retopo.network.structure import (
     BORDER,
+    FACE,
     NONE,
     SYMMETRY,
     Chain,
@@ -99,6 +100,7 @@ from patterndb_sketch.retopo.network.structure import (
 
 __all__ = [
     "BORDER",
+    "FACE",
     "NONE",
     "SYMMETRY",
     "AtChain",

@@ -23,7 +23,7 @@ from patterndb_sketch.retopo.network.cutting import (
 )
 from patterndb_sketch.retopo.network.faces import count_genus, count_handles
 from patterndb_sketch.retopo.network.patches import find_patches
-from patterndb_sketch.retopo.network.structure import NONE, Chain, HalfChain, Network, Node
+from patterndb_sketch.retopo.network.structure import FACE, NONE, Chain, HalfChain, Network, Node
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,13 +178,16 @@ class Draft:
 
         at: (3,) point and normal for the node if it shall not be on the chain's own polyline.
         The node's wedges are unflagged; unless that changes, or a curve is added there, the
-        parts are one chain again when the draft is finished.
+        parts are one chain again when the draft is finished. The edge of a face that was given
+        is not cut: its nearer end is the node.
         """
         chain, place = self.locate(chain, place)
         old = self.chains[chain]
         k, share = locate_place(old, place)
         if not old.loose and share == 0.0 and k in (0, len(old.points) - 1):
             return old.start if k == 0 else old.end
+        if FACE in old.marks:
+            return old.start if 2.0 * place < old.segments else old.end
         point, normal = at if at is not None else point_at_place(old, k, share)
         node = self.new_node(point, normal, True)
         point, normal = self.nodes[node].point, self.nodes[node].normal
@@ -210,7 +213,8 @@ class Draft:
     def merge(self, node: int) -> int | None:
         """Make one chain of the two that end at a node, whatever its flags; returns its id.
 
-        None, and nothing changes, if there are not two, or if their marks differ.
+        None, and nothing changes, if there are not two, or if their marks differ; edges of a face
+        that was given stay apart.
         """
         at = self.nodes[node]
         if at.valence != 2:
@@ -221,7 +225,7 @@ class Draft:
             one, two = two, one
         first, last = self.chains[one >> 1], self.chains[two >> 1]
         marks = first.marks if one & 1 else first.marks[::-1]
-        if marks != (last.marks[::-1] if two & 1 else last.marks):
+        if marks != (last.marks[::-1] if two & 1 else last.marks) or FACE in marks:
             return None
         new = join_chains(first, last, one ^ 1, two, self.new_id())
         self.chains.pop(first.id)

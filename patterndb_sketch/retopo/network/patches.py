@@ -270,6 +270,23 @@ def is_patch(network: Network, loop: tuple[HalfChain, ...], corners: tuple[int, 
     )
 
 
+def find_long_loops(network: Network, chains: Iterable[int]) -> list[float]:
+    """Find the loops along some chains that would be patches if they were not longer than the
+    network's ``longest``; their lengths."""
+    found: list[float] = []
+    visited: set[HalfChain] = set()
+    for half in (half for chain in chains for half in (2 * chain, 2 * chain + 1)):
+        if half in visited:
+            continue
+        loop, corners = walk_face(network.nodes, network.chains, half)
+        visited.update(loop)
+        if may_be_patch(network, loop, corners):
+            length = measure_loop(network, loop).length
+            if length > network.longest and is_end(network, loop):
+                found.append(length)
+    return found
+
+
 def is_end(network: Network, loop: tuple[HalfChain, ...]) -> bool:
     """Does a loop enclose by equation 1, or the end of a limb, which the ground tells?"""
     points, normals = trace_outline(network, loop)

@@ -24,10 +24,11 @@ HalfChain = int
 NONE = -1
 
 #: What may be written on a side of a chain that never gets a patch: beyond it is the border of
-#: the surface, or the plane of symmetry.
+#: the surface, the plane of symmetry, or a face of a mesh that was given and stays as it is.
 BORDER = "border"
 SYMMETRY = "symmetry"
-MARKS = ("", BORDER, SYMMETRY)
+FACE = "face"
+MARKS = ("", BORDER, SYMMETRY, FACE)
 
 
 def twin(half: HalfChain) -> HalfChain:
@@ -180,8 +181,8 @@ class Network:
     which shares with the old one what did not change, and undoing is to take the old one.
 
     next_id: above all ids in use; an id is never used twice within one line of edits.
-    longest: a loop longer than this never becomes a patch; the surface's own unit. Takayama et
-             al.'s program takes twice the diagonal of the surface.
+    longest: a loop longer than this never becomes a patch by itself; the surface's own unit. The
+             program of Takayama et al. takes twice the diagonal of the surface.
     ground:  the surface that it lies on, None for a plane. Tools that are given one put it here;
              it is no part of what :func:`.invariants.are_equal` compares, nor of sessions.
     """

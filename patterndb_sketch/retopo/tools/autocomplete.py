@@ -25,6 +25,7 @@ from patterndb_sketch.retopo.tools.closing import (
     find_boundaries,
     lift_to_ground,
     map_boundaries,
+    measure_coarseness,
     sample_line,
 )
 from patterndb_sketch.retopo.tools.planar import find_fault
@@ -73,18 +74,24 @@ def find_completions(
     ahead = np.cross(foot.normals, _along(edge, k)[None])
     if not np.linalg.norm(ahead) > 0.0:
         return []
-    onto = spread_map(ground, foot, ahead, MapExtent.completion(radius))
-    boundaries, strokes = map_boundaries(network, edges, onto)
 
-    def covered(line: Points) -> bool:
-        return bool(onto.at(sample_line(line, sizes.sampling))[1].all())
+    def find_within(window: MapExtent) -> list[Completion]:
+        onto = spread_map(ground, foot, ahead, window)
+        boundaries, strokes = map_boundaries(network, edges, onto)
 
-    found = suggest_patches(boundaries, radius, snap, covered=covered)
-    return [
-        Completion(one, tuple(edges), onto)
-        for one in found
-        if find_fault(one.patch, [*boundaries, *strokes]) is None
-    ]
+        def covered(line: Points) -> bool:
+            return bool(onto.at(sample_line(line, sizes.sampling))[1].all())
+
+        found = suggest_patches(boundaries, radius, snap, covered=covered)
+        return [
+            Completion(one, tuple(edges), onto)
+            for one in found
+            if find_fault(one.patch, [*boundaries, *strokes]) is None
+        ]
+
+    window = MapExtent.completion(radius)
+    # Where triangles are coarse the usual extent has hardly one of them whole.
+    return find_within(window) or find_within(window.widen(measure_coarseness(ground, foot)))
 
 
 def take_completion(network: Network, completion: Completion, sizes: Sizes) -> Edit:

@@ -151,8 +151,7 @@ def _smooth_course(under: BrushedQuads, line: Chain, places: Points, rounds: int
 def _list_neighbours(mesh: RetopoMesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """The vertices at the other ends of every vertex's edges: those of i are
     neighbour[start[i]:start[i + 1]]."""
-    tail = mesh.quads.ravel().astype(np.int64)
-    head = np.roll(mesh.quads, -1, axis=1).ravel().astype(np.int64)
+    tail, head = (ends.astype(np.int64) for ends in mesh.list_sides())
     pairs = np.unique(
         np.concatenate([np.stack([tail, head], 1), np.stack([head, tail], 1)]), axis=0
     )

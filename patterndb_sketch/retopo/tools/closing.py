@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
-from patterndb_sketch.retopo.ground import LocalMap
+from patterndb_sketch.retopo.ground import Ground, GroundPoints, LocalMap
 from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
@@ -262,6 +262,19 @@ def map_boundaries(
         if np.isfinite(plane).any()
     ]
     return boundaries, strokes
+
+
+def measure_coarseness(ground: Ground, seeds: GroundPoints) -> float:
+    """The length of the longest edge at the triangles under feet, or beside these."""
+    corners = np.unique(ground.triangles[seeds.triangles])
+    start, star = ground.topology.star_start, ground.topology.star
+    longest = 0.0
+    for vertex in corners.tolist():
+        beside = ground.vertices[star[start[vertex] : start[vertex + 1]]]
+        longest = max(
+            longest, float(np.linalg.norm(beside - ground.vertices[vertex], axis=1).max())
+        )
+    return longest
 
 
 def _walk_row(

@@ -22,7 +22,6 @@ from patterndb_sketch.retopo.arguments import POINTS, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import (
     Ground,
-    GroundPoints,
     GroundStroke,
     LocalMap,
     MapExtent,
@@ -37,6 +36,7 @@ from patterndb_sketch.retopo.tools.closing import (
     find_boundaries,
     lift_to_ground,
     map_boundaries,
+    measure_coarseness,
     sample_line,
 )
 from patterndb_sketch.retopo.tools.planar import (
@@ -120,20 +120,7 @@ def preview_spine(
     if found.is_on_ground(sizes):
         return found
     # Where triangles are coarse the usual extent has hardly one of them whole.
-    return plan_within(window.widen(_measure_coarseness(ground, seeds)))
-
-
-def _measure_coarseness(ground: Ground, seeds: GroundPoints) -> float:
-    """The length of the longest edge at the triangles under a stroke, or beside these."""
-    corners = np.unique(ground.triangles[seeds.triangles])
-    start, star = ground.topology.star_start, ground.topology.star
-    longest = 0.0
-    for vertex in corners.tolist():
-        beside = ground.vertices[star[start[vertex] : start[vertex + 1]]]
-        longest = max(
-            longest, float(np.linalg.norm(beside - ground.vertices[vertex], axis=1).max())
-        )
-    return longest
+    return plan_within(window.widen(measure_coarseness(ground, seeds)))
 
 
 def plan_spine(

@@ -24,6 +24,7 @@ from patterndb_sketch.retopo.network.insertion import (
     insert_curve,
     remove_doubles,
 )
+from patterndb_sketch.retopo.network.patches import find_long_loops
 from patterndb_sketch.retopo.network.samples import (
     Samples,
     find_nearest_node,
@@ -118,7 +119,14 @@ def insert_stroke(
     notes: list[str] = []
     if stroke.missed:
         notes.append(f"{stroke.missed} points of the stroke had no surface along their normals")
-    return Edit.of(network, draft.finish(), notes)
+    after = draft.finish()
+    new = sorted(after.chains.keys() - network.chains.keys())
+    notes += [
+        f"the loop that it closes is {length:.4g} long, and none above {network.longest:.4g} "
+        "becomes a patch by itself: the tool patch makes it one"
+        for length in find_long_loops(after, new)
+    ]
+    return Edit.of(network, after, notes)
 
 
 def find_end(

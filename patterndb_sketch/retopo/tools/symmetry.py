@@ -8,6 +8,7 @@ from typing import Any
 from patterndb_sketch.retopo.arguments import Argument, Flag, Vector, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.symmetry import (
     Plane,
@@ -21,6 +22,7 @@ from patterndb_sketch.retopo.symmetry import (
 )
 from patterndb_sketch.retopo.symmetry.proposal import SYMMETRIC
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+from patterndb_sketch.retopo.wording import format_place
 
 #: Normals of the planes that have a name.
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -39,6 +41,14 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         return _switch_off(work, now)
     if now is not None:
         raise RefusedError("symmetry is on already; switch it off first")
+    faces = list_kept_faces(work.network)
+    if faces:
+        at = work.network.nodes[work.network.origin(faces[0][0])].point
+        raise RefusedError(
+            f"{len(faces)} faces that were given stay as they are, the first at "
+            f"{format_place(at)}: no plane can cut the mesh; make it of quads alone, or work on "
+            "both sides"
+        )
     if a["find"] and named:
         raise InvalidRetopoError("symmetry needs either find, or a plane (axis, point, normal)")
     found = _find_own(work.ground) if a["find"] else _read_plane(work.ground, a)

@@ -1,0 +1,257 @@
+"""Cut a mesh along curves that are drawn on it: a field runs along them, and lines end there.
+
+Each curve is a path along edges of the mesh, its vertices moved onto the curve; the mesh is cut
+open along all paths, what patches cover is left out, and the rest is remeshed. From then on the
+curves are borders like others (:mod:`.walls` tells which border is which side of which curve).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.spatial import KDTree
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.errors import InvalidMeshError
+from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.remesh import remesh_evenly
+from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Chain, HalfChain, Network
+from patterndb_sketch.retopo.wording import format_place
+
+#: A path keeps within so many edges of the mesh of its curve; where there is none, within twice
+#: that.
+ASIDE = 1.5
+
+#: Being a whole edge off the curve makes an edge of a path so many times as long.
+OFF_CURVE = 8.0
+
+#: The two lips of a cut are this part of an edge apart: vertices in one place would be one.
+LIP = 1e-3
+
+#: Parts of a closed curve without a node: each is a path of its own.
+THIRDS = 3
+
+
+def cut_along_curves(network: Network, mesh: FieldMesh, edge: float) -> FieldMesh:
+    """The part of a mesh that no patch covers, cut open along all curves that are drawn.
+
+    network: on the same surface; its marked chains are borders of the mesh already. edge: of the
+    mesh, the surface's unit. Raises RefusedError, with the place, where curves are too close to
+    each other for edges of this length, and where patches cover everything.
+    """
+    paths = _Paths(network, mesh, edge)
+    for chain in network.chains.values():
+        if not chain.marked:
+            paths.add(chain)
+    return paths.cut()
+
+
+@dataclass(frozen=True, slots=True)
+class _Piece:
+    """A part of a curve, from one vertex of the mesh to another."""
+
+    points: Points
+    normals: Points
+    start: int
+    end: int
+
+
+class _Paths:
+    """The steps of :func:`cut_along_curves`."""
+
+    def __init__(self, network: Network, mesh: FieldMesh, edge: float) -> None:
+        self.network = network
+        self.mesh = mesh
+        self.edge = edge
+        self.points = mesh.vertices.copy()
+        self.tree = KDTree(mesh.vertices)
+        self.taken: set[int] = set()
+        self.half: dict[tuple[int, int], HalfChain] = {}
+        self.anchors: dict[int, int] = {}
+        drawn = {
+            node
+            for chain in network.chains.values()
+            if not chain.marked
+            for node in (chain.start, chain.end)
+            if not chain.loose
+        }
+        for number in sorted(drawn):
+            node = network.nodes[number]
+            rim = any(network.chains[half >> 1].marked for half in node.ends)
+            self.anchors[number] = self._take_vertex(node.point, node.normal, rim)
+
+    def _take_vertex(self, point: Points, normal: Points, rim: bool) -> int:
+        """The free vertex nearest to a place, moved there; one of a border stays on it."""
+        near = self.tree.query_ball_point(point, 4.0 * self.edge)
+        fit = [
+            v
+            for v in near
+            if bool(self.mesh.on_border[v]) == rim and self.mesh.ground.normals[v] @ normal > 0.0
+        ]
+        free = [v for v in fit if v not in self.taken]
+        if not free:
+            self._refuse(point)
+        away = np.linalg.norm(self.mesh.vertices[free] - point, axis=1)
+        vertex = free[int(away.argmin())]
+        self.taken.add(vertex)
+        self.points[vertex] = point
+        return vertex
+
+    def _refuse(self, point: Points) -> None:
+        raise RefusedError(
+            f"curves are too close to each other at {format_place(point)} for a draft with this "
+            "edge; take a smaller edge, or erase one of them"
+        )
+
+    def add(self, chain: Chain) -> None:
+        """Lay the path of a curve."""
+        pieces: list[_Piece] = []
+        if chain.loose:
+            line = np.concatenate([chain.points, chain.points[:1]])
+            up = np.concatenate([chain.normals, chain.normals[:1]])
+            stops = np.linspace(0, len(chain.points), THIRDS + 1).astype(int).tolist()
+            at = [self._take_vertex(line[k], up[k], False) for k in stops[:-1]]
+            for k, (a, b) in enumerate(pairwise(stops)):
+                part = slice(a, b + 1)
+                pieces.append(_Piece(line[part], up[part], at[k], at[(k + 1) % THIRDS]))
+        else:
+            start, end = self.anchors[chain.start], self.anchors[chain.end]
+            if start == end:
+                middle = len(chain.points) // 2
+                via = self._take_vertex(chain.points[middle], chain.normals[middle], False)
+                for part, a, b in (
+                    (slice(0, middle + 1), start, via),
+                    (slice(middle, None), via, end),
+                ):
+                    pieces.append(_Piece(chain.points[part], chain.normals[part], a, b))
+            else:
+                pieces.append(_Piece(chain.points, chain.normals, start, end))
+        for piece in pieces:
+            path = self._find_path(piece)
+            for a, b in pairwise(path):
+                self.half[a, b], self.half[b, a] = 2 * chain.id, 2 * chain.id + 1
+            inner = path[1:-1]
+            self.taken.update(inner)
+            self.points[inner] = piece.points[
+                np.linalg.norm(
+                    piece.points[None] - self.mesh.vertices[inner][:, None], axis=2
+                ).argmin(axis=1)
+            ]
+
+    def _find_path(self, piece: _Piece) -> list[int]:
+        """The vertices of the best path beside a curve that passes none that is taken."""
+        for aside in (ASIDE, 2.0 * ASIDE):
+            found = self._find_path_within(piece, aside * self.edge)
+            if found:
+                return found
+        self._refuse(piece.points[len(piece.points) // 2])
+        return []
+
+    def _find_path_within(self, piece: _Piece, reach: float) -> list[int]:
+        mesh = self.mesh
+        step = max(1, int(0.25 * self.edge / max(np.linalg.norm(
+            np.diff(piece.points, axis=0), axis=1).mean(), 1e-300)))  # fmt: skip
+        samples = piece.points[::step]
+        near = sorted(set().union(*self.tree.query_ball_point(samples, reach)))
+        away, which = KDTree(piece.points).query(mesh.vertices[near])
+        agree = np.einsum("nc,nc->n", mesh.ground.normals[near], piece.normals[which]) > 0.0
+        allowed = np.array(
+            [
+                v in (piece.start, piece.end)
+                or (ok and v not in self.taken and not mesh.on_border[v])
+                for v, ok in zip(near, agree.tolist(), strict=True)
+            ]
+        )
+        vertices = np.array(near, np.int64)[allowed]
+        off = away[allowed]
+        name = np.full(len(mesh.vertices), -1, np.int64)
+        name[vertices] = np.arange(len(vertices))
+        if name[piece.start] < 0 or name[piece.end] < 0:
+            return []
+        ends = mesh.ground.topology.ends
+        ends = ends[(name[ends] >= 0).all(axis=1)]
+        used = np.array([(a, b) in self.half for a, b in ends.tolist()], np.bool_)
+        ends = ends[~used]
+        one, two = name[ends].T
+        cost = np.linalg.norm(mesh.vertices[ends[:, 0]] - mesh.vertices[ends[:, 1]], axis=1)
+        cost *= 1.0 + OFF_CURVE * ((off[one] + off[two]) / (2.0 * self.edge)) ** 2
+        n = len(vertices)
+        graph = coo_array((np.r_[cost, cost], (np.r_[one, two], np.r_[two, one])), (n, n))
+        begin, goal = int(name[piece.start]), int(name[piece.end])
+        _, before = dijkstra(graph.tocsr(), indices=begin, return_predecessors=True)
+        way = [goal]
+        while way[-1] != begin:
+            back = int(before[way[-1]])
+            if back < 0:
+                return []
+            way.append(back)
+        return vertices[way[::-1]].tolist()
+
+    def cut(self) -> FieldMesh:
+        """The mesh cut along all paths, without what patches cover, remeshed."""
+        mesh, n = self.mesh, len(self.mesh.triangles)
+        tail = mesh.triangles.ravel()
+        head = np.roll(mesh.triangles, -1, axis=1).ravel()
+        of_side = np.array(
+            [self.half.get(pair, -1) for pair in zip(tail.tolist(), head.tolist(), strict=True)],
+            np.int64,
+        )
+        open_sides = np.flatnonzero((mesh.across >= 0) & (of_side < 0))
+        here, there = open_sides, mesh.across[open_sides]
+        joined = coo_array((np.ones(len(here), np.int8), (here // 3, there // 3)), (n, n))
+        _, part = connected_components(joined, directed=False)
+        taken = self.network.patch_of()
+        covered = {int(part[s // 3]) for s in np.flatnonzero(of_side >= 0) if of_side[s] in taken}
+        kept = ~np.isin(part, sorted(covered))
+        if not kept.any():
+            raise RefusedError("patches cover the surface; there is nothing left to draft")
+        # Corners that no cut parts are one vertex.
+        back = np.stack([here, there // 3 * 3 + (there % 3 + 1) % 3])
+        ahead = np.stack([here // 3 * 3 + (here % 3 + 1) % 3, there])
+        pairs = np.concatenate([back, ahead], axis=1)
+        same = coo_array((np.ones(pairs.shape[1], np.int8), tuple(pairs)), (3 * n, 3 * n))
+        count, corner = connected_components(same, directed=False)
+        triangles = corner.reshape(-1, 3).astype(np.int32)
+        points = np.empty((count, 3))
+        points[corner] = self.points[tail]
+        points = _part_lips(points, triangles, self.half, corner, tail)
+        return FieldMesh.of(_remesh(points, triangles[kept], self.edge))
+
+
+def _part_lips(
+    points: Points,
+    triangles: Int32Array,
+    half: dict[tuple[int, int], HalfChain],
+    corner: NDArray[np.integer],
+    given: Int32Array,
+) -> Points:
+    """Vertices on cuts moved a little towards their own triangles."""
+    on_cut = np.zeros(int(given.max()) + 1, np.bool_)
+    on_cut[[v for pair in half for v in pair]] = True
+    total, times = np.zeros_like(points), np.bincount(corner, minlength=len(points))
+    middle = points[triangles].mean(axis=1)
+    np.add.at(total, corner, np.repeat(middle, 3, axis=0))
+    moved = points + LIP * (total / times[:, None] - points)
+    chosen = np.zeros(len(points), np.bool_)
+    chosen[corner[on_cut[given]]] = True
+    return np.where(chosen[:, None], moved, points)
+
+
+def _remesh(points: Points, triangles: Int32Array, edge: float) -> Ground:
+    used, named = np.unique(triangles, return_inverse=True)
+    try:
+        cut = Ground.of(points[used], named.reshape(-1, 3).astype(np.int32))
+        return Ground.of(*remesh_evenly(cut, edge))
+    except InvalidMeshError as error:
+        place = format_place(points[used].mean(axis=0))
+        raise RefusedError(
+            f"what curves leave at {place} is smaller than a draft's edges; take a smaller edge"
+        ) from error
