@@ -45,7 +45,7 @@ STROKES = (
 )
 
 #: Where along the last curve it is pulled, and to where, in points of the picture.
-PULLED, PULL = 0.335, (-2.0, 5.0)
+PULLED, PULL = 0.335, (2.0, -6.0)
 
 
 def draw_curve(state: FeatureState, clean: Body, feature: str, error: float, seed: int) -> None:

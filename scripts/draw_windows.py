@@ -31,7 +31,7 @@ THEMES = ("light", "dark")
 PATIENCE, PAUSE = 60.0, 1.5
 
 #: Corners of a boundary, and of a patch, in parts of the picture's lesser side.
-SQUARE = ((-0.28, -0.28), (0.3, -0.26), (0.27, 0.28), (-0.26, 0.25))
+SQUARE = ((-0.24, -0.24), (0.26, -0.22), (0.23, 0.24), (-0.22, 0.21))
 
 
 def run_on_screen(folder: Path, size: str, windows: list[str]) -> None:

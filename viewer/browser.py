@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 from viewer import saver
@@ -12,6 +13,9 @@ from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.scene import Meshes, compose_browser, compose_selected, describe_browser
 from viewer.solid import NOTHING, Solid
 
+#: Opens a database's file: what patterns come from, and names the meshes of a pattern.
+OpenDatabase = Callable[[Path], tuple[BrowserSource, Meshes]]
+
 
 def browse(
     source: BrowserSource,
@@ -19,6 +23,7 @@ def browse(
     n_sides: int | None = None,
     expand: Expand | None = None,
     meshes: Meshes | None = None,
+    open_file: OpenDatabase | None = None,
     off_screen: Path | str | None = None,
     keys: str = "",
     screenshots: Path | str = ".",
@@ -28,7 +33,8 @@ def browse(
 
     source: where patterns come from. n_sides: the class to begin with, otherwise the
     smallest. expand: the disk of a pattern at given polychord widths, for the keys that
-    widen. meshes: names of the meshes a pattern occurs in. off_screen: write one picture to
+    widen. meshes: names of the meshes a pattern occurs in. open_file: opens a database that is
+    chosen or dropped, and gives it with what ``meshes`` is for it. off_screen: write one picture to
     this PNG instead of opening a window; it is drawn without OpenGL, and is the same everywhere.
     keys: pressed first, with spaces between ("n n ] Up"). screenshots: folder for those that the
     key s saves. window_size: pixels.
@@ -54,8 +60,15 @@ def browse(
     from viewer.browser_window import BrowserWindow
     from viewer.shell.opening import open_window
 
-    open_window(shell, pressed, "Patterns", BrowserWindow)
-    return state
+    def open_another(path: Path) -> BrowserSaver:
+        assert open_file is not None
+        other, known = open_file(path)
+        other_state = BrowserState(other, expand=expand)
+        return BrowserSaver(other_state, known, Path(screenshots), window_size)
+
+    opener = None if open_file is None else open_another
+    shown = open_window(shell, pressed, "Patterns", BrowserWindow, opener)
+    return shown.state
 
 
 class BrowserSaver(saver.Saver):

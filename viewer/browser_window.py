@@ -143,12 +143,11 @@ class BrowserWindow(ShellWindow):
     def make_docks(self) -> list[Dock]:
         """Make the dock of filters."""
         dock = Dock("Filters", self)
-        state = self.state
+        # Of whatever state is shown then: another database may be opened.
         self.sides = QComboBox()
-        self.sides.addItems([str(n) for n in state.classes])
         self.sides.setToolTip("Patterns of so many sides")
         self.sides.activated.connect(
-            lambda row: self._filter(lambda: state.choose_class(state.classes[row]))
+            lambda row: self._filter(lambda: self.state.choose_class(self.state.classes[row]))
         )
         self.irregular = QSpinBox()
         self.irregular.setRange(-1, MOST_IRREGULAR)
@@ -156,18 +155,20 @@ class BrowserWindow(ShellWindow):
         self.irregular.setToolTip("Patterns of so many irregular vertices")
         self.irregular.setKeyboardTracking(False)
         self.irregular.valueChanged.connect(
-            lambda value: self._filter(lambda: state.limit_irregular(None if value < 0 else value))
+            lambda value: self._filter(
+                lambda: self.state.limit_irregular(None if value < 0 else value)
+            )
         )
         self.valences = QComboBox()
         for one in VALENCE_RANGES:
             self.valences.addItem("any" if one is None else f"{one[0]} to {one[1]}")
         self.valences.setToolTip("Patterns whose irregular vertices have so many quads")
         self.valences.activated.connect(
-            lambda row: self._filter(lambda: state.choose_valences(VALENCE_RANGES[row]))
+            lambda row: self._filter(lambda: self.state.choose_valences(VALENCE_RANGES[row]))
         )
         self.convex = QCheckBox("convex patterns only")
         self.convex.setToolTip("Patterns without a reflex corner")
-        self.convex.clicked.connect(lambda _: self._filter(state.toggle_convex))
+        self.convex.clicked.connect(lambda _: self._filter(self.state.toggle_convex))
         rows = [
             ("sides", self.sides),
             ("irregular vertices", self.irregular),
@@ -189,6 +190,10 @@ class BrowserWindow(ShellWindow):
         state = self.state
         self._refreshing = True
         try:
+            classes = [str(n) for n in state.classes]
+            if classes != [self.sides.itemText(row) for row in range(self.sides.count())]:
+                self.sides.clear()
+                self.sides.addItems(classes)
             self.sides.setCurrentIndex(state.classes.index(state.patterns.n_sides))
             self.irregular.setValue(-1 if state.n_irregular is None else state.n_irregular)
             self.valences.setCurrentIndex(VALENCE_RANGES.index(state.valences))

@@ -120,11 +120,19 @@ class Camera:
         self._toward = np.array(toward, np.float64)
         self._up = np.array(up, np.float64)
         self._moved = False
+        self._fitted: tuple[tuple[float, ...], View] | None = None
         self.view = self.fit_all()
 
     def fit_all(self) -> View:
         """The view in which all is seen, as at first."""
-        return fit_view(self._points, self._toward, self._up, *self.room)
+        return self._fit(self._up)
+
+    def _fit(self, up: Points) -> View:
+        # Asked for with every picture, of points that do not change.
+        key = (*self.room, *self._toward.tolist(), *up.tolist())
+        if self._fitted is None or self._fitted[0] != key:
+            self._fitted = key, fit_view(self._points, self._toward, up, *self.room)
+        return self._fitted[1]
 
     def fill(self, width: float, height: float) -> None:
         """The picture has this size without the panel; a view not yet moved is fitted into it."""
@@ -230,7 +238,7 @@ class ModelCamera(Camera):
         up = self.upward
         if abs(up @ self._toward) > 0.999 * np.linalg.norm(self._toward):
             up = self._turned((0.0, 1.0, 0.0))
-        return fit_view(self._points, self._toward, up, *self.room)
+        return self._fit(up)
 
 
 # Where a thing is looked at from at first.

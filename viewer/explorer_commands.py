@@ -30,6 +30,7 @@ KEY_HELP = (
     (", .", "tolerance of strokes, in edges"),
     ("f", "strands follow strokes, or not"),
     ("n", "show the fill, or the boundary alone"),
+    ("t", "the strands of quads at the pointer, or not"),
     ("v   u", "view back to the middle; roll it"),
     ("z   Z", "undo; redo"),
     ("w   p", "save the fill as OBJ; the picture"),
@@ -53,7 +54,7 @@ ALIASES = (
         "Page_Down": "Next",
         "Page_Up": "Prior",
     }
-    | {c.upper(): c for c in "amorbcksxlfnvuwphq"}
+    | {c.upper(): c for c in "amorbcksxlfntvuwphq"}
 )
 
 
@@ -174,6 +175,10 @@ COMMANDS: tuple[Command[ExplorerState], ...] = (
             "A quarter turn about the line of sight"),
     Command("hide-fill", "Boundary alone", "View", ("n",), lambda e: e.toggle("hiding"),
             "Hide the fill, or show it again", checked=lambda e: e.hiding),
+    Command("strands", "Strands at the pointer", "View", ("t",),
+            lambda e: e.toggle("strips_shown"),
+            "Show the two strands of quads that cross under the pointer",
+            checked=lambda e: e.strips_shown),
 )  # fmt: skip
 
 #: The key of the list of keys, which a picture can have; windows have menus.

@@ -27,6 +27,7 @@ MARKER = (0.16, 3.0, 7.0)
 
 BOUNDARY_WIDTH = 3.0
 STROKE_WIDTH = 3.6
+STRAND_WIDTH = 2.2
 PREVIEW = "#e4487f"
 
 #: Pieces of a stroke between points of it: it follows the surface.
@@ -66,6 +67,9 @@ def compose_explorer(
         if stroke.points is not None:
             painter.line(stroke.points, style.STROKE, STROKE_WIDTH, closed=stroke.is_loop)
     if net is not None:
+        for strip, colour in zip(state.strips_under(), style.STRANDS, strict=False):
+            painter.line(strip, style.PAPER, STRAND_WIDTH + 1.8)
+            painter.line(strip, colour, STRAND_WIDTH)
         painter.markers(net)
     painter.in_progress()
     if not bare:

@@ -9,6 +9,7 @@ import numpy as np
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb.geometry.strips import trace_strips_at
 from query import Boundary, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
@@ -72,6 +73,7 @@ class ExplorerState:
         self.finder = FillFinder(source, surface, strokes, tolerance, limit, folded)
         self.helping = False
         self.hiding = False
+        self.strips_shown = True
         self.mode = PointerMode.LOOK
         self.contour: Contour | None = None
         self.ground = DrawingGround(surface)
@@ -282,7 +284,7 @@ class ExplorerState:
 
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""
-        before = (self.side_under(), self.corner_under())
+        before = self._things_under()
         last, self.pointer = self.pointer, (x, y)
         if self._turning and last is not None:
             upward = UPWARD if self.turntable else None
@@ -292,8 +294,11 @@ class ExplorerState:
         elif self.mode is PointerMode.CORNERS and self.pen.clicked:
             self.pen.look_ahead(self.view, x, y)
         else:
-            return before != (self.side_under(), self.corner_under())
+            return before != self._things_under()
         return True
+
+    def _things_under(self) -> tuple[int | None, int | None, int | None]:
+        return self.side_under(), self.corner_under(), self.quad_under()
 
     def press(self, x: float, y: float, *, turn: bool = False) -> bool:
         """A button goes down. turn: it is the one that always turns the view."""
@@ -352,6 +357,31 @@ class ExplorerState:
         near = np.linalg.norm(at - self.pointer, axis=1)
         best = int(near.argmin())
         return best if near[best] < SIDE_REACH else None
+
+    def quad_under(self) -> int | None:
+        """The quad of the fill that is seen under the pointer, where strands are shown."""
+        placed, fill = self.finder.placed, self.finder.fill
+        hidden = self.hiding or not self.strips_shown or self._turning
+        if hidden or placed is None or fill is None or self.pointer is None:
+            return None
+        if self.mode is not PointerMode.LOOK:
+            return None
+        seen = self.view.seen(placed.placement.vertices[fill.quads])
+        off = seen[..., :2] - np.array(self.pointer)
+        ahead = np.roll(off, -1, axis=1)
+        # On the left of all four sides: seen from outside, and under the pointer.
+        left = off[..., 0] * ahead[..., 1] - off[..., 1] * ahead[..., 0]
+        within = np.flatnonzero((left > 0.0).all(axis=1))
+        if not len(within):
+            return None
+        return int(within[seen[within, :, 2].mean(axis=1).argmax()])
+
+    def strips_under(self) -> list[Points]:
+        """The lines (n, 3) along the strands of quads that cross under the pointer."""
+        quad, placed, fill = self.quad_under(), self.finder.placed, self.finder.fill
+        if quad is None or placed is None or fill is None:
+            return []
+        return trace_strips_at(placed.placement.vertices, fill.quads, quad)
 
     # How it is done
 

@@ -119,7 +119,8 @@ class Frame:
         """Triangles as seen from the middle of the view; placed: those in the picture already."""
         corners = np.concatenate([NOTHING[0], *(part[0] for part in parts)])
         corners = np.concatenate([placed[0], corners + np.array([*self.middle, 0.0])])
-        return Solid(corners, np.concatenate([placed[1], *(part[1] for part in parts)]), 0.0)
+        colours = np.concatenate([placed[1], *(part[1] for part in parts)])
+        return Solid(corners, colours, 0.0, placed)
 
     def drawn(self, solid: Solid) -> Drawn:
         """The picture, all put into its scene."""

@@ -69,9 +69,9 @@ class Saver(ABC):
     def draw_live(self, width: float, height: float) -> Drawn:
         """The picture without what a window says beside it, of so many points."""
 
+    @abstractmethod
     def describe(self, writer: FactWriter) -> None:
         """Write what is said beside the picture."""
-        raise NotImplementedError("a viewer says what it shows")
 
     def hint(self) -> str:
         """What is to be done now, in a line; "" for nothing in particular."""

@@ -211,11 +211,14 @@ class Solid:
     corners: (t, 3, 3) float64 x, y in points from the picture's lower left, and nearness.
     colours: (t, 3, 3) float32, 0 to 1, of the corners.
     lift:    points by which the fill is nearer than it is.
+    ground:  the first of them, or none; the same arrays as long as they stay as they are, so that
+             who shows them need not look.
     """
 
     corners: Points
     colours: Grid
     lift: float
+    ground: Triangles = NOTHING
 
     @classmethod
     def of(

@@ -23,6 +23,9 @@ SELECTED = "#e4487f"
 STROKE = "#8a3ffc"
 MESSAGE = "#b3124c"
 
+#: The two strands of quads that cross under the pointer.
+STRANDS = ("#0b8a7d", "#b45a0b")
+
 #: Soft tints for polychords, told apart in this order.
 TINTS = (
     "#9cc3e6",

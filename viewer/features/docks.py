@@ -52,16 +52,22 @@ class FeatureWindow(ShellWindow):
         return [curves, fit]
 
     def _slider_row(self, name: str) -> SliderRow:
-        state = self.state
+        # Of whatever state is shown then: another model may be opened.
         return SliderRow(
             RAILS[name].slider,
-            lambda: get_slider_value(state.editing.shown_settings, name),
-            lambda value: state.slide_to(name, value),
-            state.begin_sliding,
-            state.end_sliding,
-            lambda: name != "angle" or state.editing.shown_settings.alpha < 1.0,
+            lambda: get_slider_value(self.state.editing.shown_settings, name),
+            lambda value: self.state.slide_to(name, value),
+            self._begin_sliding,
+            self._end_sliding,
+            lambda: name != "angle" or self.state.editing.shown_settings.alpha < 1.0,
             TIPS[name],
         )
+
+    def _begin_sliding(self) -> None:
+        self.state.begin_sliding()
+
+    def _end_sliding(self) -> None:
+        self.state.end_sliding()
 
     def run_command(self, command: Command[Any]) -> None:
         """Obey a command; a curve is named in the list."""

@@ -13,11 +13,13 @@ import numpy as np
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import Snap, SnapSettings
+from patterndb_sketch.features.splines.spline import LEAST_CLOSED
 from viewer.features.edits import (
     CurveLook,
     DrawnCurve,
@@ -192,6 +194,26 @@ class FeatureEditing:
         else:
             self.revise(replace(curve, name=name))
 
+    def turn_closed(self) -> None:
+        """Close the curve that is drawn or selected, or open it again."""
+        curve = self._preview if self.clicks is not None else self.curve
+        if curve is None:
+            self.message = (
+                "select a curve first: click on it"
+                if self.clicks is None
+                else "click three points of the model at least"
+            )
+            return
+        try:
+            turned = curve.turned(self.model)
+        except InvalidFeatureError as error:
+            self.message = str(error)
+            return
+        if self.clicks is None:
+            self.revise(turned)
+        else:
+            self._show_preview(turned)
+
     def snap_again(self) -> None:
         """One more round: ribs about the selected curve as it is now."""
         curve = self.curve
@@ -293,7 +315,8 @@ class FeatureEditing:
         preview = self._preview
         if preview is None or self.look(preview) is not None:
             return None
-        return find_initial_curve(self.model, preview.clicked).samples
+        samples = find_initial_curve(self.model, preview.clicked, closed=preview.closed).samples
+        return np.concatenate([samples, samples[:1]]) if preview.closed else samples
 
     def begin_curve(self) -> None:
         """Draw a curve with clicks, or begin it anew."""
@@ -367,6 +390,18 @@ class FeatureEditing:
             return
         self._click((*self.clicks, point))
 
+    @property
+    def may_close(self) -> bool:
+        """Has the curve that is drawn clicks enough to be closed by one more, on the first?"""
+        return self.clicks is not None and len(self.clicks) >= LEAST_CLOSED
+
+    def close_curve(self) -> None:
+        """The first of the clicks was clicked again: the curve is closed, and finished."""
+        preview = self._preview
+        if preview is not None and not preview.closed:
+            self.turn_closed()
+        self.finish_curve()
+
     def _click(self, clicks: tuple[Points, ...]) -> None:
         """The curve is drawn through these points."""
         self.clicks = clicks
@@ -380,7 +415,9 @@ class FeatureEditing:
             key, self._next = self._next, self._next + 1
             curve = DrawnCurve(key, self.edits.free_name(), np.stack(clicks), self.settings)
         else:
-            curve = replace(self._preview, clicked=np.stack(clicks))
+            # Closed stays closed while clicks are enough.
+            closed = self._preview.closed and len(clicks) >= LEAST_CLOSED
+            curve = replace(self._preview, clicked=np.stack(clicks), closed=closed)
         self._show_preview(curve)
 
     def _show_preview(self, curve: DrawnCurve) -> None:
@@ -498,6 +535,7 @@ def _same(curve: DrawnCurve, other: DrawnCurve) -> bool:
     """Do two curves snap alike? Names are no matter."""
     return (
         curve.clicked is other.clicked
+        and curve.closed == other.closed
         and curve.constraints is other.constraints
         and (curve.settings, curve.again) == (other.settings, other.again)
     )

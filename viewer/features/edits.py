@@ -11,6 +11,7 @@ import numpy as np
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb_sketch.features.initial import find_initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import (
     FeatureSession,
@@ -21,6 +22,7 @@ from patterndb_sketch.features.sessionfile import (
 )
 from patterndb_sketch.features.snap import FeatureCurve, Snap, SnapSettings
 from patterndb_sketch.features.splines import Constraint, Spline
+from patterndb_sketch.features.strokes import find_held_samples
 
 
 def open_session_curves(
@@ -35,7 +37,9 @@ def open_session_curves(
     curves: list[tuple[DrawnCurve, CurveLook]] = []
     for key, one in enumerate(session.curves):
         own = settings_of_numbers(session.settings, common, one.name)
-        curve = DrawnCurve(key, one.name, one.clicked, own, one.constraints)
+        curve = DrawnCurve(
+            key, one.name, one.clicked, own, one.constraints, closed=one.spline.closed
+        )
         curves.append((curve, CurveLook.of(one.spline, one.samples)))
     asked, usual = settings_numbers(settings), settings_numbers(SnapSettings())
     given = {name: value for name, value in asked.items() if value != usual[name]}
@@ -89,6 +93,7 @@ class DrawnCurve:
     key:      stays when a curve is edited. name: which the user gives.
     clicked:  (c, 3) float64, on the model. constraints: samples that are pinned, and where.
     again:    further rounds of snapping that were asked for.
+    closed:   does it go on from the last click to the first?
     """
 
     key: int
@@ -97,12 +102,26 @@ class DrawnCurve:
     settings: SnapSettings
     constraints: tuple[Constraint, ...] = ()
     again: int = 0
+    closed: bool = False
 
     def pinned(self, sample: int, point: Points) -> DrawnCurve:
         """With a sample pinned to a point (3,), wherever it was before."""
         others = [one for one in self.constraints if one[0] != sample]
         pins = sorted([*others, (sample, point)], key=lambda one: one[0])
         return replace(self, constraints=tuple(pins))
+
+    def turned(self, model: Model) -> DrawnCurve:
+        """Closed if it was open, and open if it was closed.
+
+        Pins stay where they are, at the samples that are nearest to them then.
+
+        Raises InvalidFeatureError for fewer than three clicks, and for pins at one sample.
+        """
+        closed = not self.closed
+        samples = find_initial_curve(model, self.clicked, closed=closed).samples
+        pins = np.array([point for _, point in self.constraints]).reshape(-1, 3)
+        held = sorted(find_held_samples(samples, pins), key=lambda one: one[0])
+        return replace(self, closed=closed, constraints=tuple(held))
 
     def unpinned(self, sample: int) -> DrawnCurve:
         """With a sample free again."""
@@ -166,16 +185,21 @@ def snap_curve(
     """Snap a curve, as far as that is needed after what it was before.
 
     before: the curve that it was edited from, None if it is new. known: what that one snapped
-    to, if that is still known; else it is snapped anew. So is a curve with other clicks, or
-    without a pin of before: ribs follow a curve to its pins, but not back.
+    to, if that is still known; else it is snapped anew. So is a curve with other clicks, one that
+    was closed or opened, or one without a pin of before: ribs follow a curve to its pins, but not
+    back.
 
     Raises as :meth:`patterndb_sketch.features.snap.Snap.begin` does.
     """
     if before is None or _freed(before, wanted):
-        snapped = Snap.begin(model, wanted.clicked, wanted.settings, wanted.constraints)
+        snapped = Snap.begin(
+            model, wanted.clicked, wanted.settings, wanted.constraints, closed=wanted.closed
+        )
         return snapped.again(wanted.again)
     if known is None:
-        known = Snap.begin(model, before.clicked, before.settings, before.constraints)
+        known = Snap.begin(
+            model, before.clicked, before.settings, before.constraints, closed=before.closed
+        )
         known = known.again(before.again)
     if wanted.settings != known.settings:
         known = known.with_settings(wanted.settings)
@@ -185,10 +209,11 @@ def snap_curve(
 
 
 def _freed(before: DrawnCurve, after: DrawnCurve) -> bool:
-    """Are the clicks others, or is a sample no more pinned?"""
+    """Are the clicks others, is it closed or opened, or is a sample no more pinned?"""
     pinned = {number for number, _ in after.constraints}
     free = any(number not in pinned for number, _ in before.constraints)
-    return free or not np.array_equal(before.clicked, after.clicked)
+    other = before.closed != after.closed or not np.array_equal(before.clicked, after.clicked)
+    return free or other
 
 
 class SnapMaker:

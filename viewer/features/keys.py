@@ -12,6 +12,7 @@ from viewer.modelcommands import model_commands
 KEY_HELP = (
     ("c", "draw a curve: click points on the model"),
     ("Enter  ⌫", "finish it; take the last click back"),
+    ("l", "close it, or open it again; so does a click on its first point"),
     ("drag", "pull a curve: a pin holds it where it is dropped"),
     ("d", "take the pin at the pointer away"),
     ("click  Tab", "select a curve; the next one"),
@@ -41,7 +42,7 @@ SLIDE = 0.04
 ALIASES = (
     {name: key for name, key in ALIASES.items() if key in {*"+-,.[]"} or key == "h"}
     | {"Return": "Enter", "KP_Enter": "Enter", "space": "Tab", "ISO_Left_Tab": "BackTab"}
-    | {c.upper(): c for c in "cdeaxyzrmvgfsonphq"}
+    | {c.upper(): c for c in "cdelaxyzrmvgfsonphq"}
     | {f"KP_{i}": str(i) for i in (1, 2, 3)}
 )
 
@@ -52,6 +53,12 @@ def _has_curves(state: FeatureState) -> bool:
 
 def _has_selected(state: FeatureState) -> bool:
     return state.editing.curve is not None and state.editing.clicks is None
+
+
+def _is_closed(state: FeatureState) -> bool:
+    editing = state.editing
+    curve = editing.preview if editing.clicks is not None else editing.curve
+    return curve is not None and curve.closed
 
 
 def _slide(name: str, title: str, key: str, by: float, tip: str) -> Command[FeatureState]:
@@ -94,6 +101,9 @@ COMMANDS: tuple[Command[FeatureState], ...] = (
             "Give the selected curve another name", enabled=_has_selected, bar=True),
     Command("snap-again", "Snap again", "Curve", ("a",), lambda s: s.editing.snap_again(),
             "One more round: from where the selected curve is now", enabled=_has_selected),
+    Command("close-curve", "Close curve", "Curve", ("l",), lambda s: s.editing.turn_closed(),
+            "Go on from the last click to the first, or open the curve again",
+            checked=_is_closed),
     Command("unpin", "Take pin away", "Curve", ("d",), lambda s: s.unpin(),
             "Take the pin at the pointer away"),
     _slide("alpha", "alpha", "-", -SLIDE, "Follow the angle of normals rather than bends"),

@@ -31,7 +31,9 @@ HINTS = {
     0: "click along a feature of the model    Esc: leave",
     1: "click on along the feature    ⌫: take back    Esc: drop",
     2: "click on, or Enter: finish    ⌫: take back    Esc: drop",
+    3: "click on, the first point: close it    Enter: finish    ⌫: take back    Esc: drop",
 }
+CLOSING = "click: close the curve here    ⌫: take back    Esc: drop"
 NAMING = "type a name    Enter: keep it    Esc: leave it as it was"
 
 #: After a name that is typed. (VTK takes "|" for the border of two columns.)
@@ -70,7 +72,7 @@ def tell_hint(state: FeatureState) -> str:
     if state.editing.typed is not None:
         return NAMING
     if state.editing.clicks is not None:
-        return HINTS[min(len(state.editing.clicks), 2)]
+        return CLOSING if state.closing else HINTS[min(len(state.editing.clicks), max(HINTS))]
     return "" if state.editing.edits.curves else "press c to draw a curve along a feature"
 
 
@@ -176,7 +178,8 @@ def _curve(writer: FactWriter, state: FeatureState, curve: DrawnCurve) -> None:
     writer.heading(_short(curve.name))
     if look is not None:
         writer.fact("length", f"{look.spline.length:.4g}")
-        writer.fact("spline", format_count(len(look.spline.control), "control point"))
+        count = format_count(len(look.spline.control), "control point")
+        writer.fact("spline", f"{count}, closed" if look.spline.closed else count)
     if snap is not None:
         found = snap.curve
         text = f"{len(snap.ribs):,}"

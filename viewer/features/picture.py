@@ -107,6 +107,8 @@ def _curves(state: FeatureState) -> list[Triangles]:
     seen = state.camera.view.seen(clicks)
     parts.append(make_discs(seen, colour, CLICKED + 1.4, lift + 2.0))
     parts.append(make_discs(seen, style.PAPER, CLICKED, lift + 2.4))
+    if state.closing:
+        parts.append(make_discs(seen[:1], style.SELECTED, CLICKED + 1.4, lift + 2.8))
     return parts
 
 

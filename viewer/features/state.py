@@ -26,10 +26,11 @@ from viewer.features.pointing import (
     CurveUnderPointer,
     find_surface_point,
     find_under_pointer,
+    is_visible,
     make_matrix_camera,
     to_picture_place,
 )
-from viewer.nearness import CLICK
+from viewer.nearness import CLICK, PIN_REACH
 from viewer.skin import Skin
 
 #: Seconds that each move of the pointer waits for what it changes: a pin follows it in any case.
@@ -92,6 +93,17 @@ class FeatureState:
     def holding(self) -> bool:
         """Does the pointer hold a curve or a slider?"""
         return self._held in ("curve", "slider")
+
+    @property
+    def closing(self) -> bool:
+        """Is the pointer on the first of the clicks, so that one more closes the curve?"""
+        editing, place = self.editing, self.camera.pointer
+        if editing.clicks is None or not editing.may_close or place is None:
+            return False
+        first = editing.clicks[0]
+        seen = self.camera.view.seen(first)[:2]
+        near = bool(np.linalg.norm(seen - np.array(place)) <= PIN_REACH)
+        return near and is_visible(self.camera.view, editing.model, self.camera.room, first)
 
     @property
     def sliding(self) -> str | None:
@@ -164,13 +176,13 @@ class FeatureState:
 
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""
-        before = self.under(), self.sliding
+        before = self.under(), self.sliding, self.closing
         last, self.camera.pointer = self.camera.pointer, (x, y)
         if self._held == "slider":
             self._slide_to(x)
             return True
         if self._held is None or last is None:
-            return before != (self.under(), self.sliding)
+            return before != (self.under(), self.sliding, self.closing)
         if self._pressed is not None:
             dx, dy = x - self._pressed[0], y - self._pressed[1]
             if np.hypot(dx, dy) < CLICK:
@@ -195,6 +207,8 @@ class FeatureState:
             self._end_change()
             if drag is not None and drag.missed:
                 self.message = "the pointer left the model: the pin stays where it was last"
+        elif held == "click" and pressed is not None and self.closing:
+            self.editing.close_curve()
         elif held == "click" and pressed is not None:
             self.editing.click(
                 find_surface_point(self.camera.view, self.editing.model, self.camera.room, x, y)

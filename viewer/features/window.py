@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from patterndb.geometry.points import Points
@@ -36,6 +36,7 @@ def show(
     session: FeatureSession,
     session_path: Path | None,
     settings: SnapSettings,
+    open_file: Callable[[Path], Model] | None = None,
     keys: str = "",
     folder: Path | str = ".",
     window_size: tuple[int, int] = WINDOW,
@@ -44,7 +45,8 @@ def show(
 
     title: of the window and its panel. session: what has been worked on before. session_path:
     where it is saved; None for a new file in the folder. settings: of the next curve, see
-    :func:`viewer.features.edits.opened`. keys: pressed first, with spaces between. folder: for
+    :func:`viewer.features.edits.opened`. open_file: reads another model, on which curves are drawn
+    from then on. keys: pressed first, with spaces between. folder: for
     what keys save. window_size: pixels.
 
     Returns the state at the end. Raises ValueError for a key there is not, InvalidFeatureError
@@ -63,7 +65,15 @@ def show(
         from viewer.features.docks import FeatureWindow
         from viewer.shell.opening import open_window
 
-        open_window(shell, pressed, title or "Feature curves", FeatureWindow)
+        def open_another(path: Path) -> FeatureSaver:
+            assert open_file is not None
+            fresh = FeatureWriter(Path(folder), None)
+            other = FeatureState(open_file(path), settings=settings, files=fresh, title=path.name)
+            return FeatureSaver(other, fresh, window_size)
+
+        opener = None if open_file is None else open_another
+        shown = open_window(shell, pressed, title or "Feature curves", FeatureWindow, opener)
+        state = shown.state
     finally:
         state.close()
     return state

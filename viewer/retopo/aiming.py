@@ -9,9 +9,10 @@ from typing import Literal
 import numpy as np
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.strips import pair_edges, trace_strips_at
 from patterndb_sketch.retopo.editor import Call
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import find_strip
+from patterndb_sketch.retopo.filling import RetopoMesh, find_strip
 from patterndb_sketch.retopo.ground import GroundPoints
 from patterndb_sketch.retopo.tool import SNAP, ToolWork
 from patterndb_sketch.retopo.tools.loop import plane_of_line
@@ -41,6 +42,27 @@ ZOOMS = (0.05, 1.0)
 #: Seconds that a move of the pointer waits for its preview.
 LIVE = 0.03
 
+
+class StripFinder:
+    """Finds the strips of quads through a quad; what was found last is kept, and how a mesh's edges
+    are paired."""
+
+    def __init__(self) -> None:
+        self._mesh: RetopoMesh | None = None
+        self._twin = np.zeros(0, np.int32)
+        self._quad = -1
+        self._lines: list[Points] = []
+
+    def find(self, mesh: RetopoMesh, quad: int) -> list[Points]:
+        """The lines (n, 3) along the strips that pass a quad of a mesh."""
+        if mesh is not self._mesh:
+            self._mesh, self._twin, self._quad = mesh, pair_edges(mesh.quads), -1
+        if quad != self._quad:
+            self._quad = quad
+            self._lines = trace_strips_at(mesh.vertices, mesh.quads, quad, self._twin)
+        return self._lines
+
+
 #: What the pointer drags.
 Held = Literal["view", "line", "plane", "drag", "click"]
 
@@ -51,7 +73,8 @@ class ToolPointer:
     mode: what the left button does. choice: which completion is shown, 0 for the largest.
     options: of tools, as they were set. held: what the pointer drags, from where it was pressed,
     and whether it has strayed from there. foot: the point of the ground under the pointer. line:
-    what is being drawn, on the ground. preview: what would come of it.
+    what is being drawn, on the ground. preview: what would come of it. strips_shown: are the strips
+    of quads shown that pass the pointer?
     """
 
     def __init__(self, editing: RetopoEditing, camera: RetopoCamera) -> None:
@@ -68,6 +91,8 @@ class ToolPointer:
         self.foot: GroundPoints | None = None
         self.line: list[Points] = []
         self.preview: Preview | None = None
+        self.strips_shown = True
+        self._strips = StripFinder()
         self._picker = NetworkPicker()
         self._latest = Latest()
 
@@ -106,6 +131,23 @@ class ToolPointer:
             return None
         found = self.editing.shown.body.patch_at(self.foot.points[0])
         return None if found in self.editing.shown.stale() else found
+
+    def mirror(self, points: Points) -> Points | None:
+        """The image (..., 3) of points (..., 3) beyond the plane of symmetry; None where it is
+        off."""
+        plane = self.editing.shown.state.plane
+        return None if plane is None else plane.mirror(points.reshape(-1, 3)).reshape(points.shape)
+
+    def strips_under(self) -> list[Points]:
+        """The lines (n, 3) along the strips of quads through the quad under the pointer; none where
+        they are not asked for, or something is drawn or turned."""
+        if not self.strips_shown or self.foot is None or self.held is not None:
+            return []
+        shown = self.editing.shown
+        quad = shown.body.quad_at(self.foot.points[0])
+        if quad is None or shown.body.mesh.patch[quad] in shown.stale():
+            return []
+        return self._strips.find(shown.body.mesh, quad)
 
     def snaps(self) -> list[Points]:
         """(3,) where the ends of what is drawn, or would be, snap to."""

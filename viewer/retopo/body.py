@@ -16,6 +16,7 @@ from patterndb_sketch.retopo.filling import (
     find_irregular_vertices,
     find_open_edges,
 )
+from patterndb_sketch.retopo.filling.report import cut_fans
 from patterndb_sketch.retopo.ground import Ground
 from viewer.skin import Skin
 
@@ -29,15 +30,20 @@ UNDER = 1.5
 #: What is nearest to an edge of a quad is below the quads if it is this near, in median edges.
 RIM = 0.2
 
+#: The owner of what is drawn and of no patch.
+NO_PATCH = -1
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class NetworkBody:
     """All quads as triangles, with what lies on them.
 
     mesh:    what they are of, as it is saved.
-    skin:    (2 q) triangles, the two halves of a quad one after another.
-    owner:   (2 q,) int32, the patch of each. sides: (2 q,) int32, how many sides it has.
-    flipped: (2 q,) bool, is its quad clockwise, or does it cross itself?
+    skin:    (t,) triangles, the two halves of a quad one after another, then those of faces that
+             were given.
+    owner:   (t,) int32, the patch of each, -1 for such faces. sides: (t,) int32, how many sides it
+             has, 0 for such faces.
+    flipped: (t,) bool, is its quad clockwise, or does it cross itself?
     edges:   (e, 2, 3) edges within patches, up: (e, 2, 3) normals there, of: (e,) their patch.
     irregular: (k,) int32 vertices not of 4 quads, but for those on open borders; valences: (k,).
     rim:     (k,) int32, one of the patches around each.
@@ -74,8 +80,11 @@ class NetworkBody:
         cut = np.where(
             first, quads[:, [[0, 1, 2], [0, 2, 3]]], quads[:, [[0, 1, 3], [1, 2, 3]]]
         ).reshape(-1, 3)
-        owner = np.repeat(mesh.patch, 2)
+        kept = cut_fans(mesh.kept)
+        cut = np.concatenate([cut, kept])
+        owner = np.concatenate([np.repeat(mesh.patch, 2), np.full(len(kept), NO_PATCH, np.int32)])
         corners = {p: len(found.network.patches[p].corners) for p in found.placed}
+        corners[NO_PATCH] = 0
         sides = np.array([corners[p] for p in owner.tolist()], np.int32)
         tail, head = quads.ravel(), np.roll(quads, -1, axis=1).ravel()
         pairs = np.sort(np.stack([tail, head], axis=1), axis=1)
@@ -102,7 +111,7 @@ class NetworkBody:
             skin,
             owner.astype(np.int32),
             sides,
-            np.repeat(_flipped(found, len(quads)), 2),
+            np.pad(np.repeat(_flipped(found, len(quads)), 2), (0, len(kept))),
             at[pairs],
             mesh.normals[pairs],
             named[:, 0].astype(np.int32),
@@ -117,13 +126,24 @@ class NetworkBody:
 
     def patch_at(self, point: Points) -> int | None:
         """The patch whose quads a point (3,) of the ground is on."""
+        found = self._find_triangle(point)
+        return None if found is None else int(self.owner[found])
+
+    def quad_at(self, point: Points) -> int | None:
+        """The quad of the mesh that a point (3,) of the ground is on."""
+        found = self._find_triangle(point)
+        return None if found is None else found // 2
+
+    def _find_triangle(self, point: Points) -> int | None:
+        """Which triangle of a quad a point (3,) of the ground is on."""
         if self._surface is None:
             return None
         triangle, weights = self._surface.located(point[None])
         foot = self._surface.at(triangle, weights).points[0]
         if np.linalg.norm(foot - point) > ON * self.edge:
             return None
-        return int(self.owner[self._sound[triangle[0]]])
+        at = int(self._sound[triangle[0]])
+        return None if self.owner[at] == NO_PATCH else at
 
 
 def _flipped(found: FilledNetwork, count: int) -> NDArray[np.bool_]:

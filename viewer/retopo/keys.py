@@ -23,6 +23,7 @@ KEY_HELP = (
     ("C", "choose all counts anew but pinned ones"),
     ("u   U", "undo; redo"),
     ("m   x", "surface, see-through or not; quads, curves"),
+    ("T", "the strands of quads at the pointer, or not"),
     ("1 2 3   v", "along the axes; as at first"),
     ("Z   F", "which axis is upright; roll the view"),
     ("s   o", "save the session; the quads as OBJ"),
@@ -45,7 +46,7 @@ ALIASES = (
     | {
         k.upper(): k
         for k in [*MODE_KEYS, *"nbmxvopqh"]
-        if k.upper() not in {*"ECUZFSR", *MODE_KEYS}
+        if k.upper() not in {*"ECUZFSRT", *MODE_KEYS}
     }
 )
 
@@ -118,6 +119,9 @@ COMMANDS: tuple[Command[RetopoState], ...] = (
                     ("m", "v", "Z", "F")),
     Command("next-seen", "Quads and curves", "View", ("x",), lambda s: s.next_seen(),
             "See quads and curves, curves alone, or quads alone"),
+    Command("strips", "Strands at the pointer", "View", ("T",), lambda s: s.toggle_strips(),
+            "Show the two strands of quads that cross under the pointer",
+            checked=lambda s: s.tool.strips_shown),
     Command("save", "Save session now", "File", ("s",), lambda s: s.editing.save_session(),
             "Save the session in its file, or in a new one", bar=True),
     Command("save-mesh", "Save quads as OBJ", "File", ("o",), lambda s: s.editing.save_mesh(),

@@ -69,9 +69,13 @@ VALENCES = {3: "#0072b2", 5: "#d55e00"}
 OTHER_VALENCE = "#7a1fa2"
 
 
+#: Faces that were given, and are no patches.
+GIVEN = "#b4bcc8"
+
+
 def choose_side_colour(sides: int) -> str:
-    """Choose the colour of a patch with so many sides."""
-    return SIDES.get(sides, MORE_SIDES)
+    """Choose the colour of a patch with so many sides, or, for 0, of a face that was given."""
+    return GIVEN if sides == 0 else SIDES.get(sides, MORE_SIDES)
 
 
 def choose_valence_colour(valence: int) -> str:

@@ -115,6 +115,8 @@ def _facts(writer: FactWriter, scene: Scene | None, state: RetopoState) -> None:
         quads = f"{len(body.mesh.quads):,}"
         without = f", {empty} {'patch' if empty == 1 else 'patches'} without" if empty else ""
         writer.fact("quads", quads + without)
+    if body.mesh.kept:
+        writer.fact("as given", format_count(len(body.mesh.kept), "face"))
     if shown.fresh:
         counts = np.unique(body.valences, return_counts=True)
         pairs = list(zip(counts[0].tolist(), counts[1].tolist(), strict=True))

@@ -137,6 +137,9 @@ DARKER = 0.84
 #: Widths in points: of curves, what is being drawn, and what would be.
 CURVE_WIDTH, INK_WIDTH, PREVIEW_WIDTH = 3.0, 3.4, 3.0
 
+#: Likewise of the image of what is drawn, or would be, beyond the plane of symmetry; of strands.
+IMAGE_WIDTH, STRAND_WIDTH = 2.2, 2.4
+
 #: Radii in points: of the ring around what is snapped to.
 RING = (6.0, 9.0)
 
@@ -284,24 +287,32 @@ def _pointed(state: RetopoState) -> list[Triangles]:
         lines = project_chains(meant, view, through=True)
         colour = style.SELECTED
         parts.append(make_ribbons(lines, colour, CURVE_WIDTH + 2.2, lift + 0.8))
-    preview = state.tool.preview
+    if state.quads_shown:
+        parts += _strips(state, view, lift)
+    preview, mirror = state.tool.preview, state.tool.mirror
     if preview is not None:
         for curve in preview.curves:
             parts.append(
                 make_ribbons([view.seen(curve)], style.PAPER, PREVIEW_WIDTH + 2.2, lift + 1.0)
             )
             parts.append(make_ribbons([view.seen(curve)], PREVIEW, PREVIEW_WIDTH, lift + 2.4))
+            if (image := mirror(curve)) is not None:
+                parts.append(make_ribbons([view.seen(image)], PREVIEW, IMAGE_WIDTH, lift + 2.0))
         if preview.quads is not None:
             parts += draw_remade_quads(preview.quads, view, lift)
+            if (image := mirror(preview.quads)) is not None:
+                # Turned over, as the quads of the image are.
+                parts += draw_remade_quads(image[:, ::-1], view, lift)
         if preview.corners is not None:
             places = view.seen(preview.corners)
             parts.append(make_discs(places, style.PAPER, 5.4, lift + 4.0))
             parts.append(make_discs(places, PREVIEW, 4.2, lift + 4.5))
     if len(state.tool.line) > 1 and state.tool.holding and state.tool.mode.gesture != "corner":
         colour = FLOW if state.tool.mode.gesture == "within" else INK
-        parts.append(
-            make_ribbons([view.seen(np.stack(state.tool.line))], colour, INK_WIDTH, lift + 2.0)
-        )
+        line = np.stack(state.tool.line)
+        parts.append(make_ribbons([view.seen(line)], colour, INK_WIDTH, lift + 2.0))
+        if (image := mirror(line)) is not None:
+            parts.append(make_ribbons([view.seen(image)], colour, IMAGE_WIDTH, lift + 1.6))
     snaps = state.tool.snaps()
     if snaps:
         parts.append(make_discs(view.seen(np.stack(snaps)), SNAP, RING[1], lift + 5.0, RING[0]))
@@ -313,6 +324,17 @@ def _pointed(state: RetopoState) -> list[Triangles]:
         ring = at + brush * view.scale * np.stack([x, y, 0.0 * x], axis=1)
         ring[:, 2] = at[2] + brush * view.scale
         parts.append(make_ribbons(dash_line(ring, 4.0), BRUSH, 1.4, lift))
+    return parts
+
+
+def _strips(state: RetopoState, view: View, lift: float) -> list[Triangles]:
+    """The strands of quads through the pointer, each in a colour of its own."""
+    parts: list[Triangles] = []
+    for line, colour in zip(state.tool.strips_under(), style.STRANDS, strict=False):
+        up = state.ground.nearest(line).normals @ view.axes[2] > AWAY
+        for run in cut_runs(view.seen(line), up | _through(state)):
+            parts.append(make_ribbons([run], style.PAPER, STRAND_WIDTH + 2.0, lift + 0.6))
+            parts.append(make_ribbons([run], colour, STRAND_WIDTH, lift + 1.2))
     return parts
 
 

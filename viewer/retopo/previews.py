@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 from patterndb.core.halfedge import Int32Array
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb.geometry.strips import trace_strip
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.editor import TOOLS, Call
 from patterndb_sketch.retopo.filling import RetopoMesh
@@ -29,26 +30,6 @@ from patterndb_sketch.retopo.tools.loop import preview_loop
 from patterndb_sketch.retopo.tools.pull import find_held, pull_held
 from patterndb_sketch.retopo.tools.spine import preview_spine
 
-# Strips: the quads one after another that an edge loop runs along, in a mesh.
-
-
-def pair_edges(quads: Int32Array) -> Int32Array:
-    """Pair (4 q,) half-edges with those on the other side, for quads (q, 4); -1 for none.
-
-    Half-edge 4 i + k leads from corner k of quad i to the next. Of an edge with more than two
-    quads only two are joined.
-    """
-    tail, head = quads.ravel().astype(np.int64), np.roll(quads, -1, axis=1).ravel()
-    key = (np.minimum(tail, head) << 32) | np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    alike = key[order[1:]] == key[order[:-1]]
-    # The first two of a run.
-    alike[1:] &= ~alike[:-1]
-    found = np.full(len(key), -1, np.int32)
-    one, two = order[:-1][alike], order[1:][alike]
-    found[one], found[two] = two, one
-    return found
-
 
 def find_nearest_edge(mesh: RetopoMesh, which: Int32Array, point: ArrayLike) -> int:
     """Find the half-edge of some quads, (k,) their numbers, whose edge is nearest to a point
@@ -61,32 +42,6 @@ def find_nearest_edge(mesh: RetopoMesh, which: Int32Array, point: ArrayLike) -> 
     away = np.linalg.norm(one + share[..., None] * along - at, axis=2)
     quad, k = divmod(int(away.argmin()), 4)
     return 4 * int(which[quad]) + k
-
-
-def trace_strip(mesh: RetopoMesh, half: int) -> Points:
-    """Trace (n, 3) the middles of the edges that the strip of quads through an edge crosses, in
-    order; the first again at the end where it comes back to it."""
-    twin = pair_edges(mesh.quads)
-    onward = _across(twin, half)
-    if len(onward) > 1 and onward[-1] == half:
-        way = onward
-    else:
-        back = _across(twin, int(twin[half])) if twin[half] >= 0 else []
-        way = back[:0:-1] + onward
-    tail, head = mesh.quads.ravel(), np.roll(mesh.quads, -1, axis=1).ravel()
-    return 0.5 * (mesh.vertices[tail[way]] + mesh.vertices[head[way]])
-
-
-def _across(twin: Int32Array, half: int) -> list[int]:
-    """Half-edges from one on, each opposite to the one before in the quad that lies there; it ends
-    on an open edge, or with the first again."""
-    way = [half]
-    while True:
-        opposite = way[-1] ^ 2
-        way.append(int(twin[opposite]) if twin[opposite] >= 0 else opposite)
-        # A strip crosses a quad twice at most.
-        if twin[opposite] < 0 or way[-1] == half or len(way) > len(twin) // 2:
-            return way
 
 
 #: A vertex is where it was if it moves by less than this part of the ground's diagonal: placing
@@ -187,7 +142,9 @@ def preview_inserted_loop(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) 
         return Preview(network, point)
     if not len(which):
         return Preview(network, point)
-    return Preview(network, point, (trace_strip(mesh, find_nearest_edge(mesh, which, point)),))
+    half = find_nearest_edge(mesh, which, point)
+    line = trace_strip(mesh.vertices, mesh.quads, half)
+    return Preview(network, point, (line,))
 
 
 def preview_call(work: ToolWork, mesh: RetopoMesh, call: Call, at: Points) -> Preview:

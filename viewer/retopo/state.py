@@ -23,6 +23,9 @@ WIDER, BRUSHES = 1.15, (0.1, 6.0)
 #: The tool that moves curves nearby without being taken.
 TWEAKING = "brush"
 
+#: And where there are no quads yet.
+PULLING = "pull"
+
 
 class RetopoState:
     """A network on a ground, tools in use on it, and how it is looked at: what a mouse and a clock
@@ -204,6 +207,10 @@ class RetopoState:
         if self.camera.model_look == "hidden" and not self._sees_network:
             self.camera.model_look = "solid"
 
+    def toggle_strips(self) -> None:
+        """Show the strips of quads through the pointer, or no more."""
+        self.tool.strips_shown = not self.tool.strips_shown
+
     def toggle(self, name: str) -> None:
         """Switch something that is seen or not."""
         setattr(self, name, not getattr(self, name))
@@ -235,10 +242,13 @@ class RetopoState:
 
     def press(self, x: float, y: float, *, turn: bool = False, tweak: bool = False) -> bool:
         """A button goes down. turn: it is the one that always turns the view. tweak: until it
-        comes up, curves nearby are moved with the brush, whatever the tool is."""
+        comes up, curves nearby are moved, whatever the tool is: with the brush where there are
+        quads, else each by itself."""
         if tweak and self._tool_kept is None:
             self._tool_kept = self.tool.mode
-            self.tool.mode = next(mode for mode in self.tool.modes if mode.tool == TWEAKING)
+            self.tool.point_at(x, y)
+            tool = TWEAKING if self._is_brush_on_quads() else PULLING
+            self.tool.mode = next(mode for mode in self.tool.modes if mode.tool == tool)
         self.tool.point_at(x, y)
         self.tool.pressed, self.tool.strayed = (x, y), False
         if turn:
@@ -259,6 +269,14 @@ class RetopoState:
         else:
             self.tool.held = "click"
         return True
+
+    def _is_brush_on_quads(self) -> bool:
+        """Is a vertex of the quads within the vertex brush at the pointer?"""
+        foot, vertices = self.tool.foot, self.shown.body.mesh.vertices
+        if foot is None or not len(vertices):
+            return False
+        away = np.linalg.norm(vertices - foot.points[0], axis=1)
+        return bool(away.min() <= self.sizes.brush)
 
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""

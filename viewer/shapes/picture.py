@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb_sketch.features.shapemodel.edit import STIFFNESS
 from viewer import style
 from viewer.card import format_count
 from viewer.facts import FactWriter
@@ -15,7 +16,6 @@ from viewer.panel import LETTER, MARGIN, PANEL, begin_panel, draw_help
 from viewer.picture import Drawn, Frame
 from viewer.scene import HEIGHT, HIGHLIGHT_LINE, Scene
 from viewer.shapes.commands import KEY_HELP, MOUSE_HELP
-from viewer.shapes.shaping import KEEP
 from viewer.shapes.sight import ShapeInView
 from viewer.shapes.skin import SkinLine
 from viewer.shapes.state import HOLD_Y, MODES, ShapesState, count_pages
@@ -209,7 +209,7 @@ def draw_panel(scene: Scene, state: ShapesState) -> None:
             _mode(scene, state, knob, rail)
             _mark(scene, rail, value[knob], int(limits[knob]))
         else:
-            default = 1.0 if knob == "hold" else KEEP
+            default = 1.0 if knob == "hold" else STIFFNESS
             enabled = knob != "hold" or bool(state.shaping.choice.held)
             rail.paint(scene, value[knob], hot=knob == hot, mark=default, enabled=enabled)
     count = state.shaping.shapes.n_modes

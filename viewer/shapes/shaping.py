@@ -28,10 +28,6 @@ HOLD = (1e-3, 100.0)
 #: else does to what hardly moves.
 STIFF = (1e-4, 1.0)
 
-#: And at first: more than :func:`patterndb_sketch.features.shapemodel.edit` takes by default.
-#: Pulls are followed as nearly, and what nobody pulls swings less.
-KEEP = 10.0 * STIFFNESS
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ShapeChoice:
@@ -46,7 +42,7 @@ class ShapeChoice:
     origin: str
     held: frozenset[str] = frozenset()
     hold: float = 1.0
-    stiffness: float = KEEP
+    stiffness: float = STIFFNESS
 
     def is_like(self, other: ShapeChoice) -> bool:
         """Is nothing different?"""

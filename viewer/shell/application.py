@@ -139,7 +139,8 @@ def _heeding_interrupts(window: ErrorTeller) -> Generator[list[int]]:
 
     def interrupt(number: int, _frame: Any) -> None:
         seen.append(number)
-        window.quit_now()
+        # Not now: this may be in the middle of a picture, and OpenGL would abort the process.
+        QTimer.singleShot(0, window.quit_now)
 
     before = signal.signal(signal.SIGINT, interrupt)
     clock = QTimer()

@@ -35,6 +35,10 @@ from viewer.scene import Scene, ScenePolygons
 #: Milliseconds between two pictures: what an event changes is drawn with all that came by then.
 BETWEEN_PICTURES = 33
 
+#: Where OpenGL takes longer than so many milliseconds for a picture (it is software there), edges
+#: are smoothed only when nothing has changed for so many: that takes a third of a picture's time.
+SLOW, STILL = 16, 200
+
 #: Distance between layers of polygons, and from the nearest thing to the camera; any will do.
 LAYER, CAMERA = 1e-3, 10.0
 
@@ -71,7 +75,7 @@ class SceneView(QtInteractor):
         super().__init__(parent, auto_update=False, multi_samples=0)
         self.state = state
         self._shifting: QPointF | None = None
-        self._solid, self._flat = TriangleActor(self), TriangleActor(self)
+        self._ground, self._solid, self._flat = (TriangleActor(self) for _ in range(3))
         self._texts = TextOverlay(self)
         # Not by pyvista's own way, which makes a window of its own to see what VTK can do.
         self.renderer.SetUseFXAA(True)
@@ -88,6 +92,24 @@ class SceneView(QtInteractor):
         self._pending.timeout.connect(self._draw)
         self._since = QElapsedTimer()
         self._since.start()
+        self._slow = False
+        self._still = QTimer(self)
+        self._still.setSingleShot(True)
+        self._still.setInterval(STILL)
+        self._still.timeout.connect(self._smooth)
+
+    def paintGL(self) -> None:
+        """Have VTK draw, and see how long it takes."""
+        clock = QElapsedTimer()
+        clock.start()
+        super().paintGL()
+        if self.renderer.GetUseFXAA():
+            self._slow = clock.elapsed() > SLOW
+
+    def _smooth(self) -> None:
+        """Draw once more, with smooth edges."""
+        self.renderer.SetUseFXAA(True)
+        self.update()
 
     def set_ground(self, *, dark: bool) -> None:
         """Choose the ground's colour for light or dark windows."""
@@ -109,26 +131,29 @@ class SceneView(QtInteractor):
 
     def show_picture(self, drawn: Drawn) -> None:
         """Replace what was there; it is seen with the next frame."""
-        scene = drawn.scene
-        corners, colours = drawn.solid.corners, drawn.solid.colours
-        depth = 0.0
-        if len(corners):
-            near = corners[..., 2]
-            high = float(near.max())
-            depth = high - float(near.min()) + 1.0
-            # All of it lies behind the layers.
-            corners = corners - np.array([0.0, 0.0, high + 1.0])
-        self._solid.replace(corners, colours)
-        self._flat.replace(*fan_polygons(scene.patches))
+        scene, solid = drawn.scene, drawn.solid
+        self._ground.show_triangles(*solid.ground)
+        count = len(solid.ground[0])
+        self._solid.show_triangles(solid.corners[count:], solid.colours[count:])
+        low, high = merge_ranges(self._ground.depths, self._solid.depths)
+        # All of it lies behind the layers.
+        self._ground.sink(high + 1.0)
+        self._solid.sink(high + 1.0)
+        depth = high - low + 1.0
+        self._flat.show_triangles(*fan_polygons(scene.patches))
         x, y = scene.width / 2.0, scene.height / 2.0
-        camera = self.camera
+        # Not by pyvista's properties, each of which looks how large all of the scene is.
+        camera: Any = self.renderer.GetActiveCamera()
         front = CAMERA + LAYER * len(scene.patches)
-        camera.position = (x, y, front)
-        camera.focal_point = (x, y, 0.0)
-        camera.up = (0.0, 1.0, 0.0)
-        camera.parallel_scale = y
-        camera.clipping_range = (0.5, front + depth + 1.0)
+        camera.SetPosition(x, y, front)
+        camera.SetFocalPoint(x, y, 0.0)
+        camera.SetViewUp(0.0, 1.0, 0.0)
+        camera.SetParallelScale(y)
+        camera.SetClippingRange(0.5, front + depth + 1.0)
         self._texts.show_texts(scene)
+        self.renderer.SetUseFXAA(not self._slow)
+        if self._slow:
+            self._still.start()
         self.update()
 
     def place_of(self, at: QPointF) -> tuple[float, float]:
@@ -216,7 +241,10 @@ class SceneView(QtInteractor):
 
 
 class TriangleActor:
-    """Triangles of one colour at each corner, in one actor of a plotter, replaced as a whole."""
+    """Triangles of one colour at each corner, in one actor of a plotter, replaced as a whole.
+
+    depths: the least and the greatest third coordinate; None without triangles.
+    """
 
     def __init__(self, plotter: Any) -> None:
         import pyvista as pv
@@ -224,27 +252,35 @@ class TriangleActor:
         self._plotter = plotter
         self._mesh: Any = pv.PolyData()
         self._actor: Any = None
-        self._count = -1
+        self._shown: tuple[NDArray[Any], NDArray[Any]] | None = None
+        self.depths: tuple[float, float] | None = None
 
-    def replace(self, corners: NDArray[Any], colours: NDArray[Any]) -> None:
-        """Show these instead: corners (t, 3, 3), colours (t, 3, 3) from 0 to 1."""
+    def show_triangles(self, corners: NDArray[Any], colours: NDArray[Any]) -> None:
+        """Show these instead: corners (t, 3, 3), colours (t, 3, 3) from 0 to 1. Nothing is done
+        if they are the very arrays that are shown."""
         import pyvista as pv
 
+        before = self._shown
+        if before is not None and before[0] is corners and before[1] is colours:
+            return
+        self._shown = corners, colours
         count = len(corners)
+        self.depths = None
         if self._actor is None:
             if not count:
                 return
             self._mesh = pv.PolyData()
         if count:
+            near = corners[..., 2]
+            self.depths = float(near.min()), float(near.max())
             points = np.ascontiguousarray(corners.reshape(-1, 3), np.float32)
             shades = np.clip(colours.reshape(-1, 3) * 255.0 + 0.5, 0.0, 255.0).astype(np.uint8)
-            if count == self._count:
+            if before is not None and count == len(before[0]):
                 self._mesh.points = points
             else:
                 faces = np.arange(3 * count).reshape(count, 3)
                 self._mesh.copy_from(pv.PolyData.from_regular_faces(points, faces))
             self._mesh.point_data.set_array(shades, "colour")
-            self._count = count
         if self._actor is None:
             self._actor = self._plotter.add_mesh(
                 self._mesh,
@@ -256,6 +292,17 @@ class TriangleActor:
                 copy_mesh=False,
             )
         self._actor.SetVisibility(bool(count))
+
+    def sink(self, depth: float) -> None:
+        """Show all of it so much deeper than it is."""
+        if self._actor is not None:
+            self._actor.SetPosition(0.0, 0.0, -depth)
+
+
+def merge_ranges(*ranges: tuple[float, float] | None) -> tuple[float, float]:
+    """Find the least and the greatest of some ranges; 0 and 0 if there are none."""
+    kept = [one for one in ranges if one is not None]
+    return (min(low for low, _ in kept), max(high for _, high in kept)) if kept else (0.0, 0.0)
 
 
 def fan_polygons(patches: list[ScenePolygons]) -> tuple[NDArray[Any], NDArray[Any]]:

@@ -29,7 +29,7 @@ class SurfacingWindow(ShellWindow):
         row = SliderRow(
             ALPHA,
             lambda: self.state.surfaces.settings.alpha,
-            self.state.change_alpha,
+            self._change_alpha,
             tip="The price of chords: left of it more of them, right of it fewer",
         )
         self.sliders = SliderPanel([row], self.show_change)
@@ -48,6 +48,9 @@ class SurfacingWindow(ShellWindow):
         """Show alpha and the method as they are now."""
         self.sliders.refresh()
         self.method.setCurrentText(self.state.surfaces.edits.method)
+
+    def _change_alpha(self, alpha: float) -> None:
+        self.state.change_alpha(alpha)
 
     def _choose_method(self, name: str) -> None:
         self.state.message = ""

@@ -24,6 +24,9 @@ from viewer.surfacing.state import TOWARD, UP, SurfacingState
 #: Writes a surface to a file.
 WriteObj = Callable[[Path, Surfacing], None]
 
+#: Reads a network's file.
+OpenDrawing = Callable[[Path], Drawing | CurveNetwork]
+
 
 def show(
     source: Drawing | CurveNetwork,
@@ -38,6 +41,7 @@ def show(
     toward: ArrayLike = TOWARD,
     up: ArrayLike = UP,
     write_obj: WriteObj | None = None,
+    open_file: OpenDrawing | None = None,
     keys: str = "",
     folder: Path | str = ".",
     window_size: tuple[int, int] = WINDOW,
@@ -45,7 +49,8 @@ def show(
     """Look at the surface of a network in a window, until it is closed.
 
     source to up: as for :class:`viewer.surfacing.state.SurfacingState`. write_obj: for the key
-    that saves the surface. keys: pressed first, with spaces between ("m Left"), each once the
+    that saves the surface. open_file: reads another network, which is shown from then on with its
+    own cycles. keys: pressed first, with spaces between ("m Left"), each once the
     surface before is there. folder: for what keys save. window_size: pixels.
 
     Returns the state at the end. Raises ValueError for a key there is not, DisplayError if no
@@ -65,7 +70,16 @@ def show(
         from viewer.shell.opening import open_window
         from viewer.surfacing.docks import SurfacingWindow
 
-        open_window(shell, pressed, "Surface", SurfacingWindow)
+        def open_another(path: Path) -> SurfacingSaver:
+            assert open_file is not None
+            other = SurfacingState(
+                open_file(path), settings=settings, spacing=spacing, db=db, afresh=afresh,
+                find=find, toward=toward, up=up,
+            )  # fmt: skip
+            return SurfacingSaver(other, Path(folder), write_obj, window_size)
+
+        opener = None if open_file is None else open_another
+        state = open_window(shell, pressed, "Surface", SurfacingWindow, opener).state
     finally:
         state.close()
     return state

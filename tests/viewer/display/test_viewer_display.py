@@ -315,6 +315,36 @@ def test_a_drag_goes_on_outside_the_window_and_ends_there(shown: Shown) -> None:
     assert shown.tell("state.camera.view.axes.tolist()") == turned
 
 
+@pytest.mark.parametrize(
+    ("name", "draw", "strips", "key"),
+    [
+        ("retopo", draw_square, "len(state.tool.strips_under())", "T"),
+        ("explore", draw_boundary, "len(state.strips_under())", "t"),
+    ],
+)
+def test_strands_follow_the_pointer(
+    shown: Shown, name: str, draw: Callable[[Shown], None], strips: str, key: str
+) -> None:
+    """Two cross in the quad that it rests on; beside quads there are none, nor after the key."""
+    shown.open(name)
+    draw(shown)
+    shown.until(
+        "len(state.shown.body.mesh.quads)"
+        if name == "retopo"
+        else "state.finder.placed is not None"
+    )
+    inside, outside = shown.find_pixels(np.array([[12.0, -9.0], [170.0, 140.0]]))
+    shown.do("mousemove", *outside, "mousemove", *inside)
+    shown.until(f"{strips} in (1, 2)")
+    shown.do("mousemove", *outside)
+    shown.until(f"{strips} == 0")
+    shown.keys(key)
+    shown.do("mousemove", *inside)
+    assert shown.tell(strips) == 0
+    shown.keys(key)
+    shown.until(f"{strips} in (1, 2)")
+
+
 def test_keys_repeat_and_only_where_the_focus_is(shown: Shown) -> None:
     shown.open("browse")
     shown.do("keydown", "Right", "sleep", 1.5, "keyup", "Right")
@@ -362,3 +392,13 @@ def test_ctrl_c_ends_a_window(display: dict[str, str], tmp_path: Path, name: str
         assert "Traceback" not in (tmp_path / "stderr").read_text()
     finally:
         end(process)
+
+
+def test_edges_are_smoothed_when_nothing_moves_any_more(shown: Shown) -> None:
+    shown.open("retopo")
+    draw_square(shown)
+    # As where OpenGL is slow: what a picture took is only known when edges were smoothed.
+    drawn = "(setattr(window.picture, '_slow', True), window.refresh())"
+    smooth = "window.picture.renderer.GetUseFXAA()"
+    assert not shown.tell(f"({drawn}, {smooth})[1]")
+    shown.until(f"bool({smooth}) and not window.picture._still.isActive()")

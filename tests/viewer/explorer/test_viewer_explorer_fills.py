@@ -267,3 +267,38 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
             assert np.isfinite(patch.corners).all() and len(patch.corners) == len(patch.colours)
     finally:
         state.close()
+
+
+def test_strands_cross_under_the_pointer(state: ExplorerState) -> None:
+    """In the middle of any quad that is seen: they are those through it; not beside the fill, nor
+    while something is drawn."""
+    state.settle(0)
+    placed, fill = state.finder.placed, state.finder.fill
+    assert placed is not None and fill is not None
+    corners = placed.placement.vertices[fill.quads]
+    middles = state.view.seen(corners.mean(axis=1))
+    for quad, (x, y, _) in enumerate(middles.tolist()):
+        state.move(x, y)
+        assert state.quad_under() == quad
+        lines = state.strips_under()
+        assert 1 <= len(lines) <= 2
+        around = {
+            tuple(p) for p in (0.5 * (corners[quad] + np.roll(corners[quad], -1, 0))).round(9)
+        }
+        passed = {tuple(p) for line in lines for p in line.round(9)}
+        assert around <= passed
+        for line in lines:
+            steps = len(line) - 1
+            assert steps >= 1
+    x, y, _ = middles[0].tolist()
+    assert state.move(*middles[1, :2].tolist()), "another quad is another picture"
+    keys(state, "t")
+    assert state.strips_under() == []
+    keys(state, "t")
+    state.move(x, y)
+    assert state.strips_under()
+    keys(state, "s")
+    assert state.strips_under() == []
+    keys(state, "Escape")
+    state.move(9999.0, 0.0)
+    assert state.strips_under() == []

@@ -22,7 +22,10 @@ from sheets import (
 
 from patterndb_sketch.retopo.network import check_network
 from query.engine import PatternSource
+from viewer import style
 from viewer.retopo import RetopoState
+from viewer.retopo.marks import INK
+from viewer.retopo.picture import _pointed
 
 
 def test_what_is_drawn_becomes_curves_and_a_loop_of_them_quads(state: RetopoState) -> None:
@@ -188,6 +191,45 @@ def test_what_is_drawn_on_one_half_is_on_both(source: PatternSource) -> None:
         assert len(state.shown.body.mesh.quads) == len(mesh.quads)
         keys(state, "u")
         assert state.shown.state.plane == plane and len(state.network.patches) == 1
+    finally:
+        state.close()
+
+
+def count_ribbons(state: RetopoState) -> int:
+    """The bands in the colour of what is being drawn, beside those of nothing."""
+    parts = [colours.reshape(-1, 3) for _, colours in _pointed(state) if len(colours)]
+    # A band is darker at its rim than in its middle: the hue tells it.
+    ink = style.parse_colour(INK)
+    return sum(np.corrcoef(part.mean(axis=0), ink)[0, 1] > 0.999 for part in parts)
+
+
+def test_what_is_being_drawn_is_seen_on_the_other_half_too(source: PatternSource) -> None:
+    """More of the picture is painted with the image of the line than without it."""
+    state = opened(source, tube())
+    try:
+        keys(state, "M d")
+        plane = state.shown.state.plane
+        assert plane is not None
+        normal = np.array(plane.normal)
+        lengthwise = abs(normal[2]) < 0.5
+        state.camera.look_along(normal if lengthwise else (1.0, 0.0, 0.0))
+        right, up = state.camera.view.axes[:2]
+        middle = np.array(plane.point) + (
+            normal if lengthwise else np.r_[1.0, 0.0, 1.5 * normal[2]]
+        )
+        press(state, middle.tolist(), (middle + 0.3 * right + 0.2 * up).tolist())
+        assert state.tool.holding and len(state.tool.line) > 2
+        line = np.stack(state.tool.line)
+        image = state.tool.mirror(line)
+        assert image is not None
+        assert np.allclose(plane.heights(image), -plane.heights(line))
+        assert np.allclose(plane.flatten(image), plane.flatten(line))
+        assert count_ribbons(state) == 2 * 1
+        state.leave()
+        keys(state, "M d")
+        assert state.tool.mirror(line) is None
+        press(state, middle.tolist(), (middle + 0.3 * right + 0.2 * up).tolist())
+        assert count_ribbons(state) == 1
     finally:
         state.close()
 

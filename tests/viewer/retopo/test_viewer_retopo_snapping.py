@@ -120,3 +120,25 @@ def test_a_radius_out_of_proportion_is_an_error(source: PatternSource) -> None:
     assert not TOOLS["loop"].snaps
     with pytest.raises(ValueError, match="snap"):
         editor.do(Call("loop", {"at": [0, 0, 0], "normal": [1, 0, 0], "snap": 0.1}))
+
+
+def test_with_ctrl_curves_are_moved_whatever_the_tool_is(state: RetopoState) -> None:
+    """The one at the pointer where there are no quads, else the brush; the tool stays."""
+    drag(state, (-2.0, 0.0), (2.0, 0.0))
+    keys(state, "k")
+    for made, begin in (("pull", (0.0, 0.0)), ("brush", (0.0, -1.5))):
+        mode = state.tool.mode
+        state.press(*at(state, begin), tweak=True)
+        state.move(*at(state, (begin[0], begin[1] + 0.1)))
+        state.move(*at(state, (begin[0], begin[1] + 0.3)))
+        state.release(*at(state, (begin[0], begin[1] + 0.3)))
+        state.settle()
+        assert state.editing.calls is not None
+        assert state.editing.calls[-1].tool == made, state.message
+        assert state.tool.mode is mode
+        if made == "pull":
+            (chain,) = curves(state)
+            assert state.network.chains[chain].points[:, 1].max() == pytest.approx(0.3, abs=0.05)
+            keys(state, "u u")
+            square(state)
+            keys(state, "k")

@@ -8,9 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from sheets import SQUARE, at, click, drag, hover, keys, press, quads_of, square
 
+from patterndb.core.polychord import polychords
+from patterndb.geometry.strips import pair_edges, trace_strip, trace_strips_at
 from patterndb_sketch.retopo.filling import RetopoMesh
 from viewer.retopo import RetopoState
-from viewer.retopo.previews import find_nearest_edge, pair_edges, trace_strip
+from viewer.retopo.previews import find_nearest_edge
 
 PENTAGON = ((0.0, 2.0), (-1.9, 0.6), (-1.2, -1.6), (1.2, -1.6), (1.9, 0.6))
 
@@ -59,7 +61,7 @@ def test_a_strip_crosses_a_grid_from_rim_to_rim(n: int, m: int, x: float, y: flo
     assert _off(point, ends) <= min(
         _off(point, mesh.vertices[quad[[k, k - 3]]]) for quad in mesh.quads for k in range(4)
     )
-    line = trace_strip(mesh, half)
+    line = trace_strip(mesh.vertices, mesh.quads, half)
     across = 0 if ends[0, 1] != ends[1, 1] else 1
     # An edge that stands upright is crossed by a row, and one that lies by a column.
     assert len(line) == (n, m)[across] + 1
@@ -73,9 +75,80 @@ def test_a_strip_crosses_a_grid_from_rim_to_rim(n: int, m: int, x: float, y: flo
 def test_a_strip_that_comes_back_is_closed(row: int) -> None:
     mesh = grid(5, 3, closed=True)
     # Half-edge 1 of a quad leads upwards at its right.
-    line = trace_strip(mesh, 4 * (5 * row + 2) + 1)
+    line = trace_strip(mesh.vertices, mesh.quads, 4 * (5 * row + 2) + 1)
     assert len(line) == 6 and np.array_equal(line[0], line[-1])
     assert (line[:, 1] == row + 0.5).all()
+
+
+@given(st.integers(1, 6), st.integers(1, 6), st.booleans(), st.integers(0, 999))
+def test_two_strips_cross_in_every_quad(n: int, m: int, closed: bool, seed: int) -> None:
+    """On a grid these are its row and its column; whatever edge is the quad's first."""
+    rng = np.random.default_rng(seed)
+    closed = closed and n > 2
+    mesh = grid(n, m, closed=closed)
+    quads = np.stack([np.roll(quad, k) for quad, k in zip(
+        mesh.quads, rng.integers(0, 4, n * m), strict=True)])  # fmt: skip
+    quad = int(rng.integers(n * m))
+    row, column = divmod(quad, n)
+    lines = trace_strips_at(mesh.vertices, quads, quad)
+    assert len(lines) == 2
+    (along,) = [line for line in lines if np.ptp(line[:, 1]) == 0.0]
+    (up,) = [line for line in lines if line is not along]
+    assert len(along) == n + 1 and (along[:, 1] == row + 0.5).all()
+    assert np.array_equal(along[0], along[-1]) == closed
+    assert len(up) == m + 1 and np.ptp(up[:, 0]) == 0.0
+    wanted = column + 0.5 if not closed or column < n - 1 else (n - 1) / 2
+    assert up[0, 0] == wanted
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 3))
+def test_strips_are_the_polychords_through_a_quad(seed: int, turn: int) -> None:
+    """Tori whose lines wind, so that one may pass a quad twice: by the core's polychords."""
+    rng = np.random.default_rng(seed)
+    n, m = int(rng.integers(3, 6)), int(rng.integers(3, 6))
+    i, j = np.divmod(np.arange(n * m), m)
+
+    def at(i: np.ndarray, j: np.ndarray) -> np.ndarray:
+        """Going round in j leads on by ``turn`` in i."""
+        return (i + turn * (j // m)) % n * m + j % m
+
+    quads = np.stack([at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)], axis=1)
+    quads = quads.astype(np.int32)[rng.permutation(n * m)]
+    twin = pair_edges(quads)
+    known = polychords(twin)
+    quad = int(rng.integers(n * m))
+    points = rng.normal(size=(n * m, 3))
+    lines = trace_strips_at(points, quads, quad)
+    chords = known.of_strand[quad]
+    assert len(lines) == len(set(chords.tolist()))
+    middles = 0.5 * (points[quads] + points[np.roll(quads, -1, axis=1)]).reshape(-1, 3)
+    for line, chord in zip(lines, dict.fromkeys(chords.tolist()), strict=True):
+        crossed = {tuple(point) for point in middles[known.of_edge == chord].round(9).tolist()}
+        assert {tuple(point) for point in line.round(9).tolist()} == crossed
+        assert np.allclose(line[0], line[-1]), "a torus has no rim"
+
+
+def test_strands_are_shown_through_the_quad_under_the_pointer(state: RetopoState) -> None:
+    """In every mode that does not draw just now; not beside quads, nor when switched off."""
+    square(state)
+    hover(state, (0.2, 0.2))
+    lines = state.tool.strips_under()
+    assert len(lines) == 2
+    for line in lines:
+        assert np.abs(line[:, :2]).max() == pytest.approx(1.5, abs=0.02), "from rim to rim"
+        gaps = np.linalg.norm(line[:, None, :2] - np.array([0.2, 0.2]), axis=2)
+        assert gaps.min() < state.shown.body.edge
+    assert state.tool.strips_under() is state.tool.strips_under(), "found once for a quad"
+    press(state, (0.2, 0.2), (0.4, 0.2))
+    assert state.tool.strips_under() == []
+    state.leave()
+    keys(state, "T")
+    hover(state, (0.2, 0.2))
+    assert state.tool.strips_under() == []
+    keys(state, "T")
+    assert len(state.tool.strips_under()) == 2
+    hover(state, (3.0, 3.0))
+    assert state.tool.strips_under() == []
 
 
 def test_a_loop_is_shown_where_it_is_inserted(state: RetopoState) -> None:

@@ -10,9 +10,10 @@ from shape_cases import car_shapes, car_template, drag, keys, knob_at, opened, s
 
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import box_template
+from patterndb_sketch.features.shapemodel.edit import STIFFNESS
 from viewer.shapes import ShapesState
 from viewer.shapes.commands import ACTIONS, EFFECTS, KEY_HELP, KEYS, NUDGE
-from viewer.shapes.shaping import HOLD, KEEP, STIFF
+from viewer.shapes.shaping import HOLD, STIFF
 from viewer.shapes.state import MODES
 
 
@@ -45,7 +46,7 @@ def test_the_numbers_of_pulls_have_sliders(state: ShapesState) -> None:
             drag(state, start, (end[0] - start[0], 0.0))
             assert state.value[name] == pytest.approx(value)
             keys(state, "u")
-    assert (state.shaping.choice.hold, state.shaping.choice.stiffness) == (1.0, KEEP)
+    assert (state.shaping.choice.hold, state.shaping.choice.stiffness) == (1.0, STIFFNESS)
 
 
 def test_pages_of_modes() -> None:
