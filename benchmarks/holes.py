@@ -3,6 +3,7 @@
     python benchmarks/holes.py ../shared/data/meshes --only benchmarks/holes_left_out_random.txt \\
         --db others.db --models left_out.npz
     options: --per-mesh 20  --seed 11  --no-twins
+    python benchmarks/holes.py ../shared/data/meshes --listed --per-mesh 125
 
 The database and the models must not have learned the meshes that are asked: scripts/train_holes.py
 --leave-out trains such models, and ``patterndb remove`` takes meshes out of a database. Side by
@@ -10,6 +11,9 @@ side: the ranking of the program; the same candidates with the fewest irregular 
 patchgen has them; and those that artists made most first. The first twenty fills are checked: each
 is a disk of quads on the hole's loop, and welded, no old vertex has moved, faces that stay are
 those that were, and every edge of the loop has two faces. Prints Markdown.
+
+With --listed each hole is asked for twenty fills and nothing else, for many holes: what is
+unanswered, what is wrong with a fill, what the first ones are like.
 """
 
 from __future__ import annotations
@@ -86,10 +90,10 @@ def measure_distance(fill: HoleFill, cut: Cut) -> float:
     return float(np.linalg.norm(feet.points - fill.points, axis=1).mean()) / edge
 
 
-def ask(cut: Cut, db: Any, models: Any, twins: bool) -> dict[str, Any]:
+def ask(cut: Cut, db: Any, models: Any, twins: bool, most: int | None) -> dict[str, Any]:
     """Ask one hole: where the artist's fill stands in each order, and what the first is like."""
     begin = time.perf_counter()
-    source = fill_holes(db, cut.hole, limit=None, twins=twins, models=models)
+    source = fill_holes(db, cut.hole, limit=most, twins=twins, models=models)
     first = next(source, None)
     first_ms = 1e3 * (time.perf_counter() - begin)
     found = [] if first is None else [first]
@@ -116,6 +120,7 @@ def ask(cut: Cut, db: Any, models: Any, twins: bool) -> dict[str, Any]:
             )
         ),
         "first": first,
+        "listed": min(len(found), TOP[-1]),
         "faults": [fault for fill in found[: TOP[-1]] for fault in check_fill(fill)],
         "first_ms": first_ms,
         "all_ms": all_ms,
@@ -156,6 +161,7 @@ def main() -> None:
     parser.add_argument("--per-mesh", type=int, default=20)
     parser.add_argument("--seed", type=int, default=11)
     parser.add_argument("--no-twins", action="store_true")
+    parser.add_argument("--listed", action="store_true")
     given = parser.parse_args()
     models = None
     if given.models is not None:
@@ -168,17 +174,22 @@ def main() -> None:
             if names is not None and path.name not in names:
                 continue
             for cut in cut_holes(path.name, read_topology(str(path)), given.per_mesh, given.seed):
-                row = ask(cut, db, models, not given.no_twins)
+                most = TOP[-1] if given.listed else None
+                row = ask(cut, db, models, not given.no_twins, most)
+                rows.append((cut, row))
+                if given.listed:
+                    continue
                 asked = np.clip(look_around(cut.hole).due, 1, 3)
                 row["today"] = ask_plain(cut, db, asked, "artist")
                 for order in ("artist", "regular", "fit"):
                     row[f"given {order}"] = ask_plain(cut, db, cut.counts, order)
-                rows.append((cut, row))
-    print_report(rows)
+            print(f"{path.name}: {len(rows)} holes", file=sys.stderr, flush=True)
+    if not given.listed:
+        print_orders(rows)
+    print_first(rows)
 
 
-def print_report(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
-    print(f"{len(rows)} holes of {len({cut.mesh for cut, _ in rows})} meshes\n")
+def print_orders(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
     print("| | holes | hit@1 | @5 | @20 |\n|---|--:|--:|--:|--:|")
     for title, name in (
         ("as listed", "rank"),
@@ -213,13 +224,20 @@ def print_report(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
         else "no such fill"
         for _, r in missed
     )
+    print(f"\nmissed among twenty: {dict(why)}")
+
+
+def print_first(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
     first = [r["first"] for _, r in rows if r["first"] is not None]
     distance = [measure_distance(r["first"], c) for c, r in rows if r["first"] is not None]
     poles = [r["first"].n_irregular - c.irregular for c, r in rows if r["first"] is not None]
     ms = np.array([(r["first_ms"], r["all_ms"]) for _, r in rows])
-    print(f"\nmissed among twenty: {dict(why)}; unanswered {len(rows) - len(first)}; ", end="")
     print(
-        f"twins {sum(r['twin'] for _, r in rows)}; faults {sum(len(r['faults']) for _, r in rows)}"
+        f"\n{len(rows)} holes of {len({cut.mesh for cut, _ in rows})} meshes: "
+        f"unanswered {len(rows) - len(first)}; twins {sum(r['twin'] for _, r in rows)}; "
+        f"faults {sum(len(r['faults']) for _, r in rows)} "
+        f"in {sum(r['listed'] for _, r in rows)} fills; the artist's own among twenty "
+        f"{share([r['rank'] for _, r in rows], TOP[-1])}"
     )
     print(
         f"first fills: flipped quads in {sum(f.flipped > 0 for f in first)}; irregular vertices "
