@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 import trimesh
 from editor_cases import do
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from retopo_cases import sphere
 
 from patterndb_sketch.retopo.draft import proposing
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
+from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
@@ -237,13 +240,76 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
     middle = 0.5 * (a + b)
     assert "1 edges have more than two triangles" in said
     assert f"({middle[0]:.4g}, {middle[1]:.4g}, {middle[2]:.4g})" in said
-    # Two balls that touch in a point.
-    both = np.concatenate([ball.vertices, ball.vertices + np.array([2.0, 0.0, 0.0])])
-    east, west = ball.vertices[:, 0].argmax(), ball.vertices[:, 0].argmin()
-    both[len(ball.vertices) + west] = both[east]
-    pair = np.concatenate([ball.faces, ball.faces + len(ball.vertices)])
-    assert "touch in one vertex at (" in refused(Ground.of(both, pair))
     assert "out of proportion" in refused(sphere(), edge=3.0)
+
+
+def touching_balls(pinch: int) -> Ground:
+    """Two balls that touch in a vertex, and in as many vertices of the first it touches itself."""
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    first = np.array(ball.vertices)
+    # A ball that is pressed in until two opposite vertices are one.
+    if pinch:
+        top, bottom = first[:, 2].argmax(), first[:, 2].argmin()
+        first[:, 2] *= 1.0 - 0.8 * np.exp(-8.0 * (first[:, :2] ** 2).sum(axis=1))
+        first[[top, bottom], 2] = 0.0
+    both = np.concatenate([first, ball.vertices + np.array([2.0, 0.0, 0.0])])
+    east, west = ball.vertices[:, 0].argmax(), ball.vertices[:, 0].argmin()
+    both[len(first) + west] = both[east]
+    return Ground.of(both, np.concatenate([ball.faces, ball.faces + len(first)]))
+
+
+@pytest.mark.parametrize("pinch", [0, 1])
+def test_where_parts_touch_in_a_vertex_each_has_one_of_its_own(pinch: int) -> None:
+    ground = touching_balls(pinch)
+    parted = part_touching(ground)
+    assert len(parted.touching) == 1 + pinch
+    now = parted.ground
+    assert len(now.vertices) == len(np.unique(ground.triangles)) + 1 + pinch
+    # The same triangles, nowhere further off than a part of an edge.
+    moved = np.linalg.norm(now.vertices[now.triangles] - ground.vertices[ground.triangles], axis=2)
+    assert moved.max() < 0.02 * ground.diagonal and (moved > 0.0).any(axis=1).sum() < 40
+    assert trimesh.Trimesh(now.vertices, now.triangles, process=False).euler_number == 4
+    again = part_touching(now)
+    assert again.ground is now and not len(again.touching)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=20, deadline=None)
+def test_fans_are_told_apart_however_triangles_are_turned(seed: int) -> None:
+    ground = touching_balls(1)
+    random = np.random.default_rng(seed)
+    order = random.permutation(len(ground.triangles))
+    turns = random.integers(0, 3, len(order))
+    triangles = ground.triangles[order]
+    triangles = np.take_along_axis(triangles, (np.arange(3) + turns[:, None]) % 3, axis=1)
+
+    def places(one: Ground) -> set[tuple[float, ...]]:
+        return {tuple(at) for at in one.vertices[part_touching(one).touching].tolist()}
+
+    assert places(Ground.of(ground.vertices, triangles)) == places(ground)
+
+
+def test_a_surface_that_touches_itself_is_drafted_and_it_is_told(source: PatternSource) -> None:
+    editor = Editor(touching_balls(0), source)
+    outcome = do(editor, "draft", edge=0.4)
+    assert any("touch in a vertex at (1, " in note for note in outcome.notes)
+    found = editor.fill()
+    made = report_mesh(found, editor.ground, editor.mesh(found))
+    assert made.open_edges == 0 and made.flipped == 0 and made.euler == 4
+
+
+@pytest.mark.parametrize("symmetry", [True, False])
+def test_a_surface_of_several_parts_is_drafted_whole(symmetry: bool, source: PatternSource) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    tube = trimesh.creation.torus(1.0, 0.4, major_sections=48, minor_sections=24)
+    away = np.array([2.0, 0.3, 0.0]), np.array([0.0, 0.0, 3.0])
+    parts = [ball.vertices, 0.5 * ball.vertices + away[0], tube.vertices + away[1]]
+    starts = np.cumsum([0, len(ball.vertices), len(ball.vertices)])
+    faces = [f + k for f, k in zip([ball.faces, ball.faces, tube.faces], starts, strict=True)]
+    ground = Ground.of(np.concatenate(parts), np.concatenate(faces))
+    _, made = drafted(ground, source, edge=0.35, symmetry=symmetry)
+    assert made.open_edges == 0 and made.euler == 4 and made.flipped == 0
+    assert max(made.to_ground, made.from_ground) < 0.02
 
 
 def ring(radius: float, tube: float) -> Ground:

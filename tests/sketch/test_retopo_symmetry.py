@@ -287,3 +287,17 @@ def test_the_plane_of_a_turned_surface_is_found() -> None:
     assert propose_plane(Ground.of(points, body.faces)).plane == X
     crooked = points + 0.4 * np.stack([z * y, x * z, 0.0 * x], axis=1)
     assert propose_plane(Ground.of(crooked, body.faces)).off > 0.005
+
+
+@pytest.mark.parametrize("thick", [0.0, 0.01])
+def test_the_plane_that_a_sheet_lies_in_is_no_symmetry(thick: float) -> None:
+    sheet = trimesh.creation.box((2.0, 1.0, thick or 1.0)).subdivide().subdivide()
+    points = np.array(sheet.vertices)
+    # Not symmetric in any other plane than its own.
+    points[:, 0] += 0.3 * points[:, 1] + 0.2 * points[:, 1] ** 2
+    faces = sheet.faces
+    if not thick:
+        faces = faces[(points[faces][:, :, 2] > 0.49).all(axis=1)]
+        points[:, 2] = 0.0
+    found = propose_plane(Ground.of(points, faces))
+    assert abs(found.plane.normal[2]) < 0.5 and not found.symmetric

@@ -27,7 +27,7 @@ from patterndb_sketch.retopo.network import (
     has_dead_end,
     walk_face,
 )
-from patterndb_sketch.retopo.network.faces import find_joined_chains
+from patterndb_sketch.retopo.network.faces import GroundParts, find_joined_chains
 from patterndb_sketch.retopo.network.patches import FEWEST_CORNERS
 from patterndb_sketch.retopo.sizes import Sizes
 
@@ -375,11 +375,17 @@ def interpolate_line(
 
 
 def is_cellular(network: Network, ground: Ground) -> bool:
-    """Is every region of the ground a disk: one network a part, which goes round all handles?"""
+    """Is every region of the ground a disk: one network on each part, which goes round all its
+    handles?"""
+    whole = GroundParts.of(ground)
+    on: list[int] = []
     left = set(network.chains)
-    parts = 0
     while left:
-        left -= find_joined_chains(network.nodes, network.chains, next(iter(left)))
-        parts += 1
-    handles = count_handles(ground)
-    return parts == 1 and count_genus(network.nodes, network.chains) == handles
+        joined = find_joined_chains(network.nodes, network.chains, next(iter(left)))
+        # Where parts touch or pass through each other, single points may lie on another.
+        at = ground.nearest(network.chains[min(joined)].points).triangles
+        on.append(int(np.bincount(whole.part[at]).argmax()))
+        left -= joined
+    if len(on) != whole.parts or len(set(on)) != whole.parts:
+        return False
+    return count_genus(network.nodes, network.chains) == count_handles(ground)

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
@@ -53,6 +55,7 @@ from patterndb_sketch.retopo.filling.edgecounts import NumberedCounts
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network
+from patterndb_sketch.retopo.network.faces import GroundParts
 from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.wording import count_places, format_place
@@ -126,6 +129,7 @@ def draft_network(
             "surface has folds that are too sharp; smooth it, or draw by hand"
         )
     seeds = _find_tips(network, field, AT_NODE * sizes.edge)
+    regular = RegularParts.of(field, ground)
     laid: Network | None = None
     why = "some regions would be rings or handles; draw by hand"
     for _ in range(MOST_SEEDS + 1):
@@ -138,10 +142,9 @@ def draft_network(
             found, why = None, str(error)
         if found is not None and is_cellular(found, ground):
             laid = found
-            # Where there are singularities, they cut as finely as the shape asks for.
-            if len(field.singular) or not _has_long_patch(found, LONGEST_LOOP * ground.diagonal):
+            if not _has_long_patch(found, ground, regular):
                 break
-        seeds.append(_find_seed(field, seeds))
+        seeds.append(_find_seed(field, regular, seeds))
     if laid is None:
         raise RefusedError(why)
     edge = setting.finer * sizes.edge
@@ -162,11 +165,41 @@ class ProposedDraft:
     flaws: tuple[str, ...]
 
 
-def _has_long_patch(network: Network, longest: float) -> bool:
-    return any(
-        sum(network.chains[half >> 1].length for half in patch.loop) > longest
-        for patch in network.patches.values()
-    )
+@dataclass(frozen=True, slots=True, eq=False)
+class RegularParts:
+    """The parts of a surface on which a field has no singularity, as on a torus.
+
+    Elsewhere singularities cut as finely as the shape asks for. at: (v,) of the field's mesh, is
+    this vertex on such a part? of_triangle: (t,) the part of each triangle of the ground.
+    longest: by part, how long a region's border may be; infinite where there are singularities.
+    """
+
+    at: NDArray[np.bool_]
+    of_triangle: NDArray[np.signedinteger[Any]]
+    longest: NDArray[np.float64]
+
+    @classmethod
+    def of(cls, field: CrossField, ground: Ground) -> RegularParts:
+        parts = GroundParts.of(ground)
+        part = parts.part[ground.nearest(field.mesh.vertices).triangles]
+        longest = np.empty(parts.parts)
+        for k in range(parts.parts):
+            corners = ground.vertices[ground.triangles[parts.part == k]].reshape(-1, 3)
+            longest[k] = LONGEST_LOOP * np.linalg.norm(np.ptp(corners, axis=0))
+        longest[part[field.singular]] = np.inf
+        return cls(np.isfinite(longest[part]), parts.part, longest)
+
+
+def _has_long_patch(network: Network, ground: Ground, regular: RegularParts) -> bool:
+    if not regular.at.any():
+        return False
+    for patch in network.patches.values():
+        chains = [network.chains[half >> 1] for half in patch.loop]
+        at = ground.nearest(np.concatenate([chain.points for chain in chains])).triangles
+        part = np.bincount(regular.of_triangle[at]).argmax()
+        if sum(chain.length for chain in chains) > regular.longest[part]:
+            return True
+    return False
 
 
 def propose_draft(
@@ -315,19 +348,22 @@ def _count_regularly(network: Network, edge: float) -> Network:
     return numbered.put(network, found)
 
 
-def _find_seed(field: CrossField, seeds: list[int]) -> int:
-    """The inner regular vertex furthest from singularities, borders and other seeds."""
+def _find_seed(field: CrossField, regular: RegularParts, seeds: list[int]) -> int:
+    """The inner regular vertex furthest from singularities, borders and other seeds, of parts that
+    have no singularity where there are any."""
     from scipy.sparse.csgraph import dijkstra
 
     mesh = field.mesh
     graph = mesh.edge_graph
     sources = [*field.singular.tolist(), *seeds, *np.flatnonzero(mesh.on_border).tolist()]
     inner = ~mesh.on_border & (field.index == 0)
+    if (inner & regular.at).any():
+        inner &= regular.at
     if not sources:
         return int(np.flatnonzero(inner)[0])
     far = dijkstra(graph, indices=sources, min_only=True)
+    # Parts that have none of these are infinitely far.
     far[~inner] = -1.0
-    far[~np.isfinite(far)] = 2.0 * far[np.isfinite(far)].max() + 1.0
     return int(far.argmax())
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -100,33 +101,59 @@ def has_dead_end(
 Indices = NDArray[np.signedinteger[Any]]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class GroundParts:
+    """What hangs together on a ground, across its edges.
+
+    part: (t,) the part of each triangle, 0 to parts - 1. fan: (3t,) the fan of triangles around a
+    vertex that each corner belongs to, 0 to fans - 1: where parts touch in a vertex, it has
+    several.
+    """
+
+    parts: int
+    part: Indices
+    fans: int
+    fan: Indices
+
+    @classmethod
+    def of(cls, ground: Ground) -> GroundParts:
+        """Of a ground, in linear time."""
+        corner, across = ground.triangles.ravel(), ground.topology.across
+        # A corner is named by the side that begins there.
+        side = np.flatnonzero(across >= 0)
+        other = across[side]
+        alike = corner[side] == corner[other]
+        fans, fan = _group_pairs(
+            len(corner),
+            np.r_[side, _follow(side)],
+            np.r_[
+                np.where(alike, other, _follow(other)),
+                np.where(alike, _follow(other), other),
+            ],
+        )
+        parts, part = _group_pairs(len(ground.triangles), side // 3, other // 3)
+        return cls(parts, part, fans, fan)
+
+
+def _follow(side: Indices) -> Indices:
+    """The sides after these, around their triangles."""
+    return side - side % 3 + (side + 1) % 3
+
+
 def count_handles(ground: Ground) -> int:
     """How many handles a surface has, in all its parts; borders count as closed by disks.
 
     Of each part V - E + F = 2 - 2 g. A vertex counts for every fan of triangles around it.
     """
-    triangles, across = ground.triangles, ground.topology.across
-    n = 3 * len(triangles)
-    side = np.arange(n)
-    # A corner is named by the side that begins there.
-    after = side - side % 3 + (side + 1) % 3
-    inner, border = np.flatnonzero(across >= 0), np.flatnonzero(across < 0)
-    other = across[inner]
-    corners = triangles.ravel()
-    alike = corners[inner] == corners[other]
-    vertices, vertex = _group_pairs(
-        n,
-        np.concatenate([inner, after[inner]]),
-        np.concatenate(
-            [np.where(alike, other, after[other]), np.where(alike, after[other], other)]
-        ),
-    )
-    parts, _ = _group_pairs(len(triangles), inner // 3, other // 3)
-    ends = vertex[border], vertex[after[border]]
-    _, loop = _group_pairs(vertices, *ends)
+    found = GroundParts.of(ground)
+    across = ground.topology.across
+    border = np.flatnonzero(across < 0)
+    inner = len(across) - len(border)
+    ends = found.fan[border], found.fan[_follow(border)]
+    _, loop = _group_pairs(found.fans, *ends)
     loops = len(np.unique(loop[ends[0]]))
-    euler = vertices - (len(inner) // 2 + len(border)) + len(triangles) + loops
-    return (2 * parts - euler) // 2
+    euler = found.fans - (inner // 2 + len(border)) + len(ground.triangles) + loops
+    return (2 * found.parts - euler) // 2
 
 
 def count_genus(nodes: Mapping[int, Node], chains: Mapping[int, Chain]) -> int:

@@ -26,6 +26,10 @@ DIRECTIONS = 24
 AXES = 1e-3
 
 
+#: A plane that the surface does not leave by more than this, in parts of its diagonal, lies along
+#: it: a sheet is its own image in its own plane, and there is no half of it to work on.
+ALONG = 0.02
+
 #: A surface is symmetric in a plane if its image is this near to it, in parts of its diagonal: the
 #: root of the mean square. A scan of what is symmetric is some thousandths off.
 SYMMETRIC = 0.005
@@ -61,16 +65,23 @@ def propose_plane(ground: Ground) -> Proposal:
 
     Tried are the planes x, y and z = 0 through the origin, and planes through the middle of the
     surface: at right angles to its axes, its principal axes and directions all around, the best
-    of which are made better by turns of finding nearest points and fitting a plane to them.
+    of which are made better by turns of finding nearest points and fitting a plane to them. Planes
+    along which all of it lies are none (ALONG).
     """
     points = spread_points(ground, POINTS)
     few = points[::3]
     middle = points.mean(axis=0)
     _, axes = np.linalg.eigh(np.cov((points - middle).T))
     directions = np.concatenate([np.eye(3), axes.T, spread_directions(DIRECTIONS)])
+    least = ALONG * ground.diagonal
+
+    def through(point: Points, directions: Points) -> list[Plane]:
+        planes = [Plane.of(point, direction) for direction in directions]
+        return [one for one in planes if np.abs(one.heights(points)).max() > least]
+
     tried = [
         Proposal(plane, measure_asymmetry(ground, plane, few))
-        for plane in _planes_through(middle, directions)
+        for plane in through(middle, directions)
     ]
     tried.sort(key=lambda one: one.off)
     better = [_improve_plane(ground, one.plane, few) for one in tried[:BETTERED]]
@@ -80,9 +91,9 @@ def propose_plane(ground: Ground) -> Proposal:
     )
     even = [
         Proposal(plane, measure_asymmetry(ground, plane, points))
-        for plane in _planes_through(np.zeros(3), np.eye(3))
+        for plane in through(np.zeros(3), np.eye(3))
     ]
-    straight = min(even, key=lambda one: one.off)
+    straight = min(even, key=lambda one: one.off, default=best)
     return straight if straight.off <= best.off + AXES else best
 
 
@@ -121,10 +132,6 @@ def spread_directions(n: int) -> NDArray[np.float64]:
     turn = k * (np.pi * (3.0 - np.sqrt(5.0)))
     radius = np.sqrt(1.0 - z**2)
     return np.stack([radius * np.cos(turn), radius * np.sin(turn), z], axis=1)
-
-
-def _planes_through(point: Points, directions: Points) -> list[Plane]:
-    return [Plane.of(point, direction) for direction in directions]
 
 
 def _improve_plane(ground: Ground, plane: Plane, points: Points) -> Plane:

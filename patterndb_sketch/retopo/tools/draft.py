@@ -6,11 +6,13 @@ from dataclasses import replace
 from typing import Any
 
 from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
+from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.draft.proposing import ProposedDraft, propose_draft
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
+from patterndb_sketch.retopo.wording import count_places
 
 #: Edges of a draft, in parts of the surface's diagonal: more than 0.15 leave no shape, and less
 #: than 0.004 give a hundred thousand quads, for which a draft is not made.
@@ -29,11 +31,17 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             f"give edge from {low:.3g} to {high:.3g}"
         )
     notes: list[str] = []
+    parted = part_touching(work.ground)
+    ground = parted.ground
+    if len(parted.touching):
+        places = work.ground.vertices[parted.touching]
+        said = count_places("a vertex", "vertices", places)
+        notes.append(f"parts of the surface touch in {said}: drafted as if they did not")
     drawn = any(not chain.marked for chain in work.network.chains.values())
     if a["symmetry"] and state.plane is None and not drawn:
-        found = propose_plane(work.ground)
+        found = propose_plane(ground)
         if found.symmetric:
-            half = cut_half(work.ground, found.plane)
+            half = cut_half(ground, found.plane)
             seam = begin_symmetry(work.network, half, state.sizes.sampling).network
             if any(SYMMETRY in chain.marks for chain in seam.chains.values()):
                 try:
@@ -43,8 +51,8 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
                 else:
                     said = f"symmetry is on: {found.describe()}"
                     now = replace(state, network=made.network, plane=found.plane)
-                    return Result(now, (said, *_describe(made)))
-    made = propose_draft(work.network, work.ground, state.sizes, work.source)
+                    return Result(now, (*notes, said, *_describe(made)))
+    made = propose_draft(work.network, ground, state.sizes, work.source)
     return Result(replace(state, network=made.network), (*notes, *_describe(made)))
 
 
