@@ -113,6 +113,7 @@ def ask(cut: Cut, db: Any, models: Any, twins: bool, most: int | None) -> dict[s
     own = [i for i in every if not found[i].twin]
     return {
         "rank": rank(every),
+        "sound": rank(sorted(every, key=lambda i: (found[i].flipped > 0, i))),
         "regular": rank(sorted(own, key=lambda i: (found[i].n_irregular, i))),
         "artist": rank(
             sorted(
@@ -177,6 +178,9 @@ def main() -> None:
                 most = TOP[-1] if given.listed else None
                 row = ask(cut, db, models, not given.no_twins, most)
                 rows.append((cut, row))
+                for fault in row["faults"]:
+                    loop = ",".join(map(str, cut.hole.loop.tolist()))
+                    print(f"{path.name}, the hole {loop}: {fault}", file=sys.stderr, flush=True)
                 if given.listed:
                     continue
                 asked = np.clip(look_around(cut.hole).due, 1, 3)
@@ -193,6 +197,7 @@ def print_orders(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
     print("| | holes | hit@1 | @5 | @20 |\n|---|--:|--:|--:|--:|")
     for title, name in (
         ("as listed", "rank"),
+        ("as listed, those with flipped quads last", "sound"),
         ("fewest irregular first", "regular"),
         ("most frequent first", "artist"),
         ("plain query, corners as the surroundings ask, order artist", "today"),

@@ -428,11 +428,12 @@ def _walk_borders(
             h = previous[h]
             while twin[h] >= 0:
                 h = previous[twin[h]]
-            if crowded[h]:
+            if h == first:
+                break
+            # A walk that was begun further on has been along here, and came to such an edge.
+            if crowded[h] or not left[h]:
                 loops[at] = -1
                 at += 1
-                break
-            if not left[h]:
                 break
         n_loops += 1
         starts[n_loops] = at

@@ -99,6 +99,50 @@ def test_loops_of_a_grid() -> None:
     assert turned.loop[0] == inner.loop[3] and set(turned.loop) == set(inner.loop)
 
 
+@given(st.data())
+@settings(max_examples=60, deadline=None)
+def test_loops_close_whatever_faces_share_an_edge(data: st.DataObject) -> None:
+    # Squares of a lattice of cubes, any of them: edges have up to four, and borders begin and end
+    # where three or four meet.
+    at = {p: i for i, p in enumerate(product(range(3), repeat=3))}
+    squares = [
+        [at[p], at[a], at[c], at[b]]
+        for p in at
+        for i, j in ((0, 1), (0, 2), (1, 2))
+        for a, b, c in [
+            (
+                tuple(x + (k == i) for k, x in enumerate(p)),
+                tuple(x + (k == j) for k, x in enumerate(p)),
+                tuple(x + (k in (i, j)) for k, x in enumerate(p)),
+            )
+        ]
+        if c in at
+    ]
+    kept = data.draw(st.lists(st.sampled_from(squares), min_size=1, max_size=36, unique_by=tuple))
+    kept = data.draw(st.permutations(kept))
+    mesh = PolygonMesh.from_faces(np.array(list(at), np.float64), kept)
+    uses: dict[frozenset[int], int] = {}
+    for face in kept:
+        for i, a in enumerate(face):
+            edge = frozenset((a, face[(i + 1) % 4]))
+            uses[edge] = uses.get(edge, 0) + 1
+    try:
+        holes = find_holes(mesh)
+    except InvalidMeshError as error:
+        assert "one-sided" in str(error) or "one side" in str(error)
+        return
+    seen: list[frozenset[int]] = []
+    for hole in holes:
+        loop = hole.loop.tolist()
+        assert len(loop) >= 3
+        seen += [frozenset((a, loop[(i + 1) % len(loop)])) for i, a in enumerate(loop)]
+    assert len(set(seen)) == len(seen)
+    assert all(uses[edge] == 1 for edge in seen)
+    # Without such edges every border edge is in a loop.
+    if max(uses.values()) < 3:
+        assert set(seen) == {edge for edge, n in uses.items() if n == 1}
+
+
 def test_a_regular_hole_gets_what_was_there(source: PatternSource) -> None:
     fills = list(fill_holes(source, HOLED, loop=[16], limit=5))
     assert len(fills) == 5 and fills[0].n_quads == 4 and fills[0].n_irregular == 0
