@@ -184,6 +184,26 @@ def mark_chains(
 
 
 @kernel(borrowing=True)
+def _walk_block(
+    start: Index, number: Index, twin: Int32Array, vertex: Int32Array, work: ReductionWork
+) -> None:
+    """Number the sides of a block from 4 number on, counter-clockwise from the half-edge that
+    begins the first; note what lies across."""
+    gone, removed = work.gone, work.stamp[0]
+    h = start
+    for b in range(4 * number, 4 * number + 4):
+        work.block[h] = b
+        work.head[b] = h
+        while True:
+            ahead = next_edge(h)
+            if gone[vertex[ahead]] != removed:
+                break
+            h = next_edge(twin[ahead])
+        work.reduced[b] = twin[h]
+        h = ahead
+
+
+@kernel(borrowing=True)
 def cut_blocks(
     n_quads: int, twin: Int32Array, vertex: Int32Array, count: Int32Array, work: ReductionWork
 ) -> tuple[int, int]:
@@ -193,22 +213,10 @@ def cut_blocks(
     block, head, reduced, starts = work.block, work.head, work.reduced, work.starts
     n = 4 * n_quads
     n_blocks = 0
-    for h0 in range(n):
-        if block[h0] >= 0 or gone[vertex[h0]] == removed:
-            continue
-        h = h0
-        for side in range(4):
-            b = 4 * n_blocks + side
-            block[h] = b
-            head[b] = h
-            while True:
-                ahead = next_edge(h)
-                if gone[vertex[ahead]] != removed:
-                    break
-                h = next_edge(twin[ahead])
-            reduced[b] = twin[h]
-            h = ahead
-        n_blocks += 1
+    for h in range(n):
+        if block[h] < 0 and gone[vertex[h]] != removed:
+            _walk_block(h, n_blocks, twin, vertex, work)
+            n_blocks += 1
 
     n_starts = 0
     for b in range(4 * n_blocks):
@@ -241,7 +249,6 @@ def read_pattern(
 
     It looks at the blocks in the order of the reading, and at no others.
     """
-    gone, removed = work.gone, work.stamp[0]
     block, head, reduced = work.block, work.head, work.reduced
     n_blocks = 0
     at = -1
@@ -249,17 +256,7 @@ def read_pattern(
     while True:
         if t >= 0 and block[t] < 0:
             # A block met for the first time, by this edge of it.
-            h = t
-            for b in range(4 * n_blocks, 4 * n_blocks + 4):
-                block[h] = b
-                head[b] = h
-                while True:
-                    ahead = next_edge(h)
-                    if gone[vertex[ahead]] != removed:
-                        break
-                    h = next_edge(twin[ahead])
-                reduced[b] = twin[h]
-                h = ahead
+            _walk_block(t, n_blocks, twin, vertex, work)
             n_blocks += 1
         if at >= 0:
             code[at] = 1 + block[t] if t >= 0 else 0
