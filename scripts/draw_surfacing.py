@@ -279,6 +279,30 @@ def openings(place: Place) -> None:
     place.save("open", shown, columns=2)
 
 
+def fair(place: Place) -> None:
+    """A sphere in six patches and the trebol, each patch by itself and faired."""
+    at = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)], float)
+    faces = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    sides = sorted({(min(e), max(e)) for f in faces for e in pairwise([*f, f[0]])})
+    shares = np.linspace(0.0, 1.0, 41)[:, None]
+    arcs = [(1.0 - shares) * at[a] + shares * at[b] for a, b in sides]
+    arcs = [arc / np.linalg.norm(arc, axis=1, keepdims=True) for arc in arcs]
+    curves = tuple(
+        Curve(arc, ends, i, i) for i, (arc, ends) in enumerate(zip(arcs, sides, strict=True))
+    )
+    cycles = tuple(
+        Cycle(tuple((sides.index((min(e), max(e))), e[0] > e[1]) for e in pairwise([*f, f[0]])))
+        for f in faces
+    )
+    sphere = CurveNetwork(curves, at / np.sqrt(3.0), cycles)
+    shown = [
+        picture(source, (460, 380), settings=Settings(fair=faired), caption=name)[0]
+        for source in (sphere, place.curves("salvi/trebol_network.json"))
+        for faired, name in ((False, "each by itself"), (True, "faired"))
+    ]
+    place.save("fair", shown, columns=2)
+
+
 def growing(place: Place) -> None:
     """A drawing of the CASSIE data set in four of its stages."""
     name, toward = GROWING
@@ -304,6 +328,7 @@ PICTURES: dict[str, Callable[[Place], None]] = {
     "cow": cow,
     "sketches": sketches,
     "open": openings,
+    "fair": fair,
     "growing": growing,
 }
 

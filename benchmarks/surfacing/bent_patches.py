@@ -95,11 +95,11 @@ def outline_of(net: Points) -> Points:
     return np.concatenate([net[:, 0], net[-1], net[::-1, -1], net[0, ::-1]])
 
 
-def cut_patches(path: Path) -> Iterator[tuple[str, Points]]:
+def cut_patches(path: Path, sizes: tuple[int, int] = SIZES) -> Iterator[tuple[str, Points]]:
     """Bent grids of a mesh, (m + 1, n + 1, 3) each, no two with the same middle."""
     mesh = read_mesh(path)
     quads = [face for face in np.split(mesh.corners, mesh.offsets[1:-1]) if len(face) == 4]
-    if len(quads) < SIZES[0] ** 2:
+    if len(quads) < sizes[0] ** 2:
         return
     faces = np.array(quads)
     walking = {
@@ -108,7 +108,7 @@ def cut_patches(path: Path) -> Iterator[tuple[str, Points]]:
     rng = np.random.default_rng([SEED, *path.stem.encode()])
     taken: set[int] = set()
     for _ in range(TRIES):
-        m, n = rng.integers(SIZES[0], SIZES[1] + 1, size=2).tolist()
+        m, n = rng.integers(sizes[0], sizes[1] + 1, size=2).tolist()
         grid = walk_grid(faces, walking, int(rng.integers(len(faces))), m, n)
         if grid is None or not taken.isdisjoint(grid.ravel().tolist()):
             continue

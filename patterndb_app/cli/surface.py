@@ -71,7 +71,7 @@ class CurveNames(ParamType):
     cls=SectionedCommand,
     sections={
         "Cycles": ("--find-cycles", "--ban", "--keep", "--cycles-only", "--tolerance"),
-        "Surface": ("--method", "--alpha", "--any-chord", "--spacing", "--db"),
+        "Surface": ("--method", "--fair", "--alpha", "--any-chord", "--spacing", "--db"),
         "Output": ("-o", "--picture", "--view", "--json"),
     },
 )
@@ -82,6 +82,11 @@ class CurveNames(ParamType):
     type=click.Choice(METHODS),
     show_default=f"{DEFAULT_METHOD}; chords with --alpha or --any-chord",
     help=describe_methods(),
+)
+@click.option(
+    "--fair",
+    is_flag=True,
+    help="Make smooth grids share normals across curves through which the surface goes on.",
 )
 @click.option(
     "--alpha",
@@ -140,6 +145,7 @@ def surface(
     network: Path,
     output: Path | None,
     method: Any,
+    fair: bool,
     alpha: float | None,
     any_chord: bool,
     spacing: float | None,
@@ -175,11 +181,18 @@ def surface(
     patterndb surface sketch.json -o surface.obj
     patterndb surface sketch.json --find-cycles --ban 4,7,12 -o surface.obj --json
     patterndb surface sketch.json --cycles-only --json
+    patterndb surface sketch.json --fair -o surface.obj
     patterndb surface sketch.json --method quads --spacing 0.2 -o quads.obj
     """
     for name, given in (("-o", output), ("--picture", picture), ("--view", view)):
         if cycles_only and given:
             raise click.UsageError(f"--cycles-only makes no surface; leave {name} out")
+    if fair and (method or DEFAULT_METHOD) != DEFAULT_METHOD:
+        raise click.UsageError(f"--fair moves grids of the method {DEFAULT_METHOD}; leave one out")
+    if fair and (alpha is not None or any_chord):
+        raise click.UsageError(
+            "--fair moves grids, chords make none; leave --alpha, --any-chord out"
+        )
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from patterndb_sketch.surfacing import Settings, find_openings, read_drawing
     from patterndb_sketch.surfacing import surface as surface_of
@@ -215,7 +228,7 @@ def surface(
                 write(",".join(str(name) for name in given.names(cycle)))
         _say_openings(given, openings)
         return 0
-    settings = Settings()
+    settings = Settings(fair=fair)
     if method is not None:
         settings = replace(settings, method=method)
     elif alpha is not None or any_chord:
@@ -238,6 +251,7 @@ def surface(
     if as_json:
         document |= {
             "method": settings.method,
+            "fair": settings.fair,
             "alpha": settings.alpha,
             "spacing": made.sampling.spacing,
             "patches": [_patch(made, patch) for patch in made.patches],

@@ -3,9 +3,9 @@
 Read network (curves, nodes, cycles) and naming (cycles by the names of their curves); networkfile
 with files/, and joining/: how a network is read, and how drawn curves become one; cycles/: which
 closed walks are patches; sampling: the vertices that patches share; methods: the ways to make a
-patch, one table; chords/, tessellation/ and quads/: what these ways are made of; surfaces: the
-surface of a loop, of a network and of a growing sketch; patch: what comes of it; openings: what
-stays open.
+patch, one table; chords/, tessellation/ and quads/: what these ways are made of; fairing: patches
+that share normals; surfaces: the surface of a loop, of a network and of a growing sketch; patch:
+what comes of it; openings: what stays open.
 
 After Abbasinejad, Joshi, Amenta, Simons and Grimm, "Surface patches for 3D sketching" (2013).
 """

@@ -32,6 +32,7 @@ class MadeSurface:
     points: (k, 3) float64, the vertices inside. faces: per piece (f, 3) or (f, 4) int64, in the
             loop's sense; below n a position in the loop, n + i row i of points.
     cut:    how the loop was cut by chords, if it was.
+    corners: positions in the loop of the corners of a grid that fills it, if one does.
     """
 
     method: str
@@ -39,6 +40,7 @@ class MadeSurface:
     points: Points
     faces: tuple[Int64Array, ...]
     cut: Decomposition | None = None
+    corners: tuple[int, ...] = ()
 
 
 #: Makes the surface of a loop: (loop, settings, spacing, database). It answers for every valid
@@ -131,7 +133,7 @@ def make_smooth(
         mesh = fill_with_parallelograms(loop.points, choice.corners)
         together = np.concatenate([loop.points, mesh.points])
         if not len(find_self_intersections(together, mesh.triangles)):
-            return MadeSurface("smooth", "", mesh.points, (mesh.triangles,))
+            return MadeSurface("smooth", "", mesh.points, (mesh.triangles,), corners=mesh.corners)
     made = make_by_chords(loop, settings, spacing, None)
     return replace(made, note=_join("every smooth grid tried crosses itself", made.note))
 

@@ -65,15 +65,19 @@ class SectorGrid:
     border:  2 N K vertices come first, around the grid from corner 0 on: corner s is vertex 2 K s.
     quads:   (N K K, 4) int64.
     energy:  (v, v) sparse: x' energy x is to be least for each coordinate x of the vertices.
+    laplacian: (v, v) sparse: the differences to the neighbours along edges, summed.
     ring:    vertices beside the border's, around the grid: for each side 2 K - 1, those beside its
              two corners among them; a corner's stands for both of its sides and comes twice.
+    second:  likewise those beside the ring's, as the lines that leave the border go on.
     within:  the quads without a vertex on the border.
     """
 
     border: int
     quads: Int64Array = field(repr=False)
     energy: csc_array = field(repr=False)
+    laplacian: csc_array = field(repr=False)
     ring: Int64Array = field(repr=False)
+    second: Int64Array = field(repr=False)
     within: Int64Array = field(repr=False)
 
 
@@ -107,18 +111,25 @@ def make_sector_grid(sides: int, half: int) -> SectorGrid:
         ],
         np.int64,
     )
-    ring = [
-        [vertex(s, i, 1) for i in range(1, half + 1)]
-        + [vertex(s + 1, 1, j) for j in range(half - 1, 0, -1)]
-        for s in range(sides)
-    ]
+    ring, second = (
+        np.array(
+            [
+                [vertex(s, i, row) for i in range(1, half + 1)]
+                + [vertex(s + 1, row, j) for j in range(half - 1, 0, -1)]
+                for s in range(sides)
+            ],
+            np.int64,
+        )
+        for row in (1, 2)
+    )
     total = border + len(number)
     bent = _join_columns(quads, [1.0, -1.0, 1.0, -1.0], total)
     edges = np.concatenate([quads[:, [k, (k + 1) % 4]] for k in range(4)])
     long = _join_columns(edges, [1.0, -1.0], total)
-    energy = csc_array(bent.T @ bent + EVENNESS * (long.T @ long))
+    lengths = csc_array(long.T @ long)
+    energy = csc_array(bent.T @ bent + EVENNESS * lengths)
     within = quads[(quads >= border).all(axis=1)]
-    return SectorGrid(border, quads, energy, np.array(ring, np.int64), within)
+    return SectorGrid(border, quads, energy, 0.5 * lengths, ring, second, within)
 
 
 def _join_columns(rows: Int64Array, weights: Sequence[float], columns: int) -> csc_array:
@@ -183,14 +194,21 @@ def rank_corners(points: Points, nodes: Sequence[int] = ()) -> list[CornerChoice
 def _place_borders(points: Points, corners: NDArray[np.int64], half: int) -> Points:
     """(m, 2 N half, 3) the loop in 2 half edges of one length between each of N corners (m, N)."""
     around = np.r_[points, points[:1]]
-    lengths = arc_length(around)
+    at = measure_borders(arc_length(around), corners, half)
+    return at_lengths(around, at.ravel()).reshape(*at.shape, 3)
+
+
+def measure_borders(lengths: Floats, corners: NDArray[np.int64], half: int) -> Floats:
+    """(m, 2 N half) where :func:`_place_borders` puts vertices, in lengths along the loop.
+
+    lengths: (n + 1,) those of the loop's vertices, the first again at the end.
+    """
     starts = lengths[corners]
     ends = np.roll(starts, -1, axis=1)
     ends[:, -1] += lengths[-1]
     share = np.arange(2 * half) / (2 * half)
     at = starts[..., None] + (ends - starts)[..., None] * share
-    flat = at.reshape(len(corners), -1) % lengths[-1]
-    return at_lengths(around, flat.ravel()).reshape(*flat.shape, 3)
+    return at.reshape(len(corners), -1) % lengths[-1]
 
 
 def _score(points: Points, turning: Floats, corners: NDArray[np.int64]) -> Floats:
@@ -235,6 +253,19 @@ class ParallelogramMesh:
     triangles: Int64Array = field(repr=False)
 
 
+def choose_half(vertices: int, sides: int) -> int:
+    """The quads along half a side for a loop of so many vertices and corners."""
+    return min(MOST, max(FEWEST, round(vertices / (2 * sides))))
+
+
+def lay_grid(points: Points, corners: Sequence[int]) -> tuple[SectorGrid, Points]:
+    """The grid that 3 to 6 corners make in a closed loop (n, 3), and its vertices (v, 3)."""
+    half = choose_half(len(points), len(corners))
+    grid = make_sector_grid(len(corners), half)
+    border = _place_borders(points, np.array([corners]), half)[0]
+    return grid, np.concatenate([border, place_inner(grid, border)])
+
+
 def fill_with_parallelograms(points: Points, corners: Sequence[int]) -> ParallelogramMesh:
     """Fill a closed loop (n, 3) with the grid that 3 to 6 of its vertices as corners make.
 
@@ -242,10 +273,9 @@ def fill_with_parallelograms(points: Points, corners: Sequence[int]) -> Parallel
     """
     n = len(points)
     sides = len(corners)
-    half = min(MOST, max(FEWEST, round(n / (2 * sides))))
-    grid = make_sector_grid(sides, half)
-    border = _place_borders(points, np.array([corners]), half)[0]
-    inner = place_inner(grid, border)
+    half = choose_half(n, sides)
+    grid, laid = lay_grid(points, corners)
+    inner = laid[grid.border :]
     shift = n - grid.border
     together = np.r_[points, inner]
     quads = grid.within + shift

@@ -33,6 +33,7 @@ class LoopSurface:
     area:          of all faces, in squared units of the points.
     self_intersections: pairs of faces that pass through each other.
     seconds:       what all of this took.
+    corners:       positions in the loop of the corners of a grid that fills it, () without one.
     """
 
     method: str
@@ -48,6 +49,7 @@ class LoopSurface:
     area: float
     self_intersections: int
     seconds: float
+    corners: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

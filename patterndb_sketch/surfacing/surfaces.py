@@ -22,6 +22,8 @@ from patterndb_sketch.surfacing.chords import (
     Flatness,
 )
 from patterndb_sketch.surfacing.cycles import FoundCycles, find_cycles
+from patterndb_sketch.surfacing.cycles.found import list_users
+from patterndb_sketch.surfacing.fairing import FilledLoop, fair_patches, find_smooth_curves
 from patterndb_sketch.surfacing.methods import (
     DEFAULT_METHOD,
     METHODS,
@@ -61,13 +63,15 @@ class Settings:
 
     method:          the name of one of :data:`patterndb_sketch.surfacing.methods.METHODS`.
     alpha:           the price of chords (section 3.2); more makes fewer, larger pieces. This and
-                     all below matter where chords cut a loop.
+                     those below, but for the last, matter where chords cut a loop.
     area_price:      the area that chords may add, see
                      :func:`patterndb_sketch.surfacing.chords.find_affordable`; None, as in the
                      paper: any.
     flatness:        "relative", or "printed" as in the paper: the product of eigenvalues.
     turning_bound:   radians by which a loop may turn between two chord endpoints.
     max_subproblems: what the search for chords may score.
+    fair:            move the grids that fill loops so that they go on smoothly across curves, where
+                     the surface does (:mod:`patterndb_sketch.surfacing.fairing`).
     """
 
     method: str = DEFAULT_METHOD
@@ -76,6 +80,7 @@ class Settings:
     flatness: Flatness = "relative"
     turning_bound: float = TURNING_BOUND
     max_subproblems: int = MAX_SUBPROBLEMS
+    fair: bool = False
 
     def __post_init__(self) -> None:
         if self.method not in METHODS:
@@ -118,6 +123,7 @@ def _measure(loop: Loop, made: MadeSurface, seconds: float) -> LoopSurface:
         area=sum(area(points, piece) for piece in made.faces),
         self_intersections=len(find_self_intersections(points, as_triangles(made.faces))),
         seconds=seconds,
+        corners=made.corners,
     )
 
 
@@ -172,6 +178,10 @@ def surface(
         patches.append(patch)
         points.append(inner)
         n_points += len(inner)
+    if settings.fair:
+        patches, told = _fair_patches(network, sampling, patches)
+        notes += (told,)
+        points[1:] = [p.surface.points for p in patches if p.surface is not None]
     together = np.concatenate(points)
     crossings = _find_crossings(together, patches)
     return Surfacing(network, sampling, together, tuple(patches), crossings, notes)
@@ -194,7 +204,7 @@ def _make_patch(
         # begins: the result does not depend on that, and a loop met again is known.
         start, backward = find_start(loop.points)
         upright = turn_loop(loop, start, backward)
-        key = repr((settings, sampling.spacing)).encode()
+        key = repr((replace(settings, fair=False), sampling.spacing)).encode()
         key += upright.points.tobytes() + upright.corners.tobytes()
         result = memory.recall(key)
         reused = result is not None
@@ -211,6 +221,50 @@ def _make_patch(
     return SurfacePatch(
         cycle, faces, names[result.chords], result, result.note, reused
     ), result.points
+
+
+def _fair_patches(
+    network: CurveNetwork, sampling: Sampling, patches: Sequence[SurfacePatch]
+) -> tuple[list[SurfacePatch], str]:
+    """The patches, their grids moved so that they share normals across smooth curves, and a note.
+
+    A patch that would pass through itself in more places stays as it is, and says so.
+    """
+    cycles = [patch.cycle for patch in patches if patch.surface is not None]
+    curves = find_smooth_curves(network, sampling, cycles)
+    placed: list[FilledLoop] = []
+    for patch in patches:
+        if patch.surface is not None:
+            loop = loop_of(network, sampling, patch.cycle)
+            loop = turn_loop(loop, *find_start(loop.points))
+            points = np.concatenate([loop.points, patch.surface.points])
+            faces = as_triangles(patch.surface.faces)
+            placed.append(FilledLoop(loop, patch.surface.corners, points, faces))
+    moved = iter(zip(placed, fair_patches(sampling, placed, curves), strict=True))
+    faired: list[SurfacePatch] = []
+    for patch in patches:
+        before = patch.surface
+        if before is not None:
+            one, inner = next(moved)
+            if inner is not None:
+                after = _move_inner(one, before, inner)
+                patch = replace(patch, surface=after, note=after.note)
+        faired.append(patch)
+    # A curve between two patches without grids is as it was.
+    curves = [one for one in curves if any(placed[k].corners for k in one.patches)]
+    between = sum(len(users) == 2 for users in list_users(cycles).values())
+    return faired, f"faired across {len(curves)} of {between} curves between patches"
+
+
+def _move_inner(patch: FilledLoop, before: LoopSurface, inner: Points) -> LoopSurface:
+    """A loop's surface with its inner vertices elsewhere, unless it would cross itself more."""
+    points = np.concatenate([patch.loop.points, inner])
+    crossed = len(find_self_intersections(points, patch.faces))
+    if crossed > before.self_intersections:
+        note = "not faired: its faces would pass through each other"
+        return replace(before, note="; ".join(filter(None, (before.note, note))))
+    covered = sum(area(points, piece) for piece in before.faces)
+    return replace(before, points=inner, area=covered, self_intersections=crossed)
 
 
 def find_start(points: Points) -> tuple[int, bool]:

@@ -181,3 +181,14 @@ def test_slips_are_refused(with_cycles: Path, tmp_path: Path) -> None:
     broken.write_text('{"curves": [{"points": [[0, 0, 0], [1, "x", 0]]}]}')
     assert_refused(run("surface", broken), 3, "curves[0].points[1][1]")
     assert not output.exists()
+
+
+def test_smooth_patches_are_faired_across_curves() -> None:
+    teacup = CHECKOUT / "examples" / "networks" / "teacup.json"
+    plain, fair = document(teacup), document(teacup, "--fair")
+    assert (plain["fair"], fair["fair"]) == (False, True)
+    assert fair["cycles"] == plain["cycles"]
+    assert any(note.startswith("faired across ") for note in fair["notes"])
+    assert [p["faces"] for p in plain["patches"]] == [p["faces"] for p in fair["patches"]]
+    for slip in (("--method", "chords"), ("--alpha", 0.2), ("--any-chord",)):
+        assert_refused(run("surface", teacup, "--fair", *slip), 2, "--fair", "leave")

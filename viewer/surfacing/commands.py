@@ -13,6 +13,7 @@ KEY_HELP = (
     ("click", "switch a patch off; on again at its ring"),
     ("x", "the same for the patch at the pointer"),
     ("a", "switch all patches on"),
+    ("f", "fair smooth patches across curves: on, off"),
     ("m", f"next method: {', '.join(METHODS)}"),
     ("n", "next method for the patch at the pointer"),
     ("← →", "stage of the drawing: back, forward"),
@@ -38,7 +39,7 @@ SLIDE = 0.04
 ALIASES = (
     {name: key for name, key in ALIASES.items() if key in {*"+-"} or key == "h"}
     | {"space": "Right", "Return": "Enter", "KP_Enter": "Enter", "BackSpace": "u"}
-    | {c.upper(): c for c in "xamnduwertcbvzsohq"}
+    | {c.upper(): c for c in "xafmnduwertcbvzsohq"}
 )
 
 
@@ -88,6 +89,9 @@ COMMANDS: tuple[Command[SurfacingState], ...] = (
             "Make all patches by the next method"),
     Command("next-method-here", "Next method here", "Patch", ("n",),
             lambda s: s.next_method_here(), "Make the patch at the pointer by the next method"),
+    Command("fair", "Fair across curves", "Patch", ("f",), lambda s: s.toggle_fair(),
+            "Smooth patches share normals across curves where the surface goes on smoothly",
+            checked=lambda s: s.surfaces.settings.fair),
     Command("more-chords", "More chords", "Patch", ("-",), lambda s: slide_alpha(s, -SLIDE),
             "A lower price of chords: more of them"),
     Command("fewer-chords", "Fewer chords", "Patch", ("+",), lambda s: slide_alpha(s, SLIDE),

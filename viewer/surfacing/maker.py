@@ -151,7 +151,7 @@ class SurfaceMaker:
         surfacing, body = self._surfaced(wish, on, wish.settings, wish.methods)
         seconds = read_work_clock() - started
         # Quads would change the edges of curves; an outline needs none.
-        plain = replace(wish.settings, method="chords")
+        plain = replace(wish.settings, method="chords", fair=False)
         off, off_body = self._surfaced(wish, wish.here(wish.banned), plain, {})
         self._memory.end_stage()
         told = () if surfacing is None else surfacing.notes

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
 from patterndb.store import Database
-from patterndb_sketch.surfacing.methods import METHODS
+from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.camera import Camera
@@ -344,6 +344,17 @@ class SurfacingState:
         else:
             self.choose_method("chords")
             self.message = "alpha is the price of chords: loops are cut along chords now"
+
+    def toggle_fair(self) -> None:
+        """Fair smooth patches across curves, or leave each by itself."""
+        settings = self.surfaces.settings
+        self.surfaces.settings = replace(settings, fair=not settings.fair)
+        edits = self.surfaces.edits
+        if settings.fair or DEFAULT_METHOD in (edits.method, *edits.methods.values()):
+            self.surfaces.ask()
+        else:
+            self.choose_method(DEFAULT_METHOD)
+            self.message = "fairing moves smooth patches: loops are filled by smooth grids now"
 
     def next_method(self) -> None:
         """The next method for all patches."""

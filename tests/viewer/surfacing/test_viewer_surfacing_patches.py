@@ -249,6 +249,30 @@ def test_the_price_of_chords_cuts_loops_along_chords() -> None:
         state.close()
 
 
+def test_patches_are_faired_and_left_by_themselves() -> None:
+    state = opened(settings=Settings())
+    try:
+        seen: list[np.ndarray] = []
+        for key in ("", "f", "f"):
+            keys(state, key)
+            made = state.surfaces.made
+            assert made is not None and made.surfacing is not None
+            seen.append(made.surfacing.points)
+            settings = Settings(fair=key == "f" and len(seen) == 2)
+            wanted = surface(dome(), settings=settings, spacing=made.wish.spacing)
+            assert np.array_equal(made.surfacing.points, wanted.points)
+            assert made.surfacing.notes == wanted.notes
+        assert not np.array_equal(seen[0], seen[1])
+    finally:
+        state.close()
+
+
+def test_fairing_needs_smooth_patches(state: SurfacingState) -> None:
+    keys(state, "f")
+    assert {patch.method for patch in state.surfaces.patches} == {"smooth"}
+    assert "smooth" in state.message
+
+
 def test_without_a_database_there_are_no_quads(state: SurfacingState) -> None:
     keys(state, "m m m")
     assert {patch.method for patch in state.surfaces.patches} == {"chords"}
