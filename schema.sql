@@ -1,4 +1,4 @@
--- The pattern database, whole. Version 5.
+-- The pattern database, whole. Version 6.
 --
 -- One file holds the meshes that were learned from, the patterns found in them, how often
 -- each pattern occurs in each mesh, and how often its fills were used. Words are those of
@@ -8,7 +8,7 @@
 -- that more follow; nearly every number takes one byte.
 
 PRAGMA application_id = 0x50617444;  -- 'PatD'
-PRAGMA user_version = 5;
+PRAGMA user_version = 6;
 
 -- A mesh is known by the bytes of its file: the same bytes under another name are the
 -- same mesh, and are counted once. A mesh given by a program as arrays is known by the bytes
@@ -38,9 +38,13 @@ CREATE TABLE mesh (
     -- learned: from quads. imported: as counted by another program; limits and quads are 0.
     origin           TEXT    NOT NULL DEFAULT 'learned' CHECK (origin IN ('learned', 'imported')),
     -- The most patterns that were to be kept of it (0: all). How many others it has: the rarer
-    -- ones. Nothing of them is stored but that their patches count in distinct_patches.
+    -- ones. Nothing of them is stored but that their patches count in distinct_patches. And the
+    -- sum modulo 2^128 of the hashes of its occurrences: the content hash is made of these
+    -- (patterndb/store/checksums.py).
     pattern_limit     INTEGER NOT NULL DEFAULT 0 CHECK (pattern_limit >= 0),
-    patterns_left_out INTEGER NOT NULL DEFAULT 0 CHECK (patterns_left_out >= 0)
+    patterns_left_out INTEGER NOT NULL DEFAULT 0 CHECK (patterns_left_out >= 0),
+    occurrence_sum    BLOB    NOT NULL DEFAULT x'00000000000000000000000000000000'
+                      CHECK (length(occurrence_sum) = 16)
 ) STRICT;
 
 CREATE TABLE pattern (
@@ -94,13 +98,14 @@ CREATE TABLE usage (
 
 -- For each table the sum, modulo 2^128, of hashes of its rows; whoever writes keeps them. A row that
 -- changed otherwise (a bad disk, another program) is so found by verify. Patterns need none: their id
--- is a hash of the code, and the rest follows. More in patterndb/store/checksums.py.
+-- is a hash of the code, and the rest follows. Occurrences are summed for each mesh, in its row. More
+-- in patterndb/store/checksums.py.
 CREATE TABLE checksum (
     name  TEXT PRIMARY KEY,
     total BLOB NOT NULL CHECK (length(total) = 16)
 ) STRICT, WITHOUT ROWID;
 INSERT INTO checksum VALUES
-    ('mesh', zeroblob(16)), ('occurrence', zeroblob(16)), ('usage', zeroblob(16));
+    ('mesh', zeroblob(16)), ('usage', zeroblob(16));
 
 -- A pattern's frequency is the sum of its occurrences, and its origin follows from them; both
 -- are kept by the database itself. 'learned' > 'imported', so that max() finds the origin.

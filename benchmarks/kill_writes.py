@@ -110,7 +110,8 @@ def make_sound(folder: Path) -> None:
     shutil.copy(folder / "sound.db", folder / "old.db")
     with closing(sqlite3.connect(folder / "old.db")) as held:
         held.executescript("DROP TABLE checksum; PRAGMA user_version = 2;")
-        for column in ("patterns_left_out", "pattern_limit"):  # of step 5, the last first
+        # Of steps 6 and 5, the last first.
+        for column in ("occurrence_sum", "patterns_left_out", "pattern_limit"):
             held.execute(f"ALTER TABLE mesh DROP COLUMN {column}")
         # What step 4 drops, which may be anything, and packed codes.
         for column in DROPPED:

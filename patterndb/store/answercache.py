@@ -1,6 +1,6 @@
-"""Answers that take a look at every row, kept in the user's cache folder: statistics and hash.
+"""Answers that take a look at every row, kept in the user's cache folder: statistics.
 
-A million patterns take seconds to count and ten to hash. What took long is kept, under the
+A million patterns take a while to count. What took long is kept, under the
 database's path and its content's key (:mod:`patterndb.store.contentkey`), and is had at once until
 something is learned or removed. Of a database the last answers are kept.
 """
@@ -18,8 +18,8 @@ from typing import Any, cast
 
 from patterndb.store.contentkey import read_content_key
 from patterndb.store.contents import hash_content
-from patterndb.store.reading import count_by_column, read_statistics
 from patterndb.store.records import Statistics
+from patterndb.store.statistics import count_by_sides, read_statistics
 from patterndb.system.caches import read_cached, write_cached
 
 #: Changed whenever what is kept has another form or meaning.
@@ -34,16 +34,11 @@ _DIGEST_BYTES = 32
 _COUNTS = ("by_sides", "by_irregular")
 
 
-def find_content_hash(connection: sqlite3.Connection, path: Path) -> str:
-    """The content hash, as :func:`patterndb.store.contents.hash_content` gives it."""
-    return str(_find_or_ask(connection, path, "hash", hash_content))
-
-
 def find_statistics(connection: sqlite3.Connection, path: Path) -> Statistics:
-    """The statistics, as :func:`patterndb.store.reading.read_statistics` gives them."""
+    """The statistics, as :func:`patterndb.store.statistics.read_statistics` gives them."""
 
     def ask(connection: sqlite3.Connection) -> dict[str, Any]:
-        told = read_statistics(connection, find_content_hash(connection, path))
+        told = read_statistics(connection, hash_content(connection))
         # JSON has no numbers as keys.
         return asdict(told) | {name: list(getattr(told, name).items()) for name in _COUNTS}
 
@@ -54,9 +49,7 @@ def find_statistics(connection: sqlite3.Connection, path: Path) -> Statistics:
 
 def find_sides_histogram(connection: sqlite3.Connection, path: Path) -> dict[int, int]:
     """The number of patterns by number of sides."""
-    pairs = _find_or_ask(
-        connection, path, "sides", lambda c: list(count_by_column(c, "n_sides").items())
-    )
+    pairs = _find_or_ask(connection, path, "sides", lambda c: list(count_by_sides(c).items()))
     return {int(n): int(count) for n, count in cast("list[list[int]]", pairs)}
 
 

@@ -5,6 +5,10 @@ an occurrence, a licence or a count of uses: for these the table ``checksum`` ho
 the sum modulo 2**128 of the hashes of its rows. A sum does not depend on the order of rows, and a
 write adds what it adds and takes off what it takes off, without reading the rest.
 
+Occurrences have a sum for each mesh, which stands in the mesh's row and is summed with it. The
+number of the mesh in this file is not hashed, so that the same mesh, learned with the same options,
+has the same sum in every database; the content hash is made of these sums.
+
 It finds damage, not forgery: who can change a row on purpose can change the sum.
 """
 
@@ -24,14 +28,19 @@ SUMMED = {
     "mesh": (
         "id, sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, "
         "prepared, quads_read, quads_used, basic_patches, side_patches, convex_patches, "
-        "distinct_patches, origin, pattern_limit, patterns_left_out"
+        "distinct_patches, origin, pattern_limit, patterns_left_out, occurrence_sum"
     ),
-    "occurrence": "pattern_id, mesh_id, patches, mirrored_patches, example",
     "usage": "pattern_id, uses, origin",
 }
 
+#: Columns of an occurrence that are hashed, in order.
+SUMMED_OCCURRENCE = "pattern_id, patches, mirrored_patches, example"
+
 #: Bytes of a sum.
 SIZE = 16
+
+#: Occurrences that are read at a time.
+SUMMED_AT_ONCE = 10_000
 
 _MODULUS = 1 << (8 * SIZE)
 
@@ -96,15 +105,42 @@ def read_sums(connection: sqlite3.Connection) -> dict[str, int]:
     }
 
 
-def sum_tables(connection: sqlite3.Connection, tables: Iterable[str] = tuple(SUMMED)) -> None:
-    """Sum whole tables anew: where they were filled at once, or had no sums before."""
-    for table in tables:
+def write_occurrence_sum(connection: sqlite3.Connection, mesh_id: int, total: int) -> None:
+    """Write the sum of a mesh's occurrences into its row; the sum of meshes is left as it is."""
+    connection.execute(
+        "UPDATE mesh SET occurrence_sum = ? WHERE id = ?",
+        ((total % _MODULUS).to_bytes(SIZE, "big"), mesh_id),
+    )
+
+
+def sum_occurrences(connection: sqlite3.Connection) -> dict[int, int]:
+    """Sum the occurrences of every mesh anew, by its id: of those meshes that have some."""
+    totals: dict[int, int] = {}
+    rows = connection.execute(f"SELECT mesh_id, {SUMMED_OCCURRENCE} FROM occurrence")  # noqa: S608
+    while some := rows.fetchmany(SUMMED_AT_ONCE):
+        of_mesh: dict[int, list[tuple[Any, ...]]] = {}
+        for mesh_id, *row in some:
+            of_mesh.setdefault(mesh_id, []).append(tuple(row))
+        for mesh_id, own in of_mesh.items():
+            totals[mesh_id] = (totals.get(mesh_id, 0) + sum_rows(own)) % _MODULUS
+    return totals
+
+
+def sum_tables(connection: sqlite3.Connection) -> None:
+    """Sum whole tables anew: where they were filled at once."""
+    for mesh_id, total in sum_occurrences(connection).items():
+        write_occurrence_sum(connection, mesh_id, total)
+    for table in SUMMED:
         write_sum(connection, table, sum_rows(select_rows(connection, table)))
 
 
 def find_changed_tables(connection: sqlite3.Connection) -> list[str]:
     """Find the tables whose rows are not those that were written, or whose sum is missing."""
     held = read_sums(connection)
-    return [
+    changed = [
         table for table in SUMMED if held.get(table) != sum_rows(select_rows(connection, table))
     ]
+    totals = sum_occurrences(connection)
+    expected = dict(connection.execute("SELECT id, occurrence_sum FROM mesh").fetchall())
+    found = {number: totals.get(number, 0).to_bytes(SIZE, "big") for number in expected | totals}
+    return [*changed, "occurrence"] if found != expected else changed

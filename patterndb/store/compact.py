@@ -29,7 +29,8 @@ from patterndb.store import writing
 from patterndb.store.checksums import sum_tables
 from patterndb.store.classblocks import dump_class, order_codes, parse_columns, split_codes
 from patterndb.store.connection import atomic, connect
-from patterndb.store.reading import count_by_column, load_class
+from patterndb.store.reading import load_class
+from patterndb.store.statistics import count_by_sides
 from patterndb.store.writing import SELECT_MESHES
 
 FORMAT = b"patterndb compact 3\n"
@@ -67,7 +68,7 @@ def dump(connection: sqlite3.Connection) -> bytes:
     blocks: list[bytes] = []
     classes: list[list[int]] = []
     place: dict[int, int] = {}
-    for n_sides in count_by_column(connection, "n_sides"):
+    for n_sides in count_by_sides(connection):
         patterns = load_class(connection, n_sides)
         met = np.flatnonzero(patterns.frequency > 0)
         order = met[order_codes([patterns.codes[i] for i in met.tolist()])]

@@ -1,8 +1,9 @@
 """The key of a database's content: what is kept of it elsewhere is stale once its key is another.
 
-The checksums of meshes and occurrences (:mod:`patterndb.store.checksums`) tell it without a look at
-the rows: all else follows from them, but for the patterns that are there only because they were
-used. These are part of the key; how often patterns were used is not.
+The checksum of meshes (:mod:`patterndb.store.checksums`) tells it without a look at the rows, for
+the sums of their occurrences are among what it sums: all else follows from these, but for the
+patterns that are there only because they were used. These are part of the key; how often patterns
+were used is not.
 
 Two things a key does not do. Checksums are no protection against forgery, so what is kept goes by
 the database's path, too: another file with the same sums cannot give its content out for that of
@@ -26,7 +27,7 @@ def read_content_key(connection: sqlite3.Connection, n_sides: int | None = None)
     """Read the key of what a database holds, used patterns of other classes than of ``n_sides``
     sides aside (None: of all classes). None where the file has no sums to know it by."""
     sums = read_sums(connection)
-    if not {"mesh", "occurrence"} <= sums.keys():
+    if "mesh" not in sums:
         return None
     # Few patterns were used: a cross join begins with these, not with all patterns.
     unseen = connection.execute(
@@ -34,4 +35,4 @@ def read_content_key(connection: sqlite3.Connection, n_sides: int | None = None)
         "WHERE pattern_id BETWEEN ? AND ? AND frequency = 0 ORDER BY id",
         _ALL if n_sides is None else get_id_range(n_sides),
     ).fetchall()
-    return repr((SCHEMA_VERSION, sums["mesh"], sums["occurrence"], unseen))
+    return repr((SCHEMA_VERSION, sums["mesh"], unseen))

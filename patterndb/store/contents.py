@@ -15,7 +15,7 @@ from patterndb.core.disk import Disk
 from patterndb.core.packing import unpack, unpack_many
 from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
-from patterndb.core.shortcode import lengthen, restore
+from patterndb.core.shortcode import restore
 from patterndb.errors import InvalidCodeError, PatternDBError
 from patterndb.store import writing
 from patterndb.store.checksums import find_changed_tables
@@ -36,41 +36,18 @@ SHA256_SIZE = 32
 
 
 def hash_content(connection: sqlite3.Connection) -> str:
-    """SHA-256 over meshes, patterns and occurrences, whatever order they came in.
+    """SHA-256 over meshes and the sums of their occurrences, whatever order they came in.
 
-    Equal hashes mean that the same was learned. Row ids, which depend on the order of
-    ingestion, and everything that follows from a pattern's code are left out; so is how often
-    patterns were used, with those that are there for nothing else.
+    Equal hashes mean that the same was learned. An occurrence tells its pattern by the id, a hash
+    of the code. Everything else that follows from a code is left out; so are row ids of meshes,
+    which depend on the order of ingestion, and how often patterns were used, with those that are
+    there for nothing else. Only meshes are read: the sums of their occurrences
+    (:mod:`patterndb.store.checksums`) are kept by every write, and :func:`verify` checks them.
     """
     total = hashlib.sha256()
-    rank: dict[int, int] = {}
-    for number, (mesh_id, *row) in enumerate(connection.execute(writing.SELECT_MESHES)):
-        rank[mesh_id] = number
-        # Learned meshes are hashed as in version 1 of the schema, which knew no others, and no
-        # limit of their patterns.
-        *told, origin, most, left_out = row
-        told += [] if origin == "learned" else [origin]
-        told += [most, left_out] if most else []
-        total.update(repr(told).encode())
-    patterns = connection.execute("SELECT id, code FROM pattern WHERE frequency > 0 ORDER BY id")
-    while rows := patterns.fetchmany(READ_AT_ONCE):
-        # Hashed as packed codes, which is how earlier versions of the schema held them.
-        codes = lengthen([short for _, short in rows])
-        for (number, _), code in zip(rows, codes, strict=True):
-            total.update(repr((number, code)).encode())
-    # Row order within a pattern follows mesh ids, so it is sorted anew by the meshes' rank.
-    group: list[tuple[int, ...]] = []
-    current = None
-    for pattern, mesh_id, patches, mirrored, example in connection.execute(
-        "SELECT pattern_id, mesh_id, patches, mirrored_patches, example FROM occurrence "
-        "ORDER BY pattern_id"
-    ):
-        if pattern != current:
-            total.update(repr(sorted(group)).encode())
-            group.clear()
-            current = pattern
-        group.append((pattern, rank[mesh_id], patches, mirrored, example))
-    total.update(repr(sorted(group)).encode())
+    sums = dict(connection.execute("SELECT id, occurrence_sum FROM mesh").fetchall())
+    for mesh_id, *row in connection.execute(writing.SELECT_MESHES):
+        total.update(repr((row, sums[mesh_id])).encode("utf-8", "surrogateescape"))
     return total.hexdigest()
 
 

@@ -103,7 +103,7 @@ class Database:
 
     def content_hash(self) -> str:
         """Hash of everything learned; equal for databases that learned the same."""
-        return self._ask(answercache.find_content_hash, self.path)
+        return self._ask(contents.hash_content)
 
     def meshes(self) -> list[Mesh]:
         """All meshes, by name."""

@@ -17,13 +17,20 @@ from pathlib import Path
 from patterndb.core.code import format_id
 from patterndb.core.shortcode import shorten
 from patterndb.errors import DatabaseError, InvalidCodeError
-from patterndb.store.checksums import sum_tables
+from patterndb.store.checksums import (
+    read_sums,
+    select_rows,
+    sum_occurrences,
+    sum_rows,
+    write_occurrence_sum,
+    write_sum,
+)
 from patterndb.store.writing import describe_patterns
 
 _log = logging.getLogger("patterndb")
 
 APPLICATION_ID = 0x50617444
-SCHEMA_VERSION = 5
+SCHEMA_VERSION = 6
 
 #: Step 2: how often fills were used, and where patterns come from.
 _STEP_2 = """
@@ -117,7 +124,25 @@ ALTER TABLE mesh ADD COLUMN
     patterns_left_out INTEGER NOT NULL DEFAULT 0 CHECK (patterns_left_out >= 0);
 """
 
-MIGRATIONS: Mapping[int, str] = {2: _STEP_2, 3: _STEP_3, 4: _STEP_4, 5: _STEP_5}
+#: Step 6: occurrences have a sum for each mesh, of which the content hash is made.
+_STEP_6 = """
+ALTER TABLE mesh ADD COLUMN
+    occurrence_sum BLOB NOT NULL DEFAULT x'00000000000000000000000000000000'
+    CHECK (length(occurrence_sum) = 16);
+"""
+
+MIGRATIONS: Mapping[int, str] = {2: _STEP_2, 3: _STEP_3, 4: _STEP_4, 5: _STEP_5, 6: _STEP_6}
+
+#: What versions 3 to 5 summed of a table.
+_SELECT_OCCURRENCES_5 = (
+    "SELECT pattern_id, mesh_id, patches, mirrored_patches, example FROM occurrence"
+)
+_SELECT_USAGE_5 = "SELECT pattern_id, uses, origin FROM usage"
+_SELECT_MESHES_5 = (
+    "SELECT id, sha256, name, author, source, licence, basic_limit, side_limit, convex_limit, "
+    "prepared, quads_read, quads_used, basic_patches, side_patches, convex_patches, "
+    "distinct_patches, origin, pattern_limit, patterns_left_out FROM mesh"
+)
 
 #: Patterns that step 4 writes anew at a time.
 _REWRITTEN_AT_ONCE = 10_000
@@ -148,12 +173,36 @@ def _shorten_codes(connection: sqlite3.Connection) -> None:
         last = rows[-1][0]
 
 
+def _write_sums(connection: sqlite3.Connection, selects: Mapping[str, str]) -> None:
+    """Sum tables, each as a statement reads it."""
+    for table, select in selects.items():
+        write_sum(connection, table, sum_rows(connection.execute(select)))
+
+
+def _sum_by_mesh(connection: sqlite3.Connection) -> None:
+    """Write what step 6 stores: sums of the occurrences of each mesh, and of meshes with these.
+
+    Where rows do not add up to the sum they had, they get none that fits: verify shall still tell.
+    """
+    held = read_sums(connection)
+    meshes = sum_rows(connection.execute(_SELECT_MESHES_5))
+    if held.get("occurrence") == sum_rows(connection.execute(_SELECT_OCCURRENCES_5)):
+        for mesh_id, total in sum_occurrences(connection).items():
+            write_occurrence_sum(connection, mesh_id, total)
+    if held.get("mesh") == meshes:
+        write_sum(connection, "mesh", sum_rows(select_rows(connection, "mesh")))
+    connection.execute("DELETE FROM checksum WHERE name = 'occurrence'")
+
+
 #: What a step does beside its statements, in the same transaction.
 WORK: Mapping[int, Callable[[sqlite3.Connection], None]] = {
     # Rows of meshes are summed with the columns of step 5, once they have them.
-    3: partial(sum_tables, tables=("occurrence", "usage")),
+    3: partial(
+        _write_sums, selects={"occurrence": _SELECT_OCCURRENCES_5, "usage": _SELECT_USAGE_5}
+    ),
     4: _shorten_codes,
-    5: partial(sum_tables, tables=("mesh",)),
+    5: partial(_write_sums, selects={"mesh": _SELECT_MESHES_5}),
+    6: _sum_by_mesh,
 }
 
 #: Steps after which most of the file is free, and given back: they write all of it anew.

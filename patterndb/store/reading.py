@@ -21,7 +21,7 @@ from patterndb.core.patternclass import ORIGINS, PatternClass
 from patterndb.core.shortcode import pack_symbols, restore
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
 from patterndb.store.columns import MOST_32, MOST_64, check_blobs, read_numbers, say_wrong
-from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance, Statistics
+from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance
 
 T = TypeVar("T")
 
@@ -303,40 +303,6 @@ def options_of(
         convex,  # pyright: ignore[reportArgumentType]
         bool(prepared),
         most_patterns,  # pyright: ignore[reportArgumentType]
-    )
-
-
-def count_by_column(connection: sqlite3.Connection, column: str) -> dict[int, int]:
-    """Patterns by ``n_sides`` or ``n_irregular``."""
-    queries = {
-        "n_sides": "SELECT n_sides, count(*) FROM pattern GROUP BY 1 ORDER BY 1",
-        "n_irregular": "SELECT n_irregular, count(*) FROM pattern GROUP BY 1 ORDER BY 1",
-    }
-    return dict(connection.execute(queries[column]).fetchall())
-
-
-def read_statistics(connection: sqlite3.Connection, content_hash: str) -> Statistics:
-    """Counts over the whole database, beside its content hash."""
-    one = connection.execute
-    patterns, chiral = one("SELECT count(*), coalesce(sum(chiral), 0) FROM pattern").fetchone()
-    met = one(
-        "SELECT coalesce(sum((own > 0) + (mirrored > 0)), 0) FROM "
-        "(SELECT sum(patches - mirrored_patches) AS own, sum(mirrored_patches) AS mirrored "
-        "FROM occurrence GROUP BY pattern_id)"
-    ).fetchone()[0]
-    meshes, patches = one(
-        "SELECT count(*), coalesce(sum(distinct_patches), 0) FROM mesh"
-    ).fetchone()
-    return Statistics(
-        patterns=patterns,
-        patterns_oriented=patterns + chiral,
-        patterns_met=met,
-        by_sides=count_by_column(connection, "n_sides"),
-        by_irregular=count_by_column(connection, "n_irregular"),
-        signatures=one("SELECT count(DISTINCT signature) FROM pattern").fetchone()[0],
-        meshes=meshes,
-        patches=patches,
-        content_hash=content_hash,
     )
 
 

@@ -22,7 +22,7 @@ from patterndb.core.patternclass import ORIGINS
 from patterndb.core.shortcode import lengthen
 from patterndb.errors import DatabaseError, PatternDBError
 from patterndb.store import writing
-from patterndb.store.checksums import find_changed_tables, sum_tables
+from patterndb.store.checksums import SUMMED, find_changed_tables, sum_tables
 from patterndb.store.connection import atomic, connect, connect_unchecked
 from patterndb.store.contents import (
     EXAMPLES_AT_ONCE,
@@ -144,7 +144,7 @@ def _list_tables(source: sqlite3.Connection, path: Path) -> set[str]:
     if not {"mesh", "pattern", "occurrence"} <= tables:
         raise DatabaseError(f"{path} has not the tables of a pattern database")
     columns = {row[1] for row in source.execute("PRAGMA table_info(mesh)")}
-    if not set(writing.MESH.split(", ")) <= columns:
+    if not set(SUMMED["mesh"].split(", ")) <= columns:
         raise DatabaseError(
             f"{path} has another schema than this patterndb; bring a copy of it to the present "
             "one first: 'patterndb verify --migrate --db COPY'"

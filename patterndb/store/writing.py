@@ -26,7 +26,13 @@ from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
 from patterndb.core.shortcode import lengthen, pack_symbols, restore, shorten
 from patterndb.errors import DatabaseError, InvalidCodeError
-from patterndb.store.checksums import add_to_sum, select_rows, sum_rows, summed
+from patterndb.store.checksums import (
+    add_to_sum,
+    select_rows,
+    sum_rows,
+    summed,
+    write_occurrence_sum,
+)
 from patterndb.store.records import Learned, LearningOptions, Provenance
 
 #: Patterns of a mesh that are described and written at a time: some ten megabytes, however many it
@@ -134,7 +140,6 @@ def add_mesh(
         ),
     )
     mesh_id = cursor.lastrowid or 0
-    add_to_sum(connection, "mesh", sum_rows(select_rows(connection, "mesh", "id = ?", (mesh_id,))))
     ids = [
         pattern_id(code, sides)
         for code, sides in zip(learned.codes, learned.sides.tolist(), strict=True)
@@ -146,13 +151,21 @@ def add_mesh(
         some = order[first : first + WRITTEN_AT_ONCE]
         fresh += add_patterns(connection, [ids[i] for i in some], [learned.codes[i] for i in some])
         occurrences = [
-            (ids[i], mesh_id, own + mirrored, mirrored, learned.examples[i])
+            (ids[i], own + mirrored, mirrored, learned.examples[i])
             for i, (own, mirrored) in zip(some, learned.patches[some].tolist(), strict=True)
         ]
-        connection.executemany(INSERT_OCCURRENCE, occurrences)
+        connection.executemany(
+            INSERT_OCCURRENCE, ((row[0], mesh_id, *row[1:]) for row in occurrences)
+        )
         total += sum_rows(occurrences)
-    add_to_sum(connection, "occurrence", total)
+    _sum_mesh(connection, mesh_id, total)
     return fresh
+
+
+def _sum_mesh(connection: sqlite3.Connection, mesh_id: int, total: int) -> None:
+    """Write the sum of the occurrences of a mesh that is new, and add its row to that of meshes."""
+    write_occurrence_sum(connection, mesh_id, total)
+    add_to_sum(connection, "mesh", sum_rows(select_rows(connection, "mesh", "id = ?", (mesh_id,))))
 
 
 def add_patterns(
@@ -213,8 +226,7 @@ def remove_meshes(connection: sqlite3.Connection, mesh_ids: Iterable[int]) -> in
     """Take meshes out, with the patterns that no other mesh holds and that were never used;
     return how many went."""
     for mesh_id in mesh_ids:
-        with summed(connection, "occurrence", "mesh_id = ?", (mesh_id,)):
-            connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
+        connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
         with summed(connection, "mesh", "id = ?", (mesh_id,)):
             connection.execute("DELETE FROM mesh WHERE id = ?", (mesh_id,))
     return connection.execute(
@@ -248,17 +260,14 @@ def merge_database(
         else:
             added += 1
         mesh_id = connection.execute(INSERT_MESH, values).lastrowid or 0
-        written = select_rows(connection, "mesh", "id = ?", (mesh_id,))
-        add_to_sum(connection, "mesh", sum_rows(written))
         rows = other.execute(
             "SELECT pattern.id, code, patches, mirrored_patches, example FROM occurrence "
             "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern.id",
             (other_id,),
         ).fetchall()
         add_patterns(connection, [r[0] for r in rows], lengthen([r[1] for r in rows]))
-        occurrences = [(r[0], mesh_id, r[2], r[3], r[4]) for r in rows]
-        connection.executemany(INSERT_OCCURRENCE, occurrences)
-        add_to_sum(connection, "occurrence", sum_rows(occurrences))
+        connection.executemany(INSERT_OCCURRENCE, ((r[0], mesh_id, r[2], r[3], r[4]) for r in rows))
+        _sum_mesh(connection, mesh_id, sum_rows((r[0], *r[2:]) for r in rows))
     return added, replaced, same
 
 

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 import sqlite3
 from pathlib import Path
 
@@ -9,7 +10,15 @@ from learnt import change, content, rows
 from patterndb.core.shortcode import lengthen
 from patterndb.errors import DatabaseError
 from patterndb.store import Database, connection
-from patterndb.store.migrations import MIGRATIONS, SCHEMA_VERSION, migrate, schema
+from patterndb.store.migrations import (
+    _SELECT_MESHES_5,
+    _SELECT_OCCURRENCES_5,
+    MIGRATIONS,
+    SCHEMA_VERSION,
+    _write_sums,
+    migrate,
+    schema,
+)
 
 NEXT = SCHEMA_VERSION + 1
 STEPS = {
@@ -202,3 +211,48 @@ def test_a_damaged_code_is_told_and_the_file_stays_as_it_was(full: Path, tmp_pat
         Database(old, "write")
     assert version(old) == 3
     assert "label" in [row[1] for row in opened(old).execute("PRAGMA table_info(pattern)")]
+
+
+def made_by_version_5(path: Path, full: Path, *statements: str) -> Path:
+    """A database as version 5 held it, with its sums, and what was changed behind its back."""
+    shutil.copy(full, path)
+    change(path, "ALTER TABLE mesh DROP COLUMN occurrence_sum", "PRAGMA user_version = 5")
+    change(path, "INSERT INTO checksum VALUES ('occurrence', zeroblob(16))")
+    held = sqlite3.connect(path)
+    _write_sums(held, {"occurrence": _SELECT_OCCURRENCES_5, "mesh": _SELECT_MESHES_5})
+    held.commit()
+    held.close()
+    change(path, *statements)
+    return path
+
+
+def test_version_5_gets_sums_by_mesh(full: Path, tmp_path: Path) -> None:
+    old = made_by_version_5(tmp_path / "old.db", full)
+    with pytest.raises(DatabaseError, match="has schema 5; open it once for writing"):
+        Database(old)
+    Database(old, "write").close()
+    assert content(old) == content(full)
+    assert described(old) == described(full)
+    for table in ("mesh", "checksum"):
+        assert rows(old, table) == rows(full, table)
+
+
+@pytest.mark.parametrize(
+    ("table", "statement"),
+    [
+        (
+            "occurrence",
+            "UPDATE occurrence SET example = CAST(x'7f' || substr(example, 2) AS BLOB) "
+            "WHERE pattern_id = (SELECT max(pattern_id) FROM occurrence "
+            "WHERE substr(example, 1, 1) < x'7f')",
+        ),
+        ("mesh", "UPDATE mesh SET licence = 'mine' WHERE id = 1"),
+    ],
+)
+def test_what_version_5_would_have_found_is_found_still(
+    full: Path, tmp_path: Path, table: str, statement: str
+) -> None:
+    old = made_by_version_5(tmp_path / "old.db", full, statement)
+    Database(old, "write").close()
+    with Database(old) as db:
+        assert [table in finding for finding in db.verify()] == [True]
