@@ -113,7 +113,7 @@ def measure_meant(net: Points) -> float:
     surface = triangulate(cut)
     at = np.arange(cut.shape[0] * cut.shape[1]).reshape(cut.shape[:2])
     along = [line for k in range(1, BLOCKS) for line in (at[k * CUTS], at[:, k * CUTS])]
-    return average_angles(surface.vertices, surface.triangles, along)[0]
+    return average_angles(surface.vertices, surface.triangles.astype(np.int64), along)[0]
 
 
 def triangulate(net: Points) -> Surface:
