@@ -44,6 +44,7 @@ from query.holes.assignments import AssignmentModel, measure_assignments, rank_l
 from query.holes.candidates import HoleCandidate, HoleSearch
 from query.holes.corners import CornerModel
 from query.holes.ranking import list_facts, measure_plain_fill, tame_numbers
+from query.holes.rim import Rim
 from query.holes.shape import place_fill
 from query.holes.surroundings import (
     Surroundings,
@@ -231,7 +232,7 @@ def ask_lists(
     begin = time.perf_counter()
     for number, one in enumerate(examples, 1):
         assert one.logs is not None
-        search = HoleSearch.begin(database, one.logs, one.around.due, model)
+        search = HoleSearch.begin(database, one.logs, one.around.due, model, Rim.of(one.cut.hole))
         candidates = list(search.all())
         keys = [candidate.key for candidate in candidates]
         own = keys.index(one.cut.key) if one.cut.key in keys else None

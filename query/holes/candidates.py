@@ -16,6 +16,7 @@ from query.expand import expand_pattern
 from query.fill import Fill
 from query.holes.assignments import MOST_QUADS, AssignmentModel, measure_assignments
 from query.holes.corners import LEAST_LOG
+from query.holes.rim import Rim
 from query.identity import hash_quads, weld_quads
 from query.listing.filters import NO_DOUBLETS, Filters
 from query.listing.lane import More, Search, search_table
@@ -81,7 +82,7 @@ class HoleSearch:
     source: a database. logs: (L, 4) log probabilities of 1 to 4 quads at each vertex.
     due: (L,) the quads that make the loop regular. ranked: (c, L) assignments, likeliest first, of
     scores (c,). strokes: strands that fills shall have.
-    known: keys of what was found. assignments: how many were asked.
+    rim: what fills may not join. known: keys of what was found. assignments: how many were asked.
     """
 
     source: PatternSource
@@ -94,6 +95,7 @@ class HoleSearch:
     tolerance: int
     time_limit: float | None
     threads: int | None
+    rim: Rim
     known: set[bytes]
     assignments: int
     _facts: dict[int, tuple[int, int]]
@@ -106,6 +108,7 @@ class HoleSearch:
         logs: Floats,
         due: Int32Array,
         model: AssignmentModel,
+        rim: Rim,
         *,
         fixed: dict[int, int] | None = None,
         strokes: Sequence[Stroke] = (),
@@ -130,6 +133,7 @@ class HoleSearch:
             tolerance,
             time_limit,
             threads,
+            rim,
             set(),
             0,
             {},
@@ -143,10 +147,10 @@ class HoleSearch:
         yield from self.relaxed()
 
     def take_new(self, quads: Int32Array, n_vertices: int, n: int) -> bytes | None:
-        """Remember quads in the loop's numbering: their key; None for no fill, or one that is
-        known."""
+        """Remember quads in the loop's numbering: their key; None for no fill, one that cannot be
+        welded in, or one that is known."""
         twin, fault = weld_quads(quads, n_vertices, n)
-        if fault:
+        if fault or not self.rim.admits(quads):
             return None
         key = hash_quads(quads, twin, False)
         if key in self.known:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 from itertools import islice, product
 from pathlib import Path
 
@@ -31,6 +32,7 @@ from query.holes import (
 from query.holes.assignments import TRAITS, list_assignments, measure_assignments
 from query.holes.laying import LoopDisk
 from query.holes.models import shipped_models
+from query.holes.rim import Rim
 from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirror_features
 from query.identity import hash_quads, weld_quads
 from query.placing import measure_flow_distance
@@ -202,8 +204,46 @@ def test_any_disk_of_faces_is_filled(source: PatternSource, data: st.DataObject)
     assert fills, "every even loop has a fill"
     for fill in fills:
         check_fill(fill)
-    if len(set(hole.loop.tolist())) == len(hole):
-        check_weld(fills[:1])
+        check_weld([fill])
+
+
+def cube(n: int) -> PolygonMesh:
+    """The faces of a cube, n x n quads each."""
+    at: dict[tuple[int, ...], int] = {}
+    faces: list[list[int]] = []
+    for axis, end in product(range(3), (0, n)):
+        for u, v in product(range(n), repeat=2):
+            around = [(u, v), (u + 1, v), (u + 1, v + 1), (u, v + 1)]
+            if end == 0:
+                around.reverse()
+            places = [(end, *place) for place in around]
+            turned = [place[-axis:] + place[:-axis] if axis else place for place in places]
+            faces.append([at.setdefault(place, len(at)) for place in turned])
+    return PolygonMesh.from_faces(np.array(list(at), np.float64), faces)
+
+
+def test_what_the_mesh_joins_outside_no_fill_joins_within(source: PatternSource) -> None:
+    # Little is left around large holes of a cube: their rims are joined by edges outside.
+    topology = MeshTopology.of(cube(2))
+    assert (topology.twin >= 0).all() and not topology.crowded.any()
+    draw, bound, filled = random.Random(1), 0, 0
+    for n in range(12, 22):
+        for _ in range(12):
+            try:
+                hole = hole_of_faces(topology, draw.sample(range(24), n))
+            except InvalidMeshError:
+                continue
+            if len(hole) % 2:
+                continue
+            bound += Rim.of(hole).bound
+            fills = list(fill_holes(source, hole, limit=20))
+            assert fills
+            for fill in fills:
+                check_fill(fill)
+                check_weld([fill])
+            filled += len(fills)
+    assert bound > 20
+    assert filled > 400
 
 
 @pytest.mark.parametrize("turned", [False, True])
