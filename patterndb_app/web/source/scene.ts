@@ -25,6 +25,13 @@ const FIELD_OF_VIEW = 26;
 /** A layer comes nearer by this share of its distance from the camera. */
 const LIFT = 0.004;
 
+/**
+ * Where a processor draws, smooth edges in every picture would take half as long again. So they
+ * come when nothing has changed for so many milliseconds, by so many pixels for one, each way.
+ */
+const STILL = 400;
+const SMOOTHING = 2;
+
 /** A part of the canvas, from its left upper corner, in shares of its size. */
 export interface Viewport {
   readonly x: number;
@@ -41,6 +48,15 @@ export interface StageView {
 
 const WHOLE: Viewport = { x: 0, y: 0, width: 1, height: 1 };
 
+/** Is there no graphics card that draws? */
+function drawsInSoftware(): boolean {
+  const context = document.createElement("canvas").getContext("webgl2");
+  const extension = context?.getExtension("WEBGL_debug_renderer_info");
+  const name = extension && context!.getParameter(extension.UNMASKED_RENDERER_WEBGL);
+  context?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software/i.test(String(name));
+}
+
 export class Stage {
   readonly scene = new Scene();
   /** What every view shows. */
@@ -53,11 +69,17 @@ export class Stage {
   private asked = false;
   private drawing = true;
   private size = { width: 1, height: 1 };
+  /** Pixels of the canvas for each of the screen, once nothing changes any more. */
+  private readonly finest: number;
+  private fineness = 1;
+  private still = 0;
   private readonly drawnListeners = new Set<() => void>();
   private readonly onceDrawn: (() => void)[] = [];
 
   constructor(readonly canvas: HTMLCanvasElement) {
-    this.renderer = new WebGLRenderer({ canvas, antialias: true, powerPreference: "high-performance" });
+    const slow = drawsInSoftware();
+    this.renderer = new WebGLRenderer({ canvas, antialias: !slow, powerPreference: "high-performance" });
+    this.finest = slow ? SMOOTHING : 1;
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false;
     this.controls.zoomToCursor = true;
@@ -134,15 +156,41 @@ export class Stage {
   }
 
   draw(): void {
+    clearTimeout(this.still);
     if (this.asked) return;
     this.asked = true;
     requestAnimationFrame(() => {
       this.asked = false;
-      if (this.drawing) this.drawNow();
+      if (!this.drawing) return;
+      this.setFineness(1);
+      this.drawNow();
+      if (this.finest > 1) this.still = window.setTimeout(() => this.drawStill(), STILL);
     });
   }
 
+  /** Draws the same picture with smooth edges. */
+  private drawStill(): void {
+    requestAnimationFrame(() => {
+      if (this.asked || !this.drawing) return;
+      this.setFineness(this.finest);
+      this.drawViews();
+    });
+  }
+
+  /** Sets the canvas's pixels for each of the screen; its picture is lost when they change. */
+  private setFineness(fineness: number): void {
+    if (fineness === this.fineness) return;
+    this.fineness = fineness;
+    this.fitCanvas();
+  }
+
   private drawNow(): void {
+    this.drawViews();
+    for (const listener of this.drawnListeners) listener();
+    for (const callback of this.onceDrawn.splice(0)) callback();
+  }
+
+  private drawViews(): void {
     const { width, height } = this.size;
     const { near, far } = this.camera;
     lift.value = (LIFT * 2 * far * near) / (far - near);
@@ -161,8 +209,6 @@ export class Stage {
       this.renderer.setScissor(x, y, w, h);
       this.renderer.render(this.scene, this.camera);
     }
-    for (const listener of this.drawnListeners) listener();
-    for (const callback of this.onceDrawn.splice(0)) callback();
   }
 
   /** Sets the camera's view to a part of the canvas; what fits into the whole fits into it. */
@@ -178,10 +224,14 @@ export class Stage {
     const height = this.canvas.clientHeight;
     if (!width || !height) return;
     this.size = { width, height };
-    pixelRatio.value = Math.min(window.devicePixelRatio || 1, 2);
-    this.renderer.setPixelRatio(pixelRatio.value);
-    this.renderer.setSize(width, height, false);
+    this.fitCanvas();
     this.draw();
+  }
+
+  private fitCanvas(): void {
+    pixelRatio.value = Math.min(window.devicePixelRatio || 1, 2) * this.fineness;
+    this.renderer.setPixelRatio(pixelRatio.value);
+    this.renderer.setSize(this.size.width, this.size.height, false);
   }
 
   /** Where a point is seen, in pixels from the canvas's left upper corner, in the first view. */
