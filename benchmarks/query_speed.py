@@ -23,6 +23,7 @@ import numpy as np
 import patterndb
 from patterndb.store import Database
 from query import Boundary, Fill, Stroke, fills
+from query.ending import NEVER
 from query.listing.table import get_strict_table
 from query.placing import find_strand
 from query.solving import cpsat
@@ -94,7 +95,7 @@ def cpsat_ratio(database: Database, seed: int, each: int) -> tuple[float, float,
         question = pose_question(boundary, (), 0)
         ms, answer = timed(
             lambda t=table, a=at, w=allowed, q=question: cpsat.keep_carriers(
-                t.labels, np.array([a]), w, q, 1
+                t.labels, np.array([a]), w, q, NEVER, 1
             )
         )
         other += ms
