@@ -16,7 +16,7 @@ from query.expand import expand_pattern
 from query.fill import Fill
 from query.holes.assignments import MOST_QUADS, AssignmentModel, measure_assignments
 from query.holes.corners import LEAST_LOG
-from query.holes.rim import Rim
+from query.holes.rim import HoleRim
 from query.identity import hash_quads, weld_quads
 from query.listing.filters import NO_DOUBLETS, Filters
 from query.listing.lane import More, Search, search_table
@@ -95,7 +95,7 @@ class HoleSearch:
     tolerance: int
     time_limit: float | None
     threads: int | None
-    rim: Rim
+    rim: HoleRim
     known: set[bytes]
     assignments: int
     _facts: dict[int, tuple[int, int]]
@@ -108,7 +108,7 @@ class HoleSearch:
         logs: Floats,
         due: Int32Array,
         model: AssignmentModel,
-        rim: Rim,
+        rim: HoleRim,
         *,
         fixed: dict[int, int] | None = None,
         strokes: Sequence[Stroke] = (),

@@ -32,7 +32,7 @@ from query.holes.loops import (
 from query.holes.models import HoleModels, shipped_models
 from query.holes.odd import list_even_ways
 from query.holes.ranking import RankingModel, list_facts
-from query.holes.rim import Rim
+from query.holes.rim import HoleRim
 from query.holes.shape import PlacedFill, count_flipped, place_fill
 from query.holes.surroundings import (
     Surroundings,
@@ -340,7 +340,7 @@ def _list_fills(
         logs,
         around.due,
         models.assignments,
-        Rim.of(hole),
+        HoleRim.of(hole),
         fixed=fixed,
         strokes=strokes,
         tolerance=tolerance,

@@ -16,7 +16,7 @@ from query.holes.loops import Hole
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class Rim:
+class HoleRim:
     """A loop, and which of its places are joined outside.
 
     loop:   (L,) int32 vertices. joined: (L, L) bool, does the mesh join two places that are not
@@ -30,7 +30,7 @@ class Rim:
     twice: bool
 
     @classmethod
-    def of(cls, hole: Hole) -> Rim:
+    def of(cls, hole: Hole) -> HoleRim:
         """Of a hole; faces that are made anew join nothing."""
         topology, loop = hole.topology, hole.loop
         n = len(loop)

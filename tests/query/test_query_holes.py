@@ -32,7 +32,7 @@ from query.holes import (
 from query.holes.assignments import TRAITS, list_assignments, measure_assignments
 from query.holes.laying import LoopDisk
 from query.holes.models import shipped_models
-from query.holes.rim import Rim
+from query.holes.rim import HoleRim
 from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirror_features
 from query.identity import hash_quads, weld_quads
 from query.placing import measure_flow_distance
@@ -235,7 +235,7 @@ def test_what_the_mesh_joins_outside_no_fill_joins_within(source: PatternSource)
                 continue
             if len(hole) % 2:
                 continue
-            bound += Rim.of(hole).bound
+            bound += HoleRim.of(hole).bound
             fills = list(fill_holes(source, hole, limit=20))
             assert fills
             for fill in fills:
