@@ -5,7 +5,9 @@ A session is one zip file of three entries:
 - session.json: {"format": "patterndb retopology session", "version": 1, "name": "spot.obj",
   "sizes": {"snap": 0.04, ...}, "plane": null, "network": ...}, the plane of symmetry as
   {"point": [0, 0, 0], "normal": [1, 0, 0]} while that is on. The network has what nodes, chains
-  and patches are, in the order in which the network has them;
+  and patches are, in the order in which the network has them, and, where density is painted, the
+  strokes of the brush: {"segments": [[...]], "radius": 0.1, "factor": 2, "sets": false}, a segment
+  being nine numbers, where it begins and ends and the normal there;
 - surface.npz: vertices (v, 3) float64 and triangles (t, 3) int32 of the ground;
 - network.npz: the points of the network, one after another in the same order. nodes (n, 6),
   chains (s, 6): points and normals of nodes, and of the samples of all chains. quads (q, 4): of
@@ -28,7 +30,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from msgspec import Meta, structs
+from msgspec import Meta, field, structs
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
@@ -54,12 +56,17 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     NONE,
     BrokenNetworkError,
+    BrushStroke,
     Chain,
+    Density,
     Network,
     Node,
     Patch,
     check_network,
 )
+from patterndb_sketch.retopo.network.density import LEAST
+from patterndb_sketch.retopo.network.density import MOST as MOST_DENSE
+from patterndb_sketch.retopo.network.invariants import UNIT
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Plane, cut_half
@@ -102,6 +109,9 @@ LineRows = Annotated[int, Meta(ge=2, le=MOST)]
 Marks = Annotated[
     tuple[str, str], Meta(extra={"length": "a chain has two marks, of its left and its right"})
 ]
+
+
+SEGMENT = "a segment has nine numbers: where it begins and ends, and the normal"
 
 
 class NodeEntries(Entries):
@@ -151,12 +161,25 @@ class PatchEntries(Entries):
     filling: bool
 
 
+class BrushEntries(Entries):
+    """A stroke of the brush that paints density."""
+
+    segments: Annotated[
+        list[Annotated[list[Number], Meta(min_length=9, max_length=9, extra={"length": SEGMENT})]],
+        Meta(min_length=1, extra={"length": "a brush stroke has a segment or more"}),
+    ]
+    radius: Number
+    factor: Number
+    sets: bool
+
+
 class NetworkEntries(Entries):
     next_id: Id
     longest: Number | None
     nodes: list[NodeEntries]
     chains: list[ChainEntries]
     patches: list[PatchEntries]
+    density: list[BrushEntries] = field(default_factory=list)
 
 
 class PlaneEntries(Entries):
@@ -320,6 +343,11 @@ def _network(
         {patch.id: patch for patch in patches},
         entries.next_id,
         math.inf if entries.longest is None else entries.longest,
+        density=Density(
+            tuple(
+                _brush_stroke(place.at("density", i), one) for i, one in enumerate(entries.density)
+            )
+        ),
     )
     if sum(map(len, (nodes, chains, patches))) > sum(
         map(len, (network.nodes, network.chains, network.patches))
@@ -377,6 +405,18 @@ def _patch(place: JsonValue, entries: PatchEntries, rows: _SessionRows, chains: 
     if filling != Filling():
         place.at("filling").fail("it is false, and the patch has a fill, a line or a place")
     return Patch(entries.id, loop, corners)
+
+
+def _brush_stroke(place: JsonValue, entries: BrushEntries) -> BrushStroke:
+    rows = np.array(entries.segments, np.float64)
+    if not entries.radius > 0.0:
+        place.at("radius").fail("the radius of a brush is above 0")
+    if not LEAST <= entries.factor <= MOST_DENSE:
+        place.at("factor").fail(f"a brush changes density by {LEAST:g} to {MOST_DENSE:g}")
+    if not (abs(np.linalg.norm(rows[:, 6:], axis=1) - 1.0) <= UNIT).all():
+        place.at("segments").fail("a normal has not length 1")
+    starts, ends, normals = (np.ascontiguousarray(rows[:, k : k + 3]) for k in (0, 3, 6))
+    return BrushStroke(starts, ends, normals, entries.radius, entries.factor, entries.sets)
 
 
 def _choice(place: JsonValue, entries: FillEntries, rows: _SessionRows, n_sides: int) -> Choice:
@@ -462,6 +502,16 @@ def _network_document(network: Network) -> tuple[dict[str, object], dict[str, ND
         ],
         "patches": [_patch_document(patch, parts) for patch in network.patches.values()],
     }
+    if network.density.strokes:
+        document["density"] = [
+            {
+                "segments": np.hstack([one.starts, one.ends, one.normals]).tolist(),
+                "radius": one.radius,
+                "factor": one.factor,
+                "sets": one.sets,
+            }
+            for one in network.density.strokes
+        ]
     return document, {name: _joined(parts[name], *NETWORK_ARRAYS[name]) for name in NETWORK_ARRAYS}
 
 

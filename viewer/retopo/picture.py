@@ -6,10 +6,12 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling.fills import filling_of
+from patterndb_sketch.retopo.network import EVEN
 from viewer import style
 from viewer.camera import View
 from viewer.panel import draw_axes, draw_help, draw_line
 from viewer.picture import Drawn, Frame
+from viewer.retopo import paint
 from viewer.retopo.body import NetworkBody
 from viewer.retopo.keys import KEY_HELP, MOUSE_HELP
 from viewer.retopo.marks import (
@@ -93,8 +95,12 @@ def draw_quads(
     tint[body.flipped[kept]] = style.parse_colour(WRONG)
     if lit is not None:
         tint = np.where((body.owner[kept] == lit)[:, None], tint + LIGHTER * (1.0 - tint), tint)
-    colours = bright / style.parse_colour(MATTE) * tint[:, None]
-    parts: list[Triangles] = [(seen, np.minimum(colours, 1.0).astype(np.float32))]
+    colours = np.minimum(bright / style.parse_colour(MATTE) * tint[:, None], 1.0)
+    colours = colours.astype(np.float32)
+    if state.density_shown:
+        density = state.network.density
+        colours = paint.tint(colours, paint.measure_corners(density, corners, normals))
+    parts: list[Triangles] = [(seen, colours)]
     above = lift * view.scale + 0.8
     own = ~np.isin(body.of, gone) & (body.up.mean(axis=1) @ view.axes[2] > AWAY)
     lines = view.seen(body.edges[own])
@@ -159,6 +165,7 @@ class RetopoPainter:
         self._kept: list[Triangles] = []
         self._sunk: tuple[object, ...] = ()
         self._made = NOTHING
+        self._paint = paint.GroundPaint()
 
     def compose(
         self, state: RetopoState, aspect: float, *, bare: bool = False, height: float = HEIGHT
@@ -191,13 +198,18 @@ class RetopoPainter:
             state.skin, state.camera.view, state.camera.model_look, middle
         )
         shown, plane, quads = state.shown, state.shown.state.plane, state.quads_shown
-        if not len(seen) or (plane is None and not (quads and len(shown.body.owner))):
+        painted = state.density_shown and bool(state.network.density.strokes)
+        sunken = quads and len(shown.body.owner) > 0
+        if not len(seen) or not (sunken or painted or plane is not None):
             return seen, colours
-        key = (seen, shown, quads)
-        if len(self._sunk) != 3 or any(a is not b for a, b in zip(key, self._sunk, strict=True)):
+        density = state.network.density if painted else EVEN
+        key = (seen, shown, quads, density)
+        if len(self._sunk) != len(key) or any(
+            a is not b for a, b in zip(key, self._sunk, strict=True)
+        ):
             self._sunk = key
             deeper, darker = seen, colours
-            if quads and len(shown.body.owner):
+            if sunken:
                 under = shown.body.under
                 gone = np.fromiter(shown.stale(), np.int64)
                 below = ((under >= 0) & ~np.isin(under, gone))[state.ground.triangles]
@@ -206,6 +218,9 @@ class RetopoPainter:
             if plane is not None:
                 beyond = (plane.heights(state.ground.vertices) < 0.0)[state.ground.triangles]
                 darker = np.where(beyond[..., None], np.float32(DARKER) * colours, colours)
+            if painted:
+                value = self._paint.at_vertices(state.ground, density)[state.ground.triangles]
+                darker = paint.tint(darker, value)
             self._made = deeper, darker
         return self._made
 
@@ -218,6 +233,7 @@ class RetopoPainter:
             state.camera.model_look,
             state.quads_shown,
             state.curves_shown,
+            state.density_shown,
             lit,
         )
         if self._key != key:

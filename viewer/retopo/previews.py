@@ -132,7 +132,8 @@ def preview_inserted_loop(work: ToolWork, mesh: RetopoMesh, foot: GroundPoints) 
     try:
         if near is not None and not sides.keys().isdisjoint((2 * near.chain, 2 * near.chain + 1)):
             chain = network.chains[near.chain]
-            ends, first = divide_chain(chain)[0], find_edge_at(chain, near.place)
+            ends = divide_chain(chain, network.density)[0]
+            first = find_edge_at(chain, near.place, network.density)
             point = ends[[first, first + 1]].mean(axis=0)
             which = np.arange(len(mesh.quads), dtype=np.int32)
         else:

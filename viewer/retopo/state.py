@@ -26,6 +26,9 @@ TWEAKING = "brush"
 #: And where there are no quads yet.
 PULLING = "pull"
 
+#: The tool while which density is seen.
+PAINTING = "density"
+
 
 class RetopoState:
     """A network on a ground, tools in use on it, and how it is looked at: what a mouse and a clock
@@ -77,6 +80,11 @@ class RetopoState:
     def network(self) -> Network:
         """The curves and patches."""
         return self.editing.network
+
+    @property
+    def density_shown(self) -> bool:
+        """Is it seen how dense quads shall be? While the brush that paints it is in use."""
+        return self.tool.mode.tool == PAINTING
 
     @property
     def sizes(self) -> Sizes:

@@ -76,10 +76,12 @@ class CountsProblem:
         regularity: float = REGULARITY,
         cheap: CheapRule | None = None,
         least: ArrayLike | None = None,
+        urgency: ArrayLike | None = None,
     ) -> CountsProblem:
         """A problem from lists: of every patch its sides, of every side its chains.
 
         least: the fewest edges of every chain, where it shall have more than patches ask for.
+        urgency: so many times as much an edge too many or too few of every chain costs, > 0.
         A patch without corners has one side. Where a chain must have as many edges as several
         others together (a seam between two networks), name those instead of it. Raises
         InvalidRetopoError for targets that are not above 0, pinned or least counts below 0,
@@ -103,6 +105,9 @@ class CountsProblem:
         bounds, ends = _find_bounds(first_side, first_chain, chains, len(wanted))
         if least is not None:
             bounds = np.maximum(bounds, _read_least(least, len(wanted)))
+        weights = WEIGHT / np.maximum(wanted, SHORT)
+        if urgency is not None:
+            weights = weights * np.asarray(urgency, np.float64)
         return cls(
             wanted,
             pins,
@@ -112,7 +117,7 @@ class CountsProblem:
             float(regularity),
             cheap,
             bounds,
-            WEIGHT / np.maximum(wanted, SHORT),
+            weights,
             ends,
         )
 

@@ -4,7 +4,8 @@
 many edges a chain needs at least to keep its shape follows from its curvature
 (:func:`count_fewest_edges`): an edge of length e cuts a sagitta of e^2 kappa / 8 off a curve of
 curvature kappa. Counts are chosen near length / target edge, but strips tie opposite sides of
-patches together, and a round end may get half of that, which flattens it.
+patches together, and a round end may get half of that, which flattens it. Where density is painted,
+a chain's target edge is the mean of what is asked for along it.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.counts import CountsProblem, change_count, solve_counts
 from patterndb_sketch.retopo.counts.evening import Stuck, even_by_fewest_changes
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.network import Chain, Network, Patch
+from patterndb_sketch.retopo.network import Chain, Density, Network, Patch
 
 #: Edges around a patch, at least.
 FEWEST = 4
@@ -61,11 +62,21 @@ class NumberedCounts:
         number = {chain: k for k, chain in enumerate(chains)}
         held = dict(pinned or {})
         held.update({c: network.chains[c].count for c in chains if network.chains[c].pinned})
+        asked = [_measure_density(network.chains[c], network.density) for c in chains]
         problem = CountsProblem.of(
-            [max(network.chains[c].length / edge, 1e-6) for c in chains],
+            [
+                max(network.chains[c].length * dense / edge, 1e-6)
+                for c, dense in zip(chains, asked, strict=True)
+            ],
             [[[number[half >> 1] for half in side] for side in patch.sides] for patch in chosen],
             [held.get(c, 0) for c in chains],
-            least=[_count_least(network.chains[c], edge, anew) for c in chains],
+            least=[
+                _count_least(network.chains[c], edge / dense, anew)
+                for c, dense in zip(chains, asked, strict=True)
+            ],
+            # What was painted was meant: an edge amiss costs no less than on a bare chain, and
+            # more the further it is from bare. Else nothing but regular grids would come of it.
+            urgency=[max(dense, 1.0) * (1.0 + abs(math.log2(dense))) for dense in asked],
         )
         return cls(problem, tuple(chains), tuple(patch.id for patch in chosen))
 
@@ -129,10 +140,13 @@ def complete_counts(network: Network, edge: float) -> tuple[Network, tuple[str, 
     return whole.put(network, evened.counts), whole.describe_stuck(evened.stuck)
 
 
-def choose_counts(network: Network, edge: float) -> tuple[Network, tuple[str, ...]]:
+def choose_counts(
+    network: Network, edge: float, held: Collection[int] = ()
+) -> tuple[Network, tuple[str, ...]]:
     """The network with all counts but pinned ones chosen anew, as near to the target edge and as
-    regular as can be; and notes."""
-    whole = NumberedCounts.of(network, edge, anew=True)
+    regular as can be; and notes. held: chains that keep theirs for once, too."""
+    kept = {c: network.chains[c].count for c in held if network.chains[c].count}
+    whole = NumberedCounts.of(network, edge, None, kept, anew=True)
     found = solve_counts(whole.problem)
     return whole.put(network, found.counts), whole.describe_stuck(found.stuck)
 
@@ -199,6 +213,12 @@ def find_strip(network: Network, chain: int) -> tuple[int, ...]:
             found[over >> 1] = None
             queue.append(over ^ 1)
     return tuple(found)
+
+
+def _measure_density(chain: Chain, density: Density) -> float:
+    """The mean of the density along a chain; exactly 1 where nothing is painted."""
+    lengths, measured = density.measure(chain.round, chain.round_normals)
+    return 1.0 if measured is lengths else float(measured[-1] / lengths[-1])
 
 
 def _count_least(chain: Chain, edge: float, anew: bool) -> int:

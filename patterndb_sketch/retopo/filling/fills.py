@@ -12,7 +12,12 @@ from patterndb.errors import PatternDBError
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.choice import By, Choice, Filling, Flow, pattern_code
 from patterndb_sketch.retopo.filling.edgecounts import side_lengths
-from patterndb_sketch.retopo.filling.placing import PlacedPatch, place_fill, trace_border
+from patterndb_sketch.retopo.filling.placing import (
+    PlacedPatch,
+    is_divided_alike,
+    place_fill,
+    trace_border,
+)
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Network, Patch, set_choice
 from query.boundary import Boundary
@@ -104,7 +109,7 @@ def fill_patch(
 
 def release_vertices(before: Network, after: Network) -> Network:
     """The network after an edit, without vertices held by hand in patches whose curves took
-    another course: they follow them."""
+    another course, or are divided elsewhere: they follow them."""
     for patch in list(after.patches.values()):
         former = before.patches.get(patch.id)
         filling = filling_of(patch)
@@ -119,7 +124,11 @@ def release_vertices(before: Network, after: Network) -> Network:
 
 def _has_moved(before: Network, after: Network, chain: int) -> bool:
     one, two = before.chains.get(chain), after.chains[chain]
-    return one is None or (one is not two and not np.array_equal(one.points, two.points))
+    return (
+        one is None
+        or (one is not two and not np.array_equal(one.points, two.points))
+        or not is_divided_alike(two, before.density, after.density)
+    )
 
 
 def step_fill(network: Network, patch: int, source: PatternSource, by: int) -> Network:

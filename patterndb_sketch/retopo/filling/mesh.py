@@ -14,9 +14,13 @@ from patterndb_sketch.retopo.filling.doublets import find_doublets
 from patterndb_sketch.retopo.filling.edgecounts import complete_counts
 from patterndb_sketch.retopo.filling.fills import fill_patch
 from patterndb_sketch.retopo.filling.location import find_islands
-from patterndb_sketch.retopo.filling.placing import PlacedPatch, name_border_vertices
+from patterndb_sketch.retopo.filling.placing import (
+    PlacedPatch,
+    is_divided_alike,
+    name_border_vertices,
+)
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Chain, Network, Patch
+from patterndb_sketch.retopo.network import Chain, Density, Network, Patch
 from patterndb_sketch.retopo.network.keptfaces import list_kept_faces
 from patterndb_sketch.retopo.wording import count_places
 from query.engine import PatternSource
@@ -39,19 +43,22 @@ class PlacedCache:
     """Placed patches of networks before: after an edit only the patches concerned are placed
     anew. Results do not depend on it."""
 
-    _kept: dict[int, tuple[Patch, tuple[Chain, ...], PlacedPatch]] = field(default_factory=dict)
+    _kept: dict[int, tuple[Patch, tuple[Chain, ...], Density, PlacedPatch]] = field(
+        default_factory=dict
+    )
 
     def get(self, network: Network, patch: Patch) -> PlacedPatch | None:
         kept = self._kept.get(patch.id)
         if kept is None:
             return None
-        former, chains, placed = kept
+        former, chains, density, placed = kept
         same = (
             former.loop == patch.loop
             and former.corners == patch.corners
             and former.choice == patch.choice
             and all(
                 _is_same_chain(network.chains[half >> 1], chain)
+                and is_divided_alike(chain, density, network.density)
                 for half, chain in zip(patch.loop, chains, strict=True)
             )
         )
@@ -59,7 +66,7 @@ class PlacedCache:
 
     def put(self, network: Network, patch: Patch, placed: PlacedPatch) -> None:
         chains = tuple(network.chains[half >> 1] for half in patch.loop)
-        self._kept[patch.id] = patch, chains, placed
+        self._kept[patch.id] = patch, chains, network.density, placed
 
 
 def fill_network(

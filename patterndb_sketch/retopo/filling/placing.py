@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.pattern import Pattern
@@ -17,21 +18,41 @@ from patterndb.geometry.polyline import arc_length
 from patterndb.geometry.quadshape import flipped
 from patterndb_sketch.retopo.filling.choice import Choice, Filling
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import SYMMETRY, Chain, HalfChain, Network, Patch
+from patterndb_sketch.retopo.network import (
+    EVEN,
+    SYMMETRY,
+    Chain,
+    Density,
+    HalfChain,
+    Network,
+    Patch,
+)
 from query.fill import Fill
 from query.placing import enclose_region, place
 
 
-def divide_chain(chain: Chain) -> tuple[Points, Points]:
-    """(count + 1, 3) points and normals that divide a chain evenly by arc length.
+def divide_lengths(chain: Chain, density: Density = EVEN) -> NDArray[np.float64]:
+    """(count + 1,) arc lengths that divide a chain evenly, where nothing is painted; else each edge
+    has the same length times density."""
+    lengths, measured = density.measure(chain.round, chain.round_normals)
+    wanted = np.linspace(0.0, measured[-1], chain.count + 1)
+    return wanted if measured is lengths else np.interp(wanted, measured, lengths)
+
+
+def is_divided_alike(chain: Chain, one: Density, other: Density) -> bool:
+    """Do two densities divide a chain at the same places?"""
+    return one == other or np.array_equal(divide_lengths(chain, one), divide_lengths(chain, other))
+
+
+def divide_chain(chain: Chain, density: Density = EVEN) -> tuple[Points, Points]:
+    """(count + 1, 3) points and normals that divide a chain by :func:`divide_lengths`.
 
     Ends are the chain's own, bit for bit: patches on both sides, and chains at one node, share
     them.
     """
-    line = chain.round
-    up = np.concatenate([chain.normals, chain.normals[:1]]) if chain.loose else chain.normals
+    line, up = chain.round, chain.round_normals
     along = arc_length(line)
-    wanted = np.linspace(0.0, along[-1], chain.count + 1)
+    wanted = divide_lengths(chain, density)
     points = np.stack([np.interp(wanted, along, line[:, d]) for d in range(3)], axis=1)
     normals = units(np.stack([np.interp(wanted, along, up[:, d]) for d in range(3)], axis=1))
     points[0], points[-1] = line[0], line[-1]
@@ -41,7 +62,7 @@ def divide_chain(chain: Chain) -> tuple[Points, Points]:
 
 def divide_half_chain(network: Network, half: HalfChain) -> tuple[Points, Points]:
     """The same in the direction of a half-chain."""
-    points, normals = divide_chain(network.chains[half >> 1])
+    points, normals = divide_chain(network.chains[half >> 1], network.density)
     return (points[::-1], normals[::-1]) if half & 1 else (points, normals)
 
 

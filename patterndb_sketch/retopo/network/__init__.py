@@ -40,6 +40,9 @@ Patches whose loops and corners an edit does not change keep their ids and choic
 :func:`find_nearest_node` find what is near; :func:`check_network` raises if an invariant does not
 hold.
 
+A network also keeps how dense its quads shall be (:mod:`.density`): brush strokes, by which the
+lengths of chains are measured where counts are chosen and chains divided.
+
 Read :mod:`.structure`, :mod:`.faces`, :mod:`.samples`; then how a draft changes: :mod:`.cutting`,
 :mod:`.attaching`, :mod:`.draft`, :mod:`.edits`; how a curve is inserted that may cross others:
 :mod:`.crossings`, :mod:`.stops`, :mod:`.insertion`; which loops are patches: :mod:`.flooding`,
@@ -47,6 +50,7 @@ Read :mod:`.structure`, :mod:`.faces`, :mod:`.samples`; then how a draft changes
 """
 
 from patterndb_sketch.retopo.network.attaching import Gap
+from patterndb_sketch.retopo.network.density import EVEN, BrushStroke, Density
 from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft, End, Free
 from patterndb_sketch.retopo.network.edits import (
     Edit,
@@ -100,13 +104,16 @@ from patterndb_sketch.retopo.network.structure import (
 
 __all__ = [
     "BORDER",
+    "EVEN",
     "FACE",
     "NONE",
     "SYMMETRY",
     "AtChain",
     "AtNode",
     "BrokenNetworkError",
+    "BrushStroke",
     "Chain",
+    "Density",
     "Draft",
     "Edit",
     "Enclosed",

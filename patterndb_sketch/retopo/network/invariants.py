@@ -105,8 +105,9 @@ def _check_loops(network: Network) -> None:
 
 
 def are_equal(one: Network, two: Network) -> bool:
-    """Are two networks the same, bit for bit: ids, arrays, flags, counts, patches and order?"""
-    if (one.next_id, one.longest) != (two.next_id, two.longest):
+    """Are two networks the same, bit for bit: ids, arrays, flags, counts, patches, order and
+    density?"""
+    if (one.next_id, one.longest, one.density) != (two.next_id, two.longest, two.density):
         return False
     pairs: tuple[tuple[Mapping[int, object], Mapping[int, object]], ...] = (
         (one.nodes, two.nodes),

@@ -17,6 +17,7 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.density import EVEN, Density
 
 HalfChain = int
 
@@ -91,6 +92,11 @@ class Chain:
     def round(self) -> Points:
         """(m + 1, 3) the points of its m segments; a closed one ends where it begins."""
         return np.concatenate([self.points, self.points[:1]]) if self.loose else self.points
+
+    @property
+    def round_normals(self) -> Points:
+        """(m + 1, 3) the normals of the same."""
+        return np.concatenate([self.normals, self.normals[:1]]) if self.loose else self.normals
 
     @property
     def segments(self) -> int:
@@ -185,6 +191,7 @@ class Network:
              program of Takayama et al. takes twice the diagonal of the surface.
     ground:  the surface that it lies on, None for a plane. Tools that are given one put it here;
              it is no part of what :func:`.invariants.are_equal` compares, nor of sessions.
+    density: how dense its quads shall be, as it is painted.
     """
 
     nodes: Mapping[int, Node] = field(default_factory=dict)
@@ -193,6 +200,7 @@ class Network:
     next_id: int = 0
     longest: float = math.inf
     ground: Ground | None = field(default=None, repr=False)
+    density: Density = EVEN
 
     def chain(self, chain: int) -> Chain:
         """By id; raises InvalidRetopoError if it is not there (any more)."""

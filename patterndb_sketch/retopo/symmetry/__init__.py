@@ -2,7 +2,8 @@
 
 Read :mod:`.half` (planes, the ground cut by one, strokes split at it), :mod:`.seam` (a network cut
 there, with the cut as chains marked SYMMETRY), :mod:`.images` (back to the whole: of a network,
-and of a mesh) and :mod:`.proposal` (the plane that a surface has by itself).
+and of a mesh), :mod:`.painting` (density on both sides) and :mod:`.proposal` (the plane that a
+surface has by itself).
 """
 
 from patterndb_sketch.retopo.symmetry.half import (
@@ -14,6 +15,7 @@ from patterndb_sketch.retopo.symmetry.half import (
     split_stroke,
 )
 from patterndb_sketch.retopo.symmetry.images import MirroredMesh, end_symmetry, mirror_mesh
+from patterndb_sketch.retopo.symmetry.painting import mirror_density, mirror_stroke
 from patterndb_sketch.retopo.symmetry.proposal import (
     Proposal,
     format_share,
@@ -32,7 +34,9 @@ __all__ = [
     "cut_half",
     "end_symmetry",
     "format_share",
+    "mirror_density",
     "mirror_mesh",
+    "mirror_stroke",
     "propose_given",
     "propose_plane",
     "refuse_beyond",

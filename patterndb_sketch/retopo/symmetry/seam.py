@@ -38,6 +38,7 @@ from patterndb_sketch.retopo.symmetry.half import (
     find_plane_crossings,
     measure_heights,
 )
+from patterndb_sketch.retopo.symmetry.painting import mirror_density
 
 #: Directions at a node are taken over this many samples.
 SAMPLES_AHEAD = 2.0
@@ -55,6 +56,7 @@ def begin_symmetry(network: Network, half: Half, sampling: float) -> Edit:
 
     Curves that cross the plane are cut there, and what is beyond it goes, which is told; what
     lies in the plane becomes the seam. All other chains, nodes and patches are as they were.
+    Density painted on either side holds on both.
     sampling: greatest distance of neighbouring samples of the seam.
 
     Raises RefusedError if the network has a seam already, and where two curves cross the plane
@@ -89,7 +91,8 @@ def begin_symmetry(network: Network, half: Half, sampling: float) -> Edit:
         for patch, one in after.patches.items()
         if not any(after.mark(end) for end in one.loop)
     }
-    after = replace(after, patches=inside)
+    density = mirror_density(network.density, half.plane)
+    after = replace(after, patches=inside, density=density)
     return Edit.of(network, after, _note_changes(half, parting.beyond, parting.cut, len(lines)))
 
 

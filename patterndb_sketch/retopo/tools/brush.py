@@ -27,7 +27,7 @@ from patterndb_sketch.retopo.filling.mesh import (
     name_border_vertices,
     weld_fills,
 )
-from patterndb_sketch.retopo.filling.placing import divide_chain, trace_border
+from patterndb_sketch.retopo.filling.placing import divide_chain, divide_lengths, trace_border
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Draft, Edit, Network, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
@@ -80,7 +80,9 @@ def drag_vertices(
         by = weigh_falloff(line.points, at, sizes.brush) * (line.normals @ up > 0.0)
         # Ends that stay hold what is between them and the next vertex.
         over = by[[0, -1]] - under.values_on(line, share[:, 0])[[0, -1]]
-        off = arc_length(line.points) / line.length * max(line.count, 1)
+        along, n = arc_length(line.points), max(line.count, 1)
+        ends = divide_lengths(replace(line, count=n), under.network.density)
+        off = np.interp(along, ends, np.arange(n + 1.0))
         by -= over[0] * np.maximum(1.0 - off, 0.0) + over[1] * np.maximum(1.0 - off[-1] + off, 0.0)
         return line.points + by[:, None] * (foot.points[0] - at)
 
@@ -136,11 +138,13 @@ def relax_vertices(
 def _smooth_course(under: BrushedQuads, line: Chain, places: Points, rounds: int) -> Points:
     """(n, 3) samples of a chain whose vertices are at other places: along the smooth curve through
     these where smoothing had full effect, and moved alongside the vertices where it had less."""
-    old = divide_chain(line)[0] if line.count else line.points[[0, -1]]
+    density = under.network.density
+    old = divide_chain(line, density)[0] if line.count else line.points[[0, -1]]
     moves = under.values_on(line, places - under.mesh.vertices)
     along = arc_length(line.points)
     number = np.arange(len(moves))
-    at = np.interp(along, np.linspace(0.0, along[-1], len(moves)), number)
+    ends = divide_lengths(line, density) if line.count else along[[0, -1]]
+    at = np.interp(along, ends, number)
     by = np.stack([np.interp(at, number, moves[:, d]) for d in range(3)], axis=1)
     share = np.interp(at, number, under.values_on(line, under.share))
     weight = (1.0 - (1.0 - share) ** rounds)[:, None]

@@ -18,10 +18,12 @@ from patterndb_sketch.retopo.filling.edgecounts import complete_counts, side_len
 from patterndb_sketch.retopo.filling.expansion import Expansion
 from patterndb_sketch.retopo.filling.fills import fill_patch, filling_of, has_suitable_fill
 from patterndb_sketch.retopo.filling.location import find_patch
-from patterndb_sketch.retopo.filling.placing import PlacedPatch
+from patterndb_sketch.retopo.filling.placing import PlacedPatch, divide_lengths
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
+    EVEN,
     Chain,
+    Density,
     Edit,
     HalfChain,
     Network,
@@ -66,18 +68,21 @@ def insert_loop(
     walk = _StripWalk(network, ground, source)
     at = find_nearest_place(take_samples(network), point, normal, sizes.snap)
     if at is not None and not walk.patch_of.keys().isdisjoint((2 * at.chain, 2 * at.chain + 1)):
-        walk.through(2 * at.chain, find_edge_at(network.chains[at.chain], at.place))
+        walk.through(
+            2 * at.chain, find_edge_at(network.chains[at.chain], at.place, network.density)
+        )
     else:
         walk.through_patch(find_patch(network, ground, point), np.asarray(point, np.float64))
     after, told = walk.double()
     return Edit.of(before, after, (*notes, *told))
 
 
-def find_edge_at(chain: Chain, place: float) -> int:
-    """Which of a chain's edges, evenly divided, a place (in samples) lies on."""
+def find_edge_at(chain: Chain, place: float, density: Density = EVEN) -> int:
+    """Which of a chain's edges a place (in samples) lies on."""
     along = arc_length(chain.round)
-    share = float(np.interp(place, np.arange(len(along)), along)) / float(along[-1])
-    return min(int(share * chain.count), chain.count - 1)
+    at = float(np.interp(place, np.arange(len(along)), along))
+    ends = divide_lengths(chain, density)
+    return min(max(int(np.searchsorted(ends, at, "right")) - 1, 0), chain.count - 1)
 
 
 class _CrossedPatch:
