@@ -74,6 +74,7 @@ TOGETHER: dict[str, tuple[tuple[str, ...], ...]] = {
     "subdivide": (("at", "count"), ("at", "by"), ("at", "by", "strip"), ("at", "free")),
     "flow": (("points",), ("clear",)),
     "choose": (("at", "by"), ("at", "number")),
+    "density": (("points",), ("at",), ("at", "how", "times"), ("anew",)),
 }
 
 NUMBER = r"-?\d[\d.,e+-]*"

@@ -12,7 +12,7 @@ from contextlib import suppress
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from numpy.typing import ArrayLike
 from retopo_cases import SIZES, drawn, even, flat, genus, node_at, plane, up
@@ -101,6 +101,7 @@ def test_a_curve_may_go_round_a_handle_of_the_ground() -> None:
 
 @settings(max_examples=40)
 @given(st.integers(0, 2**32 - 1), st.booleans())
+@example(276, True)
 def test_a_stroke_along_a_curve_is_that_curve(seed: int, backwards: bool) -> None:
     rng = np.random.default_rng(seed)
     t = np.linspace(-1.0, 1.0, 30)

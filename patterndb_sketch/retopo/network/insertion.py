@@ -388,8 +388,8 @@ Line = tuple[Points, Points]
 def remove_doubles(draft: Draft, made: Iterable[int], width: float) -> list[int]:
     """Take from a draft what of a new curve lies on others, or on itself.
 
-    made: its chains. Of two chains from node to node with nothing between, each within ``width``
-    of the other all along, on the same side of a sheet, the newer goes; of a chain from a node
+    made: its chains. Of two chains from node to node, each within ``width`` of the other all along,
+    on the same side of a sheet, the newer goes; of a chain from a node
     back to it around nothing, whose halves lie so on each other, the first half stays. Where
     just what was there before is left, it is as it was. Returns what the curve's chains are now.
     """
@@ -407,9 +407,17 @@ def remove_doubles(draft: Draft, made: Iterable[int], width: float) -> list[int]
                 draft.remove_chain(goes)
                 left = left - {chain} | {stays}
             continue
-        others = [_find_double(draft, half, width) for half in (2 * chain, 2 * chain + 1)]
-        gone = max([chain, *(half >> 1 for half in others if half is not None)])
-        if others == [None, None] or gone not in left:
+        doubles = [
+            half >> 1
+            for half in (
+                _find_double(draft, 2 * chain, width),
+                _find_double(draft, 2 * chain + 1, width),
+                _find_twisted_double(draft, chain, width),
+            )
+            if half is not None
+        ]
+        gone = max([chain, *doubles])
+        if not doubles or gone not in left:
             continue
         left.discard(gone)
         for node in draft.remove_chain(gone):
@@ -435,6 +443,25 @@ def _find_double(draft: Draft, half: HalfChain, width: float) -> HalfChain | Non
         return None
     near = _lie_on_each_other((one.points, one.normals), (two.points, two.normals), width)
     return other if near else None
+
+
+def _find_twisted_double(draft: Draft, chain: int, width: float) -> HalfChain | None:
+    """The half-chain between the same two nodes that lies on a chain, whatever is between them.
+
+    What the ends of both say on which side of them others leave may disagree there: at one end the
+    curve was joined on the left of what it follows, at the other on its right.
+    """
+    line = draft.chains[chain]
+    for half in draft.nodes[line.start].ends:
+        other = draft.chains[half >> 1]
+        if {other.start, other.end} != {line.start, line.end} or other.id == chain:
+            continue
+        if other.marked or line.marked:
+            continue
+        ours, theirs = (line.points, line.normals), (other.points, other.normals)
+        if _lie_on_each_other(ours, theirs, width):
+            return half
+    return None
 
 
 def _turns_back(draft: Draft, half: HalfChain, width: float) -> bool:
