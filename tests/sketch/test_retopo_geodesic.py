@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from ground_cases import bumps, grid, plane, raised, sphere, tube
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize
 from test_retopo_planarcut import CUBE, CUBE_FACES, lies_within
@@ -47,19 +47,22 @@ def shortest_through(ground: Ground, trace: Trace) -> float:
     along = heads - tails
     begin = np.einsum("nc,nc->n", line[1:-1] - tails, along) / (along**2).sum(axis=1)
 
-    def length(share: np.ndarray) -> tuple[float, np.ndarray]:
+    def length(share: np.ndarray, soft: float) -> tuple[float, np.ndarray]:
         at = np.concatenate([line[:1], tails + share[:, None] * along, line[-1:]])
         step = np.diff(at, axis=0)
-        size = np.linalg.norm(step, axis=1)
+        size = np.sqrt((step**2).sum(axis=1) + soft**2)
         unit = step / np.maximum(size, 1e-300)[:, None]
         return float(size.sum()), np.einsum("nc,nc->n", unit[:-1] - unit[1:], along)
 
-    mixed = np.clip(0.5 * begin + 0.25, 0.0, 1.0)
-    found = minimize(
-        length, mixed, jac=True, bounds=[(0.0, 1.0)] * len(begin), method="L-BFGS-B",
-        options={"ftol": 1e-15, "gtol": 1e-12, "maxiter": 400},
-    )  # fmt: skip
-    return float(found.fun)
+    # Where the path passes a vertex segments vanish, and their length is not smooth there: it is
+    # rounded less and less.
+    share = np.clip(0.5 * begin + 0.25, 0.0, 1.0)
+    for soft in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
+        share = minimize(
+            length, share, (soft,), jac=True, bounds=[(0.0, 1.0)] * len(begin), method="L-BFGS-B",
+            options={"ftol": 1e-15, "gtol": 1e-12, "maxiter": 400},
+        ).x  # fmt: skip
+    return length(share, 0.0)[0]
 
 
 def straight_all_round(ground: Ground, trace: Trace) -> None:
@@ -155,6 +158,7 @@ class TestUnrolled:
 class TestCurved:
     @settings(max_examples=30, deadline=None)
     @given(st.integers(0, 2**32))
+    @example(1387720)
     def test_locally_shortest_on_hills(self, seed: int) -> None:
         hills = bumps(seed % 11, 10)
         rng = np.random.default_rng(seed)
