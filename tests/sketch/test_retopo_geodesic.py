@@ -57,10 +57,10 @@ def shortest_through(ground: Ground, trace: Trace) -> float:
     # Where the path passes a vertex segments vanish, and their length is not smooth there: it is
     # rounded less and less.
     share = np.clip(0.5 * begin + 0.25, 0.0, 1.0)
-    for soft in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6):
+    for soft in (1e-2, 1e-4, 1e-6):
         share = minimize(
             length, share, (soft,), jac=True, bounds=[(0.0, 1.0)] * len(begin), method="L-BFGS-B",
-            options={"ftol": 1e-15, "gtol": 1e-12, "maxiter": 400},
+            options={"ftol": 1e-15, "gtol": 1e-12, "maxiter": 400 if soft < 1e-5 else 60},
         ).x  # fmt: skip
     return length(share, 0.0)[0]
 
