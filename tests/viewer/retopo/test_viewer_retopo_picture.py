@@ -227,3 +227,34 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
         assert red.sum() == 4 if filled is found else red.sum() > 4
     assert state.editing.list_empty() == (patch,) and painted(state, WRONG) > 0
     state.editing.work.shown = shown
+
+
+def test_density_is_seen_while_it_is_painted(state: RetopoState) -> None:
+    def hues() -> np.ndarray:
+        """How much more red than blue there is at every corner of the picture, by its place."""
+        solid = RetopoPainter().compose(state, ASPECT, bare=True).solid
+        return solid.colours[..., 0] - solid.colours[..., 2]
+
+    square(state)
+    before = state.shown.body.mesh
+    keys(state, "9")
+    assert state.tool.mode.tool == "density" and state.density_shown
+    hover(state, (40.0, 40.0))
+    bare = hues()
+    drag(state, (-1.0, 0.0), (1.0, 0.0))
+    hover(state, (40.0, 40.0))
+    assert len(state.network.density.strokes) == 1
+    assert len(state.shown.body.mesh.quads) > len(before.quads)
+    warm = hues()
+    assert warm.max() > bare.max() + 0.1, "finer is warm"
+    state.editing.do("undo")
+    hover(state, (40.0, 40.0))
+    assert not state.network.density.strokes
+    assert hues() == pytest.approx(bare)
+    state.tool.options["density", "how"] = "coarser"
+    drag(state, (-1.0, 0.0), (1.0, 0.0))
+    hover(state, (40.0, 40.0))
+    assert hues().min() < bare.min() - 0.1, "coarser is cold"
+    keys(state, "d")
+    hover(state, (40.0, 40.0))
+    assert not state.density_shown
