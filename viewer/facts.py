@@ -33,6 +33,17 @@ LegendEntry = tuple[Points, str, str, str]
 SHAPES = {3: "▲", 4: "◆", 5: "⬟", 6: "⬢", 24: "●"}
 
 
+#: Markers on paper are no lighter than this, as a mean of their red, green and blue.
+LIGHTEST = 0.72
+
+
+def darken_pale(colour: str) -> str:
+    """Darken a colour that would hardly be seen on paper, where no rim can be drawn around it."""
+    rgb = style.parse_colour(colour)
+    share = min(1.0, LIGHTEST / max(float(rgb.mean()), LIGHTEST))
+    return "#" + "".join(f"{round(255.0 * float(c) * share):02x}" for c in rgb)
+
+
 class FactSheet:
     """Collects facts, and gives them as HTML."""
 
@@ -72,7 +83,7 @@ class FactSheet:
         self._end_table()
         said: list[str] = []
         for shape, face, line, text in entries:
-            colour = line if face == style.PAPER and line != "none" else face
+            colour = line if face == style.PAPER and line != "none" else darken_pale(face)
             sign = SHAPES.get(len(np.asarray(shape)), "★")
             if face == style.PAPER:
                 sign = {"●": "○", "◆": "◇"}.get(sign, sign)
