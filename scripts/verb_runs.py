@@ -292,7 +292,7 @@ RUNS: dict[str, VerbRun] = {
     "holes": VerbRun(
         (
             "holes {root}/docs/meshes/head.obj",
-            "holes {root}/docs/meshes/head.obj --loop 36 -o filled.obj --picture filled.png",
+            "holes {root}/docs/meshes/head.obj --all -o filled.obj --picture filled.png",
         ),
         (place_fills,),
     ),

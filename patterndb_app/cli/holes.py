@@ -132,7 +132,13 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
     metavar="FILE",
     help="The whole mesh with the hole filled.",
 )
-@click.option("--loop", type=IndexRanges(), help="Vertices of the hole's rim, one or more, from 0.")
+@click.option(
+    "--loop",
+    "loops",
+    type=IndexRanges(),
+    multiple=True,
+    help="Vertices of the hole's rim, one or more, from 0. May be given again: several holes.",
+)
 @click.option("--faces", type=IndexRanges(), help="Faces to be made anew instead, from 0.")
 @click.option("--all", "every", is_flag=True, help="Fill every hole, each with its best fill.")
 @click.option(
@@ -189,7 +195,7 @@ class HoleQuestion(Entries, forbid_unknown_fields=False):
 def holes(
     mesh: Path | None,
     output: Path | None,
-    loop: tuple[int, ...] | None,
+    loops: tuple[tuple[int, ...], ...],
     faces: tuple[int, ...] | None,
     every: bool,
     rank: int,
@@ -208,7 +214,8 @@ def holes(
 
     With MESH alone its holes are listed: edges, place, size, and a vertex to name each by. With a
     hole named its fills are, best first; -o writes the whole mesh with one of them. A mesh with a
-    single hole needs no name. A list of faces is taken out and made anew.
+    single hole needs no name; of several holes each gets its best fill, in one mesh. A list of
+    faces is taken out and made anew.
 
     Old vertices and faces stay as they are, in their order; new ones come after. Vertices and faces
     count from 0. Where the mesh is symmetric and the other side has no hole, its mirror image
@@ -221,30 +228,33 @@ def holes(
     patterndb holes head.obj --loop 211
     patterndb holes head.obj --loop 211 -o filled.obj --rank 2 --picture filled.png
     patterndb holes head.obj --faces 12-40,57 -o anew.obj --json
+    patterndb holes head.obj --loop 211 --loop 36 -o filled.obj
     patterndb holes torso.obj --all -o closed.obj
     patterndb holes --batch questions.jsonl --limit 5
     """
     if (mesh is None) == (batch is None):
         raise click.UsageError("name a mesh, or a file of questions with --batch")
     if batch is not None:
-        others = [output, loop, faces, corners, surface, picture, odd]
-        if every or flows or rank > 1 or any(value is not None for value in others):
+        others = [output, faces, corners, surface, picture, odd]
+        if every or loops or flows or rank > 1 or any(value is not None for value in others):
             raise click.UsageError("--batch goes with --limit, --no-twin and --db alone")
         with open_database(db) as database:
             return _answer_batch(database, batch, limit or LISTED, not no_twin)
     assert mesh is not None
-    if sum([loop is not None, faces is not None, every]) > 1:
+    if sum([bool(loops), faces is not None, every]) > 1:
         raise click.UsageError("--loop, --faces and --all exclude each other")
-    if every and (rank > 1 or corners or flows):
+    several = every or len(loops) > 1
+    if several and (rank > 1 or corners or flows):
         raise click.UsageError(
-            "--all takes the best fill of each hole; leave --rank, --corners and --flow out"
+            f"{'--all' if every else 'more than one --loop'} takes the best fill of each hole; "
+            "leave --rank, --corners and --flow out"
         )
     # Imported here because compiled kernels take a moment that --help need not wait for.
     from ingest.formats import read_mesh
     from query.holes import MeshTopology, find_holes
 
     topology = MeshTopology.of(read_mesh(mesh))
-    named = loop is not None or faces is not None or every
+    named = loops or faces is not None or every
     if not (named or output or picture or limit or corners or flows or odd):
         found = find_holes(topology)
         if as_json:
@@ -254,15 +264,15 @@ def holes(
         return 0 if found else EXIT_NOTHING
     writing = output is not None or picture is not None
     most = max(rank, limit or (rank if writing and not as_json else LISTED))
-    options: dict[str, Any] = {"limit": 1 if every and not limit else most, "twins": not no_twin}
+    options: dict[str, Any] = {"limit": 1 if several and not limit else most, "twins": not no_twin}
     if surface is not None:
         from patterndb.geometry.surface import Surface
 
         options["surface"] = Surface.from_polygons(read_mesh(surface))
-    chosen, left = _choose_holes(topology, loop, faces, every, odd)
+    chosen, left = _choose_holes(topology, loops, faces, every, odd)
     with open_database(db) as database:
         answered = _answer(database, chosen, corners or {}, flows, options)
-    if not every and len(answered[0][1]) < rank:
+    if not several and len(answered[0][1]) < rank:
         count = plural(len(answered[0][1]), "fill")
         raise NotFoundError(f"the hole has no fill {rank}, only {count}")
     fills = [listed[rank - 1] for _, listed in answered if len(listed) >= rank]
@@ -294,7 +304,7 @@ def holes(
 
 def _choose_holes(
     topology: MeshTopology,
-    loop: tuple[int, ...] | None,
+    loops: tuple[tuple[int, ...], ...],
     faces: tuple[int, ...] | None,
     every: bool,
     odd: str | None,
@@ -302,11 +312,15 @@ def _choose_holes(
     """The holes that are meant, made even where --odd tells how; and what --all leaves open."""
     from query.holes import choose_hole, find_holes
 
+    if odd and (every or len(loops) > 1):
+        raise click.UsageError("--odd changes the mesh for one hole: name it alone")
+    if len(loops) > 1:
+        # Two names of one hole are one hole.
+        named = {int(hole.loop[0]): hole for hole in (choose_hole(topology, loop=x) for x in loops)}
+        return list(named.values()), []
     if not every:
-        hole = choose_hole(topology, loop=loop, faces=faces)
+        hole = choose_hole(topology, loop=loops[0] if loops else None, faces=faces)
         return [_make_even(hole, odd) if odd and len(hole) % 2 else hole], []
-    if odd:
-        raise click.UsageError("--odd changes the mesh for one hole; name it, leave --all out")
     chosen: list[Hole] = []
     left: list[str] = []
     for hole in find_holes(topology):

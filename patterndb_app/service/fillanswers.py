@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterator
 from typing import Any
 
 import msgspec
 
+from patterndb.system.compiling import read_work_clock
 from patterndb_app.service.catalogue import ServedDatabase
 from patterndb_app.service.limits import Limits
 from patterndb_app.service.questions import FillQuestion
@@ -38,7 +38,7 @@ class FillAnswer:
         self._surface = surface
         self._limits = limits
         self._work = work
-        self._began = time.perf_counter()
+        self._began = read_work_clock()
         self._stopped: str | None = None
         self._region: Region | None = None
         self._found: Fills = fills(
@@ -79,7 +79,7 @@ class FillAnswer:
             "truncated": self._found.truncated or stopped is not None,
             "stopped": stopped,
             "reason": self._found.reason,
-            "seconds": round(time.perf_counter() - self._began, 4),
+            "seconds": round(read_work_clock() - self._began, 4),
         }
 
     def _describe(self, fill: Fill) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -14,6 +13,7 @@ from numpy.typing import NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.polygonmesh import PolygonMesh
 from patterndb.errors import InvalidMeshError
+from patterndb.system.compiling import read_work_clock
 from query.boundary import MAX_PERIMETER, MIN_PERIMETER
 from query.engine import PatternSource
 from query.errors import InvalidQueryError
@@ -138,11 +138,11 @@ class HoleFills(Iterator[HoleFill]):
         return self
 
     def __next__(self) -> HoleFill:
-        begin = time.perf_counter()
+        begin = read_work_clock()
         try:
             fill = next(self._found)
         finally:
-            self.seconds += time.perf_counter() - begin
+            self.seconds += read_work_clock() - begin
         self.twin = self.twin or fill.twin
         return fill
 

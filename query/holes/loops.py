@@ -173,13 +173,19 @@ def hole_of_loop(topology: MeshTopology, vertices: Sequence[int]) -> Hole:
             f"vertex {unknown[0]} is not in the mesh, which has {len(topology.mesh.points)} "
             "vertices, counted from 0"
         )
-    found = [hole for hole in find_holes(topology) if named <= set(hole.loop.tolist())]
+    loops = find_holes(topology)
+    found = [hole for hole in loops if named <= set(hole.loop.tolist())]
     whole = [hole for hole in found if len(hole) == len(named)]
     found = whole or found
     if not found:
-        raise InvalidMeshError(
-            f"no border loop runs through vertices {sorted(named)[:8]}; list the loops first"
+        inner = named.difference(*(hole.loop.tolist() for hole in loops))
+        told = (
+            f"no border loop runs through vertex {min(inner)}; list the loops first"
+            if inner
+            else f"no border loop runs through all of vertices {sorted(named)[:8]}: they are on "
+            "several; name each hole by itself"
         )
+        raise InvalidMeshError(told)
     if len(found) > 1:
         raise InvalidMeshError(
             f"{len(found)} border loops run through vertices {sorted(named)[:8]}; name more of them"

@@ -97,6 +97,16 @@ def test_all_holes_are_filled(learned: Path, tmp_path: Path) -> None:
     assert find_holes(read_mesh(output)) == [] and result.err.count("hole of") == 3
 
 
+def test_several_holes_are_named(learned: Path, tmp_path: Path) -> None:
+    output = tmp_path / "two.obj"
+    names = [str(hole.loop[0]) for hole in find_holes(read_mesh(HEAD))]
+    asked = [word for name in (names[0], names[1], names[0]) for word in ("--loop", name)]
+    result = run("holes", HEAD, *asked, "-o", output, "--db", learned)
+    assert result.code == 0 and result.err.count("hole of") == 2
+    left = find_holes(read_mesh(output))
+    assert [str(hole.loop[0]) for hole in left] == names[2:]
+
+
 def test_faces_are_made_anew(learned: Path, tmp_path: Path) -> None:
     old = read_mesh(HEAD)
     topology = MeshTopology.of(old)
@@ -179,6 +189,9 @@ def test_odd_holes_have_ways_out(learned: Path, tmp_path: Path) -> None:
         ((HEAD, "--loop", "1", "--faces", "2"), EXIT_USAGE, "exclude"),
         ((HEAD, "--all", "--rank", "2"), EXIT_USAGE, "--all takes the best"),
         ((HEAD, "--loop", "5-2"), EXIT_USAGE, "runs backwards"),
+        ((HEAD, "--loop", "36", "--loop", "475", "--rank", "2"), EXIT_USAGE, "the best fill of"),
+        ((HEAD, "--loop", "36,475"), EXIT_BAD_INPUT, "name each hole by itself"),
+        ((HEAD, "--loop", "36,300"), EXIT_BAD_INPUT, "through vertex 300"),
         ((HEAD, "--loop", "x"), EXIT_USAGE, "3,17,20-25"),
         ((HEAD, "--corners", "3:7"), EXIT_USAGE, "1 to 4 quads"),
         ((HEAD, "--flow", "3"), EXIT_USAGE, "strand"),
