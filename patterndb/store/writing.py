@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from patterndb.core import description as d
-from patterndb.core.code import Code, format_id, pattern_id
-from patterndb.core.packing import pack
+from patterndb.core.code import Code, format_id, pattern_id, pattern_ids
+from patterndb.core.packing import pack, take_rows
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
@@ -140,19 +140,22 @@ def add_mesh(
         ),
     )
     mesh_id = cursor.lastrowid or 0
-    ids = [
-        pattern_id(code, sides)
-        for code, sides in zip(learned.codes, learned.sides.tolist(), strict=True)
-    ]
+    ids = pattern_ids(learned.codes, learned.sides)
     # In the order of the tables' keys, so that they are written front to back.
-    order: list[int] = np.argsort(np.array(ids, np.int64)).tolist()
+    order = np.argsort(ids)
     fresh = total = 0
     for first in range(0, len(order), WRITTEN_AT_ONCE):
         some = order[first : first + WRITTEN_AT_ONCE]
-        fresh += add_patterns(connection, [ids[i] for i in some], [learned.codes[i] for i in some])
+        numbers = ids[some].tolist()
+        fresh += add_patterns(connection, numbers, take_rows(learned.codes, some)[:])
         occurrences = [
-            (ids[i], own + mirrored, mirrored, learned.examples[i])
-            for i, (own, mirrored) in zip(some, learned.patches[some].tolist(), strict=True)
+            (number, own + mirrored, mirrored, example)
+            for number, (own, mirrored), example in zip(
+                numbers,
+                learned.patches[some].tolist(),
+                take_rows(learned.examples, some)[:],
+                strict=True,
+            )
         ]
         connection.executemany(
             INSERT_OCCURRENCE, ((row[0], mesh_id, *row[1:]) for row in occurrences)
