@@ -154,7 +154,8 @@ def take_rows(rows: Sequence[bytes], places: NDArray[np.integer]) -> Sequence[by
     """The rows of these places, in this order."""
     if isinstance(rows, PackedRows):
         return rows.take(places)
-    return [rows[i] for i in places.tolist()]
+    chosen: list[bytes] = [rows[i] for i in places.tolist()]
+    return chosen
 
 
 def list_stretches(starts: NDArray[np.integer], sizes: NDArray[np.integer]) -> NDArray[np.int64]:

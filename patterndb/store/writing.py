@@ -157,12 +157,17 @@ def add_mesh(
                 strict=True,
             )
         ]
-        connection.executemany(
-            INSERT_OCCURRENCE, ((row[0], mesh_id, *row[1:]) for row in occurrences)
-        )
-        total += sum_rows(occurrences)
+        total += _add_occurrences(connection, mesh_id, occurrences)
     _sum_mesh(connection, mesh_id, total)
     return fresh
+
+
+def _add_occurrences(
+    connection: sqlite3.Connection, mesh_id: int, rows: Sequence[tuple[Any, ...]]
+) -> int:
+    """Write occurrences of a mesh, each a row but for the mesh; return the sum of their hashes."""
+    connection.executemany(INSERT_OCCURRENCE, ((row[0], mesh_id, *row[1:]) for row in rows))
+    return sum_rows(rows)
 
 
 def _sum_mesh(connection: sqlite3.Connection, mesh_id: int, total: int) -> None:
@@ -265,12 +270,15 @@ def merge_database(
         mesh_id = connection.execute(INSERT_MESH, values).lastrowid or 0
         rows = other.execute(
             "SELECT pattern.id, code, patches, mirrored_patches, example FROM occurrence "
-            "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern.id",
+            "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern_id",
             (other_id,),
-        ).fetchall()
-        add_patterns(connection, [r[0] for r in rows], lengthen([r[1] for r in rows]))
-        connection.executemany(INSERT_OCCURRENCE, ((r[0], mesh_id, r[2], r[3], r[4]) for r in rows))
-        _sum_mesh(connection, mesh_id, sum_rows((r[0], *r[2:]) for r in rows))
+        )
+        total = 0
+        while some := rows.fetchmany(WRITTEN_AT_ONCE):
+            add_patterns(connection, [r[0] for r in some], lengthen([r[1] for r in some]))
+            occurrences = [(r[0], *r[2:]) for r in some]
+            total += _add_occurrences(connection, mesh_id, occurrences)
+        _sum_mesh(connection, mesh_id, total)
     return added, replaced, same
 
 
