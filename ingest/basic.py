@@ -29,7 +29,7 @@ from ingest.census import (
     remove_quad,
     with_room,
 )
-from ingest.hashing import UInt64Array, double_map, find, has_slot, mix
+from ingest.hashing import UInt64Array, double_map, empty_keys, find, has_slot, mix
 from patterndb.core.halfedge import Int32Array
 from patterndb.system.kernels import kernel
 
@@ -49,12 +49,17 @@ def count_basic(
     pulse: (2,) int64; the work is broken off once pulse[0] is not 0, and pulse[1] is raised
     by the patches met. Returns their number and the census with their patterns counted.
     """
-    keys = np.zeros((1 << 16, 2), np.uint64)
-    rows = np.zeros(1 << 16, np.int32)
+    slots = min(1 << 16, census.most[0])
+    keys = np.zeros((slots, 2), np.uint64)
+    rows = np.zeros(slots, np.int32)
     stack = _new_stack(first, limit, len(mesh.zobrist))
     while not _count_on(last, limit, mesh, bench, census, pulse, stack, keys, rows):
         if not has_slot(stack.n_keys[0], keys):
-            keys, rows = double_map(keys, rows)
+            if len(keys) < census.most[0]:
+                keys, rows = double_map(keys, rows)
+            else:
+                empty_keys(keys)
+                stack.n_keys[0] = 0
         census = with_room(census, 4 * limit)
     return stack.total[0], census
 

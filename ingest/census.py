@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.hashing import LOAD, UInt64Array, double_map, find, hash_symbols
+from ingest.hashing import LOAD, UInt64Array, double_map, empty_keys, find, hash_symbols
 from patterndb.core.buffers import copy_items, copy_rows
 from patterndb.core.code import Code, clockwise_start, rooted_code, smallest_code
 from patterndb.core.halfedge import Index, Int32Array, border_vertices
@@ -25,6 +25,13 @@ from patterndb.core.reduction import (
     reduction_work,
 )
 from patterndb.system.kernels import kernel
+
+#: Slots of a map that only saves work: 84 MB with their values. Most meshes need a tenth at the
+#: default limits; at deep ones what is forgotten costs a few per cent of the time.
+MOST_SLOTS = 1 << 22
+
+#: Most bytes that one of the 16 bits' symbols takes when it is packed.
+SYMBOL_BYTES = 3
 
 
 class KernelMesh(NamedTuple):
@@ -47,29 +54,34 @@ class KernelMesh(NamedTuple):
 class Census(NamedTuple):
     """Patterns met so far, as growing arrays; row r is one pattern.
 
-    used:     (3,) int64: rows, symbols in ``codes``, keys in ``reading_keys``.
+    used:     (4,) int64: rows, bytes in ``codes``, keys in ``reading_keys``, quads in ``example``.
+    most:     (1,) int64: slots that a map gets at most which only saves work (readings here, ways
+              to build a patch in the basic mode): when it is full it begins anew.
     reading_keys, reading_rows: map from the hash of a reading to 2 * row + handedness;
               handedness 1 means that the patch is the mirror image of the stored code.
     code_keys, code_rows: map from the hash of a canonical code to its row.
-    codes, ends: the canonical codes, row r in codes[ends[r]:ends[r + 1]].
+    codes, ends: the canonical codes, packed (:mod:`patterndb.core.packing`), row r in
+              codes[ends[r]:ends[r + 1]].
     sides:    (rows,) int32 number of sides.
     patches:  (rows, 2) int64 patches of the task at hand, by handedness.
-    example_size, example_hash, example: the task's example of each row: the patch with the
-              fewest quads, then the smallest hash, so that it does not depend on the order
-              in which patches come. example is (rows, widest patch) int32 quads.
+    example_size, example_hash, example_at, example: the task's example of each row: the patch with
+              the fewest quads, then the smallest hash, so that it does not depend on the order
+              in which patches come. Its quads stand in ``example`` from place example_at[r] on.
     """
 
     used: NDArray[np.int64]
+    most: NDArray[np.int64]
     reading_keys: UInt64Array
     reading_rows: Int32Array
     code_keys: UInt64Array
     code_rows: Int32Array
-    codes: Code
+    codes: NDArray[np.uint8]
     ends: NDArray[np.int64]
     sides: Int32Array
     patches: NDArray[np.int64]
     example_size: Int32Array
     example_hash: UInt64Array
+    example_at: NDArray[np.int64]
     example: Int32Array
 
 
@@ -96,21 +108,26 @@ class Bench(NamedTuple):
     reduction: ReductionWork
 
 
-def new_census(widest: int, rows: int = 1024) -> Census:
-    """An empty census for patches of at most ``widest`` quads."""
+def new_census(rows: int = 1024, most: int = MOST_SLOTS) -> Census:
+    """An empty census with room for some rows at first.
+
+    most: the most slots of a map that only saves work, a power of two of at least 2.
+    """
     return Census(
-        np.zeros(3, np.int64),
-        np.zeros((8 * rows, 2), np.uint64),
-        np.zeros(8 * rows, np.int32),
+        np.zeros(4, np.int64),
+        np.array([most], np.int64),
+        np.zeros((min(8 * rows, most), 2), np.uint64),
+        np.zeros(min(8 * rows, most), np.int32),
         np.zeros((4 * rows, 2), np.uint64),
         np.zeros(4 * rows, np.int32),
-        np.empty(64 * rows, np.uint16),
+        np.empty(64 * rows, np.uint8),
         np.zeros(rows + 1, np.int64),
         np.zeros(rows, np.int32),
         np.zeros((rows, 2), np.int64),
         np.zeros(rows, np.int32),
         np.zeros((rows, 2), np.uint64),
-        np.zeros((rows, widest), np.int32),
+        np.zeros(rows, np.int64),
+        np.empty(16 * rows, np.int32),
     )
 
 
@@ -221,46 +238,63 @@ def _row_of(code: Code, n: int, sides: int, census: Census) -> Index:
         return census.code_rows[slot]
     slot = -1 - slot
     row = census.used[0]
-    start = census.ends[row]
-    copy_items(code, n, census.codes, start)
-    census.ends[row + 1] = start + n
+    at = census.ends[row]
+    for i in range(n):
+        symbol = code[i]
+        while symbol > 127:
+            census.codes[at] = symbol & 127 | 128
+            symbol >>= 7
+            at += 1
+        census.codes[at] = symbol
+        at += 1
+    census.ends[row + 1] = at
     census.sides[row] = sides
     census.code_keys[slot, 0] = a
     census.code_keys[slot, 1] = b
     census.code_rows[slot] = row
     census.used[0] = row + 1
-    census.used[1] = start + n
+    census.used[1] = at
     return row
 
 
 @kernel(borrowing=True)
 def has_room(census: Census, n: int) -> bool:
-    """Is there room for one more reading and one more row of n symbols?"""
+    """Is there room for one more reading, one more row of n symbols and its example of as many
+    quads as these have?"""
     used = census.used
     return (
         used[2] + 1 <= LOAD * census.reading_keys.shape[0]
         and used[0] + 1 <= LOAD * census.code_keys.shape[0]
-        and used[1] + n <= len(census.codes)
+        and used[1] + SYMBOL_BYTES * n <= len(census.codes)
         and used[0] < census.patches.shape[0]
+        and used[3] + n // 4 <= len(census.example)
     )
 
 
 @kernel
 def with_room(census: Census, n: int) -> Census:
-    """The census with room for one more reading and one more row of n symbols."""
+    """The census with the room that :func:`has_room` asks for."""
     reading_keys, reading_rows = census.reading_keys, census.reading_rows
     if census.used[2] + 1 > LOAD * reading_keys.shape[0]:
-        reading_keys, reading_rows = double_map(reading_keys, reading_rows)
+        if reading_keys.shape[0] < census.most[0]:
+            reading_keys, reading_rows = double_map(reading_keys, reading_rows)
+        else:
+            # Rows keep their codes, so that a reading that is forgotten finds its row again.
+            empty_keys(reading_keys)
+            census.used[2] = 0
     code_keys, code_rows = census.code_keys, census.code_rows
     if census.used[0] + 1 > LOAD * code_keys.shape[0]:
         code_keys, code_rows = double_map(code_keys, code_rows)
     codes = census.codes
-    if census.used[1] + n > len(codes):
-        codes = np.empty(2 * len(codes) + n, np.uint16)
+    if census.used[1] + SYMBOL_BYTES * n > len(codes):
+        codes = np.empty(2 * len(codes) + SYMBOL_BYTES * n, np.uint8)
         copy_items(census.codes, census.used[1], codes, 0)
     ends, sides, patches = census.ends, census.sides, census.patches
     example_size, example_hash = census.example_size, census.example_hash
-    example = census.example
+    example_at, example = census.example_at, census.example
+    if census.used[3] + n // 4 > len(example):
+        example = np.empty(2 * len(example) + n // 4, np.int32)
+        copy_items(census.example, census.used[3], example, 0)
     rows = census.patches.shape[0]
     if census.used[0] == rows:
         ends = np.zeros(2 * rows + 1, np.int64)
@@ -273,10 +307,11 @@ def with_room(census: Census, n: int) -> Census:
         copy_items(census.example_size, rows, example_size, 0)
         example_hash = np.zeros((2 * rows, 2), np.uint64)
         copy_rows(census.example_hash, rows, example_hash)
-        example = np.zeros((2 * rows, census.example.shape[1]), np.int32)
-        copy_rows(census.example, rows, example)
+        example_at = np.zeros(2 * rows, np.int64)
+        copy_items(census.example_at, rows, example_at, 0)
     return Census(
         census.used,
+        census.most,
         reading_keys,
         reading_rows,
         code_keys,
@@ -287,6 +322,7 @@ def with_room(census: Census, n: int) -> Census:
         patches,
         example_size,
         example_hash,
+        example_at,
         example,
     )
 
@@ -310,11 +346,16 @@ def propose_example(
         x, y = census.example_hash[row, 0], census.example_hash[row, 1]
         if x < a or (x == a and y <= b):
             return
+    if size == 0:
+        census.example_at[row] = census.used[3]
+        census.used[3] += n
+    # A better one has no more quads than the first, and takes its place.
+    at = census.example_at[row]
     census.example_size[row] = n
     census.example_hash[row, 0] = a
     census.example_hash[row, 1] = b
     for i in range(n):
-        census.example[row, i] = quads[i]
+        census.example[at + i] = quads[i]
 
 
 @kernel(borrowing=True)
@@ -370,3 +411,4 @@ def reset_counts(census: Census) -> None:
     used = int(census.used[0])
     census.patches[:used] = 0
     census.example_size[:used] = 0
+    census.used[3] = 0

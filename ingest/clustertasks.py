@@ -11,7 +11,7 @@ import platform
 import threading
 from collections import OrderedDict
 from collections.abc import Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields
 from hashlib import sha256
 from typing import Any, NamedTuple, TypeVar
 
@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 
 import patterndb
 from ingest.learning import MeshLearning, Tally, merge_tallies
-from patterndb.core.code import pattern_id
+from patterndb.core.code import pattern_ids
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.packing import PackedRows
 from patterndb.errors import ClusterError
-from patterndb.store.records import Learned, LearningOptions
+from patterndb.store.records import Learned, LearningOptions, take_patterns
 
 RecordT = TypeVar("RecordT", Tally, Learned)
 
@@ -114,17 +114,8 @@ def finish_mesh(parcel: MeshParcel, parts: Sequence[Columns]) -> Columns:
     """Put the parts of a mesh together. Returns the columns of Learned, its patterns in the order
     of their ids: that in which the writer wants them."""
     learned = _prepare(parcel).finish([from_columns(Tally, part) for part in parts])
-    ids = [pattern_id(c, n) for c, n in zip(learned.codes, learned.sides.tolist(), strict=True)]
-    order = np.argsort(np.array(ids, np.int64))
-    return to_columns(
-        replace(
-            learned,
-            codes=[learned.codes[i] for i in order.tolist()],
-            sides=learned.sides[order],
-            patches=learned.patches[order],
-            examples=[learned.examples[i] for i in order.tolist()],
-        )
-    )
+    order = np.argsort(pattern_ids(learned.codes, learned.sides))
+    return to_columns(take_patterns(learned, order))
 
 
 def learn_whole(parcel: MeshParcel) -> Columns:
@@ -138,7 +129,7 @@ def to_columns(record: Tally | Learned) -> dict[str, Any]:
     for field in fields(record):
         value = getattr(record, field.name)
         if field.name in _BYTES:
-            rows = PackedRows.from_rows(value)
+            rows = value if isinstance(value, PackedRows) else PackedRows.from_rows(value)
             columns[field.name] = rows.raw
             columns[f"{field.name}_ends"] = rows.ends
         else:
@@ -149,7 +140,7 @@ def to_columns(record: Tally | Learned) -> dict[str, Any]:
 def from_columns(kind: type[RecordT], columns: Columns) -> RecordT:
     """The record of such columns."""
     held: dict[str, Any] = {
-        field.name: list(PackedRows(columns[field.name], columns[f"{field.name}_ends"]))
+        field.name: PackedRows(columns[field.name], columns[f"{field.name}_ends"])
         if field.name in _BYTES
         else columns[field.name]
         for field in fields(kind)

@@ -39,8 +39,8 @@ def random_pairs(n: int) -> UInt64Array:
 
 
 @kernel(borrowing=True)
-def hash_symbols(code: NDArray[np.uint16], n: int) -> tuple[np.uint64, np.uint64]:
-    """128-bit hash of the first n symbols."""
+def hash_symbols(code: NDArray[np.unsignedinteger], n: int) -> tuple[np.uint64, np.uint64]:
+    """128-bit hash of the first n symbols of a code, or bytes of a packed one."""
     a = np.uint64(0x243F6A8885A308D3) + np.uint64(n)
     b = np.uint64(0x13198A2E03707344) ^ np.uint64(n)
     for i in range(n):
@@ -72,6 +72,14 @@ def find(keys: UInt64Array, a: Index, b: Index) -> Index:
 def has_slot(used: Index, keys: UInt64Array) -> bool:
     """Can one more be put into a table with so many keys, or has it to be doubled first?"""
     return used + 1 <= LOAD * keys.shape[0]
+
+
+@kernel(borrowing=True)
+def empty_keys(keys: UInt64Array) -> None:
+    """Take all keys out of a table."""
+    for i in range(keys.shape[0]):
+        keys[i, 0] = 0
+        keys[i, 1] = 0
 
 
 @kernel

@@ -8,6 +8,7 @@ not depend on how the mesh is cut, nor on which task ends first.
 
 from __future__ import annotations
 
+import itertools
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -18,14 +19,16 @@ from numpy.typing import NDArray
 from ingest.basic import count_basic
 from ingest.census import Census, kernel_mesh, new_bench, new_census, reset_counts
 from ingest.growth import grow
-from ingest.hashing import UInt64Array, random_pairs
+from ingest.hashing import UInt64Array, hash_symbols, random_pairs
 from ingest.prepare import prepare
 from ingest.shards import cut_into_shards
-from patterndb.core.code import pattern_id
+from patterndb.core.buffers import sort_few
+from patterndb.core.code import pattern_ids
 from patterndb.core.halfedge import Int32Array
-from patterndb.core.packing import pack
+from patterndb.core.packing import PackedRows, list_stretches
 from patterndb.core.quadmesh import QuadMesh
-from patterndb.store.records import Learned, LearningOptions
+from patterndb.store.records import Learned, LearningOptions, take_patterns
+from patterndb.system.kernels import kernel
 
 #: Quads of one task of the basic mode.
 BASIC_RANGE = 2048
@@ -40,13 +43,14 @@ class Tally:
     """The result of one task.
 
     totals: patches by mode that were counted here. codes, sides, patches, example_size,
-    example_hash, example: the patterns met, as in :class:`ingest.census.Census`.
+    example_hash: the patterns met, as in :class:`ingest.census.Census`. example: the quads of
+    their examples, one after the other.
     far_*: patches that reach into other shards: mode, hash, row of this tally and
     handedness, row -1 where the basic mode counts them.
     """
 
     totals: tuple[int, int, int]
-    codes: list[bytes]
+    codes: PackedRows
     sides: Int32Array
     patches: NDArray[np.int64]
     example_size: Int32Array
@@ -104,7 +108,7 @@ class MeshLearning:
 
     def _basic_task(self, first: int, last: int) -> Task:
         def task() -> Tally:
-            census = _census(self._widest)
+            census = _census()
             bench = new_bench(self._mesh.n_quads, self._mesh.n_vertices, self._widest)
             total, census = count_basic(
                 first, last, self.options.basic, self._kernel, bench, census, self._pulse
@@ -115,7 +119,7 @@ class MeshLearning:
 
     def _growth_task(self, roots: Int32Array) -> Task:
         def task() -> Tally:
-            census = _census(self._widest)
+            census = _census()
             bench = new_bench(self._mesh.n_quads, self._mesh.n_vertices, self._widest)
             totals = [0, 0, 0]
             far: list[tuple[int, UInt64Array, Int32Array]] = []
@@ -157,17 +161,14 @@ class MeshLearning:
         values = np.concatenate([v for _, _, v in far]) if far else np.zeros(0, np.int32)
         result = Tally(
             totals=totals,
-            codes=[
-                pack(census.codes[a:b])
-                for a, b in zip(
-                    census.ends[rows].tolist(), census.ends[rows + 1].tolist(), strict=True
-                )
-            ],
+            codes=PackedRows(census.codes, census.ends[: used + 1]).take(rows),
             sides=census.sides[rows],
             patches=census.patches[rows],
             example_size=census.example_size[rows],
             example_hash=census.example_hash[rows],
-            example=census.example[rows],
+            example=census.example[
+                list_stretches(census.example_at[rows], census.example_size[rows])
+            ],
             far_mode=np.repeat(
                 np.array([m for m, _, _ in far], np.int8), [len(v) for _, _, v in far]
             ),
@@ -178,7 +179,7 @@ class MeshLearning:
             far_mirrored=(values & 1).astype(np.int8),
         )
         reset_counts(census)
-        _keep_census(self._widest, census)
+        _keep_census(census)
         return result
 
     def finish(self, tallies: Sequence[Tally]) -> Learned:
@@ -187,10 +188,8 @@ class MeshLearning:
         patches = all_of_it.patches.copy()
         side, convex = _count_far(all_of_it, patches)
         assert patches.sum(axis=1).all(), "a pattern was met but in no patch that counts"
-        examples: list[bytes] = []
-        for size, example in zip(all_of_it.example_size.tolist(), all_of_it.example, strict=True):
-            faces = np.sort(self._faces[self._mesh.source_quad[example[:size]]])
-            examples.append(pack(np.diff(faces, prepend=0)))
+        faces = self._faces[self._mesh.source_quad]
+        examples = PackedRows(*_pack_faces(all_of_it.example, all_of_it.example_size, faces))
         basic, near_side, near_convex = all_of_it.totals
         everything = Learned(
             quads_read=self.quads_read,
@@ -216,18 +215,11 @@ def keep_commonest(learned: Learned, most: int) -> Learned:
     n = len(learned.codes)
     if not most or n <= most:
         return learned
-    ids = [pattern_id(c, s) for c, s in zip(learned.codes, learned.sides.tolist(), strict=True)]
+    ids = pattern_ids(learned.codes, learned.sides)
     # The top byte of an id is the number of sides.
-    hashed = np.array(ids, np.int64) & ((1 << 56) - 1)
+    hashed = ids & ((1 << 56) - 1)
     kept = np.sort(np.lexsort((hashed, -learned.patches.sum(axis=1)))[:most])
-    return replace(
-        learned,
-        codes=[learned.codes[i] for i in kept.tolist()],
-        sides=learned.sides[kept],
-        patches=learned.patches[kept],
-        examples=[learned.examples[i] for i in kept.tolist()],
-        left_out=n - most,
-    )
+    return replace(take_patterns(learned, kept), left_out=n - most)
 
 
 def merge_tallies(tallies: Sequence[Tally]) -> Tally:
@@ -235,32 +227,31 @@ def merge_tallies(tallies: Sequence[Tally]) -> Tally:
 
     Of their examples the one with the fewest quads stays, then that with the smallest hash.
     """
-    rows: dict[bytes, int] = {}
-    where = [
-        np.array([rows.setdefault(code, len(rows)) for code in t.codes], np.int64) for t in tallies
-    ]
-    row = np.concatenate([np.zeros(0, np.int64), *where])
+    if len(tallies) == 1:
+        return tallies[0]
+    codes = PackedRows.join([t.codes for t in tallies])
+    row, n_rows = _number_rows(codes)
+    cuts = np.cumsum([0, *(len(t.codes) for t in tallies)])
+    where = [row[a:b] for a, b in itertools.pairwise(cuts.tolist())]
     sizes = np.concatenate([np.zeros(0, np.int32), *(t.example_size for t in tallies)])
     hashes = np.concatenate([np.zeros((0, 2), np.uint64), *(t.example_hash for t in tallies)])
-    # A tally without patterns may be of no task at all, and tells no width.
-    held = [t.example for t in tallies if len(t.example)]
-    widest = max((example.shape[1] for example in held), default=0)
-    examples = np.concatenate([np.zeros((0, widest), np.int32), *held])
     sides = np.concatenate([np.zeros(0, np.int32), *(t.sides for t in tallies)])
-    patches = np.zeros((len(rows), 2), np.int64)
+    patches = np.zeros((n_rows, 2), np.int64)
     np.add.at(patches, row, np.concatenate([patches[:0], *(t.patches for t in tallies)]))
     # The first of each row is its best.
     order = np.lexsort((hashes[:, 1], hashes[:, 0], sizes, row))
-    best = order[np.searchsorted(row[order], np.arange(len(rows)))]
+    best = order[np.searchsorted(row[order], np.arange(n_rows))]
+    quads = np.concatenate([np.zeros(0, np.int32), *(t.example for t in tallies)])
+    ends = np.cumsum(sizes, dtype=np.int64)
     totals = np.sum([(0, 0, 0), *(t.totals for t in tallies)], axis=0).tolist()
     return Tally(
         totals=(totals[0], totals[1], totals[2]),
-        codes=list(rows),
+        codes=codes.take(best),
         sides=sides[best],
         patches=patches,
         example_size=sizes[best],
         example_hash=hashes[best],
-        example=examples[best],
+        example=quads[list_stretches(ends[best] - sizes[best], sizes[best])],
         far_mode=np.concatenate([np.zeros(0, np.int8), *(t.far_mode for t in tallies)]),
         far_hash=np.concatenate([np.zeros((0, 2), np.uint64), *(t.far_hash for t in tallies)]),
         far_row=np.concatenate(
@@ -275,6 +266,71 @@ def merge_tallies(tallies: Sequence[Tally]) -> Tally:
         ),
         far_mirrored=np.concatenate([np.zeros(0, np.int8), *(t.far_mirrored for t in tallies)]),
     )
+
+
+def _number_rows(rows: PackedRows) -> tuple[NDArray[np.int64], int]:
+    """Number rows from 0 on as they first come, equal ones alike; and how many differ.
+
+    Rows are equal where their hashes are, as in the census.
+    """
+    n = len(rows)
+    hashes = _hash_rows(rows.raw, rows.ends)
+    order = np.lexsort((hashes[:, 1], hashes[:, 0]))
+    new = np.ones(n, np.bool_)
+    new[1:] = (hashes[order[1:]] != hashes[order[:-1]]).any(axis=1)
+    group = np.empty(n, np.int64)
+    group[order] = np.cumsum(new) - 1
+    # The sort is stable: the first of a group came first of all.
+    first = order[new]
+    number = np.empty(len(first), np.int64)
+    number[np.argsort(first)] = np.arange(len(first))
+    return number[group], len(first)
+
+
+@kernel
+def _hash_rows(raw: NDArray[np.uint8], ends: NDArray[np.int64]) -> UInt64Array:
+    """(n, 2) the hashes of packed codes."""
+    n = len(ends) - 1
+    hashes = np.empty((n, 2), np.uint64)
+    for i in range(n):
+        own = raw[ends[i] : ends[i + 1]]
+        hashes[i, 0], hashes[i, 1] = hash_symbols(own, len(own))
+    return hashes
+
+
+@kernel
+def _pack_faces(
+    quads: Int32Array, sizes: Int32Array, faces: NDArray[np.int64]
+) -> tuple[NDArray[np.uint8], NDArray[np.int64]]:
+    """Pack the examples of patterns, one after the other of so many quads, as schema.sql says, by
+    the faces (q,) of quads; and where each ends."""
+    widest = 0
+    for i in range(len(sizes)):
+        widest = max(widest, sizes[i])
+    own = np.empty(widest, np.int64)
+    ends = np.zeros(len(sizes) + 1, np.int64)
+    # Faces are fewer than 2**31 (patterndb.core.packing), seven bits a byte.
+    raw = np.empty(5 * len(quads), np.uint8)
+    first = 0
+    at = 0
+    for i in range(len(sizes)):
+        n = sizes[i]
+        for k in range(n):
+            own[k] = faces[quads[first + k]]
+        first += n
+        sort_few(own, 0, n)
+        before = 0
+        for k in range(n):
+            number = own[k] - before
+            before = own[k]
+            while number > 127:
+                raw[at] = number & 127 | 128
+                number >>= 7
+                at += 1
+            raw[at] = number
+            at += 1
+        ends[i + 1] = at
+    return raw[:at].copy(), ends
 
 
 def _count_far(tally: Tally, patches: NDArray[np.int64]) -> tuple[int, int]:
@@ -297,23 +353,21 @@ def _count_far(tally: Tally, patches: NDArray[np.int64]) -> tuple[int, int]:
 _local = threading.local()
 
 
-def _census(widest: int) -> Census:
+def _census() -> Census:
     """This thread's census: codes once read need not be worked out again for the next mesh.
 
     It is handed out, and put back by _keep_census: a task that is broken off takes it along.
     """
-    held: tuple[int, Census] | None = getattr(_local, "census", None)
+    held: Census | None = getattr(_local, "census", None)
     _local.census = None
-    if held is None or held[0] != widest:
-        held = (widest, new_census(widest))
-    return held[1]
+    return new_census() if held is None else held
 
 
-def _keep_census(widest: int, census: Census) -> None:
+def _keep_census(census: Census) -> None:
     # One that has grown large is given up: what it remembers is worked out again, and millions
     # of patterns in one database do not mean millions in the memory of every thread.
     if sum(array.nbytes for array in census) <= LARGEST_CENSUS:
-        _local.census = (widest, census)
+        _local.census = census
 
 
 def learn(

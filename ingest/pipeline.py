@@ -91,6 +91,7 @@ class _Work:
     index: int
     source: Path | PolygonMesh
     name: str
+    options: LearningOptions
     size: int = 0
     sha256: str = ""
     outcome: Outcome = "learned"
@@ -101,7 +102,7 @@ class _Work:
 def ingest(
     database: Database,
     paths: Sequence[Path | str],
-    options: LearningOptions | None = None,
+    options: LearningOptions | Callable[[Path], LearningOptions] | None = None,
     *,
     jobs: int | None = None,
     scheduler: str | None = None,
@@ -117,8 +118,8 @@ def ingest(
     where ``provenance`` says something else than before, that. jobs: threads, default one a
     core. scheduler: learn on a Dask cluster instead, the one at this address
     ("tcp://10.0.0.5:8786") or one of N processes of this machine ("local:N"); what is learned is
-    the same. provenance: of all files, or asked for each. report is called for every file as it
-    is done.
+    the same. options, provenance: of all files, or asked for each. report is called for every file
+    as it is done.
 
     All files are read and checked before anything is learned: if one cannot be read,
     MeshFileError is raised (InvalidMeshError, naming all, where there are several) and the
@@ -131,15 +132,14 @@ def ingest(
     then, too, and the same call goes on.
     """
     started = read_work_clock()
-    options = options or LearningOptions()
     limits = limits or ReadLimits()
     engine = _choose_engine(jobs, scheduler)
-    run = _Run(database, options, engine, limits, provenance, progress, report)
+    run = _Run(database, engine, limits, provenance, progress, report)
     interrupted = False
     skipped: list[MeshFileError] = []
     try:
         with engine:
-            checked = _check(_work_of(paths), database, options, limits, skip_bad)
+            checked = _check(_work_of(paths, options), database, limits, skip_bad)
             skipped = checked.bad
             run.run(checked)
     except (KeyboardInterrupt, SystemError) as error:
@@ -209,7 +209,7 @@ def learn_mesh(
     mesh = mesh_of_arrays(faces)
     data = canonical_bytes(mesh)
     options = options or LearningOptions()
-    w = _Work(0, mesh, name, len(data), hashlib.sha256(data).hexdigest())
+    w = _Work(0, mesh, name, options, len(data), hashlib.sha256(data).hexdigest())
     w.started = read_work_clock()
     here = database.find_mesh(w.sha256)
     if here is not None and here.options != options:
@@ -223,20 +223,27 @@ def learn_mesh(
     else:
         checked.waiting.append(w)
     engine = ThreadEngine(jobs)
-    run = _Run(database, options, engine, ReadLimits(), provenance, progress, None)
+    run = _Run(database, engine, ReadLimits(), provenance, progress, None)
     with engine:
         run.run(checked)
     return run.reports[0]
 
 
-def _work_of(paths: Sequence[Path | str]) -> list[_Work]:
-    return [_Work(i, Path(p), Path(p).name) for i, p in enumerate(paths)]
+def _work_of(
+    paths: Sequence[Path | str],
+    options: LearningOptions | Callable[[Path], LearningOptions] | None,
+) -> list[_Work]:
+    options = options or LearningOptions()
+    return [
+        _Work(i, path, path.name, options(path) if callable(options) else options)
+        for i, path in enumerate(map(Path, paths))
+    ]
 
 
 def check_files(
     database: Database | None,
     paths: Sequence[Path | str],
-    options: LearningOptions | None = None,
+    options: LearningOptions | Callable[[Path], LearningOptions] | None = None,
     limits: ReadLimits | None = None,
     *,
     skip_bad: bool = False,
@@ -246,8 +253,8 @@ def check_files(
 
     Returns how many hold quads. Raises what :func:`ingest` raises for a bad file.
     """
-    work = _work_of(paths)
-    checked = _check(work, database, options or LearningOptions(), limits or ReadLimits(), skip_bad)
+    work = _work_of(paths, options)
+    checked = _check(work, database, limits or ReadLimits(), skip_bad)
     return len(checked.known) + len(checked.waiting) + len(checked.twins)
 
 
@@ -269,7 +276,6 @@ class _Checked:
 def _check(
     work: list[_Work],
     database: Database | None,
-    options: LearningOptions,
     limits: ReadLimits,
     skip_bad: bool,
 ) -> _Checked:
@@ -286,7 +292,7 @@ def _check(
             w.size = len(data)
             w.sha256 = hashlib.sha256(data).hexdigest()
             here = None if database is None else database.find_mesh(w.sha256)
-            if here is not None and here.options == options:
+            if here is not None and here.options == w.options:
                 checked.known.append(w)
                 continue
             mesh = parse(data, w.source, limits)
@@ -331,7 +337,6 @@ class _Run:
     def __init__(
         self,
         database: Database,
-        options: LearningOptions,
         engine: LearningEngine,
         limits: ReadLimits,
         provenance: Provenance | Callable[[Path], Provenance] | None,
@@ -339,7 +344,6 @@ class _Run:
         report: Callable[[MeshReport], None] | None,
     ) -> None:
         self.database = database
-        self.options = options
         self.engine = engine
         self.limits = limits
         self.provenance = provenance
@@ -392,13 +396,13 @@ class _Run:
         else:
             mesh = w.source
         quads, faces = mesh.quads()
-        w.run = self.engine.begin(quads, faces, self.options, alone=alone)
+        w.run = self.engine.begin(quads, faces, w.options, alone=alone)
 
     def _finish(self, w: _Work, learned: Learned) -> None:
         w.run = None
         here = self.database.find_mesh(w.sha256)
         provenance = self._provenance_of(w, here.provenance if here else Provenance())
-        new = self.database.add_mesh(w.name, w.sha256, provenance, self.options, learned)
+        new = self.database.add_mesh(w.name, w.sha256, provenance, w.options, learned)
         self.done_bytes += w.size
         self.done_patches += learned.basic + learned.side + learned.convex
         self._report(

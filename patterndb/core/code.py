@@ -15,6 +15,7 @@ ambiguous; here the visit is over quads and the symbol names the edge too.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -297,3 +298,9 @@ def pattern_id(code: Code | bytes, n_sides: int) -> int:
     data = code if isinstance(code, bytes) else pack(code)
     digest = hashlib.blake2b(data, digest_size=7).digest()
     return min(n_sides, MAX_CLASS) << 56 | int.from_bytes(digest, "big")
+
+
+def pattern_ids(codes: Iterable[bytes], n_sides: NDArray[np.integer]) -> NDArray[np.int64]:
+    """(n,) int64 ids of patterns of these packed codes and numbers of sides (n,)."""
+    pairs = zip(codes, n_sides.tolist(), strict=True)
+    return np.fromiter((pattern_id(c, n) for c, n in pairs), np.int64, len(n_sides))

@@ -100,6 +100,15 @@ class PackedRows(Sequence[bytes]):
         np.cumsum(np.fromiter(map(len, rows), np.int64, len(rows)), out=ends[1:])
         return cls(np.frombuffer(b"".join(rows), np.uint8), ends)
 
+    @classmethod
+    def join(cls, parts: Sequence[PackedRows]) -> PackedRows:
+        """The rows of several, one after the other."""
+        sizes = [np.zeros(0, np.int64), *(np.diff(part.ends) for part in parts)]
+        ends = np.zeros(sum(map(len, sizes)) + 1, np.int64)
+        np.cumsum(np.concatenate(sizes), out=ends[1:])
+        raw = [part.raw[part.ends[0] : part.ends[-1]] for part in parts]
+        return cls(np.concatenate([np.zeros(0, np.uint8), *raw]), ends)
+
     def take(self, rows: NDArray[np.integer]) -> PackedRows:
         """The rows of these places, in this order."""
         sizes = np.diff(self.ends)[rows]
@@ -139,6 +148,14 @@ class PackedRows(Sequence[bytes]):
             raise IndexError(f"there are {len(self)} rows, and none has the number {at}")
         row %= len(self)
         return self.raw[self.ends[row] : self.ends[row + 1]].tobytes()
+
+
+def take_rows(rows: Sequence[bytes], places: NDArray[np.integer]) -> Sequence[bytes]:
+    """The rows of these places, in this order."""
+    if isinstance(rows, PackedRows):
+        return rows.take(places)
+    chosen: list[bytes] = [rows[i] for i in places.tolist()]
+    return chosen
 
 
 def list_stretches(starts: NDArray[np.integer], sizes: NDArray[np.integer]) -> NDArray[np.int64]:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+
+from patterndb.core.packing import take_rows
 
 #: No mode takes larger patches: time and the 16 bits of a code's symbols end long before.
 LARGEST_PATCH = 4096
@@ -85,12 +88,23 @@ class Learned:
     side: int
     convex: int
     distinct: int
-    codes: list[bytes]
+    codes: Sequence[bytes]
     sides: NDArray[np.int32]
     patches: NDArray[np.int64]
-    examples: list[bytes]
+    examples: Sequence[bytes]
     origin: str = "learned"
     left_out: int = 0
+
+
+def take_patterns(learned: Learned, rows: NDArray[np.integer]) -> Learned:
+    """What a mesh taught, of the patterns of these rows (k,) alone and in this order."""
+    return replace(
+        learned,
+        codes=take_rows(learned.codes, rows),
+        sides=learned.sides[rows],
+        patches=learned.patches[rows],
+        examples=take_rows(learned.examples, rows),
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -19,8 +19,8 @@ from typing import Any
 import numpy as np
 
 from patterndb.core import description as d
-from patterndb.core.code import Code, format_id, pattern_id
-from patterndb.core.packing import pack
+from patterndb.core.code import Code, format_id, pattern_id, pattern_ids
+from patterndb.core.packing import pack, take_rows
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import ORIGINS
 from patterndb.core.reduction import reduce_disk
@@ -140,26 +140,34 @@ def add_mesh(
         ),
     )
     mesh_id = cursor.lastrowid or 0
-    ids = [
-        pattern_id(code, sides)
-        for code, sides in zip(learned.codes, learned.sides.tolist(), strict=True)
-    ]
+    ids = pattern_ids(learned.codes, learned.sides)
     # In the order of the tables' keys, so that they are written front to back.
-    order: list[int] = np.argsort(np.array(ids, np.int64)).tolist()
+    order = np.argsort(ids)
     fresh = total = 0
     for first in range(0, len(order), WRITTEN_AT_ONCE):
         some = order[first : first + WRITTEN_AT_ONCE]
-        fresh += add_patterns(connection, [ids[i] for i in some], [learned.codes[i] for i in some])
+        numbers = ids[some].tolist()
+        fresh += add_patterns(connection, numbers, take_rows(learned.codes, some)[:])
         occurrences = [
-            (ids[i], own + mirrored, mirrored, learned.examples[i])
-            for i, (own, mirrored) in zip(some, learned.patches[some].tolist(), strict=True)
+            (number, own + mirrored, mirrored, example)
+            for number, (own, mirrored), example in zip(
+                numbers,
+                learned.patches[some].tolist(),
+                take_rows(learned.examples, some)[:],
+                strict=True,
+            )
         ]
-        connection.executemany(
-            INSERT_OCCURRENCE, ((row[0], mesh_id, *row[1:]) for row in occurrences)
-        )
-        total += sum_rows(occurrences)
+        total += _add_occurrences(connection, mesh_id, occurrences)
     _sum_mesh(connection, mesh_id, total)
     return fresh
+
+
+def _add_occurrences(
+    connection: sqlite3.Connection, mesh_id: int, rows: Sequence[tuple[Any, ...]]
+) -> int:
+    """Write occurrences of a mesh, each a row but for the mesh; return the sum of their hashes."""
+    connection.executemany(INSERT_OCCURRENCE, ((row[0], mesh_id, *row[1:]) for row in rows))
+    return sum_rows(rows)
 
 
 def _sum_mesh(connection: sqlite3.Connection, mesh_id: int, total: int) -> None:
@@ -262,12 +270,15 @@ def merge_database(
         mesh_id = connection.execute(INSERT_MESH, values).lastrowid or 0
         rows = other.execute(
             "SELECT pattern.id, code, patches, mirrored_patches, example FROM occurrence "
-            "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern.id",
+            "JOIN pattern ON pattern.id = pattern_id WHERE mesh_id = ? ORDER BY pattern_id",
             (other_id,),
-        ).fetchall()
-        add_patterns(connection, [r[0] for r in rows], lengthen([r[1] for r in rows]))
-        connection.executemany(INSERT_OCCURRENCE, ((r[0], mesh_id, r[2], r[3], r[4]) for r in rows))
-        _sum_mesh(connection, mesh_id, sum_rows((r[0], *r[2:]) for r in rows))
+        )
+        total = 0
+        while some := rows.fetchmany(WRITTEN_AT_ONCE):
+            add_patterns(connection, [r[0] for r in some], lengthen([r[1] for r in some]))
+            occurrences = [(r[0], *r[2:]) for r in some]
+            total += _add_occurrences(connection, mesh_id, occurrences)
+        _sum_mesh(connection, mesh_id, total)
     return added, replaced, same
 
 

@@ -7,7 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from patterndb.core.packing import LIMIT, pack, pack_many, unpack, unpack_many
+from patterndb.core.packing import (
+    LIMIT,
+    PackedRows,
+    pack,
+    pack_many,
+    take_rows,
+    unpack,
+    unpack_many,
+)
 
 numbers = st.one_of(st.integers(0, 200), st.integers(0, LIMIT - 1))
 
@@ -55,3 +63,20 @@ def test_many_lists_at_once(lists: list[list[int]]) -> None:
     assert [flat[a:b].tolist() for a, b in itertools.pairwise(offsets)] == lists
     assert offsets[0] == 0
     assert pack_many(flat, offsets) == blobs
+
+
+@given(st.lists(st.lists(st.binary(max_size=5))), st.data())
+def test_rows_are_joined_and_taken(parts: list[list[bytes]], data: st.DataObject) -> None:
+    rows = [row for part in parts for row in part]
+    joined = PackedRows.join([PackedRows.from_rows(part) for part in parts])
+    assert joined == PackedRows.from_rows(rows)
+    assert list(joined) == rows
+    places = st.lists(st.integers(0, len(rows) - 1)) if rows else st.just([])
+    at = np.array(data.draw(places), np.int64)
+    taken = take_rows(joined, at)
+    assert isinstance(taken, PackedRows)
+    assert list(taken) == take_rows(rows, at) == [rows[i] for i in at.tolist()]
+    # Of rows in the middle of others, as the census has them.
+    first = data.draw(st.integers(0, len(rows)))
+    part = PackedRows(joined.raw, joined.ends[first:])
+    assert list(PackedRows.join([part, part])) == 2 * rows[first:]

@@ -167,7 +167,7 @@ def test_no_quads_teach_nothing(prepared: bool) -> None:
     learned = learn(np.zeros((0, 4), np.int32), LearningOptions(prepare=prepared))
     assert (learned.quads_read, learned.quads_used, learned.distinct) == (0, 0, 0)
     assert (learned.basic, learned.side, learned.convex) == (0, 0, 0)
-    assert (learned.codes, learned.examples) == ([], [])
+    assert (list(learned.codes), list(learned.examples)) == ([], [])
     assert learned.patches.shape == (0, 2)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import sqlite3
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 from meshes import DOUBLET, beside, examples, star, write_obj
 
-from ingest import engines, ingest, learn, learning, read_mesh
+from ingest import census, engines, ingest, learn, learning, read_mesh
 from ingest.learning import keep_commonest
 from patterndb.core.code import pattern_id
 from patterndb.store import Database, Learned, LearningOptions, compact
@@ -66,6 +67,28 @@ def test_threads_shards_and_order_do_not_matter(
         assert cut.content_hash() == expected
         assert cut.verify() == []
         assert max(mesh.patterns for mesh in cut.meshes()) == FEW.most_patterns
+
+
+@pytest.mark.parametrize("most", [2, 16, 256])
+def test_maps_that_only_save_work_may_forget(monkeypatch: pytest.MonkeyPatch, most: int) -> None:
+    """Readings and ways to build a patch that had to go are worked out again: the same is learned,
+    also by the next mesh with what is left of the census."""
+    meshes = [read_mesh(path).quads()[0] for path in examples()]
+
+    def learn_all() -> list[Learned]:
+        monkeypatch.setattr(learning, "_local", threading.local())
+        return [learn(quads, ALL, shard_quads=200) for quads in meshes]
+
+    expected = learn_all()
+    monkeypatch.setattr(learning, "new_census", lambda: census.new_census(1, most))
+    for mine, theirs in zip(learn_all(), expected, strict=True):
+        assert counts_of(mine) == counts_of(theirs)
+        assert (mine.basic, mine.side, mine.convex) == (theirs.basic, theirs.side, theirs.convex)
+        assert dict(zip(mine.codes, mine.examples, strict=True)) == dict(
+            zip(theirs.codes, theirs.examples, strict=True)
+        )
+    (kept,) = vars(learning._local).values()
+    assert len(kept.reading_keys) == most < kept.used[0]
 
 
 def test_the_limit_belongs_to_what_was_learned(tmp_path: Path) -> None:

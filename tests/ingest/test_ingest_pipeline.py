@@ -13,6 +13,7 @@ from meshes import CUP, DOUBLET, ONE, SHAPES, examples, grid, star, write_obj
 from ingest import (
     MeshReport,
     Progress,
+    check_files,
     engines,
     ingest,
     learn,
@@ -116,6 +117,22 @@ def test_provenance_is_asked_of_each_file_and_completed(db: Database, files: lis
     assert told["one.obj"] == Provenance("one", None, None)
     third = ingest(db, files[:2], SMALL, provenance=Provenance(licence="CC0-1.0"))
     assert [m.outcome for m in third.meshes] == ["unchanged", "unchanged"]
+
+
+def test_options_are_asked_of_each_file(db: Database, files: list[Path]) -> None:
+    chosen = {path: LearningOptions(k + 1, 0, 3 * k) for k, path in enumerate(files)}
+    ingest(db, files, chosen.__getitem__)
+    assert {m.name: m.options for m in db.meshes()} == {p.name: o for p, o in chosen.items()}
+    for path, options in chosen.items():
+        (mesh,) = (m for m in db.meshes() if m.name == path.name)
+        learned = learn(read_mesh(path).quads()[0], options)
+        assert (mesh.patterns, mesh.distinct) == (len(learned.codes), learned.distinct)
+    # One that is learned with its own options is left as it is; another is replaced.
+    chosen[files[0]] = SMALL
+    outcomes = [m.outcome for m in ingest(db, files, chosen.__getitem__).meshes]
+    assert outcomes == ["replaced", *["unchanged"] * (len(files) - 1)]
+    assert check_files(db, files, chosen.__getitem__) == len(files)
+    assert db.verify() == []
 
 
 def test_other_options_keep_what_is_known_of_a_mesh(db: Database, files: list[Path]) -> None:

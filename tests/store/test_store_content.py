@@ -10,7 +10,7 @@ from learnt import MESHES, OPTIONS, OTHER, content, learned, rows
 
 from ingest import ingest
 from patterndb.errors import DatabaseError
-from patterndb.store import Database, LearningOptions, Provenance
+from patterndb.store import Database, LearningOptions, Provenance, writing
 
 
 def test_ingesting_again_changes_no_byte(full: Path, files: dict[str, Path]) -> None:
@@ -87,10 +87,17 @@ SPLITS = [
 ]
 
 
+@pytest.mark.parametrize("at_once", [3, writing.WRITTEN_AT_ONCE])
 @pytest.mark.parametrize(("ours", "theirs"), SPLITS)
 def test_merging_is_ingesting_both(
-    tmp_path: Path, files: dict[str, Path], ours: list[str], theirs: list[str]
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    files: dict[str, Path],
+    ours: list[str],
+    theirs: list[str],
+    at_once: int,
 ) -> None:
+    monkeypatch.setattr(writing, "WRITTEN_AT_ONCE", at_once)
     a = learned(tmp_path / "a.db", [files[n] for n in ours])
     b = learned(tmp_path / "b.db", [files[n] for n in theirs])
     theirs_before = b.read_bytes()
