@@ -74,7 +74,7 @@ def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="goes by time there")
 def test_what_a_killed_process_left_goes_and_what_another_writes_stays(tmp_path: Path) -> None:
     left = tmp_path / f"{UNFINISHED}left"
-    left.mkdir()
+    left.mkdir(mode=0o700)
     (left / "file").write_text("half")
     (left / "file-journal").write_text("half")
     # What only looks like it: a file, and a link to a folder of someone's.
