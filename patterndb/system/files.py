@@ -39,11 +39,23 @@ _OWN_MODE = 0o700
 _O_BINARY: int = getattr(os, "O_BINARY", 0)  # Windows alone translates line ends without it
 
 
+def may_name_file(name: str) -> bool:
+    """Can a file have this name? Texts of documents may hold what none can: a zero, or half of a
+    surrogate pair."""
+    try:
+        return b"\0" not in os.fsencode(name)
+    except UnicodeEncodeError:
+        return False
+
+
 def open_regular(path: Path | str) -> BufferedReader:
     """Open a regular file to read its bytes; links are followed.
 
-    Raises OSError as opening does, and for a pipe, a socket or a device.
+    Raises OSError as opening does, and for a pipe, a socket or a device, or a name that no file
+    can have.
     """
+    if not may_name_file(str(path)):
+        raise OSError(errno.EINVAL, "no file can have this name", ascii(str(path)))
     # O_NONBLOCK lets the open of a pipe return that nobody writes to.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _O_BINARY)
     mode = os.fstat(descriptor).st_mode

@@ -36,6 +36,12 @@ def test_pipes_and_devices_are_refused_at_once(tmp_path: Path) -> None:
         open_regular(tmp_path)
 
 
+@pytest.mark.parametrize("name", ["a\0b", "\ud800", "\0"])
+def test_a_name_that_no_file_can_have_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="no file can have this name"):
+        open_regular(tmp_path / name)
+
+
 def test_links_are_followed_when_read_and_stay_when_replaced(tmp_path: Path) -> None:
     there = tmp_path / "there"
     there.mkdir()
