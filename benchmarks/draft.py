@@ -145,7 +145,7 @@ def run_quadriflow(
         np.savez(given, vertices=ground.vertices, triangles=ground.triangles)
         command = [python, "-c", QUADRIFLOW, str(given), str(made), str(faces)]
         subprocess.run(command, check=True, capture_output=True)
-        found = np.load(made)
+        found = np.load(made, allow_pickle=False)
         cpu, clock = found["seconds"].tolist()
         return found["vertices"].astype(float), found["quads"].astype(np.int32), (cpu, clock)
 

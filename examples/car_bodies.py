@@ -15,6 +15,7 @@ The files are the same, byte for byte, on every run.
 from __future__ import annotations
 
 import argparse
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -59,6 +60,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     given.out.mkdir(parents=True, exist_ok=True)
     try:
         for name in given.names:
+            say(f"{name}: modelling the body")
             write(body(name, given.resolution, whole=True), name, given)
     except InvalidFeatureError as error:
         parser.error(str(error))
@@ -68,10 +70,12 @@ def write(car: Body, name: str, given: argparse.Namespace) -> None:
     """Writes the three files of one body."""
     base = given.out / name
     drawable = [curve for curve in car.features if curve.kind != "hidden"]
+    say(f"{name}: drawing along {len(drawable)} features")
     strokes = [drawn(car, curve, given.error, given.seed + i) for i, curve in enumerate(drawable)]
     curves = {curve.name: spline_through(curve.smooth[::STEP]) for curve in drawable}
     faulty = given.gaps or given.crossings or given.flips or given.uneven
     if faulty or given.clutter or given.soup:
+        say(f"{name}: making faults")
         mess = degrade(
             car,
             given.seed,
@@ -90,6 +94,11 @@ def write(car: Body, name: str, given: argparse.Namespace) -> None:
     write_strokes(base.with_suffix(".strokes.json"), strokes)
     write_network(base.with_suffix(".network.json"), DrawnNetwork(curves))
     print(f"{base}: {len(faces):,} faces, {len(strokes)} strokes")
+
+
+def say(words: str) -> None:
+    """Tells what is being made, beside what was."""
+    print(words, file=sys.stderr, flush=True)
 
 
 def drawn(car: Body, curve: NamedCurve, error: float, seed: int) -> FeatureStroke:

@@ -23,10 +23,10 @@ from patterndb.system.kernellist import (
     find_kernel,
     freeze_types,
     read_list,
-    spell_type,
 )
 from patterndb.system.kernelpack import PACK_VARIABLE
 from patterndb.system.kernelparts import PARTS_NAME, KernelPart, format_part, name_part
+from patterndb.system.kerneltypes import spell_type
 
 TARGET = Path(__file__).resolve().parents[1] / "patterndb" / "data" / PARTS_NAME
 

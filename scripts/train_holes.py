@@ -385,7 +385,7 @@ def main() -> None:
     if given.corners_only is None:
         arrays = train_all(given, families, left_out)
     else:
-        with np.load(given.corners_only) as old:
+        with np.load(given.corners_only, allow_pickle=False) as old:
             arrays = {name: old[name] for name in old.files}
     paths = [path for family in families for path in family]
     arrays |= name_corners(fit_corners(gather_examples(paths, given.per_mesh, given.seed)))

@@ -442,8 +442,9 @@ class CallRecorder:
     def install(self) -> None:
         """Note every call that looks for a compiled version from now on."""
         from patterndb.system.compiling import COMPILED
-        from patterndb.system.kernellist import ListedKernel, spell_type
+        from patterndb.system.kernellist import ListedKernel
         from patterndb.system.kernels import ContentCache
+        from patterndb.system.kerneltypes import spell_type
 
         load = ContentCache.load_overload
 

@@ -270,5 +270,10 @@ def stroke(body: Body, feature: str, error: float = 0.01, seed: int = 0) -> Poin
     across -= np.einsum("ij,ij->i", across, tangents)[:, None] * tangents
     across /= np.linalg.norm(across, axis=1, keepdims=True)
     sizes = error * body.diagonal * rng.uniform(0.0, 1.0, count)
-    surface = Surface.from_arrays(body.points, body.triangles)
-    return surface.nearest(feet + sizes[:, None] * across).points
+    return _surface(body).nearest(feet + sizes[:, None] * across).points
+
+
+@lru_cache(maxsize=4)
+def _surface(body: Body) -> Surface:
+    """The body's triangles, made once for all strokes on it."""
+    return Surface.from_arrays(body.points, body.triangles)

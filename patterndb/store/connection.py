@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sqlite3
+import time
 from collections.abc import Generator
 from functools import partial
 from pathlib import Path
@@ -32,6 +33,12 @@ LONGEST_STATEMENT = 100_000
 TRIGGER_DEPTH = 2
 #: Steps of SQLite's machine between two looks at the clock and at Ctrl-C: some milliseconds.
 STEPS_BETWEEN_LOOKS = 100_000
+#: While SQLite reads the schema, and the statistics that ANALYZE left, it computes what a column
+#: there is said to be, before anyone can look at that: bytes of the largest value, steps between
+#: two looks, and seconds. Ours take some milliseconds.
+LARGEST_IN_SCHEMA = 1 << 20
+STEPS_IN_SCHEMA = 1000
+SECONDS_FOR_SCHEMA = 5.0
 
 
 def connect(
@@ -89,6 +96,13 @@ def connect_unchecked(path: Path) -> sqlite3.Connection:
     if not path.is_file():
         raise DatabaseError(f"there is no database at {path}")
     connection = _open(f"file:{quote(str(path.absolute()))}?mode=ro", path)
+    try:
+        # What else is wrong with it, whoever reads is told.
+        with contextlib.suppress(sqlite3.Error, UnicodeDecodeError):
+            _load_schema(connection, path)
+    except BaseException:
+        connection.close()
+        raise
     connection.text_factory = partial(str, encoding="utf-8", errors="replace")
     return connection
 
@@ -122,7 +136,7 @@ def roll_back(path: Path) -> None:
         )
         try:
             _harden(connection)
-            connection.execute("SELECT count(*) FROM sqlite_schema")
+            _load_schema(connection, path)
         finally:
             connection.close()
     except sqlite3.OperationalError as error:
@@ -151,7 +165,30 @@ def _harden(connection: sqlite3.Connection) -> None:
     connection.set_progress_handler(is_late, STEPS_BETWEEN_LOOKS)
 
 
+def _load_schema(connection: sqlite3.Connection, path: Path) -> None:
+    """Have SQLite read the schema, within limits of its own; later statements find it read.
+
+    Raises DatabaseError where that does not end.
+    """
+    until = time.monotonic() + SECONDS_FOR_SCHEMA
+    connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_IN_SCHEMA)
+    connection.set_progress_handler(lambda: is_late() or time.monotonic() > until, STEPS_IN_SCHEMA)
+    try:
+        connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()
+    except sqlite3.OperationalError as error:
+        if error.sqlite_errorcode == sqlite3.SQLITE_INTERRUPT and time.monotonic() > until:
+            raise DatabaseError(
+                f"{path} is no pattern database, or damaged: reading its schema takes more than "
+                f"{SECONDS_FOR_SCHEMA:g} s"
+            ) from error
+        raise
+    finally:
+        connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_VALUE)
+        connection.set_progress_handler(is_late, STEPS_BETWEEN_LOOKS)
+
+
 def _prepare(connection: sqlite3.Connection, path: Path, mode: Mode) -> None:
+    _load_schema(connection, path)
     connection.execute("PRAGMA foreign_keys = ON")
     connection.execute("PRAGMA temp_store = MEMORY")
     connection.execute(f"PRAGMA cache_size = {-CACHE_KIB:d}")

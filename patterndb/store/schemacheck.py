@@ -12,8 +12,11 @@ from functools import cache
 
 from patterndb.store.migrations import SCHEMA_VERSION, schema
 
-#: What ANALYZE writes: numbers of SQLite's own, by which it plans.
-_OF_SQLITE = {"sqlite_stat1", "sqlite_stat4"}
+#: What ANALYZE makes: tables of SQLite's own, by which it plans.
+_OF_SQLITE = {
+    "sqlite_stat1": "CREATE TABLE sqlite_stat1(tbl,idx,stat)",
+    "sqlite_stat4": "CREATE TABLE sqlite_stat4(tbl,idx,neq,nlt,ndlt,sample)",
+}
 
 #: Entries that are read: ours has a tenth, and one too many is named.
 _MOST_OBJECTS = 100
@@ -33,7 +36,7 @@ def find_schema_change(connection: sqlite3.Connection, version: int = SCHEMA_VER
     for kind, name, table, sql in rows.fetchmany(_MOST_OBJECTS):
         if any(not isinstance(x, str) for x in (kind, name, table)) or name in found:
             return "an entry of its schema is damaged"
-        if name not in _OF_SQLITE or kind != "table":
+        if kind != "table" or _OF_SQLITE.get(name) != sql:
             found[name] = (kind, table, _normalise(sql))
     for name, (kind, table, sql) in found.items():
         if name not in expected or expected[name][0] != kind:

@@ -33,14 +33,29 @@ UNFINISHED = ".patterndb-"
 #: Seconds after which such a folder is nobody's any more, where folders cannot be locked (Windows).
 ABANDONED_SECONDS = 3600.0
 
+#: What tempfile lets others do with its folders: nothing.
+_OWN_MODE = 0o700
+
 _O_BINARY: int = getattr(os, "O_BINARY", 0)  # Windows alone translates line ends without it
+
+
+def may_name_file(name: str) -> bool:
+    """Can a file have this name? Texts of documents may hold what none can: a zero, or half of a
+    surrogate pair."""
+    try:
+        return b"\0" not in os.fsencode(name)
+    except UnicodeEncodeError:
+        return False
 
 
 def open_regular(path: Path | str) -> BufferedReader:
     """Open a regular file to read its bytes; links are followed.
 
-    Raises OSError as opening does, and for a pipe, a socket or a device.
+    Raises OSError as opening does, and for a pipe, a socket or a device, or a name that no file
+    can have.
     """
+    if not may_name_file(str(path)):
+        raise OSError(errno.EINVAL, "no file can have this name", ascii(str(path)))
     # O_NONBLOCK lets the open of a pipe return that nobody writes to.
     descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | _O_BINARY)
     mode = os.fstat(descriptor).st_mode
@@ -132,7 +147,9 @@ def _make_locked(parent: Path) -> tuple[Path, int | None]:
 
 
 def _remove_if_left(folder: Path) -> None:
-    """Remove a folder in which nobody is writing any more, if it is this user's."""
+    """Remove a folder in which nobody is writing any more, if it is this user's and one of ours:
+    one that holds files alone, and is for its owner alone. A folder of another kind has only the
+    name, which whoever may write beside it could have given to what must stay."""
     with contextlib.suppress(OSError):
         if sys.platform == "win32":
             if time.time() - folder.stat().st_mtime > ABANDONED_SECONDS:
@@ -142,8 +159,16 @@ def _remove_if_left(folder: Path) -> None:
         if lock is None:
             return
         try:
-            if os.fstat(lock).st_uid == os.getuid():
-                shutil.rmtree(folder, ignore_errors=True)
+            found = os.fstat(lock)
+            if found.st_uid != os.getuid() or stat.S_IMODE(found.st_mode) != _OWN_MODE:
+                return
+            # By the open folder: its name may be another's by now.
+            with os.scandir(lock) as entries:
+                held = [(entry.name, entry.is_file(follow_symlinks=False)) for entry in entries]
+            if all(is_file for _, is_file in held):
+                for name, _ in held:
+                    os.unlink(name, dir_fd=lock)
+                folder.rmdir()
         finally:
             os.close(lock)
 

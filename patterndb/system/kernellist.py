@@ -18,6 +18,8 @@ from importlib import import_module
 from importlib.resources import files
 from typing import Any
 
+from patterndb.system.kerneltypes import make_type
+
 #: Where the list lies in the package.
 LIST_NAME = "kernels.jsonl"
 
@@ -26,9 +28,10 @@ LIST_NAME = "kernels.jsonl"
 class ListedKernel:
     """A kernel as it is called.
 
-    module, name: where it is found. types: of its arguments, as :func:`spell_type` spells them.
-    verbs: those that call it so. plain: those of them whose plainest call does. seconds: about what
-    compiling it took, whole ones, at least 1.
+    module, name: where it is found. types: of its arguments, as
+    :func:`patterndb.system.kerneltypes.spell_type` spells them. verbs: those that call it so.
+    plain: those of them whose plainest call does. seconds: about what compiling it took, whole
+    ones, at least 1.
     """
 
     module: str
@@ -98,59 +101,6 @@ def find_kernel(kernel: ListedKernel) -> tuple[Any, tuple[Any, ...]] | None:
     if not isinstance(getattr(found, "_cache", None), ContentCache):
         return None
     return found, types
-
-
-def spell_type(given: Any) -> Any:
-    """A numba type as JSON: "int64"; "int32 2C" for an array of two axes in C order, "int32 2C
-    readonly"; ["tuple", ...], or ["module:Class", ...] for a named one, with the parts' types.
-
-    Raises ValueError for one of another kind.
-    """
-    from numba.core import types
-
-    if isinstance(given, types.Array):
-        if given.aligned and isinstance(given.dtype, types.Number | types.Boolean):
-            how = "" if given.mutable else " readonly"
-            return f"{given.dtype} {given.ndim}{given.layout}{how}"
-    elif isinstance(given, types.BaseNamedTuple):
-        made: Any = given
-        where = f"{made.instance_class.__module__}:{made.instance_class.__qualname__}"
-        return [where, *map(spell_type, made.types)]
-    elif isinstance(given, types.BaseTuple):
-        each: Any = given
-        return ["tuple", *map(spell_type, each)]
-    elif isinstance(given, types.Number | types.Boolean | types.NoneType) and not isinstance(
-        given, types.Literal
-    ):
-        return str(given)
-    raise ValueError(f"a kernel is called with {given!r}, which the list has no words for")
-
-
-def make_type(spelled: Any) -> Any:
-    """The numba type that :func:`spell_type` spelled.
-
-    Raises ImportError or AttributeError where a named tuple's class is no more.
-    """
-    from numba.core import types
-
-    if isinstance(spelled, str):
-        dtype, *array = spelled.split()
-        made = getattr(types, "boolean" if dtype == "bool" else dtype)
-        if not array:
-            return made
-        return types.Array(made, int(array[0][:-1]), array[0][-1], readonly=len(array) > 1)
-    kind, *parts = spelled
-    inner = [make_type(part) for part in parts]
-    if kind == "tuple":
-        return types.Tuple(inner)
-    module, _, name = kind.partition(":")
-    found = getattr(import_module(module), name)
-    uniform = len(set(inner)) == 1
-    return (
-        types.NamedUniTuple(inner[0], len(inner), found)
-        if uniform
-        else types.NamedTuple(inner, found)
-    )
 
 
 def freeze_types(value: Any) -> Any:

@@ -1,15 +1,17 @@
 """The pack of compiled kernels that comes with the package: a file for one Python and one compiler.
 
 A file ``data/kernels/<python>.pack`` holds what the user's folder would after compiling every
-kernel of ``data/kernels.jsonl``, made by ``scripts/pack_kernels.py``. It is only ever read. One
-check says whether it is for this Python, numba, llvmlite, platform and processor; if it is not,
-kernels are compiled into the user's folder, and the reason is told there.
+kernel of ``data/kernels.jsonl``, made by ``scripts/pack_kernels.py``. It is only ever read, each
+kernel checked by its hash. One check says whether it is for this Python, numba, llvmlite, platform
+and processor; if it is not, kernels are compiled into the user's folder, and the reason is told
+there.
 
 ``PATTERNDB_PACK`` names another pack; empty, none is used.
 """
 
 from __future__ import annotations
 
+import hashlib
 import json
 import mmap
 import os
@@ -30,16 +32,17 @@ import llvmlite.binding  # pyright: ignore[reportMissingTypeStubs]
 PACK_VARIABLE = "PATTERNDB_PACK"
 
 #: How a pack begins; changed when earlier ones can no longer be read.
-MAGIC = b"patterndb kernels 1\n"
+MAGIC = b"patterndb kernels 2\n"
 
 _SIZE = struct.Struct("<Q")
 
 
 @dataclass(frozen=True, slots=True)
 class KernelPack:
-    """An open pack. entries: where the compressed bytes of each key begin and end."""
+    """An open pack. entries: where the compressed bytes of each key begin and end, and their
+    SHA-256."""
 
-    entries: Mapping[str, tuple[int, int]]
+    entries: Mapping[str, tuple[int, int, str]]
     content: Any
 
     def read(self, key: str) -> bytes | None:
@@ -47,10 +50,8 @@ class KernelPack:
         at = self.entries.get(key)
         if at is None:
             return None
-        try:
-            return zlib.decompress(self.content[at[0] : at[1]])
-        except zlib.error:
-            return None
+        packed = self.content[at[0] : at[1]]
+        return zlib.decompress(packed) if _digest(packed) == at[2] else None
 
 
 def get_pack_path() -> Path | None:
@@ -79,7 +80,7 @@ def find_pack(stamp: str, triple: str) -> tuple[KernelPack | None, str]:
     try:
         head, start = _parse_head(content)
         made_for, made_on, needs = head["stamp"], head["triple"], head["needs"]
-        entries = {k: (start + a, start + b) for k, (a, b) in head["entries"].items()}
+        entries = {k: (start + a, start + b, d) for k, (a, b, d) in head["entries"].items()}
     except (ValueError, KeyError, TypeError, zlib.error, struct.error):
         return None, f"{path} is damaged; reinstall patterndb"
     if made_on != triple:
@@ -104,12 +105,12 @@ def write_pack(
     """Write a pack of keys and their bytes; return its size. needs: features of the processor."""
     import numba
 
-    entries: dict[str, tuple[int, int]] = {}
+    entries: dict[str, tuple[int, int, str]] = {}
     packed: list[bytes] = []
     end = 0
     for key, content in sorted(kernels):
         packed.append(zlib.compress(content, 9))
-        entries[key] = (end, end + len(packed[-1]))
+        entries[key] = (end, end + len(packed[-1]), _digest(packed[-1]))
         end += len(packed[-1])
     compiler = (
         f"Python {platform.python_version().rpartition('.')[0]}, numba {numba.__version__} "
@@ -129,6 +130,10 @@ def write_pack(
     half.write_bytes(content)
     half.replace(path)
     return len(content)
+
+
+def _digest(packed: bytes) -> str:
+    return hashlib.sha256(packed).hexdigest()
 
 
 def _parse_head(content: Any) -> tuple[dict[str, Any], int]:

@@ -19,7 +19,6 @@ from __future__ import annotations
 
 import hashlib
 import os
-import pickle
 import sys
 from collections.abc import Callable, Iterator
 from functools import cache, partial
@@ -30,23 +29,19 @@ import llvmlite.binding
 import numba
 import numpy as np
 from numba.core import config, event
-from numba.core.caching import CompileResultCacheImpl
 from numba.core.caching import _Cache as CacheProtocol
 from numba.core.compiler import CompileResult
 from numba.core.dispatcher import Dispatcher
-from numba.core.environment import _rebuild_env
 from numba.core.runtime.nrt import rtsys
-from numba.core.serialize import dumps
 
 from patterndb.system.caches import kernel_folder
+from patterndb.system.compiledform import format_compiled, load_compiled
 from patterndb.system.compiling import COMPILED
 from patterndb.system.kernelpack import KernelPack, find_pack
+from patterndb.system.kerneltypes import OWN_PACKAGES
 
 #: Changed when files of an earlier version can no longer be read.
-FORMAT = 1
-
-#: Modules whose constants a kernel may read by attribute; others (numpy, math) count by name.
-OWN_PACKAGES = {"patterndb", "ingest", "query", "patterndb_sketch", "viewer", "patterndb_app"}
+FORMAT = 2
 
 _DIGEST = 32
 
@@ -139,7 +134,10 @@ class ContentCache(CacheProtocol):
             content = self._find(sig, codegen)
         if content is None or not isinstance(content, bytes):
             return content
-        made = CompileResultCacheImpl.rebuild(_REBUILDER, target_context, pickle.loads(content))
+        try:
+            made = load_compiled(content, sig, self._function.__module__, target_context)
+        except ValueError:
+            return None  # it is compiled anew, and replaced
         _loaded[self._key(sig, codegen)] = made
         return made
 
@@ -177,40 +175,16 @@ class ContentCache(CacheProtocol):
         key = self._key(sig, data.codegen)
         # Without what the compiler noted of its work: a kernel that shares it notes its own.
         _loaded[key] = data._replace(metadata=None)
-        library, description, environment, signature, objectmode, lifted, _, again, others = (
-            data._reduce()
-        )
-        payload = (
-            library,
-            description,
-            _Portable(environment),
-            signature,
-            objectmode,
-            lifted,
-            "",  # the annotated source, for people
-            again,
-            tuple(_Portable(other) for other in others),
-        )
-        _write(key, dumps(payload))
+        try:
+            content = format_compiled(data)
+        except ValueError:
+            return
+        _write(key, content)
 
     def _key(self, sig: Any, codegen: Any) -> str:
         made_for = f"\n{codegen.magic_tuple()!r}\n{get_stamp()}".encode()
         return hashlib.sha256(self.digest() + _spell_types(sig) + made_for).hexdigest()[:40]
 
-
-class _Portable:
-    """An environment that is rebuilt without the module that its function stands in."""
-
-    def __init__(self, environment: Any) -> None:
-        self.environment = environment
-
-    def __reduce__(self) -> tuple[Any, ...]:
-        held = self.environment
-        return _rebuild_env, (__name__, held.consts, held.env_name)
-
-
-#: What rebuilds a version does not depend on the kernel; it is a method all the same.
-_REBUILDER: Any = CompileResultCacheImpl.__new__(CompileResultCacheImpl)
 
 #: Versions of this process by key. Two kernels of the same content share one: their symbols have
 #: the same names, which the linker takes once.

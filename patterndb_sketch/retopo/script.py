@@ -25,7 +25,7 @@ from pathlib import Path
 import numpy as np
 
 from patterndb.system.documents import parse_json, read_limited
-from patterndb.system.files import replace_file
+from patterndb.system.files import may_name_file, replace_file
 from patterndb_sketch.retopo.editor import Call, Editor, Outcome
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import FilledNetwork
@@ -109,6 +109,8 @@ def export_path(call: Call) -> str:
     path = call.arguments.get("mesh")
     if set(call.arguments) - {"mesh"} or not isinstance(path, str) or not path:
         raise InvalidRetopoError('export needs mesh, a file: {"tool": "export", "mesh": "a.obj"}')
+    if not may_name_file(path):
+        raise InvalidRetopoError(f"export to {path!r}: no file can have that name")
     return path
 
 

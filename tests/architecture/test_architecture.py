@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from shared import CHECKOUT
 
-from patterndb.system.kernels import OWN_PACKAGES
+from patterndb.system.kerneltypes import OWN_PACKAGES
 
 PACKAGES = ("patterndb", "ingest", "query", "patterndb_sketch", "viewer", "patterndb_app")
 
@@ -78,6 +78,7 @@ WORLDLY_MODULES += (
     "patterndb.system.kernellist",
     "patterndb.system.kernelparts",
     "patterndb.system.kernelpack",
+    "patterndb.system.compiledform",
     "patterndb.system.mappedarrays",
     "patterndb.system.warming",
 )
@@ -194,6 +195,49 @@ def test_drawing_libraries_are_used_in_the_viewer_and_a_reader_alone() -> None:
 
 def test_what_the_benchmarks_compare_with_is_used_in_no_package() -> None:
     assert not [module for module in modules() if _libraries(module) & {"meshlib", "CGAL", "cgal"}]
+
+
+#: What runs code by reading data, wherever it is imported from.
+PICKLING = {"pickle", "_pickle", "cPickle", "cloudpickle", "dill", "shelve", "marshal", "joblib"}
+PICKLING |= {"numba.core.serialize", "numba.cloudpickle", "pandas", "yaml"}
+
+#: numpy's readers, which unpickle where they are let.
+ARRAY_READERS = {"load", "read_array", "write_array", "open_memmap", "fromfile", "DataSource"}
+
+
+def _sources() -> list[Path]:
+    """All Python of the project that is no test."""
+    others = [path for name in ("scripts", "benchmarks", "examples") for path in
+              sorted((CHECKOUT / name).rglob("*.py"))]  # fmt: skip
+    return [*modules().values(), *others, CHECKOUT / "hatch_build.py"]
+
+
+def test_nothing_is_unpickled_anywhere() -> None:
+    found: list[str] = []
+    for path in _sources():
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names = {alias.name for alias in node.names}
+            elif isinstance(node, ast.ImportFrom):
+                names = {str(node.module), *(f"{node.module}.{a.name}" for a in node.names)}
+            else:
+                names = set[str]()
+                if isinstance(node, ast.Call) and _may_unpickle(node):
+                    found.append(f"{path}:{node.lineno}")
+            if any(name in PICKLING or name.partition(".")[0] in PICKLING for name in names):
+                found.append(f"{path}: {names}")
+    assert not found
+
+
+def _may_unpickle(call: ast.Call) -> bool:
+    """Is this numpy reading or writing arrays without saying that none may be a pickle?"""
+    if not isinstance(call.func, ast.Attribute) or call.func.attr not in ARRAY_READERS:
+        return False
+    owner = ast.unparse(call.func.value)
+    if owner not in ("np", "numpy", "np.lib.format", "numpy.lib.format", "format"):
+        return False
+    told = {keyword.arg: ast.unparse(keyword.value) for keyword in call.keywords}
+    return call.func.attr != "fromfile" and told.get("allow_pickle") != "False"
 
 
 def _functional() -> list[str]:

@@ -89,6 +89,13 @@ def test_a_script_makes_the_mesh_that_is_told(ball: Path, tmp_path: Path) -> Non
     assert text.count("\ng patch_") == 8
 
 
+@pytest.mark.parametrize("name", ["a\0b.obj", "\ud800.obj", "below/\0"])
+def test_a_name_that_no_file_can_have_is_told(ball: Path, tmp_path: Path, name: str) -> None:
+    played = script(tmp_path / "ball.jsonl", *LOOPS, {"tool": "export", "mesh": name})
+    result = run("retopo", ball, "--script", played, "-o", tmp_path / "out.obj")
+    assert result.code == 3 and "Traceback" not in result.err and "unforeseen" not in result.err
+
+
 @pytest.mark.parametrize("way", ["above", "absolute", "link", "linked folder"])
 def test_a_script_writes_beside_itself_and_below_alone(
     ball: Path, tmp_path: Path, way: str

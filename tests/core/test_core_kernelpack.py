@@ -17,12 +17,11 @@ from patterndb.system.compiling import COMPILED, read_work_clock
 from patterndb.system.kernellist import (
     find_kernel,
     format_kernel,
-    make_type,
     parse_kernel,
     read_list,
-    spell_type,
 )
 from patterndb.system.kernelpack import PACK_VARIABLE, find_pack, write_pack
+from patterndb.system.kerneltypes import make_type, spell_type
 from patterndb.system.warming import compile_listed
 
 #: Runs a kernel on what it is given, and tells how it came by it.

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
+import os
+import pickle
+import struct
+import sys
 import textwrap
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
@@ -10,13 +17,18 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numba.core import types
 from numba.core.errors import TypingError
 
 from patterndb.geometry.tree import make_walk, measure_backwards
 from patterndb.system import kernels
 from patterndb.system.caches import KERNELS_VARIABLE
+from patterndb.system.compiledform import load_compiled
 from patterndb.system.kernellist import read_list
-from patterndb.system.kernels import OWN_PACKAGES, ContentCache, kernel
+from patterndb.system.kernels import ContentCache, kernel
+from patterndb.system.kerneltypes import OWN_PACKAGES, make_type, spell_type
 
 SOURCE = """
 from patterndb.system.kernels import kernel
@@ -213,6 +225,156 @@ class TestFolder:
         assert read.stats.cache_hits
         assert run_source(SOURCE.replace("range(3)", "range(2)")).total(1.0) == 5.0
         assert files_in(folder) == kept
+
+
+class Planted:
+    """What unpickles to a call that leaves a file."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return os.mkdir, (str(self.path),)
+
+
+def seal(content: bytes) -> bytes:
+    """A file of the user's folder as whoever forges it would write it."""
+    return hashlib.sha256(content).digest() + content
+
+
+def change_head(content: bytes, change: Callable[[list[Any]], None]) -> bytes:
+    """A compiled kernel with another description."""
+    size, code_size = struct.unpack_from("<QQ", content)
+    head = json.loads(content[16 : 16 + size])
+    change(head)
+    told = json.dumps(head).encode()
+    return struct.pack("<QQ", len(told), code_size) + told + content[16 + size :]
+
+
+class TestForm:
+    """What is kept runs nothing by being read, whoever wrote it."""
+
+    @pytest.fixture
+    def content(self, folder: Path) -> bytes:
+        scale = run_source(SOURCE).scale
+        scale(1.0)
+        kept = scale._cache.read_kept((types.float64,))
+        assert kept is not None
+        return kept
+
+    def test_a_pickle_in_its_place_is_not_read(
+        self, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        run_source(SOURCE).total(1.0)
+        planted = tmp_path / "executed"
+        hostile = seal(pickle.dumps(Planted(planted)))
+        sound = {path: path.read_bytes() for path in files_in(folder)}
+        for path in sound:
+            path.write_bytes(hostile)
+        monkeypatch.setattr(kernels, "_loaded", {})
+        again = run_source(SOURCE).total
+        assert again(1.0) == 9.0 and not again.stats.cache_hits
+        assert not planted.exists()
+        # What was compiled took the place of what was planted.
+        assert hostile not in [path.read_bytes() for path in sound]
+        pickle.loads(hostile[32:])
+        assert planted.is_dir()
+
+    @pytest.mark.parametrize(
+        "spelled",
+        [
+            ["antigravity:fly"],
+            ["os:system", "int64"],
+            ["patterndb.system.caches:Path"],
+            ["patterndb.no_such_module:Frames"],
+            ["patterndb", "int64"],
+            ["tuple", "__loader__"],
+            ["literal"],
+            ["literal", None],
+            [],
+            "Array",
+            "int64 x",
+            "",
+            "\ud800",
+        ],
+    )
+    def test_only_types_of_kernels_are_made(
+        self, content: bytes, spelled: Any, folder: Path
+    ) -> None:
+        def change(head: list[Any]) -> None:
+            head[7] = spelled
+
+        target = run_source(SOURCE).scale.targetctx
+        with pytest.raises(ValueError, match="no compiled kernel"):
+            load_compiled(change_head(content, change), (types.float64,), "given", target)
+        assert "antigravity" not in sys.modules
+
+    def test_constants_are_types_of_numbers(self, content: bytes) -> None:
+        target = run_source(SOURCE).scale.targetctx
+        for constants in (["object"], ["V8"], [["f8", "f8"]], "int8", 3, None):
+
+            def change(head: list[Any], constants: Any = constants) -> None:
+                head[8] = [head[8][0] + str(constants), constants]
+
+            with pytest.raises(ValueError, match="no compiled kernel"):
+                load_compiled(change_head(content, change), (types.float64,), "given", target)
+
+    def test_a_description_of_other_types_is_none(self, content: bytes) -> None:
+        target = run_source(SOURCE).scale.targetctx
+        for field in range(10):
+            for value in (None, 1.5, {"a": 1}, [None], "x"):
+
+                def change(head: list[Any], field: int = field, value: Any = value) -> None:
+                    head[field] = value
+
+                if value == "x" and field < 4:
+                    continue  # a name like any other
+                with pytest.raises(ValueError, match="no compiled kernel"):
+                    load_compiled(change_head(content, change), (types.float64,), "given", target)
+
+    @given(st.binary(max_size=80))
+    def test_other_bytes_are_none(self, noise: bytes) -> None:
+        for content in (noise, struct.pack("<QQ", len(noise), 0) + noise):
+            with pytest.raises(ValueError, match="no compiled kernel"):
+                load_compiled(content, (types.float64,), "given", None)
+
+    @pytest.mark.parametrize(
+        "made",
+        [
+            types.none,
+            types.boolean,
+            types.literal(0),
+            types.literal(True),
+            types.literal("a"),
+            types.Optional(types.int64),
+            types.Tuple(()),
+            types.Tuple((types.literal(3), types.UniTuple(types.float64, 2), types.int8[:, ::1])),
+        ],
+        ids=str,
+    )
+    def test_types_come_back(self, made: Any) -> None:
+        assert make_type(json.loads(json.dumps(spell_type(made)))) == made
+
+    @pytest.mark.parametrize("returned", ["0", "True", "(1, x)", "None if x > 0 else x", "()"])
+    def test_what_a_kernel_returns_is_kept(
+        self, returned: str, folder: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        text = f"""
+        from patterndb.system.kernels import kernel
+
+        @kernel
+        def give(x):
+            return {returned}
+        """
+        first = run_source(text).give
+        expected = [first(1.0), first(-1.0)]
+        monkeypatch.setattr(kernels, "_loaded", {})
+        again = run_source(text).give
+        assert [again(1.0), again(-1.0)] == expected
+        assert sum(again.stats.cache_hits.values()) == 1
+        assert again.overloads.keys() == first.overloads.keys()
+        for args, made in again.overloads.items():
+            assert made.signature == first.overloads[args].signature
 
 
 def test_a_kernel_is_called_by_its_function_in_plain_python() -> None:

@@ -36,6 +36,12 @@ def test_pipes_and_devices_are_refused_at_once(tmp_path: Path) -> None:
         open_regular(tmp_path)
 
 
+@pytest.mark.parametrize("name", ["a\0b", "\ud800", "\0"])
+def test_a_name_that_no_file_can_have_is_refused(name: str, tmp_path: Path) -> None:
+    with pytest.raises(OSError, match="no file can have this name"):
+        open_regular(tmp_path / name)
+
+
 def test_links_are_followed_when_read_and_stay_when_replaced(tmp_path: Path) -> None:
     there = tmp_path / "there"
     there.mkdir()
@@ -74,7 +80,7 @@ def test_a_write_that_fails_leaves_what_was_there(tmp_path: Path) -> None:
 @pytest.mark.skipif(os.name == "nt", reason="goes by time there")
 def test_what_a_killed_process_left_goes_and_what_another_writes_stays(tmp_path: Path) -> None:
     left = tmp_path / f"{UNFINISHED}left"
-    left.mkdir()
+    left.mkdir(mode=0o700)
     (left / "file").write_text("half")
     (left / "file-journal").write_text("half")
     # What only looks like it: a file, and a link to a folder of someone's.

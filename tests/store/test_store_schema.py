@@ -10,7 +10,7 @@ from learnt import change
 
 import patterndb
 from patterndb.errors import DatabaseError
-from patterndb.store import Database
+from patterndb.store import Database, connection
 from patterndb.store.connection import LARGEST_VALUE, connect
 from patterndb.store.migrations import SCHEMA_VERSION, migrate
 from patterndb.store.schemacheck import find_schema_change
@@ -45,7 +45,61 @@ TAMPERED = {
         "WHERE name = 'occurrence_mesh'",
         "index 'occurrence_mesh' is not as we make it",
     ),
+    "an index of an expression": (
+        "DROP INDEX occurrence_mesh; CREATE INDEX occurrence_mesh ON occurrence (hex(zeroblob(9)))",
+        "index 'occurrence_mesh' is not as we make it",
+    ),
+    "an index that compares otherwise": (
+        "CREATE INDEX by_licence ON mesh (licence COLLATE NOCASE)",
+        "index 'by_licence'",
+    ),
+    "a table without row numbers": (
+        "DROP TABLE usage; CREATE TABLE usage (pattern_id INTEGER PRIMARY KEY, uses INTEGER NOT "
+        "NULL) WITHOUT ROWID",
+        "table 'usage' is not as we make it",
+    ),
+    "a column that is computed": (
+        "ALTER TABLE mesh ADD COLUMN long TEXT AS (hex(zeroblob(90000000)))",
+        "table 'mesh' is not as we make it",
+    ),
+    "statistics with a column that is computed": (
+        "ANALYZE; PRAGMA writable_schema = ON; UPDATE sqlite_schema SET sql = 'CREATE TABLE "
+        "sqlite_stat1(tbl AS (hex(zeroblob(1))), idx, stat)' WHERE name = 'sqlite_stat1'",
+        "table 'sqlite_stat1'",
+    ),
 }
+
+
+def test_a_schema_whose_reading_does_not_end_is_refused(
+    full: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """SQLite reads what ANALYZE left before anyone can look at the schema: a table of that name
+    may have columns that are computed, each as large as a value may be."""
+    change(full, "ANALYZE", "CREATE TABLE kept (a, b, c)")
+    with sqlite3.connect(full) as held:
+        held.executemany("INSERT INTO kept VALUES (1, 1, ?)", [(i,) for i in range(4000)])
+        page = held.execute("SELECT rootpage FROM sqlite_schema WHERE name = 'kept'").fetchone()[0]
+    statement = (
+        "CREATE TABLE sqlite_stat1(a,b,c,tbl AS (hex(zeroblob(00000000+c))),idx AS (1),stat AS (1))"
+    )
+    change(
+        full,
+        "PRAGMA writable_schema = ON",
+        "DELETE FROM sqlite_schema WHERE name = 'kept'",
+        f"UPDATE sqlite_schema SET rootpage = {page}, sql = '{statement}' "
+        "WHERE name = 'sqlite_stat1'",
+    )
+    spoiled = full.read_bytes().replace(b"zeroblob(00000000", b"zeroblob(60000000")
+    assert spoiled != full.read_bytes()
+    full.write_bytes(spoiled)
+    # Without a bound this would be 480 GB of text.
+    with pytest.raises(DatabaseError, match="sqlite_stat1"):
+        Database(full)
+    # With values that are allowed it is the clock that ends it.
+    full.write_bytes(spoiled.replace(b"zeroblob(60000000", b"zeroblob(00000060"))
+    monkeypatch.setattr(connection, "SECONDS_FOR_SCHEMA", 0.0)
+    with pytest.raises(DatabaseError, match=r"sqlite_stat1|takes more than"):
+        Database(full)
 
 
 @pytest.mark.parametrize("mode", ["read", "write", "create"])
