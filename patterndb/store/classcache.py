@@ -23,7 +23,7 @@ from patterndb.store.reading import get_id_range, load_class
 from patterndb.system.mappedarrays import ArrayShelf
 
 #: What arrays of a class are kept as; changed whenever what they hold is.
-FORMAT = "class-1"
+FORMAT = "class-2"
 
 #: Patterns from which on a class is kept: a smaller one loads in some tenth of a second.
 LEAST_KEPT = 4096

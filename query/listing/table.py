@@ -258,7 +258,7 @@ class RelaxedTable:
         self.marked = marked
         patterns, of = marked.patterns, marked.pattern
         seen = patterns.frequency if frequencies is None else frequencies(patterns.ids)
-        self.labels = Labels(marked.n_sides, marked.label.astype(np.int32), marked.label_start)
+        self.labels = Labels(marked.n_sides, marked.label, marked.label_start)
         self.ids = patterns.ids[of]
         self.frequency = seen[of]
         self.uses = np.zeros(len(marked), np.int64)
