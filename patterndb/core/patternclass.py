@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -66,6 +66,7 @@ class PatternClass:
     joins:       (s, max(N, 1), max(N, 1)) n_ij of a signature, symmetric; a polychord with both
                  ends on side i counts once in n_ii. Unsigned integers, the smallest that hold them.
     shelf:       where arrays that take a while to make of the class are kept; None: nowhere.
+    tables:      what queries make of the class and keep with it, by what it is.
     """
 
     n_sides: int
@@ -93,6 +94,7 @@ class PatternClass:
     lengths: NDArray[np.unsignedinteger]
     joins: NDArray[np.unsignedinteger]
     shelf: Shelf | None = None
+    tables: dict[str, Any] = field(default_factory=dict[str, Any], repr=False)
 
     def __len__(self) -> int:
         return len(self.ids)
