@@ -181,9 +181,9 @@ def _refuse_collisions(
 
 def _take_words(
     parts: Sequence[PatternClass], rows: NDArray[np.int64]
-) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+) -> tuple[NDArray[np.int16], NDArray[np.int64]]:
     """The boundary labels of these rows, as a class has them."""
-    words = np.concatenate([np.zeros(0, np.int32), *(part.words for part in parts)])
+    words = np.concatenate([np.zeros(0, np.int16), *(part.words for part in parts)])
     sizes = np.concatenate([np.zeros(0, np.int64), *(np.diff(p.word_start) for p in parts)])
     starts = np.cumsum(sizes) - sizes
     taken = words[list_stretches(starts[rows], sizes[rows])]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Protocol
 
 import numpy as np
@@ -54,7 +54,7 @@ class PatternClass:
     chiral:      (p,) bool.
     rotations:   (p,) int32, how many rotations map the pattern onto itself.
     self_crossing: (p,) bool, does a polychord cross itself?
-    words, word_start: int32 and (p + 1,) int64: the boundary label of row i, as a word of
+    words, word_start: int16 and (p + 1,) int64: the boundary label of row i, as a word of
                  :mod:`patterndb.core.label`, is ``words[word_start[i]:word_start[i + 1]]``.
     signature:   (p,) int32 row of ``lengths`` and ``joins``.
     rotation, reflected: (p,) int32 and bool; side i of the signature is the pattern's side
@@ -66,6 +66,7 @@ class PatternClass:
     joins:       (s, max(N, 1), max(N, 1)) n_ij of a signature, symmetric; a polychord with both
                  ends on side i counts once in n_ii. Unsigned integers, the smallest that hold them.
     shelf:       where arrays that take a while to make of the class are kept; None: nowhere.
+    tables:      what queries make of the class and keep with it, by what it is.
     """
 
     n_sides: int
@@ -84,7 +85,7 @@ class PatternClass:
     chiral: NDArray[np.bool_]
     rotations: NDArray[np.int32]
     self_crossing: NDArray[np.bool_]
-    words: NDArray[np.int32]
+    words: NDArray[np.int16]
     word_start: NDArray[np.int64]
     signature: NDArray[np.int32]
     rotation: NDArray[np.int32]
@@ -93,6 +94,7 @@ class PatternClass:
     lengths: NDArray[np.unsignedinteger]
     joins: NDArray[np.unsignedinteger]
     shelf: Shelf | None = None
+    tables: dict[str, Any] = field(default_factory=dict[str, Any], repr=False)
 
     def __len__(self) -> int:
         return len(self.ids)
@@ -196,7 +198,7 @@ class PatternClass:
             chiral=counts[:, d.CHIRAL].astype(np.bool_),
             rotations=counts[:, d.ROTATIONS].copy(),
             self_crossing=counts[:, d.SELF_CROSSING].astype(np.bool_),
-            words=words.astype(np.int32),
+            words=words.astype(np.int16),
             word_start=word_start,
             signature=signature,
             rotation=counts[:, d.SIG_ROTATION].copy(),

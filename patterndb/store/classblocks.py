@@ -108,7 +108,7 @@ def _make_class(n_sides: int, codes: list[bytes], held: dict[str, bytes]) -> Pat
     corners = unpack(held["corners"]).astype(np.uint8).reshape(len(codes), n_sides)[order]
     sizes = unpack(held["word_sizes"]).astype(np.int64)
     starts = np.cumsum(sizes) - sizes
-    words = unpack(held["words"])[list_stretches(starts[order], sizes[order])]
+    words = unpack(held["words"]).astype(np.int16)[list_stretches(starts[order], sizes[order])]
     word_start = np.cumsum(np.r_[0, sizes[order]])
     signature, first = _number(unpack(held["signature"])[order])
     rotation = numbers["rotation"][order]
@@ -158,7 +158,7 @@ def _number(values: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.in
 
 def _join_sides(
     n_sides: int,
-    words: NDArray[np.int32],
+    words: NDArray[np.int16],
     starts: NDArray[np.int64],
     rotation: NDArray[np.int32],
     reflected: NDArray[np.bool_],

@@ -3,7 +3,7 @@
 Loading a large class reads and checks every row; its arrays are so kept once they are made
 (:mod:`patterndb.system.mappedarrays`), under the database's path and its content's key
 (:mod:`patterndb.store.contentkey`). How often patterns were used is not kept: it changes with every
-accepted fill, and is read each time.
+accepted fill, and is read each time. Handles of one process that ask for the same have one class.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import sqlite3
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,21 +24,32 @@ from patterndb.store.reading import get_id_range, load_class
 from patterndb.system.mappedarrays import ArrayShelf
 
 #: What arrays of a class are kept as; changed whenever what they hold is.
-FORMAT = "class-1"
+FORMAT = "class-2"
 
 #: Patterns from which on a class is kept: a smaller one loads in some tenth of a second.
 LEAST_KEPT = 4096
 
 #: What a class has that is no array, or is not kept.
-_APART = {"n_sides", "uses", "codes", "shelf"}
-_ARRAYS = [field.name for field in fields(PatternClass) if field.name not in _APART]
+_APART = {"n_sides", "uses", "codes", "shelf", "tables"}
+_ARRAYS: list[str] = [field.name for field in fields(PatternClass) if field.name not in _APART]
+
+#: The mapped classes of this process, with what was made of them, by the files that they are in.
+_MAPPED: WeakValueDictionary[tuple[ArrayShelf, int], PatternClass] = WeakValueDictionary()
 
 
 def read_class(connection: sqlite3.Connection, path: Path, n_sides: int) -> PatternClass:
-    """The class, as :func:`patterndb.store.reading.load_class` loads it: mapped from the cache
-    folder where its arrays are kept and of this content, else loaded, and kept if it is large."""
+    """The class, as :func:`patterndb.store.reading.load_class` loads it.
+
+    One that is mapped already, else mapped from the cache folder where its arrays are kept and of
+    this content, else loaded, and kept if it is large.
+    """
     what = f"{n_sides}-{FORMAT}"
     shelf = _find_shelf(connection, path, n_sides)
+    mapped = None if shelf is None else _MAPPED.get((shelf, n_sides))
+    if mapped is not None and np.array_equal(
+        mapped.uses, _read_uses(connection, n_sides, mapped.ids)
+    ):
+        return mapped
     arrays = None if shelf is None else shelf.find(what)
     if arrays is None:
         loaded = load_class(connection, n_sides)
@@ -52,7 +64,10 @@ def read_class(connection: sqlite3.Connection, path: Path, n_sides: int) -> Patt
         if arrays is None:  # another process has replaced it
             return loaded
     assert shelf is not None
-    return _from_arrays(n_sides, arrays, _read_uses(connection, n_sides, arrays["ids"]), shelf)
+    uses = _read_uses(connection, n_sides, arrays["ids"])
+    made = _from_arrays(n_sides, arrays, uses, shelf)
+    _MAPPED[shelf, n_sides] = made
+    return made
 
 
 def _find_shelf(connection: sqlite3.Connection, path: Path, n_sides: int) -> ArrayShelf | None:
@@ -71,7 +86,7 @@ def _to_arrays(patterns: PatternClass) -> dict[str, NDArray[Any]]:
 
 
 def _from_arrays(
-    n_sides: int, arrays: dict[str, NDArray[Any]], uses: NDArray[np.int64], shelf: ArrayShelf
+    n_sides: int, arrays: dict[str, Any], uses: NDArray[np.int64], shelf: ArrayShelf
 ) -> PatternClass:
     return PatternClass(
         n_sides=n_sides,

@@ -47,6 +47,7 @@ from query.listing.table import (
     get_strict_table,
 )
 from query.solving.batch import Question, pose_question
+from query.solving.feasibility import find_feasible_rows
 from query.stroke import Stroke
 
 #: Where at most so many fills of a pattern are listed, orders that measure fills look at so many
@@ -196,7 +197,10 @@ class Fills(Iterator[Fill]):
         entries = self._entries(table)
         # Whatever ended the list, the count is of all.
         search = replace(self._search(1, False), cancelled=np.zeros(1, np.uint8))
-        return int(find_feasible(table, entries, search, once=True).any(axis=1).sum())
+        if search.strokes or search.by_cpsat:
+            return int(find_feasible(table, entries, search, once=True).any(axis=1).sum())
+        q = self._query
+        return len(find_feasible_rows(q.patterns, q.boundary, entries.row, threads=q.threads))
 
     @property
     def reason(self) -> str | None:

@@ -12,7 +12,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any, Protocol
-from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -258,7 +257,7 @@ class RelaxedTable:
         self.marked = marked
         patterns, of = marked.patterns, marked.pattern
         seen = patterns.frequency if frequencies is None else frequencies(patterns.ids)
-        self.labels = Labels(marked.n_sides, marked.label.astype(np.int32), marked.label_start)
+        self.labels = Labels(marked.n_sides, marked.label, marked.label_start)
         self.ids = patterns.ids[of]
         self.frequency = seen[of]
         self.uses = np.zeros(len(marked), np.int64)
@@ -371,11 +370,6 @@ class RelaxedTable:
         return True
 
 
-_STRICT: WeakKeyDictionary[PatternClass, StrictTable] = WeakKeyDictionary()
-_RELAXED: WeakKeyDictionary[PatternClass, RelaxedTable] = WeakKeyDictionary()
-_BEGUN: WeakKeyDictionary[PatternClass, RelaxedTable] = WeakKeyDictionary()
-
-
 #: One table is made once, however many threads ask for it.
 _MAKING = threading.RLock()
 
@@ -383,9 +377,9 @@ _MAKING = threading.RLock()
 def get_strict_table(patterns: PatternClass) -> StrictTable:
     """The table of a class, kept as long as the class is."""
     with _MAKING:
-        if patterns not in _STRICT:
-            _STRICT[patterns] = StrictTable(patterns)
-        return _STRICT[patterns]
+        if "strict" not in patterns.tables:
+            patterns.tables["strict"] = StrictTable(patterns)
+        return patterns.tables["strict"]
 
 
 def get_relaxed_table(
@@ -396,11 +390,11 @@ def get_relaxed_table(
     frequencies: of the database that the class is of.
     """
     with _MAKING:
-        if patterns not in _RELAXED:
+        if "relaxed" not in patterns.tables:
             n = patterns.n_sides
             marked = load_marked_family(max(n, 1), free=n == 0)
-            _RELAXED[patterns] = RelaxedTable(marked, patterns, frequencies)
-        return _RELAXED[patterns]
+            patterns.tables["relaxed"] = RelaxedTable(marked, patterns, frequencies)
+        return patterns.tables["relaxed"]
 
 
 def get_begun_table(patterns: PatternClass) -> RelaxedTable:
@@ -410,8 +404,8 @@ def get_begun_table(patterns: PatternClass) -> RelaxedTable:
     from there. Patterns of more than MOST_SLOTS irregular vertices are left out.
     """
     with _MAKING:
-        if patterns not in _BEGUN:
+        if "begun" not in patterns.tables:
             table = PatternTable.from_class(patterns, MOST_SLOTS)
             marked = mark_patterns(table, 1, most=MOST_SLOTS, free=True)
-            _BEGUN[patterns] = RelaxedTable(marked, None, None)
-        return _BEGUN[patterns]
+            patterns.tables["begun"] = RelaxedTable(marked, None, None)
+        return patterns.tables["begun"]

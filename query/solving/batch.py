@@ -23,6 +23,7 @@ from query.boundary import Boundary
 from query.orientation import list_orientations, list_sides_seen
 from query.solving.evenness import MAX_WEIGHT
 from query.solving.strokes import carry_strokes, find_chord_ends, may_carry, orient_strokes
+from query.solving.systems import Int16Array
 from query.stroke import Stroke
 
 #: The weight of a square where all edges are equally long: fine enough to tell proportions.
@@ -116,13 +117,13 @@ class Labels:
     """The boundary labels of many patterns, as a query solves them.
 
     n_sides: at least 1.
-    words:   int32, for every row its label as a word: for every side its length, then the
+    words:   int16, for every row its label as a word: for every side its length, then the
              strand that crosses each edge (:mod:`patterndb.core.label`).
     start:   (r + 1,) int64, where each word begins.
     """
 
     n_sides: int
-    words: Int32Array
+    words: Int16Array
     start: NDArray[np.int64]
 
 
@@ -252,7 +253,7 @@ def _most_strands(start: NDArray[np.int64], rows: NDArray[np.int64], n_sides: in
 
 @kernel
 def _split_word(
-    words: Int32Array, begin: int, n_sides: int, edges: Int32Array, side_start: Int32Array
+    words: Int16Array, begin: int, n_sides: int, edges: Int32Array, side_start: Int32Array
 ) -> int:
     """Write a word's strands and where its sides begin; return the number of edges."""
     at = begin
@@ -271,7 +272,7 @@ def _split_word(
 
 @kernel
 def _keep_carrying(
-    words: Int32Array,
+    words: Int16Array,
     start: NDArray[np.int64],
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],
@@ -327,7 +328,7 @@ def _keep_carrying(
 
 @kernel
 def _solve_rows(
-    words: Int32Array,
+    words: Int16Array,
     start: NDArray[np.int64],
     rows: NDArray[np.int64],
     allowed: NDArray[np.bool_],

@@ -42,6 +42,7 @@ def meet_slack(
     first: Int32Array,
     class_i: Int16Array,
     class_j: Int16Array,
+    claim: Int32Array,
     near_first: Int32Array,
     near: Int16Array,
     flow: Int32Array,
@@ -63,7 +64,7 @@ def meet_slack(
         scratch[DEMAND, s] = scratch[SUPPLY, s]
     for source in range(w):
         while scratch[SUPPLY, source] > 0:
-            sink, tail = _reach(source, row, near_first, near, flow, scratch)
+            sink, tail = _reach(source, row, claim, near_first, near, flow, scratch)
             if sink < 0:
                 return tail
             _augment(source, sink, flow, scratch)
@@ -163,6 +164,7 @@ def _augment(source: int, sink: int, flow: Int32Array, scratch: Int32Array) -> N
 def _reach(
     source: int,
     row: int,
+    claim: Int32Array,
     near_first: Int32Array,
     near: Int16Array,
     flow: Int32Array,
@@ -182,7 +184,8 @@ def _reach(
     while head < tail:
         s = scratch[QUEUE, head]
         head += 1
-        for a in range(near_first[row, s], near_first[row, s + 1]):
+        q = claim[row, s]
+        for a in range(near_first[q], near_first[q + 1]):
             copy = near[a]
             if scratch[COPY_BY, copy] >= 0:
                 continue
@@ -190,7 +193,8 @@ def _reach(
             if scratch[DEMAND, copy] > 0:
                 return copy, tail
             # Units that arrive here may be sent elsewhere by the side they left.
-            for b in range(near_first[row, copy], near_first[row, copy + 1]):
+            p = claim[row, copy]
+            for b in range(near_first[p], near_first[p + 1]):
                 t = near[b]
                 if scratch[SIDE_BY, t] < 0 and flow[t, copy] > 0:
                     scratch[SIDE_BY, t] = copy

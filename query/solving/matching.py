@@ -57,6 +57,7 @@ def is_matchable(
     first: Int32Array,
     class_i: Int16Array,
     class_j: Int16Array,
+    claim: Int32Array,
     near_first: Int32Array,
     near: Int16Array,
     flow: Int32Array,
@@ -67,7 +68,7 @@ def is_matchable(
     Arguments and result are those of :func:`query.solving.halves.meet_slack`, but that the result
     is -1 where only halves would do. flow: overwritten.
     """
-    cut = meet_slack(slack, row, first, class_i, class_j, near_first, near, flow, scratch)
+    cut = meet_slack(slack, row, first, class_i, class_j, claim, near_first, near, flow, scratch)
     if cut > 0:
         return cut
     odd = False
@@ -77,7 +78,7 @@ def is_matchable(
         odd |= (flow[i, j] if i == j else flow[i, j] + flow[j, i]) & 1 != 0
     if not odd:
         return 0
-    if _round(row, first, class_i, class_j, near_first, near, flow, scratch[0]):
+    if _round(row, first, class_i, class_j, claim[row], near_first, near, flow, scratch[0]):
         return 0
     return -1
 
@@ -106,11 +107,14 @@ def is_soluble(
     scratch = np.empty((5, w), np.int32)
     first = np.zeros(2, np.int32)
     first[1] = order_classes(joined, ordered_i, ordered_j, scratch[0])
-    near_first = np.empty((1, w + 1), np.int32)
+    claim = np.arange(w).astype(np.int32).reshape(1, w)
+    near_first = np.empty(w + 1, np.int32)
     near = np.empty(w * w, np.int16)
-    list_neighbours(joined, near_first[0], near, 0)
+    list_neighbours(joined, near_first, near)
     flow = np.empty((w, w), np.int32)
-    cut = is_matchable(slack, 0, first, ordered_i, ordered_j, near_first, near, flow, scratch)
+    cut = is_matchable(
+        slack, 0, first, ordered_i, ordered_j, claim, near_first, near, flow, scratch
+    )
     return cut == 0
 
 
@@ -120,12 +124,16 @@ def _round(
     first: Int32Array,
     class_i: Int16Array,
     class_j: Int16Array,
+    claim: Int32Array,
     near_first: Int32Array,
     near: Int16Array,
     y: Int32Array,
     short: Int32Array,
 ) -> bool:
-    """Turn the flow y into a matching, symmetric; False where there is none. short: (w,)."""
+    """Turn the flow y into a matching, symmetric; False where there is none.
+
+    claim, short: (w,), of this graph.
+    """
     w = len(short)
     short[:] = 0
     for k in range(first[row], first[row + 1]):
@@ -149,21 +157,26 @@ def _round(
         y[j, i] = y[i, j]
     for s in range(w):
         while short[s] > 0:
-            if not _augment(s, near_first[row], near, y, short):
+            if not _augment(s, claim, near_first, near, y, short):
                 return False
     return True
 
 
 @kernel
 def _augment(
-    root_side: int, near_first: Int32Array, near: Int16Array, y: Int32Array, short: Int32Array
+    root_side: int,
+    claim: Int32Array,
+    near_first: Int32Array,
+    near: Int16Array,
+    y: Int32Array,
+    short: Int32Array,
 ) -> bool:
     """Make the side and another one, or itself once more, less short by one each.
 
     y: (w, w) int32 symmetric, short: (w,) int32; both updated. False where no augmenting
     path begins at the side: then there is no matching.
     """
-    start, side_of, mate = _copies(near_first, near, y, short)
+    start, side_of, mate = _copies(claim, near_first, near, y, short)
     n = len(mate)
     # For a copy at odd distance from the root, the copy before it on an alternating path.
     by = np.full(n, -1, np.int32)
@@ -181,7 +194,8 @@ def _augment(
     while head < tail:
         v = queue[head]
         head += 1
-        for a in range(near_first[side_of[v]], near_first[side_of[v] + 1]):
+        q = claim[side_of[v]]
+        for a in range(near_first[q], near_first[q + 1]):
             for u in range(start[near[a]], start[near[a] + 1]):
                 if base[u] == base[v] or mate[v] == u:
                     continue
@@ -216,7 +230,11 @@ def _widen(i: int, j: int, by: int, y: Int32Array) -> None:
 
 @kernel
 def _copies(
-    near_first: Int32Array, near: Int16Array, y: Int32Array, short: Int32Array
+    claim: Int32Array,
+    near_first: Int32Array,
+    near: Int16Array,
+    y: Int32Array,
+    short: Int32Array,
 ) -> tuple[Int32Array, Int32Array, Int32Array]:
     """The copies that a shortest augmenting path may need, those of side s from start[s] on.
 
@@ -226,7 +244,7 @@ def _copies(
     start = np.zeros(w + 1, np.int32)
     for i in range(w):
         count = short[i]
-        for a in range(near_first[i], near_first[i + 1]):
+        for a in range(near_first[claim[i]], near_first[claim[i] + 1]):
             if near[a] == i:
                 # One pair, both of this side.
                 count += 2 * min(y[i, i], 1)
@@ -238,7 +256,7 @@ def _copies(
     free = start[:w].copy()
     for i in range(w):
         side_of[start[i] : start[i + 1]] = i
-        for a in range(near_first[i], near_first[i + 1]):
+        for a in range(near_first[claim[i]], near_first[claim[i] + 1]):
             j = near[a]
             if j < i:
                 continue

@@ -26,6 +26,8 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.core.patternclass import PatternClass
 from patterndb.system.kernels import kernel
 
+Int16Array = NDArray[np.int16]
+
 
 @dataclass(frozen=True, slots=True)
 class Chords:
@@ -156,7 +158,10 @@ def two_colour(
 
 @kernel
 def is_balanced(
-    residual: Int32Array, component: Int32Array, colour: Int32Array, sums: Int32Array
+    residual: Int32Array,
+    component: Int32Array | Int16Array,
+    colour: Int32Array | Int16Array,
+    sums: Int32Array,
 ) -> bool:
     """May the classes absorb the residual, component by component, by parity?
 
@@ -175,7 +180,9 @@ def is_balanced(
     return True
 
 
-Int16Array = NDArray[np.int16]
+#: The most that is told of a side's neighbours: what the sieve of :mod:`query.solving.feasibility`
+#: has room for. A greater surplus is a weaker sieve, no other answer.
+MOST_SURPLUS = 127
 
 
 class Graphs(NamedTuple):
@@ -186,14 +193,16 @@ class Graphs(NamedTuple):
     first:      (s + 1,) int32 graph r has the classes first[r]..first[r + 1] - 1.
     class_i, class_j: (c,) int16 the sides that a class joins, in the order in which
                 :func:`query.solving.halves.meet_slack` fills them.
-    near_first: (s, w + 1) int32 side i of graph r is joined to the sides
-                near[near_first[r, i] : near_first[r, i + 1]].
+    claim:      (s, w) int32 what a side asks of its neighbours: a *claim* is a side and the sides
+                that it is joined to. There are far fewer of them than sides of all graphs.
+    near_first: (k + 1,) int32 the sides of claim q are near[near_first[q] : near_first[q + 1]].
     near:       (d,) int16; a side joined to itself is listed once.
     """
 
     first: Int32Array
     class_i: Int16Array
     class_j: Int16Array
+    claim: Int32Array
     near_first: Int32Array
     near: Int16Array
 
@@ -204,7 +213,9 @@ class Systems(NamedTuple):
     graphs:     the sides that their polychords join.
     base:       (s, w) int16 base length of every side.
     perimeter:  (s,) int32 sum of the base lengths.
-    looped:     (s, w) bool is the side joined to itself?
+    surplus:    (s, w) uint8 one more than what the base lengths of a side's neighbours have beyond
+                its own, at most MOST_SURPLUS; 0 where it is joined to itself: it asks no other.
+    claimant:   (k,) int16 the side that makes a claim.
     component, colour: (s, w) int16 of :func:`query.solving.systems.two_colour`.
     parity:     (s,) bool can parity refuse an even perimeter? Not in a graph that is in one
                 piece and has an odd cycle.
@@ -213,7 +224,8 @@ class Systems(NamedTuple):
     graphs: Graphs
     base: Int16Array
     perimeter: Int32Array
-    looped: NDArray[np.bool_]
+    surplus: NDArray[np.uint8]
+    claimant: Int16Array
     component: Int16Array
     colour: Int16Array
     parity: NDArray[np.bool_]
@@ -224,7 +236,7 @@ class Systems(NamedTuple):
 _known: dict[int, tuple[weakref.ref[NDArray[np.integer]], Systems]] = {}
 
 #: The name of systems among what is kept of a class; changed whenever what they hold is.
-SHELVED_SYSTEMS = "systems-1"
+SHELVED_SYSTEMS = "systems-2"
 
 
 class SignedRows(Protocol):
@@ -287,23 +299,25 @@ def make_systems(lengths: NDArray[np.integer], joins: NDArray[np.integer]) -> Sy
     """The systems of (s, w) base lengths and (s, w, w) joins; see :class:`SignedRows`."""
     s, w = lengths.shape
     joined = joins > 0
-    n_near = int(joined.sum())
     n_loops = int(np.diagonal(joined, axis1=1, axis2=2).sum())
-    n_classes = (n_near + n_loops) // 2
+    n_classes = (int(joined.sum()) + n_loops) // 2
+    # Longer than any boundary is long enough.
+    base = np.minimum(lengths.astype(np.int32), np.iinfo(np.int16).max).astype(np.int16)
+    claim, claimant, near_first, near = _number_claims(joined)
     graphs = Graphs(
         first=np.zeros(s + 1, np.int32),
         class_i=np.empty(n_classes, np.int16),
         class_j=np.empty(n_classes, np.int16),
-        near_first=np.zeros((s, w + 1), np.int32),
-        near=np.empty(n_near, np.int16),
+        claim=claim,
+        near_first=near_first,
+        near=near,
     )
     made = Systems(
         graphs,
-        # Longer than any boundary is long enough.
-        base=np.minimum(lengths.astype(np.int32), np.iinfo(np.int16).max).astype(np.int16),
+        base=base,
         perimeter=lengths.sum(axis=1, dtype=np.int32),
-        # A copy: NumPy's diagonals are read-only, and kernels would be compiled for both kinds.
-        looped=np.diagonal(joined, axis1=1, axis2=2).copy(),
+        surplus=np.empty((s, w), np.uint8),
+        claimant=claimant,
         component=np.empty((s, w), np.int16),
         colour=np.empty((s, w), np.int16),
         parity=np.empty(s, np.bool_),
@@ -312,10 +326,83 @@ def make_systems(lengths: NDArray[np.integer], joins: NDArray[np.integer]) -> Sy
     return made
 
 
+#: Claims that there is room for at first.
+CLAIMS = 256
+
+#: An odd number that scatters: 2**64 over the golden ratio, as a signed integer.
+SCATTER = -7046029254386353131
+
+
+@kernel
+def _number_claims(
+    joined: NDArray[np.bool_],
+) -> tuple[Int32Array, Int16Array, Int32Array, Int16Array]:
+    """The claims of (s, w, w) symmetric graphs: see :class:`Graphs` and :class:`Systems`.
+
+    Returns claim, claimant, near_first and near.
+    """
+    n, w, _ = joined.shape
+    claim = np.empty((n, w), np.int32)
+    claimant = np.empty(CLAIMS, np.int16)
+    near_first = np.zeros(CLAIMS + 1, np.int32)
+    near = np.empty(CLAIMS * w, np.int16)
+    # Twice as many places as claims that there is room for; -1 is a free one.
+    places = np.full(2 * CLAIMS, -1, np.int32)
+    code = np.empty(CLAIMS, np.int64)
+    count = 0
+    for r in range(n):
+        for i in range(w):
+            key = np.int64(i + 1) * SCATTER
+            size = 0
+            for j in range(w):
+                if joined[r, i, j]:
+                    key = ((key >> 29) ^ key ^ (j + 1)) * SCATTER
+                    size += 1
+            at = (key >> 32) & (len(places) - 1)
+            while places[at] >= 0:
+                q = places[at]
+                if (
+                    code[q] == key
+                    and claimant[q] == i
+                    and near_first[q + 1] - near_first[q] == size
+                ):
+                    same = True
+                    for k in range(near_first[q], near_first[q + 1]):
+                        same &= joined[r, i, near[k]]
+                    if same:
+                        break
+                at = (at + 1) & (len(places) - 1)
+            if places[at] < 0:
+                places[at] = count
+                code[count] = key
+                claimant[count] = i
+                end = near_first[count]
+                for j in range(w):
+                    if joined[r, i, j]:
+                        near[end] = j
+                        end += 1
+                count += 1
+                near_first[count] = end
+            claim[r, i] = places[at]
+            if count == len(claimant):
+                claimant = np.concatenate((claimant, np.empty(count, np.int16)))
+                near_first = np.concatenate((near_first, np.empty(count, np.int32)))
+                near = np.concatenate((near, np.empty(count * w, np.int16)))
+                code = np.concatenate((code, np.empty(count, np.int64)))
+                places = np.full(4 * count, -1, np.int32)
+                for q in range(count):
+                    at = (code[q] >> 32) & (len(places) - 1)
+                    while places[at] >= 0:
+                        at = (at + 1) & (len(places) - 1)
+                    places[at] = q
+    last = near_first[count]
+    return claim, claimant[:count].copy(), near_first[: count + 1].copy(), near[:last].copy()
+
+
 @kernel
 def _fill(made: Systems, joined: NDArray[np.bool_]) -> None:
-    """Write all but the lengths; joined: (s, w, w) bool, symmetric."""
-    first, class_i_of, class_j_of, near_first, near = made.graphs
+    """Write the classes, what neighbours have, and parity; joined: (s, w, w) bool, symmetric."""
+    first, class_i_of, class_j_of, claim, near_first, near = made.graphs
     n, w = made.base.shape
     most = w * (w + 1) // 2
     class_i = np.empty(most, np.int32)
@@ -324,16 +411,21 @@ def _fill(made: Systems, joined: NDArray[np.bool_]) -> None:
     component = np.empty(w, np.int32)
     colour = np.empty(w, np.int32)
     stack = np.empty(w, np.int32)
-    at = 0
     c = 0
     for r in range(n):
-        at = list_neighbours(joined[r], near_first[r], near, at)
         m = order_classes(joined[r], class_i, class_j, stack)
         first[r] = c
         for k in range(m):
             class_i_of[c] = class_i[k]
             class_j_of[c] = class_j[k]
             c += 1
+        for i in range(w):
+            q = claim[r, i]
+            surplus = 0
+            for k in range(near_first[q], near_first[q + 1]):
+                surplus += made.base[r, near[k]]
+            surplus += 1 - made.base[r, i]
+            made.surplus[r, i] = 0 if joined[r, i, i] else min(max(surplus, 0), MOST_SURPLUS)
         two_colour(class_i, class_j, m, closed, component, colour, stack)
         made.parity[r] = False
         for i in range(w):
@@ -344,14 +436,13 @@ def _fill(made: Systems, joined: NDArray[np.bool_]) -> None:
 
 
 @kernel
-def list_neighbours(
-    joined: NDArray[np.bool_], near_first: Int32Array, near: Int16Array, at: int
-) -> int:
-    """Write one graph's lists of neighbours from ``near[at]`` on; return where they end.
+def list_neighbours(joined: NDArray[np.bool_], near_first: Int32Array, near: Int16Array) -> None:
+    """Write the lists of neighbours of one graph, side by side.
 
     joined: (w, w) bool, symmetric; near_first: (w + 1,).
     """
     w = len(joined)
+    at = 0
     for i in range(w):
         near_first[i] = at
         for j in range(w):
@@ -359,7 +450,6 @@ def list_neighbours(
                 near[at] = j
                 at += 1
     near_first[w] = at
-    return at
 
 
 @kernel

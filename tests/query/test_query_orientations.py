@@ -14,7 +14,6 @@ from query import Boundary
 from query.listing.filters import Filters
 from query.orientation import list_orientations
 from query.solving import cpsat, feasibility
-from query.solving.feasibility import LANES, is_refused, lane_of, mark_negative, pack_words
 from query.solving.systems import Chords, systems_of
 
 
@@ -109,21 +108,7 @@ def test_systems_are_made_once_and_forgotten_with_their_class() -> None:
             )
             i, j = np.nonzero(np.triu(joins))
             assert sorted(map(sorted, classes)) == np.c_[i, j].tolist()
-            for s in range(3):
-                a, b = made.graphs.near_first[r, s : s + 2]
+            for s, q in enumerate(made.graphs.claim[r].tolist()):
+                a, b = made.graphs.near_first[q : q + 2]
+                assert made.claimant[q] == s
                 assert made.graphs.near[a:b].tolist() == np.flatnonzero(joins[s]).tolist()
-
-
-def test_words_hold_their_lanes_apart() -> None:
-    chance = random.Random(4)
-    for _ in range(50):
-        rows = np.array([[chance.randint(0, 2000) for _ in range(4)] for _ in range(7)], np.int32)
-        packed = pack_words(rows)
-        assert packed.shape == (2, 4)
-        signs = [chance.choice([-1, 0, 1]) for _ in range(4)]
-        for o in range(7):
-            word = sum(sign * int(w) for sign, w in zip(signs, packed[o // LANES], strict=True))
-            value = sum(sign * int(x) for sign, x in zip(signs, rows[o], strict=True))
-            assert lane_of(word, o % LANES) == value
-            assert is_refused(mark_negative(word), o % LANES) == (value < 0)
-        assert (packed[1] >> 48 == -1).all()

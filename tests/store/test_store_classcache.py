@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import gc
 import sqlite3
 import subprocess
 import sys
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -19,6 +21,7 @@ from patterndb.store.connection import connect
 from patterndb.store.reading import load_class
 from patterndb.system.mappedarrays import FOLDER, MAGIC, ArrayShelf
 from query import fills
+from query.listing.table import get_strict_table
 
 SIDES = (3, 4, 5, 6, 8)
 
@@ -77,6 +80,45 @@ def test_a_second_handle_reads_no_rows(
     monkeypatch.setattr(classcache, "load_class", refuse)
     with Database(full) as database:
         assert database.pattern_class(4).ids.tolist() == first.ids.tolist()
+
+
+def test_handles_of_one_process_have_one_class_and_its_tables(full: Path, kept: Path) -> None:
+    with Database(full) as one, Database(full) as other:
+        for n_sides in SIDES:
+            assert one.pattern_class(n_sides) is other.pattern_class(n_sides)
+        five = one.pattern_class(5)
+        assert get_strict_table(five) is get_strict_table(other.pattern_class(5))
+        pattern = five.pattern(0)
+        with Database(full, "write") as writer:
+            mine = writer.pattern_class(5)
+            assert mine is five
+            writer.record_use(pattern)
+            used = writer.pattern_class(5)
+            # Uses are no part of the key: only who has seen the same ones shares the class.
+            assert used is not five
+            assert used.uses[0] == five.uses[0] + 1
+            assert other.pattern_class(5) is used
+        with Database(full, "write") as writer:
+            writer.remove([writer.meshes()[0].name])
+            left = writer.pattern_class(5)
+        assert left is not used
+        assert other.pattern_class(5) is left
+        assert not list(list_differences(load(full, 5), left))
+
+
+@pytest.mark.parametrize("least", [1, 1 << 20], ids=["mapped", "loaded"])
+def test_a_class_is_forgotten_with_the_last_handle(
+    full: Path, kept: Path, monkeypatch: pytest.MonkeyPatch, least: int
+) -> None:
+    monkeypatch.setattr(classcache, "LEAST_KEPT", least)
+    with Database(full) as database:
+        held = weakref.ref(database.pattern_class(5))
+        assert list(fills(database, (4, 4, 4, 4, 4), limit=3))
+        assert fills(database, (4, 4, 4, 4, 4)).feasible_patterns
+        assert held() is not None
+    del database
+    gc.collect()
+    assert held() is None
 
 
 def test_the_same_fills_come_of_mapped_classes_in_another_process(full: Path, kept: Path) -> None:
@@ -218,13 +260,22 @@ def test_arrays_that_were_made_when_the_sums_were_missing_are_not_kept(
     assert not kept.exists()
 
 
-def test_writing_to_mapped_arrays_changes_neither_file_nor_others(full: Path, kept: Path) -> None:
+def test_writing_to_mapped_arrays_changes_neither_file_nor_other_processes(
+    full: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def forget() -> None:
+        """Know as little of this process's classes as another process does."""
+        monkeypatch.setattr(classcache, "_MAPPED", weakref.WeakValueDictionary())
+
     with Database(full) as one, Database(full) as other:
         one.pattern_class(4)
-        mine, theirs = one.pattern_class(4), other.pattern_class(4)
+        mine = one.pattern_class(4)
+        forget()
+        theirs = other.pattern_class(4)
         before = theirs.ids.copy()
         mine.ids[:] = 0
         assert theirs.ids.tolist() == before.tolist()
+    forget()
     with Database(full) as database:
         assert database.pattern_class(4).ids.tolist() == before.tolist()
 
