@@ -30,6 +30,7 @@ from patterndb_sketch.retopo.draft.assembly import (
 )
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
+from patterndb_sketch.retopo.draft.fitting import fit_quads
 from patterndb_sketch.retopo.draft.handles import find_shortest_handle
 from patterndb_sketch.retopo.draft.imprint import cut_along_curves
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
@@ -107,10 +108,11 @@ SETTINGS = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DraftedNetwork:
-    """A draft: a network with counts on every chain. singular: irregular vertices of its field.
-    cost: of its counts."""
+    """A draft: a network with counts on every chain. laid: the chains that are the draft's own.
+    singular: irregular vertices of its field. cost: of its counts."""
 
     network: Network
+    laid: frozenset[int]
     setting: DraftSetting
     singular: int
     cost: float
@@ -130,7 +132,7 @@ def draft_network(
         )
     seeds = _find_tips(network, field, AT_NODE * sizes.edge)
     regular = RegularParts.of(field, ground)
-    laid: Network | None = None
+    laid: tuple[Network, frozenset[int]] | None = None
     why = "some regions would be rings or handles; draw by hand"
     for _ in range(MOST_SEEDS + 1):
         try:
@@ -140,18 +142,18 @@ def draft_network(
             if walls.bare:
                 raise
             found, why = None, str(error)
-        if found is not None and is_cellular(found, ground):
+        if found is not None and is_cellular(found[0], ground):
             laid = found
-            if not _has_long_patch(found, ground, regular):
+            if not _has_long_patch(found[0], ground, regular):
                 break
         seeds.append(_find_seed(field, regular, seeds))
     if laid is None:
         raise RefusedError(why)
     edge = setting.finer * sizes.edge
-    counted = _count_regularly(laid, edge)
+    counted = _count_regularly(laid[0], edge)
     costs = NumberedCounts.of(counted, edge, anew=True)
     cost = sum_costs(costs.problem, costs.counts(counted))
-    return DraftedNetwork(counted, setting, len(field.singular), cost)
+    return DraftedNetwork(counted, laid[1], setting, len(field.singular), cost)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -234,6 +236,7 @@ def propose_draft(
             why = why or str(error)
             continue
         found = fill_network(one.network, ground, source, sizes.edge, PlacedCache())
+        found = fit_quads(found, ground, sizes, one.laid, network.patches)
         made = report_mesh(found, ground, weld_fills(found))
         off = max(made.to_ground, made.from_ground)
         wrong = (made.unfilled, made.tangled, made.flipped, off > MOST_OFF)
@@ -389,8 +392,9 @@ def _lay_field(
     field: CrossField,
     walls: Walls,
     seeds: list[int],
-) -> Network | None:
-    """The network of a field's separatrices; None if a line runs on and on."""
+) -> tuple[Network, frozenset[int]] | None:
+    """The network of a field's separatrices, and which of its chains are theirs; None if a line
+    runs on and on."""
     mesh = field.mesh
     starts = start_at_vertices(field, [*field.singular.tolist(), *seeds])
     arcs = find_arcs(field, starts, sizes.edge)
@@ -417,7 +421,8 @@ def _lay_field(
     lines += _list_traces(field, free, left, traced, joints, len(arcs))
     corners = joints.corners()
     builder = NetworkBuilder(network, ground, sizes, lines, JOINING * sizes.edge, corners)
-    return builder.build()
+    made = builder.build()
+    return made, frozenset(builder.laid & made.chains.keys())
 
 
 def _normals_along(field: CrossField, triangles: Int32Array) -> Points:
