@@ -62,14 +62,20 @@ UNTANGLINGS = 4
 
 
 def fit_quads(
-    found: FilledNetwork, ground: Ground, sizes: Sizes, laid: Collection[int], kept: Collection[int]
+    found: FilledNetwork,
+    ground: Ground,
+    samples: Points,
+    sizes: Sizes,
+    laid: Collection[int],
+    kept: Collection[int],
 ) -> FilledNetwork:
     """The filled network with its quads fitted to the ground.
 
-    laid: the chains that may move, with the nodes that no other chain ends at. kept: patches whose
-    vertices stay where they were placed.
+    samples: (n, 3) points that they are to come near to, see :func:`sample_ground`. laid: the
+    chains that may move, with the nodes that no other chain ends at. kept: patches whose vertices
+    stay where they were placed.
     """
-    fit = _Fit(found, ground, sizes, frozenset(laid), frozenset(kept))
+    fit = _Fit(found, ground, samples, sizes, frozenset(laid), frozenset(kept))
     if not fit.free.any():
         return found
     fit.open_tangles()
@@ -78,7 +84,7 @@ def fit_quads(
     fitted = fit.finish()
     if any(len(one.flipped) for one in fitted.placed.values()):
         # Vertices divide their curves evenly again, which may flip what lies closely beside them.
-        again = _Fit(fitted, ground, sizes, frozenset(), frozenset(kept))
+        again = _Fit(fitted, ground, samples, sizes, frozenset(), frozenset(kept))
         again.open_tangles()
         fitted = again.finish()
     return fitted
@@ -106,6 +112,7 @@ class _Fit:
         self,
         found: FilledNetwork,
         ground: Ground,
+        samples: Points,
         sizes: Sizes,
         laid: frozenset[int],
         kept: frozenset[int],
@@ -123,7 +130,7 @@ class _Fit:
         self.degree = np.maximum(np.diff(self.beside.indptr), 1)[:, None]
         self.slide, self.before, self.after = self._find_sliding()
         self.within = WITHIN * ground.diagonal
-        self.samples = sample_ground(ground, SPACING * sizes.edge)
+        self.samples = samples
 
     def _name_vertices(self) -> dict[tuple[int, int], int]:
         """The vertex that every place on the network is; see :func:`name_border_vertices`."""

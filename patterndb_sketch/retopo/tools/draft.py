@@ -45,14 +45,14 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             seam = begin_symmetry(work.network, half, state.sizes.sampling).network
             if any(SYMMETRY in chain.marks for chain in seam.chains.values()):
                 try:
-                    made = propose_draft(seam, half.ground, state.sizes, work.source)
+                    made = propose_draft(seam, half.ground, state.sizes, work.source, half)
                 except RefusedError as error:
                     notes.append(f"not by halves, though the surface is symmetric: {error}")
                 else:
                     said = f"symmetry is on: {found.describe()}"
                     now = replace(state, network=made.network, plane=found.plane)
                     return Result(now, (*notes, said, *_describe(made)))
-    made = propose_draft(work.network, ground, state.sizes, work.source)
+    made = propose_draft(work.network, ground, state.sizes, work.source, work.half)
     return Result(replace(state, network=made.network), (*notes, *_describe(made)))
 
 
