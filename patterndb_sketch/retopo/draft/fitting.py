@@ -31,7 +31,7 @@ from patterndb_sketch.retopo.filling.mesh import RetopoMesh
 from patterndb_sketch.retopo.filling.placing import name_border_vertices
 from patterndb_sketch.retopo.filling.report import cut_quads
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import Chain, set_choice
+from patterndb_sketch.retopo.network import Chain, Node, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from query.placing.untangle import untangle
 
@@ -82,12 +82,17 @@ def fit_quads(
     fit.run()
     fit.open_tangles()
     fitted = fit.finish()
-    if any(len(one.flipped) for one in fitted.placed.values()):
-        # Vertices divide their curves evenly again, which may flip what lies closely beside them.
-        again = _Fit(fitted, ground, samples, sizes, frozenset(), frozenset(kept))
-        again.open_tangles()
-        fitted = again.finish()
+    if count_flipped(fitted):
+        # Vertices divide their curves evenly again, which may flip what lies closely beside them:
+        # then all are held where they are, as those of an imported mesh.
+        exact = fit.finish(whole=True)
+        fitted = min(fitted, exact, key=count_flipped)
     return fitted
+
+
+def count_flipped(found: FilledNetwork) -> int:
+    """How many quads of a filled network are flipped."""
+    return sum(len(one.flipped) for one in found.placed.values())
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -280,8 +285,9 @@ class _Fit:
             there = self.ground.nearest_facing(half, turned[held])
             moved[held], turned[held] = there.points, there.normals
 
-    def finish(self) -> FilledNetwork:
-        """The network with its curves through the vertices, and these held within patches."""
+    def finish(self, whole: bool = False) -> FilledNetwork:
+        """The network with its curves through the vertices, and these held within patches; whole:
+        on their borders, too."""
         network = self.found.network
         nodes = dict(network.nodes)
         for vertex in np.flatnonzero(self.free & (self.mesh.node >= 0)).tolist():
@@ -292,7 +298,8 @@ class _Fit:
         for number in sorted(self.laid):
             along = self._list_along(chains[number])
             if along:
-                chains[number] = self._lay_through(chains[number], along)
+                ends = nodes[chains[number].start], nodes[chains[number].end]
+                chains[number] = self._lay_through(chains[number], along, ends)
         network = replace(network, nodes=nodes, chains=chains)
         moved: list[int] = []
         for patch, number in self.number.items():
@@ -302,7 +309,8 @@ class _Fit:
             assert filling.choice is not None
             inner = np.arange(filling.choice.perimeter, len(number))
             if self.free[number[inner]].all():
-                held = filling.with_moved(inner, self.at[number[inner]])
+                which = np.arange(len(number)) if whole else inner
+                held = filling.with_moved(which, self.at[number[which]])
                 network = set_choice(network, patch, held)
             moved.append(patch)
         placed = dict(self.found.placed)
@@ -310,8 +318,8 @@ class _Fit:
             placed[patch] = place_fill(network, self.ground, network.patches[patch])
         return replace(self.found, network=network, placed=placed)
 
-    def _lay_through(self, chain: Chain, along: list[int]) -> Chain:
-        """A chain along a smooth curve through its vertices, on the ground."""
+    def _lay_through(self, chain: Chain, along: list[int], ends: tuple[Node, Node]) -> Chain:
+        """A chain along a smooth curve through its vertices, on the ground, from node to node."""
         corners, up = self.at[along], self.normals[along]
         length = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
         parts = max(2, int(np.ceil(length / (self.sizes.sampling * chain.count)))) * chain.count
@@ -321,7 +329,8 @@ class _Fit:
         normals = units(np.stack([np.interp(place, number, up[:, c]) for c in range(3)], axis=1))
         there = self.ground.project_near(points, normals, self.sizes)
         points, normals = there.points.copy(), there.normals.copy()
-        points[[0, -1]], normals[[0, -1]] = corners[[0, -1]], up[[0, -1]]
+        for k, node in zip((0, -1), ends, strict=True):
+            points[k], normals[k] = node.point, node.normal
         return replace(chain, points=points, normals=normals)
 
 

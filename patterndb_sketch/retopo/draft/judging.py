@@ -15,7 +15,7 @@ from patterndb.geometry.surface import Surface
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.filling.mesh import RetopoMesh
-from patterndb_sketch.retopo.filling.report import Report, cut_quads, report_mesh
+from patterndb_sketch.retopo.filling.report import Report, cut_quads, hausdorff, report_mesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.symmetry import Half, mirror_mesh
 from patterndb_sketch.retopo.wording import count_places, format_place
@@ -52,6 +52,15 @@ class DraftJudge:
             return made
         twice = {corners: 2 * n for corners, n in made.patches.items()}
         return replace(made, patches=twice, unfilled=2 * made.unfilled, flipped=2 * made.flipped)
+
+    def is_lopsided(self, found: FilledNetwork, made: Report) -> bool:
+        """Is a mesh that is near to its half too far from the whole? Then the surface is not as
+        symmetric as that, and no other draft of the half is nearer."""
+        if self.half is None or max(made.to_ground, made.from_ground) <= MOST_OFF:
+            return False
+        mesh = weld_fills(found)
+        own = hausdorff(mesh.vertices, mesh.quads, self.ground)
+        return max(own) * self.ground.diagonal <= MOST_OFF * self.whole.diagonal
 
     def list_flaws(self, found: FilledNetwork, made: Report) -> tuple[str, ...]:
         """What of a mesh is flipped or far off, in words, with the first place."""
