@@ -1,6 +1,6 @@
 """First drafts of whole surfaces, beside QuadriFlow.
 
-    python benchmarks/draft.py --shared ../shared [--quadriflow PYTHON] [SURFACE ...]
+    python benchmarks/draft.py --shared ../shared [--quadriflow PYTHON] [SURFACE | FILE.obj ...]
 
 Drafts every surface of a body or creature in the shared folder at the default edge, after one for
 nothing (kernels are compiled, the database unpacked). "irregular" are vertices whose number of
@@ -163,6 +163,8 @@ def main() -> None:
         print(HEAD)
         for name in options.surfaces:
             path = options.shared / "data" / "surfaces" / f"{name}.obj"
+            if name.endswith(".obj"):
+                path, name = Path(name), Path(name).stem
             if not path.is_file():
                 print(f"{name}: {path} is not there", file=sys.stderr)
                 continue

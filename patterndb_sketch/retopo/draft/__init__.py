@@ -6,6 +6,7 @@ where:
 
 Read :mod:`.proposing`, which is all of it, then its steps: :mod:`.remesh`, :mod:`.fieldmesh`,
 :mod:`.crossfield` (the field and its singularities), :mod:`.tracing` (separatrices), :mod:`.arcs`
-(those between singularities), :mod:`.walls` (borders and the seam of symmetry) and :mod:`.assembly`
-(lines as a network). Counts are those of :mod:`patterndb_sketch.retopo.counts.regular`.
+(those between singularities), :mod:`.walls` (borders and the seam of symmetry), :mod:`.assembly`
+(lines as a network), :mod:`.fitting` (its quads are fitted to the surface) and :mod:`.judging`
+(what is wrong with them, and refused).
 """

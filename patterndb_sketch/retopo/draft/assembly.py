@@ -104,7 +104,10 @@ BEYOND = 1e6
 
 
 class NetworkBuilder:
-    """The steps of :func:`lay_lines`, which need the same things."""
+    """The steps of laying lines, which need the same things; :meth:`build` takes them all.
+
+    laid: the chains that lines became.
+    """
 
     def __init__(
         self,
@@ -119,6 +122,7 @@ class NetworkBuilder:
         self.ground = ground
         self.sizes = sizes
         self.lines = lines
+        self.laid: set[int] = set()
         self.junctions: dict[Key, _Junction] = {}
         self.walls: dict[tuple[int, float], int] = {}
         self.marked_corners = [at for at in corners if isinstance(at, OnWall)]
@@ -255,6 +259,7 @@ class NetworkBuilder:
         chain = self.draft.new_id()
         self.draft.chains[chain] = Chain(chain, -1, -1, points, normals)
         self.draft.touched_chains.add(chain)
+        self.laid.add(chain)
         return chain
 
     def _set_nodes(self) -> None:

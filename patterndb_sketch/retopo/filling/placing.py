@@ -141,6 +141,10 @@ def place_fill(network: Network, ground: Ground, patch: Patch) -> PlacedPatch:
     if len(which) == choice.n_vertices:
         # As imported: there is nothing left to place.
         vertices, at_rest = np.empty_like(at), True
+    elif len(which) and np.array_equal(which, np.arange(choice.perimeter, choice.n_vertices)):
+        # All that is within is held: the border alone follows the curves.
+        vertices, at_rest = np.empty((choice.n_vertices, 3)), True
+        vertices[: choice.perimeter] = lay_border(network, patch, ground)
     else:
         points = lay_border(network, patch, ground)
         found = place(fill_of(choice), points, enclose_region(ground.surface, points))

@@ -127,23 +127,27 @@ def hausdorff(
     """
     if len(quads) == 0:
         return 1.0, 1.0
-    corner = vertices[quads]
-    one = np.linalg.norm(corner[:, 0] - corner[:, 2], axis=1)
-    two = np.linalg.norm(corner[:, 1] - corner[:, 3], axis=1)
-    first = (one <= two)[:, None]
-    triangles = np.concatenate(
-        [
-            np.where(first, quads[:, [0, 1, 2]], quads[:, [0, 1, 3]]),
-            np.where(first, quads[:, [0, 2, 3]], quads[:, [1, 2, 3]]),
-            cut_fans(others),
-        ]
-    )
+    triangles = np.concatenate([cut_quads(vertices, quads), cut_fans(others)])
     surface = Surface.from_arrays(vertices, triangles)
     there = _sample_triangles(surface.vertices[surface.triangles])
     out = float(np.linalg.norm(ground.nearest(there).points - there, axis=1).max())
     here = _sample_triangles(ground.vertices[ground.triangles])
     back = float(np.linalg.norm(surface.nearest(here).points - here, axis=1).max())
     return out / ground.diagonal, back / ground.diagonal
+
+
+def cut_quads(vertices: Points, quads: np.ndarray) -> np.ndarray:
+    """(2 q, 3) int32, quads (q, 4) cut along their shorter diagonals."""
+    corner = vertices[quads]
+    one = np.linalg.norm(corner[:, 0] - corner[:, 2], axis=1)
+    two = np.linalg.norm(corner[:, 1] - corner[:, 3], axis=1)
+    first = (one <= two)[:, None]
+    return np.concatenate(
+        [
+            np.where(first, quads[:, [0, 1, 2]], quads[:, [0, 1, 3]]),
+            np.where(first, quads[:, [0, 2, 3]], quads[:, [1, 2, 3]]),
+        ]
+    )
 
 
 def cut_fans(faces: Sequence[Sequence[int]]) -> np.ndarray:

@@ -38,6 +38,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         said = count_places("a vertex", "vertices", places)
         notes.append(f"parts of the surface touch in {said}: drafted as if they did not")
     drawn = any(not chain.marked for chain in work.network.chains.values())
+    by_halves: tuple[ProposedDraft, Result] | None = None
     if a["symmetry"] and state.plane is None and not drawn:
         found = propose_plane(ground)
         if found.symmetric:
@@ -45,14 +46,26 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             seam = begin_symmetry(work.network, half, state.sizes.sampling).network
             if any(SYMMETRY in chain.marks for chain in seam.chains.values()):
                 try:
-                    made = propose_draft(seam, half.ground, state.sizes, work.source)
+                    made = propose_draft(seam, half.ground, state.sizes, work.source, half)
                 except RefusedError as error:
                     notes.append(f"not by halves, though the surface is symmetric: {error}")
                 else:
                     said = f"symmetry is on: {found.describe()}"
                     now = replace(state, network=made.network, plane=found.plane)
-                    return Result(now, (*notes, said, *_describe(made)))
-    made = propose_draft(work.network, ground, state.sizes, work.source)
+                    by_halves = made, Result(now, (*notes, said, *_describe(made)))
+    if by_halves is not None and by_halves[0].sound:
+        return by_halves[1]
+    try:
+        made = propose_draft(work.network, ground, state.sizes, work.source, work.half)
+    except RefusedError:
+        if by_halves is None:
+            raise
+        return by_halves[1]
+    if by_halves is not None:
+        if by_halves[0].rank <= made.rank:
+            return by_halves[1]
+        flaws = "; ".join(by_halves[0].flaws)
+        notes.append(f"not by halves, though the surface is symmetric: there would be {flaws}")
     return Result(replace(state, network=made.network), (*notes, *_describe(made)))
 
 

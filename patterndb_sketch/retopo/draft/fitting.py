@@ -1,0 +1,372 @@
+"""Fit the quads of a draft to the surface: what lies furthest from them draws them there.
+
+A fill is laid within curves that the field's lines gave, whose ends and corners know nothing of
+the surface's tips: ears, horns and fingers between two lines are cut off, and quads are flipped
+where lines run close together. Here all vertices of what was laid move at once, curves' too, in
+rounds: each towards the mean of its neighbours, along the surface, but for those from which the
+surface is far. These go where its far points draw them, the more the further they are, so that the
+greatest distance falls and not the mean. No quad flips that was sound, and those that are flipped
+are untangled first. In the end curves run through their vertices again, and fills hold their inner
+ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import CubicSpline
+from scipy.sparse import coo_array, csr_array
+
+from patterndb.core.halfedge import Int32Array
+from patterndb.geometry.neighbours import Neighbours
+from patterndb.geometry.points import Floats, Points, units
+from patterndb.geometry.quadshape import flipped
+from patterndb.geometry.surface import Surface
+from patterndb_sketch.retopo.filling import FilledNetwork, place_fill, weld_fills
+from patterndb_sketch.retopo.filling.fills import filling_of
+from patterndb_sketch.retopo.filling.mesh import RetopoMesh
+from patterndb_sketch.retopo.filling.placing import name_border_vertices
+from patterndb_sketch.retopo.filling.report import cut_quads
+from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network import Chain, Node, set_choice
+from patterndb_sketch.retopo.sizes import Sizes
+from query.placing.untangle import untangle
+
+#: Rounds, and after how many the surface's far points are looked for anew.
+ROUNDS, LOOKED_FOR = 20, 5
+
+#: Points of the surface are this part of a target edge apart, and a triangle is divided into so
+#: many parts a side at most.
+SPACING, MOST_PARTS = 1.0 / 3.0, 30
+
+#: Distances are weighed against this part of the diagonal: what is drawn beyond it is pulled with
+#: all force. Three quarters of what a draft is allowed to be off.
+WITHIN = 0.015
+
+#: Points nearer to the quads than this part of that draw nothing.
+NEAR = 0.25
+
+#: Parts of their way that vertices go in a round: to the mean of neighbours, along a curve to the
+#: middle between these, and to where they are drawn; and no further than this part of an edge.
+SMOOTHED, EVENED, DRAWN, FURTHEST = 0.5, 0.25, 0.7, 0.5
+
+#: Times that vertices of quads that would flip go half as far, and times that they stay, from the
+#: second on with their neighbours.
+HALVINGS, HOLDS = 3, 5
+
+#: Times that flipped quads are untangled and projected.
+UNTANGLINGS = 4
+
+
+def fit_quads(
+    found: FilledNetwork,
+    ground: Ground,
+    samples: Points,
+    sizes: Sizes,
+    laid: Collection[int],
+    kept: Collection[int],
+) -> FilledNetwork:
+    """The filled network with its quads fitted to the ground.
+
+    samples: (n, 3) points that they are to come near to, see :func:`sample_ground`. laid: the
+    chains that may move, with the nodes that no other chain ends at. kept: patches whose vertices
+    stay where they were placed.
+    """
+    fit = _Fit(found, ground, samples, sizes, frozenset(laid), frozenset(kept))
+    if not fit.free.any():
+        return found
+    fit.open_tangles()
+    fit.run()
+    fit.open_tangles()
+    fitted = fit.finish()
+    if count_flipped(fitted):
+        # Vertices divide their curves evenly again, which may flip what lies closely beside them:
+        # then all are held where they are, as those of an imported mesh.
+        exact = fit.finish(whole=True)
+        fitted = min(fitted, exact, key=count_flipped)
+    return fitted
+
+
+def count_flipped(found: FilledNetwork) -> int:
+    """How many quads of a filled network are flipped."""
+    return sum(len(one.flipped) for one in found.placed.values())
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _FarPoints:
+    """Points (n, 3) of the ground, on the quads' triangles with corners (n, 3) the weights (n, 3)
+    of what is nearest; away: (n, 3) from there to the points, size: how far."""
+
+    points: Points
+    corners: Int32Array
+    weights: Floats
+    away: Points
+    size: Floats
+
+
+class _Fit:
+    """The steps of :func:`fit_quads`, which share the mesh.
+
+    at, normals: (v, 3) where its vertices are now. free: (v,) which may move.
+    """
+
+    def __init__(
+        self,
+        found: FilledNetwork,
+        ground: Ground,
+        samples: Points,
+        sizes: Sizes,
+        laid: frozenset[int],
+        kept: frozenset[int],
+    ) -> None:
+        self.found = found
+        self.ground = ground
+        self.sizes = sizes
+        self.laid = laid
+        self.mesh = weld_fills(found)
+        self.at, self.normals = self.mesh.vertices.copy(), self.mesh.normals.copy()
+        self.number = number_vertices(found, self.mesh)
+        self.on_network = self._name_vertices()
+        self.free = self._find_free(kept)
+        self.beside = _link_neighbours(self.mesh)
+        self.degree = np.maximum(np.diff(self.beside.indptr), 1)[:, None]
+        self.slide, self.before, self.after = self._find_sliding()
+        self.within = WITHIN * ground.diagonal
+        self.samples = samples
+
+    def _name_vertices(self) -> dict[tuple[int, int], int]:
+        """The vertex that every place on the network is; see :func:`name_border_vertices`."""
+        at: dict[tuple[int, int], int] = {}
+        for patch, number in self.number.items():
+            keys = name_border_vertices(self.found.network, self.found.network.patches[patch])
+            at.update(zip(keys, number[: len(keys)].tolist(), strict=True))
+        return at
+
+    def _find_free(self, kept: frozenset[int]) -> NDArray[np.bool_]:
+        """(v,) what is on chains that were laid, on nodes of nothing else, and within patches that
+        are not kept."""
+        network, mesh = self.found.network, self.mesh
+        still = {
+            node
+            for chain in network.chains.values()
+            if chain.id not in self.laid and not chain.loose
+            for node in (chain.start, chain.end)
+        }
+        free = np.where(
+            mesh.node >= 0,
+            ~np.isin(mesh.node, sorted(still)),
+            (mesh.chain < 0) | np.isin(mesh.chain, sorted(self.laid)),
+        )
+        free[np.concatenate([np.array(face, np.int64) for face in (*mesh.kept, ())])] = False
+        for patch in kept & self.number.keys():
+            free[self.number[patch][self.found.placed[patch].perimeter :]] = False
+        return free
+
+    def _find_sliding(self) -> tuple[Int32Array, Int32Array, Int32Array]:
+        """Vertices within chains, and those before and after them."""
+        rows = [
+            (one[k], one[k - 1], one[k + 1])
+            for chain in sorted(self.laid)
+            for one in [self._list_along(self.found.network.chains[chain])]
+            for k in range(1, len(one) - 1)
+        ]
+        a, b, c = np.array(rows, np.int32).reshape(-1, 3).T
+        return a, b, c
+
+    def _list_along(self, chain: Chain) -> list[int]:
+        """The vertices along a chain; none where no patch beside it has quads."""
+        keys = [(chain.start, -1), *((chain.id, k) for k in range(1, chain.count))]
+        keys.append((chain.end, -1))
+        return [self.on_network[k] for k in keys] if all(k in self.on_network for k in keys) else []
+
+    def open_tangles(self) -> None:
+        """Untangle flipped quads within the surface, as far as that can be."""
+        mesh = self.mesh
+        order = np.argsort(self.free, kind="stable")
+        name = np.empty(len(order), np.int32)
+        name[order] = np.arange(len(order), dtype=np.int32)
+        quads = np.ascontiguousarray(name[mesh.quads])
+        fixed = int((~self.free).sum())
+        beside = Neighbours.of(quads, len(order), 0)
+        at, up = self.at[order], self.normals[order]
+        fewest = int(flipped(quads, at, up).sum())
+        for _ in range(UNTANGLINGS):
+            if not fewest:
+                break
+            at = untangle(quads, at, up, fixed, beside)
+            there = self.ground.nearest_facing(at[fixed:], up[fixed:])
+            up = up.copy()
+            at[fixed:], up[fixed:] = there.points, there.normals
+            left = int(flipped(quads, at, up).sum())
+            if left < fewest:
+                fewest = left
+                self.at, self.normals = at[name], up[name]
+
+    def run(self) -> None:
+        """Move the vertices, round by round."""
+        active = self.samples
+        for done in range(ROUNDS):
+            if done % LOOKED_FOR == 0:
+                active = self.samples
+            far = self._measure(active)
+            active = far.points
+            self._step(far)
+
+    def _measure(self, points: Points) -> _FarPoints:
+        """Of points (n, 3) of the ground those that are not near to the quads."""
+        surface = Surface.from_arrays(self.at, cut_quads(self.at, self.mesh.quads))
+        triangle, weights = surface.located(points)
+        corners = surface.triangles[triangle]
+        away = points - np.einsum("ne,nec->nc", weights, self.at[corners])
+        size = np.linalg.norm(away, axis=1)
+        far = size > NEAR * self.within
+        return _FarPoints(points[far], corners[far], weights[far], away[far], size[far])
+
+    def _step(self, far: _FarPoints) -> None:
+        """One round."""
+        n, edge = len(self.at), self.sizes.edge
+        drawn, weight, force = np.zeros((n, 3)), np.zeros(n), np.zeros(n)
+        # The cube counts the furthest for nearly all: one tip is a few points of many.
+        by = (far.size / self.within) ** 3
+        for e in range(3):
+            corner, share = far.corners[:, e], far.weights[:, e]
+            np.add.at(drawn, corner, (share * by)[:, None] * far.away)
+            np.add.at(weight, corner, share * share * by)
+            np.maximum.at(force, corner, share * far.size / self.within)
+        drawn /= np.maximum(weight, 1e-12)[:, None]
+        length = np.linalg.norm(drawn, axis=1, keepdims=True)
+        drawn *= np.minimum(1.0, FURTHEST * edge / np.maximum(length, 1e-300))
+        share = np.clip(1.5 * force - 0.3, 0.0, 1.0)[:, None]
+        up = units(self.normals + (self.beside @ self.normals) / self.degree)
+        smooth = (self.beside @ self.at) / self.degree - self.at
+        smooth -= (smooth * up).sum(axis=1, keepdims=True) * up
+        move = (1.0 - share) * SMOOTHED * smooth + share * DRAWN * drawn
+        move[self.slide] += self._even_out()
+        moved, turned = self.at.copy(), self.normals.copy()
+        moved[self.free] += move[self.free]
+        there = self.ground.nearest_facing(moved[self.free], up[self.free])
+        moved[self.free], turned[self.free] = there.points, there.normals
+        self._hold(moved, turned)
+
+    def _even_out(self) -> Points:
+        """(s, 3) how vertices within chains go along these, for edges to be of one length, or of
+        lengths that the density asks for."""
+        at, density = self.at, self.found.network.density
+        back, ahead = at[self.before] - at[self.slide], at[self.after] - at[self.slide]
+        one, two = np.linalg.norm(back, axis=1), np.linalg.norm(ahead, axis=1)
+        if density.strokes:
+            up = self.normals[self.slide]
+            one = one * density.at(at[self.slide] + 0.5 * back, up)
+            two = two * density.at(at[self.slide] + 0.5 * ahead, up)
+        share = (two - one) / np.maximum(one + two, 1e-300)
+        return EVENED * share[:, None] * (ahead - back)
+
+    def _hold(self, moved: Points, turned: Points) -> None:
+        """Go there, but for vertices of quads that would flip: they go less far, or stay."""
+        quads = self.mesh.quads
+        wrong = flipped(quads, self.at, self.normals)
+        for times in range(HALVINGS + HOLDS):
+            worse = flipped(quads, moved, turned) & ~wrong
+            if not worse.any():
+                self.at, self.normals = moved, turned
+                return
+            held = np.zeros(len(moved), np.bool_)
+            held[quads[worse]] = True
+            if times >= HALVINGS:
+                if times > HALVINGS:
+                    held |= (self.beside @ held.astype(np.float64)) > 0.0
+                moved[held], turned[held] = self.at[held], self.normals[held]
+                continue
+            held &= self.free
+            half = 0.5 * (moved[held] + self.at[held])
+            there = self.ground.nearest_facing(half, turned[held])
+            moved[held], turned[held] = there.points, there.normals
+
+    def finish(self, whole: bool = False) -> FilledNetwork:
+        """The network with its curves through the vertices, and these held within patches; whole:
+        on their borders, too."""
+        network = self.found.network
+        nodes = dict(network.nodes)
+        for vertex in np.flatnonzero(self.free & (self.mesh.node >= 0)).tolist():
+            number = int(self.mesh.node[vertex])
+            point, normal = self.at[vertex].copy(), self.normals[vertex].copy()
+            nodes[number] = replace(nodes[number], point=point, normal=normal)
+        chains = dict(network.chains)
+        for number in sorted(self.laid):
+            along = self._list_along(chains[number])
+            if along:
+                ends = nodes[chains[number].start], nodes[chains[number].end]
+                chains[number] = self._lay_through(chains[number], along, ends)
+        network = replace(network, nodes=nodes, chains=chains)
+        moved: list[int] = []
+        for patch, number in self.number.items():
+            if not self.free[number].any():
+                continue
+            filling = filling_of(network.patches[patch])
+            assert filling.choice is not None
+            inner = np.arange(filling.choice.perimeter, len(number))
+            if self.free[number[inner]].all():
+                which = np.arange(len(number)) if whole else inner
+                held = filling.with_moved(which, self.at[number[which]])
+                network = set_choice(network, patch, held)
+            moved.append(patch)
+        placed = dict(self.found.placed)
+        for patch in moved:
+            placed[patch] = place_fill(network, self.ground, network.patches[patch])
+        return replace(self.found, network=network, placed=placed)
+
+    def _lay_through(self, chain: Chain, along: list[int], ends: tuple[Node, Node]) -> Chain:
+        """A chain along a smooth curve through its vertices, on the ground, from node to node."""
+        corners, up = self.at[along], self.normals[along]
+        length = float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
+        parts = max(2, int(np.ceil(length / (self.sizes.sampling * chain.count)))) * chain.count
+        place = np.linspace(0.0, chain.count, parts + 1)
+        points = np.asarray(CubicSpline(np.arange(len(along)), corners, bc_type="natural")(place))
+        number = np.arange(len(along))
+        normals = units(np.stack([np.interp(place, number, up[:, c]) for c in range(3)], axis=1))
+        there = self.ground.project_near(points, normals, self.sizes)
+        points, normals = there.points.copy(), there.normals.copy()
+        for k, node in zip((0, -1), ends, strict=True):
+            points[k], normals[k] = node.point, node.normal
+        return replace(chain, points=points, normals=normals)
+
+
+def number_vertices(found: FilledNetwork, mesh: RetopoMesh) -> dict[int, Int32Array]:
+    """Of every patch with quads the mesh's vertices that those of its fill are."""
+    number: dict[int, Int32Array] = {}
+    for patch, placed in found.placed.items():
+        number[patch] = np.empty(len(placed.vertices), np.int32)
+        number[patch][placed.quads] = mesh.quads[mesh.patch == patch]
+    return number
+
+
+def _link_neighbours(mesh: RetopoMesh) -> csr_array:
+    """(v, v) 1 for every edge."""
+    tail, head = mesh.list_sides()
+    pairs = np.unique(np.stack([np.r_[tail, head], np.r_[head, tail]]), axis=1)
+    n = len(mesh.vertices)
+    return coo_array((np.ones(pairs.shape[1]), tuple(pairs)), (n, n)).tocsr()
+
+
+def sample_ground(ground: Ground, spacing: float) -> Points:
+    """(n, 3) points all over a ground, about so far apart, its vertices among them."""
+    corners = ground.vertices[ground.triangles]
+    longest = np.linalg.norm(corners - np.roll(corners, -1, axis=1), axis=2).max(axis=1)
+    parts = np.clip(np.ceil(longest / spacing), 1, MOST_PARTS).astype(np.int64)
+    found = [ground.vertices[np.unique(ground.triangles)]]
+    for n in np.unique(parts[parts > 1]).tolist():
+        weights = np.array(list(_list_weights(n)))
+        inner = np.einsum("ke,tec->tkc", weights, corners[parts == n])
+        found.append(inner.reshape(-1, 3))
+    return np.concatenate(found)
+
+
+def _list_weights(n: int) -> Iterable[tuple[float, float, float]]:
+    """Weights of the points that divide a triangle's sides into n parts, without its corners."""
+    for i in range(n):
+        for j in range(n - i + 1):
+            if max(i, j, n - i - j) < n:
+                yield i / n, j / n, (n - i - j) / n
