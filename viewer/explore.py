@@ -17,7 +17,7 @@ from viewer.contour import PointerMode
 from viewer.explorer_commands import COMMANDS, KEYS
 from viewer.explorer_picture import HINTS, compose_explorer, describe_explorer
 from viewer.explorer_state import ExplorerState
-from viewer.facts import FactWriter
+from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import SaveWay
 
@@ -131,16 +131,13 @@ class ExplorerSaver(saver.Saver):
         self._write_obj = write_obj
         self._accept = accept
 
-    def drawn(self) -> Drawn:
-        return compose_explorer(self.state, self.size[0] / self.size[1])
-
     def draw_live(self, width: float, height: float) -> Drawn:
-        return compose_explorer(self.state, width / height, bare=True, height=height)
+        return compose_explorer(self.state, width, height)
 
-    def describe(self, writer: FactWriter) -> None:
-        describe_explorer(writer, self.state)
+    def describe(self, sheet: FactSheet) -> None:
+        describe_explorer(sheet, self.state)
         if self.state.finder.trouble:
-            writer.paragraph(self.state.finder.trouble, style.MESSAGE)
+            sheet.paragraph(self.state.finder.trouble, style.MESSAGE)
 
     def hint(self) -> str:
         if self.state.contour is None and self.state.mode is PointerMode.LOOK:
@@ -160,9 +157,6 @@ class ExplorerSaver(saver.Saver):
 
     def picture_path(self) -> Path:
         return self._folder / f"{self._name()}.png"
-
-    def saved_object(self) -> str:
-        return self.write_fill(self._object_path())
 
     def write_fill(self, path: Path) -> str:
         """Write the fill that is looked at, and count it as used."""

@@ -80,6 +80,7 @@ class SliderRow:
 
     slider: its ends and steps. get: what it is now. set: makes it another one. begin, end: of
     a drag, which is one step for undo. enabled: does it do anything now? tip: what it does.
+    note: what is said behind the name. chosen: is it the one that keys change?
     """
 
     slider: Slider
@@ -89,6 +90,8 @@ class SliderRow:
     end: Callable[[], object] = lambda: None
     enabled: Callable[[], bool] = lambda: True
     tip: str = ""
+    note: Callable[[], str] = lambda: ""
+    chosen: Callable[[], bool] = lambda: False
 
 
 class SliderPanel(QWidget):
@@ -101,7 +104,7 @@ class SliderPanel(QWidget):
         super().__init__()
         self._changed = changed
         self._refreshing = False
-        self.rows: list[tuple[SliderRow, QSlider, QDoubleSpinBox]] = []
+        self.rows: list[tuple[SliderRow, QLabel, QSlider, QDoubleSpinBox]] = []
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 4, 8, 4)
         for row in rows:
@@ -137,7 +140,7 @@ class SliderPanel(QWidget):
         whole.setSpacing(0)
         whole.addLayout(head)
         whole.addWidget(line)
-        self.rows.append((row, line, field))
+        self.rows.append((row, name, line, field))
         return whole
 
     def _take(self, row: SliderRow, value: float, line: QSlider | None) -> None:
@@ -159,8 +162,9 @@ class SliderPanel(QWidget):
         """Show what the numbers are now."""
         self._refreshing = True
         try:
-            for row, line, field in self.rows:
+            for row, name, line, field in self.rows:
                 value = row.get()
+                name.setText(("▸ " if row.chosen() else "") + row.slider.label + row.note())
                 if not line.isSliderDown():
                     line.setValue(round(STEPS * row.slider.share(value)))
                 if not field.hasFocus() or abs(field.value() - value) > 10.0 ** -field.decimals():
