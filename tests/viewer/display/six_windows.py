@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 TESTS = Path(__file__).resolve().parents[1]
+sys.path.append(str(TESTS))
 for folder in ("retopo", "surfacing", "features", "shapes"):
     sys.path.append(str(TESTS / folder))
 sys.path.append(str(TESTS.parents[1] / "examples"))
