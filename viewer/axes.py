@@ -11,7 +11,7 @@ from viewer.scene import Scene
 LENGTH, AT = 30.0, 52.0
 
 #: Ink of the one that matters, and of the others.
-STRONG, FAINT = "#1f2733", "#9aa3af"
+STRONG, FAINT = "#1f2733", "#69727e"
 
 #: Points from the end of an axis to its name, and beside one that is seen end on.
 BESIDE, END_ON = 9.0, (7.0, 5.0)

@@ -78,6 +78,7 @@ class BrowserSaver(saver.Saver):
     """
 
     kind = "browse"
+    opens = "another database"
     commands = COMMANDS
     state: BrowserState
 
@@ -102,6 +103,9 @@ class BrowserSaver(saver.Saver):
 
     def describe(self, sheet: FactSheet) -> None:
         describe_browser(sheet, self.state, self._meshes)
+
+    def first_hint(self) -> str:
+        return "" if len(self.state.rows) else "No pattern passes the filters."
 
     def hint(self) -> str:
         return f"page {self.state.page + 1} of {self.state.n_pages}"

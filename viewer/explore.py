@@ -107,14 +107,11 @@ def explore(
     return state
 
 
-#: What to do where there is no boundary yet.
-FIRST_HINT = "press b and click the corners of a boundary, or open a boundary or a mesh: Ctrl+O"
-
-
 class ExplorerSaver(saver.Saver):
     """Obeys keys, and writes what some of them save."""
 
     kind = "explore"
+    opens = "a boundary or a mesh"
     commands = COMMANDS
     state: ExplorerState
 
@@ -139,9 +136,11 @@ class ExplorerSaver(saver.Saver):
         if self.state.finder.trouble:
             sheet.paragraph(self.state.finder.trouble, style.MESSAGE)
 
+    def first_hint(self) -> str:
+        begun = self.state.contour is not None or self.state.mode is not PointerMode.LOOK
+        return "" if begun else "Press B and click the corners of a boundary."
+
     def hint(self) -> str:
-        if self.state.contour is None and self.state.mode is PointerMode.LOOK:
-            return FIRST_HINT
         return HINTS[self.state.mode]
 
     def would_lose(self) -> str:

@@ -48,11 +48,13 @@ class Saver(ABC):
     """Draws a state, obeys keys, and writes what some of them save.
 
     state: the viewer's, with a ``message``. keys: the viewer's. size: pixels of the picture.
-    kind: of window, which settings go by. commands: what can be done, for menus. A viewer says
-    in a class of its own how it is drawn, and what its files are.
+    kind: of window, which settings go by. opens: what can be opened or dropped. commands: what
+    can be done, for menus. A viewer says in a class of its own how it is drawn, and what its files
+    are.
     """
 
     kind = "window"
+    opens = "a file"
     commands: Sequence[Command[Any]] = ()
 
     def __init__(self, state: Any, keys: KeyMap[Any], size: tuple[int, int]) -> None:
@@ -74,6 +76,10 @@ class Saver(ABC):
 
     def hint(self) -> str:
         """What is to be done now, in a line; "" for nothing in particular."""
+        return ""
+
+    def first_hint(self) -> str:
+        """What to begin with, where there is nothing to see yet; "" where there is."""
         return ""
 
     def save_ways(self) -> tuple[SaveWay, ...]:

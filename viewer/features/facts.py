@@ -22,7 +22,7 @@ def tell_hint(state: FeatureState) -> str:
     """Tell what is to be done now, in a line; "" for nothing in particular."""
     if state.editing.clicks is not None:
         return CLOSING if state.closing else HINTS[min(len(state.editing.clicks), max(HINTS))]
-    return "" if state.editing.edits.curves else "press c to draw a curve along a feature"
+    return ""
 
 
 def describe_features(sheet: FactSheet, state: FeatureState) -> None:

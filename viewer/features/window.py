@@ -155,6 +155,7 @@ class FeatureSaver(saver.SessionSaver):
     """Draws the state, obeys keys, and writes pictures."""
 
     kind = "features"
+    opens = "another model"
     commands = COMMANDS
     state: FeatureState
 
@@ -168,6 +169,11 @@ class FeatureSaver(saver.SessionSaver):
     def describe(self, sheet: FactSheet) -> None:
         describe_features(sheet, self.state)
 
+    def first_hint(self) -> str:
+        editing = self.state.editing
+        empty = not editing.edits.curves and editing.clicks is None
+        return "Press C and click along a feature of the model." if empty else ""
+
     def hint(self) -> str:
         return tell_hint(self.state)
 
@@ -178,4 +184,4 @@ class FeatureSaver(saver.SessionSaver):
         drawing = bool(self.state.editing.clicks)
         if drawing:
             return "A curve is being drawn, and nothing of it is saved."
-        return "the curves are not saved: s saves them" if self.state.editing.unsaved else ""
+        return "The curves are not saved." if self.state.editing.unsaved else ""

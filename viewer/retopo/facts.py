@@ -84,7 +84,7 @@ def _waiting(sheet: FactSheet, state: RetopoState) -> None:
     titles = {mode.tool: mode.title for mode in state.tool.modes}
     names = [titles.get(tool, tool) for tool in state.editing.working]
     if names:
-        sheet.fact("at work", names[0])
+        sheet.fact("at work", names[0] + ("" if len(names) > 1 else "; Esc stops it"))
     if len(names) > 1:
         waits = ", ".join(names[1 : 1 + WAITING]) + (" …" if len(names) > 1 + WAITING else "")
         sheet.fact("waiting", waits)

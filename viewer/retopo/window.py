@@ -252,6 +252,16 @@ class RetopoSaver(saver.SessionSaver):
     def describe(self, sheet: FactSheet) -> None:
         describe_network(sheet, self.state)
 
+    def first_hint(self) -> str:
+        empty = all(chain.marked for chain in self.state.network.chains.values())
+        waits = self.state.editing.waiting or self.state.tool.holding
+        if not empty or waits:
+            return ""
+        return (
+            "Drag on the surface: a curve. Curves that close a loop become quads.\n"
+            "8 makes a first draft of all of it; F1 lists all that can be done."
+        )
+
     def hint(self) -> str:
         return tell_hint(self.state)
 
@@ -260,8 +270,8 @@ class RetopoSaver(saver.SessionSaver):
 
     def would_lose(self) -> str:
         if self.state.tool.holding:
-            return "a line is being drawn, and nothing of it is saved"
-        return "the session is not saved: s saves it" if self.state.editing.unsaved else ""
+            return "A line is being drawn, and nothing of it is saved."
+        return "The session is not saved." if self.state.editing.unsaved else ""
 
     def find_lost_work(self) -> LostWork | None:
         if self.files.lost is None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from PySide6.QtCore import QSize, Qt, QTimer
-from PySide6.QtGui import QIcon, QPixmap
+from PySide6.QtGui import QIcon, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import (
     QDockWidget,
     QDoubleSpinBox,
@@ -206,11 +206,14 @@ class ThumbnailList(QListWidget):
     """Small pictures in rows; one can be chosen with a click or the arrow keys.
 
     They are painted one after another, while nothing else goes on. choose: called with the
-    number of the one that was chosen.
+    number of the one that was chosen. empty: what is said where there are none.
     """
 
-    def __init__(self, choose: Callable[[int], object], size: int = 108, lines: int = 1) -> None:
+    def __init__(
+        self, choose: Callable[[int], object], size: int = 108, lines: int = 1, empty: str = ""
+    ) -> None:
         super().__init__()
+        self._empty = empty
         self._choose, self._size = choose, size
         self._shown: list[Thumbnail] = []
         self._icons: dict[tuple[object, float], QIcon] = {}
@@ -267,6 +270,17 @@ class ThumbnailList(QListWidget):
         self._waiting = [n for n in self._waiting if n < kept] + list(range(kept, len(wanted)))
         self._painter.start(0)
 
+    def paintEvent(self, e: QPaintEvent) -> None:
+        """Paint the pictures, or say that there are none."""
+        super().paintEvent(e)
+        if not self.count() and self._empty:
+            painter = QPainter(self.viewport())
+            painter.setPen(self.palette().placeholderText().color())
+            around = self.viewport().rect().adjusted(12, 12, -12, -12)
+            flags = Qt.AlignmentFlag.AlignHCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(around, int(flags), self._empty)
+            painter.end()
+
     @property
     def is_painting(self) -> bool:
         """Are there pictures that wait to be painted?"""
@@ -280,7 +294,10 @@ class ThumbnailList(QListWidget):
         number, density = self._waiting.pop(0), self.devicePixelRatioF()
         key = (self._shown[number].key, density)
         if key not in self._icons:
-            self._icons[key] = QIcon(self._shown[number].paint(self._size, density))
+            painted = self._shown[number].paint(self._size, density)
+            self._icons[key] = icon = QIcon(painted)
+            # As it is where it is chosen, too: its colours say something.
+            icon.addPixmap(painted, QIcon.Mode.Selected)
         item = self.item(number)
         if item is not None:
             item.setIcon(self._icons[key])

@@ -33,6 +33,7 @@ CURVE = "#26303d"
 CHORD = "#4c5663"
 FACE_EDGE = "#5b6674"
 STROKE = "#8a3ffc"
+SNAP = "#10a37f"
 OFF = "#7a8594"
 
 #: Curves that bound no patch, dashed, and open rims, wider: shapes tell them for whom colours do
@@ -95,6 +96,11 @@ def _parts(state: SurfacingState) -> list[Triangles]:
         parts.append(make_ribbons(lines, STROKE, STROKE_WIDTH, STROKE_LIFT))
         ends = np.concatenate([part[[0, -1]] for part in ink.parts] or [np.zeros((0, 3))])
         parts.append(make_discs(view.seen(ends), STROKE, STROKE_WIDTH / 2.0, STROKE_LIFT + 1.0))
+    snaps = state.find_snaps()
+    if snaps:
+        parts.append(
+            make_discs(view.seen(np.stack(snaps)), SNAP, RING[1], STROKE_LIFT + 2.0, RING[0])
+        )
     return parts
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
+from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
@@ -19,7 +20,7 @@ from viewer.nearness import CLICK, RING_REACH, STROKE_END_REACH
 from viewer.slider import Slider
 from viewer.surfacing.body import SurfaceBody
 from viewer.surfacing.edits import SurfacingEdits, choose_next_method
-from viewer.surfacing.ink import InkedStroke, StrokePointer, cast_ray
+from viewer.surfacing.ink import InkedStroke, StrokePointer, cast_ray, find_snaps
 from viewer.surfacing.maker import Find, find_network_cycles
 from viewer.surfacing.surfaces import Surfaces
 
@@ -95,6 +96,11 @@ class SurfacingState:
         if not self._quill.down or made is None or made.surfacing is None or made.body is None:
             return None
         return self._quill.ink(made.surfacing, made.body)
+
+    def find_snaps(self) -> list[Points]:
+        """Where the ends of the stroke that is drawn, or was drawn last, would be moved to."""
+        ink = self.ink or next(reversed(self.surfaces.edits.inks), None)
+        return [] if ink is None else find_snaps(ink, STROKE_END_REACH / self.camera.view.scale)
 
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""

@@ -90,6 +90,7 @@ class SurfacingSaver(saver.Saver):
     """Obeys keys, and writes what some of them save."""
 
     kind = "surface"
+    opens = "another network"
     commands = COMMANDS
     state: SurfacingState
 
@@ -109,6 +110,11 @@ class SurfacingSaver(saver.Saver):
 
     def describe(self, sheet: FactSheet) -> None:
         describe_surface(sheet, self.state)
+
+    def first_hint(self) -> str:
+        surfaces = self.state.surfaces
+        empty = not (surfaces.patches or surfaces.making or surfaces.trouble)
+        return "There is no patch: no curves close a cycle at this stage." if empty else ""
 
     def hint(self) -> str:
         return DRAWING_HINT if self.state.drawing_mode else ""
