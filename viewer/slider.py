@@ -1,4 +1,4 @@
-"""A number that is chosen between two ends: where it is on a line, and how it is written."""
+"""A number that is chosen between two ends, and where it is on a line."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from dataclasses import dataclass
 class Slider:
     """A number that is chosen between two ends.
 
-    label:  written above the line. low, high: the ends, low below high.
+    label:  its name. low, high: the ends, low below high.
     step:   the value is rounded to multiples of it.
     digits: on a logarithmic scale, where equal ways multiply by equal factors and low is above
             0, it is rounded to so many digits that count instead; 0 for a linear scale.
     power:  on a linear scale, places of the line go by this root of the value's share.
-    unit:   written after the value. ends: what the ends mean, written below them.
+    unit:   of the value. ends: what the ends mean.
 
     Raises ValueError for ends that are none.
     """
@@ -74,9 +74,3 @@ class Slider:
         else:
             step = self.step
         return min(max(value + math.copysign(step, by), self.low), self.high)
-
-    def text(self, value: float) -> str:
-        """The value as it is written."""
-        if self.digits:
-            return f"{value:.{self.digits}g}{self.unit}"
-        return f"{value:.{self.decimals}f}{self.unit}".replace("-", "\N{MINUS SIGN}")

@@ -1,4 +1,4 @@
-"""Sliders: values, places on their lines, and how values are written."""
+"""Sliders: values, and places on their lines."""
 
 from __future__ import annotations
 
@@ -55,13 +55,6 @@ def test_moving_goes_on_until_the_end(slider: Slider, share: float, by: float) -
     else:
         assert after == value
     assert slider.moved(value, 0.0) == value
-
-
-def test_values_are_written_with_their_unit() -> None:
-    assert ALPHA.text(0.5) == "0.50"
-    assert ANGLE.text(60.0) == "60°"
-    assert MODE.text(-1.2) == "\N{MINUS SIGN}1.2"
-    assert [STIFF.text(v) for v in (1.0, 3.16, 100.0)] == ["1", "3.16", "100"]
 
 
 @pytest.mark.parametrize(

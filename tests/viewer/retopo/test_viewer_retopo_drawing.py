@@ -128,7 +128,7 @@ def test_completions_are_shown_stepped_through_and_taken_as_shown(state: RetopoS
     assert away.max() < 2e-3
     hover(state, (3.0, 3.0))
     assert state.tool.preview is not None and state.tool.preview.count == 0
-    click(state, (4.5, -4.5))
+    click(state, (3.0, -3.0))
     assert "nothing can be completed here" in state.message
     assert len(state.network.patches) == 2
 
