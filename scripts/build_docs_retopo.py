@@ -10,7 +10,8 @@ from build_docs_markdown import between
 def retopo_page(text: str) -> str:
     """The guide with the tools and keys that there are, between its comments."""
     from patterndb_sketch.retopo.table import describe_tools
-    from viewer.retopo.keys import KEY_HELP, MOUSE_HELP
+    from viewer.commands import QT_NAMES
+    from viewer.retopo.keys import COMMANDS
     from viewer.retopo.modes import list_modes
 
     tools = ["| tool | argument | |", "|---|---|---|"]
@@ -18,8 +19,11 @@ def retopo_page(text: str) -> str:
         tools.append(f"| | `{word}` | {said} |" if word else f"| `{name}` | | {said} |")
     keys = ["| key | tool | |", "|---|---|---|"]
     keys += [f"| `{m.key}` | {m.title} | {spaced(m.hint)} |" for m in list_modes() if m.key]
-    keys += ["", "| key | |", "|---|---|", *(f"| `{key}` | {said} |" for key, said in KEY_HELP)]
-    keys += ["", spaced(MOUSE_HELP) + "."]
+    keys += ["", "| key | command | |", "|---|---|---|"]
+    for one in COMMANDS:
+        if one.keys and not one.name.startswith("tool-"):
+            named = " ".join(f"`{QT_NAMES.get(key, key)}`" for key in one.keys)
+            keys.append(f"| {named} | {one.title} | {spaced(one.tip)} |")
     return between(between(text, "Tools", tools), "Keys", keys)
 
 

@@ -93,7 +93,7 @@ def save(state: ExplorerState, path: Path, rank: int = 1) -> None:
     state.settle(rank - 1)
     state.settle()
     state.pointer = None
-    save_drawn(path, compose_explorer(state, SIZE[0] / SIZE[1]), SIZE[1])
+    save_drawn(path, compose_explorer(state, float(SIZE[0]), float(SIZE[1])), SIZE[1])
     size = path.stat().st_size
     print(f"{path}: {size:,} bytes")
     if size > LARGEST_PICTURE:

@@ -82,10 +82,10 @@ def main() -> None:
     out = parser.parse_args().out / "features-viewer.png"
     clean = body(CAR)
     mess = degrade(clean, 4, uneven=True, gaps=GAPS, crossings=CROSSINGS, exterior=True)
-    state = FeatureState(Model.from_arrays(mess.points, mess.triangles), title=f"{CAR}.obj")
+    state = FeatureState(Model.from_arrays(mess.points, mess.triangles))
     try:
         painter = FeaturePainter()
-        painter.compose(state, SIZE[0] / SIZE[1])
+        painter.compose(state, float(SIZE[0]), float(SIZE[1]))
         for feature, error, seed in STROKES:
             draw_curve(state, clean, feature, error, seed)
         pull(state)
@@ -94,7 +94,7 @@ def main() -> None:
         state.move(0.0, 400.0)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"
-            save_drawn(path, painter.compose(state, SIZE[0] / SIZE[1]), SIZE[1])
+            save_drawn(path, painter.compose(state, float(SIZE[0]), float(SIZE[1])), SIZE[1])
             with Image.open(path) as image:
                 image.convert("RGB").save(out, optimize=True)
                 if out.stat().st_size > LARGEST_PICTURE:

@@ -271,7 +271,7 @@ def opened(
     state = RetopoState(Editor(smooth(name), source), title=name)
     hand = Hand(state, tools)
     try:
-        hand.image(TOOL, bare=True)
+        hand.image(TOOL)
         hand.keys("3")
         yield hand
     finally:
@@ -293,10 +293,10 @@ def main() -> None:
             shaping(hand)
             details(hand)
             quads(hand)
-            hand.image(WINDOW, bare=False)
+            hand.image(WINDOW)
             hand.keys("v 3 a")
             hand.hover((0.6, -6.7))
-            save(hand.image(WINDOW, bare=False), out / "retopo-viewer.png")
+            save(hand.image(WINDOW), out / "retopo-viewer.png")
         with opened("head.obj", source, tools) as hand:
             head(hand)
     missing = [mode.title for mode in hand.state.tool.modes if mode.tool not in tools]

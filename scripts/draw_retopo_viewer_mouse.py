@@ -19,7 +19,6 @@ from viewer.retopo.keys import KEYS
 from viewer.retopo.marks import FLOW, INK, MARKED, PREVIEW, SIDES, VALENCES
 from viewer.retopo.modes import ToolMode
 from viewer.retopo.picture import RetopoPainter
-from viewer.scene import HEIGHT
 
 #: Bytes that a picture may have, and the pixels of the window and of a tool.
 LARGEST_PICTURE = 300_000
@@ -122,24 +121,23 @@ class Hand:
 
     def tool(self, caption: str) -> None:
         """Take a picture of the tool in use."""
-        self.tools[self.state.tool.mode.tool] = caption, self.image(TOOL, bare=True)
+        self.tools[self.state.tool.mode.tool] = caption, self.image(TOOL)
 
     def before(self) -> None:
         """Take the left half of a picture of the tool in use."""
-        self._before = self.image(((TOOL[0] - GAP) // 2, TOOL[1]), bare=True)
+        self._before = self.image(((TOOL[0] - GAP) // 2, TOOL[1]))
 
     def after(self, caption: str, tool: str = "") -> None:
         """Take the right half of it."""
         assert self._before is not None
         image = Image.new("RGB", TOOL, "#c9ced6")
         image.paste(self._before, (0, 0))
-        right = self.image(self._before.size, bare=True)
+        right = self.image(self._before.size)
         image.paste(right, (TOOL[0] - right.width, 0))
         self.tools[tool or self.state.tool.mode.tool] = caption, image
 
-    def image(self, size: tuple[int, int], *, bare: bool) -> Image.Image:
-        height = size[1] * HEIGHT / WINDOW[1]
-        drawn = self._painter.compose(self.state, size[0] / size[1], bare=bare, height=height)
+    def image(self, size: tuple[int, int]) -> Image.Image:
+        drawn = self._painter.compose(self.state, float(size[0]), float(size[1]))
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"
             save_drawn(path, drawn, size[1])

@@ -92,7 +92,7 @@ def sheet(shapes: ShapeModel, template: Template) -> Drawn:
             state.camera.aim(view)
             if sigmas:
                 KEYS.press(state, "g")
-            cell = compose_shape(state, CELL[0] / CELL[1], bare=True, height=CELL[1])
+            cell = compose_shape(state, *CELL)
             shift = np.array([LEFT + column * CELL[0], y - CELL[1] / 2.0, 0.0])
             solids.append(replace(cell.solid, corners=cell.solid.corners + shift))
     for column, sigmas in enumerate(SIGMAS):
@@ -117,7 +117,7 @@ def common_view(shapes: ShapeModel) -> View:
 def pulled(shapes: ShapeModel, template: Template) -> ShapesState:
     """The hatchback with its sill held, while the roof is pulled up; the ghost is as it was."""
     state = ShapesState(shapes, template, shapes.coefficients[shapes.names.index("hatchback")])
-    compose_shape(state, VIEWER[0] / VIEWER[1])
+    compose_shape(state, float(VIEWER[0]), float(VIEWER[1]))
     for key in ("g", "g", "z"):
         KEYS.press(state, key)
     click(state, *middle(state, "sill"))
@@ -165,7 +165,11 @@ def main() -> None:
     drawn = sheet(shapes, template)
     save(drawn, out / "features-shapes.png", round(PIXELS * drawn.scene.height))
     state = pulled(shapes, template)
-    save(compose_shape(state, VIEWER[0] / VIEWER[1]), out / "shapes-viewer.png", VIEWER[1])
+    save(
+        compose_shape(state, float(VIEWER[0]), float(VIEWER[1])),
+        out / "shapes-viewer.png",
+        VIEWER[1],
+    )
 
 
 if __name__ == "__main__":

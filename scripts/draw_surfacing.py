@@ -97,7 +97,8 @@ def picture(
     """One picture, and the state it is of."""
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "picture.png"
-        state = draw(source, path, size, **options)
+        drawn = {name: options.pop(name) for name in ("keys", "caption") if name in options}
+        state = draw(SurfacingState(source, **options), path, size, **drawn)
         with Image.open(path) as image:
             return image.convert("RGB"), state
 
@@ -181,7 +182,7 @@ def viewer(place: Place) -> None:
     """The viewer: a patch that is off, a stroke, and the facts of the patch at the pointer."""
     state = SurfacingState(place.curves("salvi/trebol_network.json"), db=place.db)
     try:
-        compose_surface(state, VIEWER[0] / VIEWER[1])
+        compose_surface(state, float(VIEWER[0]), float(VIEWER[1]))
         state.settle()
         click(state, (0.0, 110.0))
         KEYS.press(state, "d")
@@ -190,7 +191,7 @@ def viewer(place: Place) -> None:
         state.move(230.0, 150.0)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"
-            save_drawn(path, compose_surface(state, VIEWER[0] / VIEWER[1]), VIEWER[1])
+            save_drawn(path, compose_surface(state, float(VIEWER[0]), float(VIEWER[1])), VIEWER[1])
             with Image.open(path) as image:
                 place.save("viewer", [image.convert("RGB")])
     finally:

@@ -7,10 +7,10 @@ from pathlib import Path
 
 from viewer import saver
 from viewer.browser_commands import COMMANDS, KEYS
+from viewer.browser_picture import Meshes, compose_browser, compose_selected, describe_browser
 from viewer.browser_state import BrowserSource, BrowserState, Expand
-from viewer.facts import FactWriter
+from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
-from viewer.scene import Meshes, compose_browser, compose_selected, describe_browser
 from viewer.solid import NOTHING, Solid
 
 #: Opens a database's file: what patterns come from, and names the meshes of a pattern.
@@ -78,6 +78,7 @@ class BrowserSaver(saver.Saver):
     """
 
     kind = "browse"
+    opens = "another database"
     commands = COMMANDS
     state: BrowserState
 
@@ -92,15 +93,19 @@ class BrowserSaver(saver.Saver):
         self._meshes, self._folder = meshes, folder
 
     def drawn(self) -> Drawn:
-        scene = compose_browser(self.state, self.size[0] / self.size[1], self._meshes)
-        return Drawn(scene, Solid(*NOTHING, 0.0), (scene.width / 2.0, scene.height / 2.0))
+        width, height = float(self.size[0]), float(self.size[1])
+        scene = compose_browser(self.state, width, height)
+        return Drawn(scene, Solid(*NOTHING, 0.0), (width / 2.0, height / 2.0))
 
     def draw_live(self, width: float, height: float) -> Drawn:
         scene = compose_selected(self.state, width, height)
         return Drawn(scene, Solid(*NOTHING, 0.0), (width / 2.0, height / 2.0))
 
-    def describe(self, writer: FactWriter) -> None:
-        describe_browser(writer, self.state, self._meshes)
+    def describe(self, sheet: FactSheet) -> None:
+        describe_browser(sheet, self.state, self._meshes)
+
+    def first_hint(self) -> str:
+        return "" if len(self.state.rows) else "No pattern passes the filters."
 
     def hint(self) -> str:
         return f"page {self.state.page + 1} of {self.state.n_pages}"

@@ -5,28 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from viewer.browser_state import BrowserState
-from viewer.commands import Command, list_actions
-from viewer.keymap import ALIASES, Effect, KeyMap
-
-#: (keys, what they do), as the help lists them.
-KEY_HELP = (
-    ("← →   Ctrl+Home End", "previous, next; first, last pattern"),
-    ("p n", "previous, next page"),
-    (", .", "fewer, more sides"),
-    ("- +", "fewer, more irregular vertices; below 0: all"),
-    ("v", "valences: any, 3–5, 3–6, 3–4, 4–5"),
-    ("c", "convex patterns only"),
-    ("[ ]", "choose a polychord"),
-    ("↓ ↑", "make it narrower, wider"),
-    ("r", "widths back to 1"),
-    ("m", "mirror image"),
-    ("t", "polychord tints"),
-    ("l", "labels of sides and polychords"),
-    ("i", "facts of the pattern"),
-    ("s", "save a screenshot"),
-    ("h ?", "this list"),
-    ("q", "quit"),
-)
+from viewer.commands import Command
+from viewer.keymap import Effect, KeyMap
 
 
 def _has_chords(state: BrowserState) -> bool:
@@ -84,8 +64,4 @@ COMMANDS: tuple[Command[BrowserState], ...] = (
             checked=_turned("inspecting")),
 )  # fmt: skip
 
-#: The key of the list of keys, which a picture can have; windows have menus.
-ACTIONS = list_actions(COMMANDS) | {"h": lambda b: b.toggle("helping")}
-
-
-KEYS: KeyMap[BrowserState] = KeyMap(ALIASES, ACTIONS, {"s": Effect.PICTURE, "q": Effect.QUIT})
+KEYS: KeyMap[BrowserState] = KeyMap(COMMANDS, {"s": Effect.PICTURE, "q": Effect.QUIT})

@@ -65,7 +65,6 @@ class BrowserState:
         self.tinted = True
         self.labelled = False
         self.inspecting = True
-        self.helping = False
         self.message = ""
         self._enter(self.classes[0] if n_sides is None else n_sides)
 
@@ -115,7 +114,7 @@ class BrowserState:
             words.append("convex")
         return ", ".join(words)
 
-    # What keys do, see viewer.keys
+    # What keys do, see viewer.browser_commands
 
     def step(self, by: int) -> None:
         """Select another pattern, stopping at the ends."""
@@ -209,7 +208,7 @@ class BrowserState:
         self._forget_widths()
 
     def toggle(self, name: str) -> None:
-        """Turn one of the switches mirrored, tinted, labelled, inspecting, helping."""
+        """Turn one of the switches mirrored, tinted, labelled, inspecting."""
         setattr(self, name, not getattr(self, name))
 
     def poll(self) -> bool:

@@ -17,7 +17,7 @@ from viewer.contour import PointerMode
 from viewer.explorer_commands import COMMANDS, KEYS
 from viewer.explorer_picture import HINTS, compose_explorer, describe_explorer
 from viewer.explorer_state import ExplorerState
-from viewer.facts import FactWriter
+from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import SaveWay
 
@@ -107,14 +107,11 @@ def explore(
     return state
 
 
-#: What to do where there is no boundary yet.
-FIRST_HINT = "press b and click the corners of a boundary, or open a boundary or a mesh: Ctrl+O"
-
-
 class ExplorerSaver(saver.Saver):
     """Obeys keys, and writes what some of them save."""
 
     kind = "explore"
+    opens = "a boundary or a mesh"
     commands = COMMANDS
     state: ExplorerState
 
@@ -131,20 +128,19 @@ class ExplorerSaver(saver.Saver):
         self._write_obj = write_obj
         self._accept = accept
 
-    def drawn(self) -> Drawn:
-        return compose_explorer(self.state, self.size[0] / self.size[1])
-
     def draw_live(self, width: float, height: float) -> Drawn:
-        return compose_explorer(self.state, width / height, bare=True, height=height)
+        return compose_explorer(self.state, width, height)
 
-    def describe(self, writer: FactWriter) -> None:
-        describe_explorer(writer, self.state)
+    def describe(self, sheet: FactSheet) -> None:
+        describe_explorer(sheet, self.state)
         if self.state.finder.trouble:
-            writer.paragraph(self.state.finder.trouble, style.MESSAGE)
+            sheet.paragraph(self.state.finder.trouble, style.MESSAGE)
+
+    def first_hint(self) -> str:
+        begun = self.state.contour is not None or self.state.mode is not PointerMode.LOOK
+        return "" if begun else "Press B and click the corners of a boundary."
 
     def hint(self) -> str:
-        if self.state.contour is None and self.state.mode is PointerMode.LOOK:
-            return FIRST_HINT
         return HINTS[self.state.mode]
 
     def would_lose(self) -> str:
@@ -160,9 +156,6 @@ class ExplorerSaver(saver.Saver):
 
     def picture_path(self) -> Path:
         return self._folder / f"{self._name()}.png"
-
-    def saved_object(self) -> str:
-        return self.write_fill(self._object_path())
 
     def write_fill(self, path: Path) -> str:
         """Write the fill that is looked at, and count it as used."""

@@ -4,58 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from viewer.commands import Command, list_actions
+from viewer.commands import Command
 from viewer.contour import PointerMode
 from viewer.explorer_state import ExplorerState
-from viewer.keymap import ALIASES, Effect, KeyMap
-
-#: (keys, what they do), as the help lists them; a lone head begins a group.
-KEY_HELP = (
-    ("← →", "previous, next fill"),
-    ("↑ ↓", "variants of the fill: other fills of its pattern"),
-    ("a", "all fills, or one of each pattern"),
-    ("Ctrl+Home End", "first, last fill so far"),
-    ("m", "look for twice as many"),
-    ("o", "order of the fills"),
-    ("r", "relaxed or strict corners"),
-    ("b", "draw a boundary: click its corners;"),
-    ("", "click the last again, or Enter, to close"),
-    ("⌫", "take the last corner back"),
-    ("- +", "edges of the side at the pointer"),
-    ("[ ]", "edges of all sides"),
-    ("c", "corner at the pointer: convex, reflex"),
-    ("k", "fill the boundary's other side"),
-    ("s   l", "draw a stroke; a loop (drag)"),
-    ("x", "forget the last stroke"),
-    (", .", "tolerance of strokes, in edges"),
-    ("f", "strands follow strokes, or not"),
-    ("n", "show the fill, or the boundary alone"),
-    ("t", "the strands of quads at the pointer, or not"),
-    ("v   u", "view back to the middle; roll it"),
-    ("z   Z", "undo; redo"),
-    ("w   p", "save the fill as OBJ; the picture"),
-    ("h ?   q", "this list; quit"),
-)
-
-#: Under the list of keys.
-MOUSE_HELP = "drag: turn    right drag: turn, always    middle drag: shift    wheel: zoom"
+from viewer.keymap import Effect, KeyMap
 
 #: By how much the keys [ and ] scale edge counts.
 FINER = 1.25
-
-#: Other names of keys: X's, and capitals.
-ALIASES = (
-    {name: key for name, key in ALIASES.items() if key in {*"[],.+-"} or key == "h"}
-    | {
-        "space": "Right",
-        "Return": "Enter",
-        "KP_Enter": "Enter",
-        "Delete": "BackSpace",
-        "Page_Down": "Next",
-        "Page_Up": "Prior",
-    }
-    | {c.upper(): c for c in "amorbcksxlfntvuwphq"}
-)
 
 
 def _change(do: Callable[[ExplorerState], object]) -> Callable[[ExplorerState], None]:
@@ -88,6 +43,21 @@ def _can_draw_stroke(state: ExplorerState) -> bool:
     return state.finder.boundary is not None
 
 
+def _enter(state: ExplorerState, mode: PointerMode) -> None:
+    """The key that entered a mode leaves it, too."""
+    if state.mode is mode:
+        state.leave()
+    else:
+        state.begin(mode)
+
+
+def _leave(state: ExplorerState) -> None:
+    """Leave a mode; where there is none to leave, stop looking for fills."""
+    if state.mode is PointerMode.LOOK:
+        state.finder.stop()
+    state.leave()
+
+
 COMMANDS: tuple[Command[ExplorerState], ...] = (
     Command("undo", "Undo", "Edit", ("z", "Ctrl+Z"), lambda e: e.undo(),
             "Take back the last change of boundary, strokes or wishes",
@@ -111,7 +81,7 @@ COMMANDS: tuple[Command[ExplorerState], ...] = (
             checked=_drawing(PointerMode.LOOP), enabled=_can_draw_stroke, bar=True),
     Command("drop-stroke", "Forget last stroke", "Draw", ("x",),
             _change(lambda e: e.finder.drop_stroke()), enabled=_has_strokes),
-    Command("leave", "Leave the tool", "Draw", ("Escape",), lambda e: _leave(e) or e.finder.stop(),
+    Command("leave", "Leave the tool", "Draw", ("Escape",), _leave,
             "Back to looking; what was not finished is forgotten. Else: stop looking for fills"),
     Command("fewer-edges", "Fewer edges on side", "Boundary", ("-",),
             _change(lambda e: e.change_length(-1)),
@@ -181,28 +151,6 @@ COMMANDS: tuple[Command[ExplorerState], ...] = (
             checked=lambda e: e.strips_shown),
 )  # fmt: skip
 
-#: The key of the list of keys, which a picture can have; windows have menus.
-ACTIONS = list_actions(COMMANDS) | {"h": lambda e: e.toggle("helping")}
-
-#: What the window does itself.
-EFFECTS = {"w": Effect.OBJ, "p": Effect.PICTURE, "q": Effect.QUIT}
-
-
-def _enter(state: ExplorerState, mode: PointerMode) -> None:
-    """The key that entered a mode leaves it, too."""
-    if state.mode is mode:
-        state.leave()
-    else:
-        state.begin(mode)
-
-
-def _leave(state: ExplorerState) -> bool:
-    """Leave a mode or the help; False if there is none to leave."""
-    left = state.mode is not PointerMode.LOOK or state.helping
-    if left:
-        state.helping = False
-        state.leave()
-    return left
-
-
-KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, _leave)
+KEYS: KeyMap[ExplorerState] = KeyMap(
+    COMMANDS, {"w": Effect.OBJ, "p": Effect.PICTURE, "q": Effect.QUIT}
+)

@@ -10,14 +10,12 @@ from patterndb.geometry.points import Points
 from viewer import style
 from viewer.card import format_count, format_valences
 from viewer.contour import PointerMode
-from viewer.explorer_commands import KEY_HELP, MOUSE_HELP
 from viewer.explorer_state import ExplorerState
-from viewer.facts import FactWriter, LegendEntry
+from viewer.facts import FactSheet, LegendEntry
 from viewer.finder import FillFinder
 from viewer.net import Net
-from viewer.panel import PANEL, begin_panel, draw_help, draw_hint
 from viewer.picture import Drawn
-from viewer.scene import HEIGHT, Scene, ScenePolygons
+from viewer.scene import Scene, ScenePolygons
 from viewer.solid import Hiding, Solid
 
 #: Width of a fill's lines as a part of its edges, least and most, in points; likewise the
@@ -38,20 +36,10 @@ LABEL = 18.0
 LABEL_RIM = "#b9c1cb"
 
 
-def compose_explorer(
-    state: ExplorerState, aspect: float, *, bare: bool = False, height: float = HEIGHT
-) -> Drawn:
-    """Compose the picture for a window of this width to height.
-
-    bare: without the panel. height: of a bare picture, in points; one with the panel has always
-    the same.
-    """
-    height = height if bare else HEIGHT
-    scene = Scene(height * aspect, height)
-    room = scene.width if bare else scene.width - PANEL
-    middle = (room / 2.0, height / 2.0)
-    if bare:
-        state.fill_room(room, height)
+def compose_explorer(state: ExplorerState, width: float, height: float) -> Drawn:
+    """Compose the picture of so many points."""
+    scene, middle = Scene(width, height), (width / 2.0, height / 2.0)
+    state.fill_room(width, height)
     placed = None if state.hiding else state.finder.placed
     # What was found before the boundary changed stays in sight until there is something new.
     former = None if state.hiding or placed is not None else state.former
@@ -59,7 +47,7 @@ def compose_explorer(
     solid = Solid.of(state.view, middle, state.surface, net, faded=former is not None)
     if former is not None:
         net = None
-    painter = _Painter(state, scene, Hiding(solid, room, height), middle)
+    painter = _Painter(state, scene, Hiding(solid, width, height), middle)
     if net is not None:
         painter.net(net)
     painter.boundary(net)
@@ -72,11 +60,7 @@ def compose_explorer(
             painter.line(strip, colour, STRAND_WIDTH)
         painter.markers(net)
     painter.in_progress()
-    if not bare:
-        draw_panel(scene, state)
-        if state.helping:
-            draw_help(scene, KEY_HELP, MOUSE_HELP)
-    elif not scene.patches:
+    if not scene.patches:
         # Never without anything: a scene has a layer at least.
         scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
     return Drawn(scene, solid, middle)
@@ -133,8 +117,7 @@ class _Painter:
                 dots = ticks[:, None] + style.make_circle() * (0.95 * BOUNDARY_WIDTH)
                 self.scene.polygons(dots, face=style.BOUNDARY)
         self._corners()
-        if not self.state.helping:
-            self._labels()
+        self._labels()
 
     def line(self, points: Points, colour: str, width: float, *, closed: bool = False) -> None:
         """A polyline (k, 3), laid on the ground between its points."""
@@ -250,9 +233,6 @@ class _Painter:
 
 # What the fill explorer says beside its picture: the fill, the question, the legend.
 
-#: Where values begin after their names, in points.
-NAMES = 88.0
-
 #: More of a surface than this within the boundary: it may run the wrong way round.
 MOST_OF_SURFACE = 0.5
 
@@ -266,47 +246,35 @@ HINTS = {
 }
 
 
-def draw_panel(scene: Scene, state: ExplorerState) -> None:
-    """Write the panel, and a hint above the picture while something is drawn."""
-    writer = begin_panel(scene, names=NAMES)
-    describe_explorer(writer, state)
-    trouble = state.message or state.finder.trouble
-    if trouble:
-        writer.skip(0.5)
-        writer.paragraph(trouble, style.MESSAGE)
-    if HINTS[state.mode] and not state.helping:
-        draw_hint(scene, HINTS[state.mode])
-
-
-def describe_explorer(writer: FactWriter, state: ExplorerState) -> None:
+def describe_explorer(sheet: FactSheet, state: ExplorerState) -> None:
     """Write what there is to say: the fill, the question, the legend."""
-    _headline(writer, state)
-    _fill(writer, state)
-    _question(writer, state)
-    _legend(writer, state)
+    _headline(sheet, state)
+    _fill(sheet, state)
+    _question(sheet, state)
+    _legend(sheet, state)
 
 
-def _headline(writer: FactWriter, state: ExplorerState) -> None:
+def _headline(sheet: FactSheet, state: ExplorerState) -> None:
     count = len(state.finder.fills)
     if state.contour is None:
-        writer.heading("No boundary yet", 18.0)
-        writer.paragraph("press b and click its corners", style.FAINT_TEXT)
+        sheet.heading("No boundary yet", 18.0)
+        sheet.paragraph("press b and click its corners", style.FAINT_TEXT)
     elif count == 0:
-        writer.heading("searching …" if state.finder.searching else "No fill", 18.0)
+        sheet.heading("searching …" if state.finder.searching else "No fill", 18.0)
     else:
-        writer.heading(f"fill {state.finder.rank + 1:,} of {count:,}", 18.0)
-        _variants(writer, state.finder)
+        sheet.heading(f"fill {state.finder.rank + 1:,} of {count:,}", 18.0)
+        _variants(sheet, state.finder)
     if count:
         text = "the list is complete"
         if state.finder.searching:
             text = "so far; still searching …"
         elif state.finder.truncated:
             text = "there are more: m"
-        writer.paragraph(text, style.MESSAGE if state.finder.searching else style.FAINT_TEXT)
-    writer.skip(0.6)
+        sheet.paragraph(text, style.MESSAGE if state.finder.searching else style.FAINT_TEXT)
+    sheet.skip(0.6)
 
 
-def _variants(writer: FactWriter, finder: FillFinder) -> None:
+def _variants(sheet: FactSheet, finder: FillFinder) -> None:
     """What is folded under the fill listed, or which of it is looked at."""
     found = f"{len(finder.variants):,}{' or more' if finder.counting else ''}"
     if finder.variant:
@@ -316,10 +284,10 @@ def _variants(writer: FactWriter, finder: FillFinder) -> None:
         text = f"+{found} {noun} of its pattern: ↓"
     else:
         return
-    writer.paragraph(text, style.TEXT)
+    sheet.paragraph(text, style.TEXT)
 
 
-def _fill(writer: FactWriter, state: ExplorerState) -> None:
+def _fill(sheet: FactSheet, state: ExplorerState) -> None:
     fill = state.finder.fill
     if fill is None:
         return
@@ -327,47 +295,47 @@ def _fill(writer: FactWriter, state: ExplorerState) -> None:
     irregular = f"{inner} inside"
     if fill.n_irregular_boundary:
         irregular += f", {fill.n_irregular_boundary} on the boundary"
-    writer.fact("pattern", fill.pattern.name, mono=True)
-    writer.fact("origin", fill.origin)
+    sheet.fact("pattern", fill.pattern.name, mono=True)
+    sheet.fact("origin", fill.origin)
     seen = format_count(fill.pattern.frequency, "time") if fill.pattern.frequency else "never"
-    writer.fact("seen", seen)
-    writer.fact("quads", f"{fill.n_quads:,}")
-    writer.fact("irregular", irregular)
+    sheet.fact("seen", seen)
+    sheet.fact("quads", f"{fill.n_quads:,}")
+    sheet.fact("irregular", irregular)
     disk = fill.disk()
-    writer.fact("valences", format_valences(disk.valence()[disk.irregular()].tolist()))
+    sheet.fact("valences", format_valences(disk.valence()[disk.irregular()].tolist()))
     if fill.flow_distance is not None:
-        writer.fact("off strokes", f"{fill.flow_distance:.3g}")
+        sheet.fact("off strokes", f"{fill.flow_distance:.3g}")
     placed = state.finder.placed
     if placed is None:
-        writer.fact("flipped", "placing …")
+        sheet.fact("flipped", "placing …")
     else:
         flipped = len(placed.placement.flipped)
-        writer.fact("flipped", format_count(flipped, "quad") if flipped else "none")
+        sheet.fact("flipped", format_count(flipped, "quad") if flipped else "none")
         share = placed.placement.region_share
         if share is not None and share > MOST_OF_SURFACE:
-            writer.fact("encloses", f"{share:.0%} of the surface; other side: k")
-    writer.skip(0.6)
+            sheet.fact("encloses", f"{share:.0%} of the surface; other side: k")
+    sheet.skip(0.6)
 
 
-def _question(writer: FactWriter, state: ExplorerState) -> None:
+def _question(sheet: FactSheet, state: ExplorerState) -> None:
     contour = state.contour
     if contour is None:
         return
-    writer.heading("Asked for")
-    writer.fact("sides", " ".join(map(str, contour.lengths)))
-    writer.fact("corners", "strict" if state.finder.strict else "relaxed")
-    writer.fact("order", state.finder.order or f"{state.finder.default_order} (by default)")
+    sheet.heading("Asked for")
+    sheet.fact("sides", " ".join(map(str, contour.lengths)))
+    sheet.fact("corners", "strict" if state.finder.strict else "relaxed")
+    sheet.fact("order", state.finder.order or f"{state.finder.default_order} (by default)")
     if state.finder.strokes:
         loops = sum(s.is_loop for s in state.finder.strokes)
         counts = ((len(state.finder.strokes) - loops, "stroke"), (loops, "loop"))
         text = ", ".join(format_count(count, noun) for count, noun in counts if count)
-        writer.fact("strokes", text + ("" if state.finder.following else "; not followed"))
+        sheet.fact("strokes", text + ("" if state.finder.following else "; not followed"))
         off = format_count(state.finder.tolerance, "edge") if state.finder.tolerance else "exact"
-        writer.fact("tolerance", off)
-    writer.skip(0.6)
+        sheet.fact("tolerance", off)
+    sheet.skip(0.6)
 
 
-def _legend(writer: FactWriter, state: ExplorerState) -> None:
+def _legend(sheet: FactSheet, state: ExplorerState) -> None:
     contour = state.contour
     if contour is None:
         return
@@ -386,4 +354,4 @@ def _legend(writer: FactWriter, state: ExplorerState) -> None:
         entries.append((style.make_circle() * 0.9, style.BOUNDARY, "none", "convex"))
     if "reflex" in contour.corners:
         entries.append((style.make_diamond() * 1.2, style.PAPER, style.BOUNDARY, "reflex"))
-    writer.legend(entries)
+    sheet.legend(entries)

@@ -71,7 +71,6 @@ class ExplorerState:
     ) -> None:
         #: What is asked, and the fills that were found.
         self.finder = FillFinder(source, surface, strokes, tolerance, limit, folded)
-        self.helping = False
         self.hiding = False
         self.strips_shown = True
         self.mode = PointerMode.LOOK
@@ -149,7 +148,7 @@ class ExplorerState:
         self.aim(self.view.rolled())
 
     def toggle(self, name: str) -> None:
-        """Turn one of the switches helping and hiding (the fill)."""
+        """Turn one of the switches hiding (the fill) and strips_shown."""
         setattr(self, name, not getattr(self, name))
 
     # Steps back and forward

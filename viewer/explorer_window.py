@@ -55,7 +55,9 @@ class ExplorerWindow(ShellWindow):
     def make_docks(self) -> list[Dock]:
         """Make the lists of fills and of wishes."""
         fills = Dock("Fills", self)
-        self.thumbnails = ThumbnailList(self._choose)
+        self.thumbnails = ThumbnailList(
+            self._choose, empty="fills of the boundary appear here; click one to see it"
+        )
         fills.setWidget(self.thumbnails)
         wishes = Dock("Wishes", self)
         wishes.show_scrolled(self._make_wishes())

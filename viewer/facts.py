@@ -1,30 +1,14 @@
-"""What a window says beside its picture: headings, names with values, sentences, markers.
-
-The same is written into pictures by :class:`viewer.panel.PanelWriter`, and by
-:class:`FactSheet` into a window, which lays text out itself.
-"""
+"""What a window says beside its picture: headings, names with values, sentences, markers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from html import escape
-from typing import Protocol
 
 import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
-
-
-class FactWriter(Protocol):
-    """Something that facts are written on, line under line."""
-
-    def skip(self, lines: float) -> None: ...
-    def heading(self, text: str, size: float = 13.5) -> None: ...
-    def fact(self, name: str, value: str, *, mono: bool = False) -> None: ...
-    def paragraph(self, text: str, colour: str) -> None: ...
-    def legend(self, entries: Sequence[LegendEntry]) -> None: ...
-
 
 #: A marker's outline (k, 2), its colour, the colour of its rim or "none", and what it means.
 LegendEntry = tuple[Points, str, str, str]

@@ -2,36 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import Generic, Protocol, TypeVar
 
-#: Other names of keys: X's, and capitals.
-ALIASES = {
+from viewer.commands import Command, list_actions
+
+#: Keys by X's names for what they write.
+X_NAMES = {
     "bracketleft": "[",
     "bracketright": "]",
     "comma": ",",
     "period": ".",
-    "<": ",",
-    ">": ".",
-    "=": "+",
-    "_": "-",
-    "less": ",",
-    "greater": ".",
     "plus": "+",
-    "equal": "+",
-    "KP_Add": "+",
     "minus": "-",
-    "underscore": "-",
+    "KP_Add": "+",
     "KP_Subtract": "-",
-    "question": "h",
-    "?": "h",
-    "Next": "n",
-    "Prior": "p",
-    "space": "n",
-    "Escape": "q",
-} | {c.upper(): c for c in "npvcrmtlishq"}
+    "Return": "Enter",
+    "KP_Enter": "Enter",
+    "ISO_Left_Tab": "BackTab",
+    "Page_Up": "Prior",
+    "Page_Down": "Next",
+}
 
 
 class Effect(Enum):
@@ -57,29 +49,23 @@ class Spoken(Protocol):
 State = TypeVar("State", bound=Spoken)
 
 
-@dataclass(frozen=True, slots=True)
 class KeyMap(Generic[State]):
-    """The keys of a viewer.
+    """The keys of a viewer's commands, as they are pressed without a window.
 
-    aliases: other names of keys: X's, and capitals. actions: what keys do to the state.
-    effects: keys that ask something of the window alone. leave: what Escape does: it leaves a
-    mode or the help and returns True, or False if there is nothing to leave, and quits; None
-    where Escape is a key like others.
+    effects: keys that ask something of the window alone. Raises ValueError for a key that means
+    two things.
     """
 
-    aliases: Mapping[str, str]
-    actions: Mapping[str, Callable[[State], object]]
-    effects: Mapping[str, Effect]
-    leave: Callable[[State], bool] | None = None
+    def __init__(self, commands: Sequence[Command[State]], effects: Mapping[str, Effect]) -> None:
+        self.actions = list_actions(commands, effects)
+        self.effects = effects
 
     def press(self, state: State, key: str) -> Effect:
         """Obey a key, by its X name or as it is written ("bracketleft" or "[").
 
         Returns what the window has to do; unknown keys do nothing.
         """
-        key = self.aliases.get(key, key)
-        if key == "Escape" and self.leave is not None:
-            return Effect.REDRAW if self.leave(state) else Effect.QUIT
+        key = self._find(key)
         if key in self.effects:
             return self.effects[key]
         action = self.actions.get(key)
@@ -93,15 +79,12 @@ class KeyMap(Generic[State]):
         """The keys named in a text, with spaces between; ValueError if there is no such key."""
         pressed = text.split()
         for key in pressed:
-            name = self.aliases.get(key, key)
-            escape = name == "Escape" and self.leave is not None
-            if name not in self.actions and name not in self.effects and not escape:
-                raise ValueError(f"there is no key {key!r}; the key h lists them")
+            if self._find(key) not in {*self.actions, *self.effects}:
+                raise ValueError(f"there is no key {key!r}; F1 lists them in the window")
         return pressed
 
-    def writes(self, character: str) -> bool:
-        """Is this what a key writes, rather than nothing or a control character?
-
-        "<" and the like have names of their own on every keyboard layout.
-        """
-        return character in self.aliases or character in self.actions or character in self.effects
+    def _find(self, key: str) -> str:
+        """The name of a key in commands; a capital that means nothing is a small letter."""
+        key = X_NAMES.get(key, key)
+        known = key in self.actions or key in self.effects
+        return key if known or len(key) > 1 else key.lower()

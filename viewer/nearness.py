@@ -8,9 +8,6 @@ from __future__ import annotations
 #: A press and a release nearer to each other than this are a click, else a drag.
 CLICK = 4.0
 
-#: A slider's line.
-SLIDER_GRIP = 14.0
-
 #: A feature curve, and a pin on one.
 FEATURE_REACH, PIN_REACH = 9.0, 10.0
 

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import NamedTuple, Protocol
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -40,8 +42,24 @@ class Text(NamedTuple):
     align: str
 
 
-class PaintTarget(Protocol):
-    """A surface measured in points, y upward."""
+@dataclass(frozen=True, slots=True, eq=False)
+class PaintedPolygons:
+    """Polygons: (n, c, 2) corners; (n, 3) colours that fill them, if any do; the colour and width
+    of their outlines, "none" for none; the name of their group."""
+
+    corners: Points
+    faces: Points | None
+    line: str
+    width: float
+    gid: str | None
+
+
+class PaintTarget(ABC):
+    """A surface measured in points, y upward, that things are painted on back to front."""
+
+    @abstractmethod
+    def add(self, item: PaintedPolygons | Text) -> None:
+        """Paint one thing over what is there."""
 
     def polygons(
         self,
@@ -58,7 +76,10 @@ class PaintTarget(Protocol):
         line, width: colour and width of the outline; gid: the group's name, where the
         surface has such a thing.
         """
-        ...
+        corners = np.asarray(corners, np.float64)
+        if faces is None and face != "none":
+            faces = np.tile(style.parse_colour(face), (len(corners), 1))
+        self.add(PaintedPolygons(corners, faces, line if width > 0.0 else "none", width, gid))
 
     def text(
         self,
@@ -73,7 +94,7 @@ class PaintTarget(Protocol):
         align: str = "center",
     ) -> None:
         """Write a line whose baseline is at y; align: "left", "center" or "right"."""
-        ...
+        self.add(Text(x, y, text, size, colour, bold, mono, align))
 
 
 def paint_disk(

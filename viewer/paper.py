@@ -8,7 +8,6 @@ Neither needs a drawing library.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from pathlib import Path
 from xml.sax.saxutils import escape, quoteattr
 
@@ -16,12 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.errors import PatternDBError
-from patterndb.geometry.points import Points
 from viewer import style
 from viewer.card import Card
 from viewer.drawing import draw_disk
 from viewer.lettering import outline_text
-from viewer.painting import Text, paint_disk, paint_legend
+from viewer.painting import PaintedPolygons, PaintTarget, Text, paint_disk, paint_legend
 from viewer.raster import Raster
 
 #: Pixels of a PNG per inch.
@@ -48,19 +46,7 @@ class PictureFormatError(PatternDBError, ValueError):
     """A picture's file name does not say a format that pictures can have."""
 
 
-@dataclass(frozen=True, slots=True)
-class PaintedPolygons:
-    """Polygons of a page: (n, c, 2) corners; (n, 3) colours that fill them, if any do; the colour
-    and width of their outlines, if they have one; the name of their group."""
-
-    corners: Points
-    faces: NDArray[np.float64] | None
-    line: str
-    width: float
-    gid: str | None
-
-
-class Page:
+class Page(PaintTarget):
     """A blank page, width and height in points, origin at the lower left."""
 
     def __init__(self, width: float, height: float) -> None:
@@ -68,36 +54,9 @@ class Page:
         self.height = height
         self.items: list[PaintedPolygons | Text] = []
 
-    def text(
-        self,
-        x: float,
-        y: float,
-        text: str,
-        size: float,
-        *,
-        colour: str = style.TEXT,
-        bold: bool = False,
-        mono: bool = False,
-        align: str = "center",
-    ) -> None:
-        """Write a line whose baseline is at y; align: "left", "center" or "right"."""
-        self.items.append(Text(x, y, text, size, colour, bold, mono, align))
-
-    def polygons(
-        self,
-        corners: Points,
-        *,
-        face: str = "none",
-        faces: Points | None = None,
-        line: str = "none",
-        width: float = 0.0,
-        gid: str | None = None,
-    ) -> None:
-        """Paint (n, c, 2) polygons, one colour for all or (n, 3) colours."""
-        corners = np.asarray(corners, np.float64)
-        if faces is None and face != "none":
-            faces = np.tile(style.parse_colour(face), (len(corners), 1))
-        self.items.append(PaintedPolygons(corners, faces, line, width, gid))
+    def add(self, item: PaintedPolygons | Text) -> None:
+        """Keep one more thing."""
+        self.items.append(item)
 
     def save(self, path: Path) -> None:
         """Write the page; the same page gives the same bytes."""

@@ -11,10 +11,9 @@ import numpy as np
 
 from viewer import style
 from viewer.camera import Camera
-from viewer.panel import PANEL
 from viewer.paper import POINTS_PER_INCH, PictureFormatError, write_text
 from viewer.raster import Raster
-from viewer.scene import HEIGHT, Scene
+from viewer.scene import Scene
 from viewer.solid import NOTHING, Solid, Triangles
 
 #: Pixels of a picture of a window.
@@ -88,32 +87,19 @@ def check_png(path: Path | str) -> Path:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frame:
-    """scene: what is flat. room: width of the picture without the panel. middle: of the view."""
+    """scene: what is flat. middle: of the view."""
 
     scene: Scene
-    room: float
     middle: tuple[float, float]
 
     @classmethod
-    def of(
-        cls,
-        camera: Camera,
-        aspect: float,
-        *,
-        bare: bool,
-        height: float = HEIGHT,
-        below: float = 0.0,
-    ) -> Frame:
-        """For a window of this width to height, into which the camera's view is fitted.
+    def of(cls, camera: Camera, width: float, height: float, below: float = 0.0) -> Frame:
+        """For a picture of so many points, into which the camera's view is fitted.
 
-        bare: without the panel. height: of a bare picture, in points; one with the panel has
-        always the same. below: points that the view leaves free at the bottom.
+        below: points that the view leaves free at the bottom.
         """
-        height = height if bare else HEIGHT
-        scene = Scene(height * aspect, height)
-        room = scene.width if bare else max(scene.width - PANEL, 1.0)
-        camera.fill(room, height - below)
-        return cls(scene, room, (room / 2.0, (height + below) / 2.0))
+        camera.fill(width, height - below)
+        return cls(Scene(width, height), (width / 2.0, (height + below) / 2.0))
 
     def solid(self, parts: Sequence[Triangles], placed: Triangles = NOTHING) -> Solid:
         """Triangles as seen from the middle of the view; placed: those in the picture already."""

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from viewer.commands import Command
-from viewer.facts import FactWriter
+from viewer.facts import FactSheet
 from viewer.keymap import Effect, KeyMap
 from viewer.picture import Drawn, save_drawn
 
@@ -48,33 +48,38 @@ class Saver(ABC):
     """Draws a state, obeys keys, and writes what some of them save.
 
     state: the viewer's, with a ``message``. keys: the viewer's. size: pixels of the picture.
-    kind: of window, which settings go by. commands: what can be done, for menus. A viewer says
-    in a class of its own how it is drawn, and what its files are.
+    kind: of window, which settings go by. opens: what can be opened or dropped. commands: what
+    can be done, for menus. A viewer says in a class of its own how it is drawn, and what its files
+    are.
     """
 
     kind = "window"
+    opens = "a file"
     commands: Sequence[Command[Any]] = ()
 
     def __init__(self, state: Any, keys: KeyMap[Any], size: tuple[int, int]) -> None:
         self.state = state
         self.size = size
         self.keys = keys
-        self._asked_to_quit = False
 
-    @abstractmethod
     def drawn(self) -> Drawn:
-        """The picture of the state as it is now."""
+        """The picture of the state as it is now, for a file: a point to a pixel."""
+        return self.draw_live(float(self.size[0]), float(self.size[1]))
 
     @abstractmethod
     def draw_live(self, width: float, height: float) -> Drawn:
-        """The picture without what a window says beside it, of so many points."""
+        """The picture of so many points."""
 
     @abstractmethod
-    def describe(self, writer: FactWriter) -> None:
+    def describe(self, sheet: FactSheet) -> None:
         """Write what is said beside the picture."""
 
     def hint(self) -> str:
         """What is to be done now, in a line; "" for nothing in particular."""
+        return ""
+
+    def first_hint(self) -> str:
+        """What to begin with, where there is nothing to see yet; "" where there is."""
         return ""
 
     def save_ways(self) -> tuple[SaveWay, ...]:
@@ -93,17 +98,9 @@ class Saver(ABC):
     def picture_path(self) -> Path:
         """Where the next picture is written."""
 
-    def saved_object(self) -> str:
-        """Write what the key for it saves, and say where it is; OSError as writing does."""
-        raise NotImplementedError("a viewer with a key that saves an object says how")
-
     @abstractmethod
     def ready(self) -> None:
         """Wait until the next key can be pressed as if a user did."""
-
-    def at_once(self, key: str) -> Effect | None:
-        """Obey a key that means something else just now; None for any that does not."""
-        return None
 
     def would_lose(self) -> str:
         """What quitting now would lose, and how to keep it; "" for nothing."""
@@ -120,40 +117,24 @@ class Saver(ABC):
     def obey(self, key: str) -> Effect:
         """Press a key, by its X name or as it is written, and save what it asks to save.
 
-        Returns what the window has to do. Quitting asks once if that would lose work.
+        Returns what the window has to do.
         """
-        done = self.at_once(key)
-        if done is not None:
-            return done
         effect = self.keys.press(self.state, key)
-        if effect is Effect.QUIT:
-            return self._quit()
-        if effect is not Effect.NOTHING:
-            self._asked_to_quit = False
         if effect in (Effect.OBJ, Effect.PICTURE):
             try:
-                self.state.message = self._saved(effect)
+                if effect is Effect.PICTURE:
+                    self.state.message = self.save_picture(self.picture_path())
+                else:
+                    way = self.save_ways()[0]
+                    self.state.message = way.write(way.known() or way.suggest())
             except OSError as error:
                 self.state.message = f"not saved: {error}"
         return effect
-
-    def _saved(self, effect: Effect) -> str:
-        if effect is Effect.OBJ:
-            return self.saved_object()
-        return self.save_picture(self.picture_path())
 
     def save_picture(self, path: Path) -> str:
         """Write the picture to a PNG, and say so."""
         save_drawn(path, self.drawn(), self.size[1])
         return f"saved {path}"
-
-    def _quit(self) -> Effect:
-        lost = self.would_lose()
-        if not lost or self._asked_to_quit:
-            return Effect.QUIT
-        self._asked_to_quit = True
-        self.state.message = f"{lost}, q once more quits"
-        return Effect.REDRAW
 
 
 class SessionFiles(Protocol):

@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     metavar="FILE",
     help="Write one PNG instead of opening a window.",
 )
-@click.option("--keys", default="", help='Keys pressed first, with spaces: "o Right h".')
+@click.option("--keys", default="", help='Keys pressed first, with spaces: "o Right".')
 def explore(
     boundary: Path | None,
     surface: Path | None,
@@ -82,7 +82,7 @@ def explore(
     output: Path | None,
     keys: str,
 ) -> int:
-    """Look through the fills of a boundary on a surface; the key h lists the keys.
+    """Look through the fills of a boundary on a surface; F1 lists commands and keys.
 
     BOUNDARY is a JSON file as of 'patterndb fill'; without one, a boundary is drawn in the
     window, corner by corner. Fills are shown as they are found. Change the boundary or draw

@@ -120,7 +120,7 @@ if TYPE_CHECKING:
     "--view",
     is_flag=True,
     callback=require_viewer,
-    help="Draw in a window; the key h lists the keys.",
+    help="Draw in a window; F1 lists commands and keys.",
 )
 @click.option(
     "--picture",
@@ -217,7 +217,7 @@ def features(
         from viewer.features import draw, show
 
         if picture is not None:
-            draw(ground, picture, session=kept, bare=True)
+            draw(ground, picture, session=kept)
             say(f"drawn: {picture}")
         if view:
             with hushed():

@@ -311,7 +311,7 @@ def fill_sheet(
 )
 @click.option("--keys", default="", help='Keys pressed first, with spaces: "n n ] Up".')
 def browse(n_sides: int | None, db: Path | None, output: Path | None, keys: str) -> int:
-    """Page through a database's patterns in a window; the key h lists the keys.
+    """Page through a database's patterns in a window; F1 lists commands and keys.
 
     \b
     patterndb browse --class 5

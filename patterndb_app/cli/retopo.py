@@ -142,7 +142,7 @@ def retopo(
     """Make a clean quad mesh on a surface, from curves drawn on it.
 
     SURFACE is a mesh of triangles, or of polygons, which are cut into triangles; left out, it
-    is the one that the script names. Alone, it opens in a window; the key h lists the keys. A
+    is the one that the script names. Alone, it opens in a window; F1 lists commands and keys. A
     script is a line of JSON for each tool that is used:
 
     \b

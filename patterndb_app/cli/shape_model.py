@@ -269,7 +269,7 @@ def _add_edit_options(command: Any) -> Any:
                 "--view",
                 is_flag=True,
                 callback=require_viewer,
-                help="Explore the shapes in a window; the key h lists the keys.",
+                help="Explore the shapes in a window; F1 lists commands and keys.",
             ),
             click.option(
                 "--template",

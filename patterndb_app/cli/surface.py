@@ -119,7 +119,7 @@ class CurveNames(ParamType):
     "--view",
     is_flag=True,
     callback=require_viewer,
-    help="Look at the surface in a window; the key h lists the keys.",
+    help="Look at the surface in a window; F1 lists commands and keys.",
 )
 @click.option("--cycles-only", is_flag=True, help="Tell the cycles, make no surface.")
 @click.option(
@@ -304,26 +304,25 @@ def _look(
     other networks in the window; None for no window."""
     from patterndb_app.cli.obj import write_surface
     from patterndb_sketch.surfacing import named_cycle
-    from viewer.surfacing import draw, show
+    from viewer.surfacing import SurfacingState, draw, show
 
     banned, added = ([named_cycle(drawing.network, names) for names in group] for group in named)
     # The window can go on to other methods; a picture has the one that was asked for.
     patterns = open_file is not None or METHODS[settings.method].needs_database
     with open_database(db) if patterns else nullcontext() as database:
-        options: dict[str, Any] = {
-            "settings": settings,
-            "spacing": spacing,
-            "db": database,
-            "afresh": afresh,
-            "added": added,
-            "banned": banned,
-        }
+        make_state = partial(
+            SurfacingState, settings=settings, spacing=spacing, db=database, afresh=afresh
+        )
         if picture is not None:
-            draw(drawing, picture, **options)
+            draw(make_state(drawing, added=added, banned=banned), picture)
             say(f"drawn: {picture}")
         if open_file is not None:
             with hushed():
-                show(drawing, write_obj=write_surface, open_file=open_file, **options)
+                show(
+                    make_state(drawing, added=added, banned=banned),
+                    write_obj=write_surface,
+                    open_file=lambda path: make_state(open_file(path)),
+                )
 
 
 HEADS = (

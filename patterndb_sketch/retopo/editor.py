@@ -165,6 +165,14 @@ class Editor:
         flaws = describe_flaws(before, state.network, self.ground_now, state.sizes)
         return Outcome(True, None, (*result.notes, *flaws))
 
+    def keep_history(self) -> History:
+        """What :meth:`return_to` goes back to, whatever was begun since."""
+        return self._history.copy()
+
+    def return_to(self, history: History) -> None:
+        """Have the states be as they were when they were kept."""
+        self._history = history
+
     def fill(self) -> FilledNetwork:
         """Counts, fills and places for all patches of the state now; it keeps them."""
         cache = self._caches.setdefault(self.state.plane, PlacedCache())

@@ -43,6 +43,12 @@ class History:
         self._now = state
         self._future: list[State] = []
 
+    def copy(self) -> History:
+        """The same line of states, which steps of this one do not change."""
+        other = History(self._now)
+        other._past, other._future = [*self._past], [*self._future]
+        return other
+
     @property
     def now(self) -> State:
         return self._now

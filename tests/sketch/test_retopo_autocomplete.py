@@ -112,9 +112,13 @@ def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network
 
 def test_nothing_far_from_all_patches_and_no_more_choices_than_there_are() -> None:
     network = polygons(LOW)
-    assert find_completions(network, plane_ground(), (0.0, 0.3, 0.0), UP, SIZES) == []
+    far = (0.0, 1.1 * SIZES.autocompletion, 0.0)
+    assert find_completions(network, plane_ground(), far, UP, SIZES) == []
     with pytest.raises(RefusedError, match="nothing can be completed"):
-        autocomplete(network, plane_ground(), (0.0, 0.3, 0.0), UP, SIZES)
+        autocomplete(network, plane_ground(), far, UP, SIZES)
+    # Within the patch the brush reaches its border, but that is free on the other side.
+    within = (0.0, -2.0 * SIZES.snap, 0.0)
+    assert find_completions(network, plane_ground(), within, UP, SIZES) == []
     count = len(find_completions(network, plane_ground(), (0.0, 0.1, 0.0), UP, SIZES))
     with pytest.raises(RefusedError, match=f"there are {count}"):
         autocomplete(network, plane_ground(), (0.0, 0.1, 0.0), UP, SIZES, choice=count)
@@ -167,3 +171,93 @@ def test_all_around_a_square_on_coarse_triangles_something_is_suggested(
         edit = take_completion(network, found[0], sizes)
         check_network(edit.network)
         assert len(edit.network.patches) == 2
+
+
+def example(name: str) -> Ground:
+    """A mesh of the examples."""
+    mesh = read_mesh(EXAMPLES / name)
+    faces = np.split(mesh.corners, mesh.offsets[1:-1])
+    fans = [[f[0], f[k], f[k + 1]] for f in faces for k in range(1, len(f) - 1)]
+    return Ground.of(mesh.points, np.array(fans))
+
+
+def ball() -> Ground:
+    """A round ball of 5,120 triangles."""
+    made = trimesh.creation.icosphere(subdivisions=4)
+    return Ground.of(np.array(made.vertices), np.array(made.faces))
+
+
+@pytest.mark.parametrize("side", [0.6, 1.2, 3.0])
+@pytest.mark.parametrize("ground", ["plane", "ball", "jug.obj", "head.obj"])
+def test_something_can_be_closed_beside_every_straight_side(ground: str, side: float) -> None:
+    """Squares at random places, as wide as so many radii of the brush: from next to each side to
+    where the brush just reaches it there is a suggestion, and the first can be taken."""
+    made = {"plane": lambda: plane_ground(spacing=0.5), "ball": ball}
+    on = made[ground]() if ground in made else example(ground)
+    rng, asked = np.random.default_rng(7), 0
+    with patterndb.open() as source:
+        for _ in range(3):
+            editor = Editor(on, source)
+            sizes, network = editor.state.sizes, editor.network
+            corners, middle, up = square_somewhere(on, 0.5 * side * sizes.autocompletion, rng)
+            lines = [
+                lay(on, a + np.linspace(0.0, 1.0, 25)[:, None] * (b - a), up)
+                for a, b in zip(corners, np.roll(corners, -1, axis=0), strict=True)
+            ]
+            for line in lines:
+                assert editor.do(Call("stroke", {"points": line.tolist()})).refused is None
+            if len(editor.network.patches) != 1:
+                continue
+            network, free = editor.network, find_boundaries(editor.network)
+            for line in lines:
+                out = line[12] - middle
+                out /= np.linalg.norm(out)
+                for share in (0.1, 0.5, 0.9):
+                    aimed = line[12] + share * sizes.autocompletion * out
+                    point = lay(on, aimed[None], on.nearest(line[12:13]).normals[0])[0]
+                    normal = on.nearest(point[None]).normals[0]
+                    beside = np.linalg.norm(
+                        point - np.concatenate([e.points for e in free]), axis=1
+                    )
+                    if beside.min() > 0.95 * sizes.autocompletion or is_on_border(on, line[12]):
+                        continue
+                    found = find_completions(network, on, point, normal, sizes)
+                    assert found, f"{share} radii beside {line[12]}"
+                    check_network(take_completion(network, found[0], sizes).network)
+                    asked += 1
+    assert asked > 10
+
+
+def lay(ground: Ground, points: np.ndarray, up: np.ndarray) -> np.ndarray:
+    """Points (n, 3) laid on the ground where it looks the way of ``up``: walls may be thin."""
+    return ground.nearest_facing(points, np.tile(up, (len(points), 1))).feet.points
+
+
+def square_somewhere(
+    ground: Ground, half: float, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """(4, 3) corners, counter-clockwise, (3,) the middle, and what is up there; well within the
+    ground."""
+    while True:
+        triangle = ground.triangles[rng.integers(len(ground.triangles))]
+        foot = ground.nearest(ground.vertices[triangle].mean(axis=0)[None])
+        middle, up = foot.points[0], foot.normals[0]
+        across = np.cross(up, rng.normal(size=3))
+        across *= half / np.linalg.norm(across)
+        along = np.cross(up, across)
+        corners = middle + np.array(
+            [-across - along, across - along, across + along, along - across]
+        )
+        feet = lay(ground, corners, up)
+        flat = float(np.linalg.norm(feet - corners, axis=1).max()) < 0.5 * half
+        if flat and not any(is_on_border(ground, foot) for foot in feet):
+            return feet, middle, up
+
+
+def is_on_border(ground: Ground, point: np.ndarray) -> bool:
+    """Is a point where the ground ends, or nearly?"""
+    edges = np.sort(ground.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    unique, count = np.unique(edges, axis=0, return_counts=True)
+    rim = ground.vertices[unique[count == 1]].mean(axis=1)
+    near = 0.1 * ground.diagonal
+    return bool(len(rim)) and float(np.linalg.norm(rim - point, axis=1).min()) < near

@@ -22,7 +22,7 @@ from patterndb_sketch.surfacing.methods import (
 from patterndb_sketch.surfacing.network import CurveNetwork, InvalidNetworkError
 from patterndb_sketch.surfacing.patch import as_triangles
 from patterndb_sketch.surfacing.surfaces import Settings, surface, surface_loop
-from viewer.surfacing.commands import KEY_HELP
+from viewer.surfacing.commands import COMMANDS
 
 
 def around(n: int, radius: object = 1.0, height: object = 0.0) -> Points:
@@ -118,7 +118,7 @@ def test_the_table_names_its_methods() -> None:
 @pytest.mark.parametrize("method", METHODS.values(), ids=list(METHODS))
 def test_all_who_offer_a_choice_offer_every_method(method: SurfacingMethod) -> None:
     assert method.help in describe_methods().lower()
-    assert method.name in dict(KEY_HELP)["m"]
+    assert method.name in next(one.tip for one in COMMANDS if "m" in one.keys)
     options = Path(CHECKOUT, "docs", "cli.md").read_text().split("\n| `--method ", 1)[1]
     assert method.name in options.split("`", 1)[0].split("\\|")
     assert f"\n| `{method.name}` |" in Path(CHECKOUT, "docs", "surfacing.md").read_text()

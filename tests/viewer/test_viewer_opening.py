@@ -19,6 +19,7 @@ from patterndb_sketch.features.snap import SnapSettings
 from patterndb_sketch.surfacing import read_drawing
 from viewer import browse
 from viewer.features import show as show_features
+from viewer.surfacing import SurfacingState
 from viewer.surfacing import show as show_surface
 
 EXAMPLES = CHECKOUT / "examples"
@@ -96,7 +97,9 @@ def test_a_network_is_opened_in_place_of_another(
 
     act, told = open_two(cup, other, count)
     act_in_window(act)
-    state = show_surface(read_drawing(cup), open_file=read_drawing)
+    state = show_surface(
+        SurfacingState(read_drawing(cup)), open_file=lambda path: SurfacingState(read_drawing(path))
+    )
     assert told == [len(read_drawing(cup).network.curves), 2] and count(state) == 2
 
 

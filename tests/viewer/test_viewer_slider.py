@@ -1,4 +1,4 @@
-"""Sliders drawn in a picture: values, places of the pointer, and what is painted."""
+"""Sliders: values, and places on their lines."""
 
 from __future__ import annotations
 
@@ -6,12 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
-from viewer.nearness import SLIDER_GRIP
-from viewer.scene import Scene
-from viewer.slider import KNOB, Rail, Slider, find_rail
+from viewer.slider import Slider
 
 ALPHA = Slider("alpha", 0.0, 1.0, 0.01, ends=("few", "many"))
 ANGLE = Slider("angle", 0.0, 180.0, 1.0, unit="°")
@@ -59,13 +57,6 @@ def test_moving_goes_on_until_the_end(slider: Slider, share: float, by: float) -
     assert slider.moved(value, 0.0) == value
 
 
-def test_values_are_written_with_their_unit() -> None:
-    assert ALPHA.text(0.5) == "0.50"
-    assert ANGLE.text(60.0) == "60°"
-    assert MODE.text(-1.2) == "\N{MINUS SIGN}1.2"
-    assert [STIFF.text(v) for v in (1.0, 3.16, 100.0)] == ["1", "3.16", "100"]
-
-
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
@@ -79,49 +70,3 @@ def test_values_are_written_with_their_unit() -> None:
 def test_sliders_without_a_range_are_refused(wrong: dict[str, float], message: str) -> None:
     with pytest.raises(ValueError, match=message):
         Slider("x", **wrong)  # type: ignore[arg-type]
-
-
-@given(st.sampled_from(ALL), st.floats(0.0, 1.0))
-def test_the_knob_is_where_its_value_is_chosen(slider: Slider, share: float) -> None:
-    rail = Rail(slider, 40.0, 300.0, 70.0).shifted(5.0, -10.0)
-    assert (rail.left, rail.right, rail.y) == (45.0, 305.0, 60.0)
-    value = slider.value(share)
-    assert rail.value_at(rail.knob(value)) == value
-    assert rail.value_at(rail.left - 99.0) == slider.low
-    assert rail.value_at(rail.right + 99.0) == slider.high
-
-
-@given(st.floats(0.0, 340.0), st.floats(0.0, 200.0))
-def test_a_place_is_on_the_nearest_slider_or_on_none(x: float, y: float) -> None:
-    rails = {name: Rail(ALPHA, 40.0, 300.0, at) for name, at in (("a", 50.0), ("b", 74.0))}
-    found = find_rail(rails, x, y)
-    near = [name for name, rail in rails.items() if abs(y - rail.y) <= SLIDER_GRIP]
-    if not (near and 40.0 - SLIDER_GRIP <= x <= 300.0 + SLIDER_GRIP):
-        assert found is None
-    else:
-        assume(abs(y - 62.0) > 1e-6)
-        assert found == ("a" if y < 62.0 else "b")
-
-
-@pytest.mark.parametrize("slider", ALL)
-def test_a_painted_slider_shows_its_texts_and_its_knob(slider: Slider) -> None:
-    rail = Rail(slider, 40.0, 300.0, 70.0)
-    value = slider.value(0.6)
-    scene = Scene(340.0, 140.0)
-    rail.paint(scene, value)
-    texts = [t.text for t in scene.texts]
-    assert texts[:2] == [slider.label, slider.text(value)]
-    assert texts[2:] == [text for text in slider.ends if text]
-    disc = scene.patches[-2].corners[0]
-    assert disc.mean(axis=0) == pytest.approx((rail.knob(value), 70.0))
-    assert np.ptp(disc[:, 0]) == pytest.approx(2.0 * KNOB, rel=0.02)
-    # Held, it has a halo; grey, it has no knob and says no value; marked, it begins there.
-    counts: list[int] = [len(scene.patches)]
-    options: list[dict[str, object]] = [{"hot": True}, {"enabled": False}, {"mark": slider.low}]
-    for option in options:
-        scene = Scene(340.0, 140.0)
-        rail.paint(scene, value, **option)  # type: ignore[arg-type]
-        counts.append(len(scene.patches))
-        assert (slider.text(value) in [t.text for t in scene.texts]) == ("enabled" not in option)
-        assert all(np.isfinite(patch.corners).all() for patch in scene.patches)
-    assert counts == [counts[0], counts[0] + 1, 1, counts[0] + 1]

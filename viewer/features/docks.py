@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor, QIcon, QPixmap
-from PySide6.QtWidgets import QAbstractItemView, QListWidget, QListWidgetItem
+from PySide6.QtWidgets import (
+    QAbstractItemView,
+    QComboBox,
+    QListWidget,
+    QListWidgetItem,
+    QSpinBox,
+    QVBoxLayout,
+    QWidget,
+)
 
 from viewer.card import format_count
 from viewer.commands import Command
+from viewer.features.editing import FeatureEditing
 from viewer.features.edits import DrawnCurve, choose_curve_colour
-from viewer.features.layout import RAILS, get_slider_value
+from viewer.features.sliders import AXIS_OF, DEGREES, SLIDERS, get_slider_value, name_axis
 from viewer.features.state import FeatureState
-from viewer.shell.docks import Dock, SliderPanel, SliderRow
+from viewer.shell.docks import Dock, SliderPanel, SliderRow, make_form
 from viewer.shell.window import ShellWindow
 
 #: What the sliders do.
@@ -45,16 +55,32 @@ class FeatureWindow(ShellWindow):
         self.curves.itemChanged.connect(self._rename)
         curves.setWidget(self.curves)
         fit = Dock("Fit", self)
-        rows = [self._slider_row(name) for name in RAILS]
+        rows = [self._slider_row(name) for name in SLIDERS]
         self.sliders = SliderPanel(rows, self.show_change)
-        fit.show_scrolled(self.sliders)
+        self.axis, self.degree = QComboBox(), QSpinBox()
+        self.axis.addItems(list(AXIS_OF))
+        self.axis.setPlaceholderText("another direction")
+        self.axis.setToolTip("The axis that the isophote angle is measured from")
+        self.axis.textActivated.connect(lambda name: self._change(lambda e: e.choose_axis(name)))
+        self.degree.setRange(*DEGREES)
+        self.degree.setToolTip("The degree of the spline")
+        self.degree.setKeyboardTracking(False)
+        self.degree.valueChanged.connect(
+            lambda degree: self._change(lambda e: e.change_degree(degree - e.shown_settings.degree))
+        )
+        whole = QWidget()
+        layout = QVBoxLayout(whole)
+        layout.addWidget(self.sliders)
+        layout.addWidget(make_form([("axis", self.axis), ("degree", self.degree)]))
+        layout.addStretch(1)
+        fit.show_scrolled(whole)
         self._refreshing = False
         return [curves, fit]
 
     def _slider_row(self, name: str) -> SliderRow:
         # Of whatever state is shown then: another model may be opened.
         return SliderRow(
-            RAILS[name].slider,
+            SLIDERS[name],
             lambda: get_slider_value(self.state.editing.shown_settings, name),
             lambda value: self.state.slide_to(name, value),
             self._begin_sliding,
@@ -62,6 +88,12 @@ class FeatureWindow(ShellWindow):
             lambda: name != "angle" or self.state.editing.shown_settings.alpha < 1.0,
             TIPS[name],
         )
+
+    def _change(self, change: Callable[[FeatureEditing], object]) -> None:
+        if not self._refreshing:
+            self.state.message = ""
+            change(self.state.editing)
+            self.show_change()
 
     def _begin_sliding(self) -> None:
         self.state.begin_sliding()
@@ -93,6 +125,11 @@ class FeatureWindow(ShellWindow):
             if self.curves.state() != QAbstractItemView.State.EditingState:
                 self._refresh_curves()
             self.sliders.refresh()
+            settings = self.state.editing.shown_settings
+            self.axis.setCurrentText(name_axis(settings) or "")
+            if name_axis(settings) is None:
+                self.axis.setCurrentIndex(-1)
+            self.degree.setValue(settings.degree)
         finally:
             self._refreshing = False
 

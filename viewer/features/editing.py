@@ -29,7 +29,7 @@ from viewer.features.edits import (
     open_session_curves,
     snap_curve,
 )
-from viewer.features.layout import AXIS_OF, DEGREES, RAILS, get_slider_value
+from viewer.features.sliders import AXIS_OF, DEGREES, SLIDERS, get_slider_value, replace_value
 
 #: Seconds that a change waits for what it asks for: what is made at once is shown at once.
 AT_ONCE = 0.05
@@ -80,11 +80,8 @@ class FeatureEditing:
         self._parents: WeakKeyDictionary[DrawnCurve, DrawnCurve] = WeakKeyDictionary()
         self._bases: WeakSet[DrawnCurve] = WeakSet()
         self._maker = SnapMaker()
-        self.helping = False
         #: The points clicked so far while a curve is drawn, None if none is.
         self.clicks: tuple[Points, ...] | None = None
-        #: The name as far as it is typed, None if none is.
-        self.typed: str | None = None
         self._preview: DrawnCurve | None = None
 
     def close(self) -> None:
@@ -240,7 +237,7 @@ class FeatureEditing:
 
     def slide(self, name: str, by: float) -> None:
         """Move a slider by a part of its length."""
-        slider = RAILS[name].slider
+        slider = SLIDERS[name]
         self.change(replace_value(self.shown_settings, name, slider.moved(
             get_slider_value(self.shown_settings, name), by
         )))  # fmt: skip
@@ -303,7 +300,7 @@ class FeatureEditing:
             self.message += f", without what could not be made: {', '.join(lost)}"
         return True
 
-    # A curve while it is drawn with clicks, and a name while it is typed
+    # A curve while it is drawn with clicks
 
     @property
     def preview(self) -> DrawnCurve | None:
@@ -348,33 +345,14 @@ class FeatureEditing:
             self._click(self.clicks[:-1])
 
     def leave(self) -> bool:
-        """Leave typing, the help, drawing or the selection; False if there is nothing to leave."""
-        if self.typed is not None:
-            self.typed = None
-        elif self.helping:
-            self.helping = False
-        elif self.clicks is not None:
+        """Leave drawing or the selection; False if there is nothing to leave."""
+        if self.clicks is not None:
             self._drop()
         elif self.selected is not None:
             self.select(None)
         else:
             return False
         return True
-
-    def begin_name(self) -> None:
-        """Type another name for the selected curve, in place of the one it has."""
-        curve = self.curve
-        if curve is None or self.clicks is not None:
-            self.message = "select a curve first: click on it"
-        else:
-            self.typed = ""
-
-    def end_name(self) -> None:
-        """The name is as it was typed; without a letter, as it was before."""
-        if self.typed is not None:
-            name, self.typed = self.typed.strip(), None
-            if name:
-                self.rename(name)
 
     def click(self, point: Points | None) -> None:
         """A point (3,) of the model was clicked, or a place beside it."""
@@ -539,12 +517,3 @@ def _same(curve: DrawnCurve, other: DrawnCurve) -> bool:
         and curve.constraints is other.constraints
         and (curve.settings, curve.again) == (other.settings, other.again)
     )
-
-
-def replace_value(settings: SnapSettings, name: str, value: float) -> SnapSettings:
-    """Replace a value of the settings by that which a slider was moved to."""
-    if name == "angle":
-        return replace(settings, beta=float(np.deg2rad(value)))
-    if name == "alpha":
-        return replace(settings, alpha=value)
-    return replace(settings, stiffness=value)

@@ -2,49 +2,14 @@
 
 from __future__ import annotations
 
-from viewer.commands import Command, list_actions
-from viewer.features.layout import name_axis
+from viewer.commands import Command
+from viewer.features.sliders import name_axis
 from viewer.features.state import FeatureState
-from viewer.keymap import ALIASES, Effect, KeyMap
+from viewer.keymap import Effect, KeyMap
 from viewer.modelcommands import model_commands
-
-#: (keys, what they do), as the help lists them.
-KEY_HELP = (
-    ("c", "draw a curve: click points on the model"),
-    ("Enter  ⌫", "finish it; take the last click back"),
-    ("l", "close it, or open it again; so does a click on its first point"),
-    ("drag", "pull a curve: a pin holds it where it is dropped"),
-    ("d", "take the pin at the pointer away"),
-    ("click  Tab", "select a curve; the next one"),
-    ("Del  e", "delete the selected curve; name it"),
-    ("a", "snap it again, from where it is now"),
-    ("- +   , .", "alpha; stiffness: less, more"),
-    ("[ ]", "isophote angle: less, more"),
-    ("x y z", "the axis that the angle is measured from"),
-    ("↓ ↑", "degree of the spline: less, more"),
-    ("u   U", "take back; do again"),
-    ("r   m", "ribs; model solid, see-through, hidden"),
-    ("1 2 3   v", "from the front, the side, above; as at first"),
-    ("g   f", "which axis is upright; roll the view"),
-    ("s", "save the session"),
-    ("o   n", "save curves as OBJ; as a network of JSON"),
-    ("p", "save the picture"),
-    ("h ?   Esc   q", "this list; leave; quit"),
-)
-
-#: Under the list of keys.
-MOUSE_HELP = "drag beside curves: turn    right drag: turn    middle drag: shift    wheel: zoom"
 
 #: How far keys move a slider, as a part of it.
 SLIDE = 0.04
-
-#: Other names of keys: X's, and capitals.
-ALIASES = (
-    {name: key for name, key in ALIASES.items() if key in {*"+-,.[]"} or key == "h"}
-    | {"Return": "Enter", "KP_Enter": "Enter", "space": "Tab", "ISO_Left_Tab": "BackTab"}
-    | {c.upper(): c for c in "cdelaxyzrmvgfsonphq"}
-    | {f"KP_{i}": str(i) for i in (1, 2, 3)}
-)
 
 
 def _has_curves(state: FeatureState) -> bool:
@@ -97,8 +62,9 @@ COMMANDS: tuple[Command[FeatureState], ...] = (
             lambda s: s.editing.select_next(-1), "Select the curve before", enabled=_has_curves),
     Command("delete-curve", "Delete curve", "Curve", ("Delete",), lambda s: s.editing.delete(),
             "Delete the selected curve, or forget the one that is drawn"),
-    Command("name-curve", "Name curve…", "Curve", ("e",), lambda s: s.editing.begin_name(),
-            "Give the selected curve another name", enabled=_has_selected, bar=True),
+    Command("name-curve", "Name curve…", "Curve", ("e",), lambda s: None,
+            "Give the selected curve another name, in the list of curves",
+            enabled=_has_selected, bar=True),
     Command("snap-again", "Snap again", "Curve", ("a",), lambda s: s.editing.snap_again(),
             "One more round: from where the selected curve is now", enabled=_has_selected),
     Command("close-curve", "Close curve", "Curve", ("l",), lambda s: s.editing.turn_closed(),
@@ -136,10 +102,4 @@ COMMANDS: tuple[Command[FeatureState], ...] = (
             "Save the curves as lines, for other programs", enabled=_has_curves),
 )  # fmt: skip
 
-#: The key of the list of keys, which a picture can have; windows have menus.
-ACTIONS = list_actions(COMMANDS) | {"h": lambda s: s.editing.toggle("helping")}
-
-#: What the window does itself.
-EFFECTS = {"p": Effect.PICTURE, "q": Effect.QUIT}
-
-KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, lambda s: s.editing.leave())
+KEYS: KeyMap[FeatureState] = KeyMap(COMMANDS, {"p": Effect.PICTURE, "q": Effect.QUIT})

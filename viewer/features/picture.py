@@ -1,4 +1,4 @@
-"""The picture of feature curves: the model, bands along curves, pins, ribs, and the panel."""
+"""The picture of feature curves: the model, bands along curves, pins and ribs."""
 
 from __future__ import annotations
 
@@ -6,15 +6,12 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
+from viewer.axes import draw_axes
 from viewer.features.edits import DrawnCurve, choose_curve_colour
-from viewer.features.keys import KEY_HELP, MOUSE_HELP
-from viewer.features.layout import name_axis
-from viewer.features.panel import draw_panel
 from viewer.features.pointing import PIN
+from viewer.features.sliders import name_axis
 from viewer.features.state import FeatureState
-from viewer.panel import draw_axes, draw_help
 from viewer.picture import Drawn, Frame
-from viewer.scene import HEIGHT
 from viewer.skin import Shading
 from viewer.solid import Triangles, dash_line, make_discs, make_ribbons
 
@@ -50,12 +47,9 @@ class FeaturePainter:
     def __init__(self) -> None:
         self._shading = Shading()
 
-    def compose(
-        self, state: FeatureState, aspect: float, *, bare: bool = False, height: float = HEIGHT
-    ) -> Drawn:
-        """The picture for a window of this width to height; bare: without the panel, and so many
-        points high."""
-        frame = Frame.of(state.camera, aspect, bare=bare, height=height)
+    def compose(self, state: FeatureState, width: float, height: float) -> Drawn:
+        """The picture of so many points."""
+        frame = Frame.of(state.camera, width, height)
         model = self._shading.model(
             state.skin, state.camera.view, state.camera.model_look, frame.middle
         )
@@ -63,10 +57,6 @@ class FeaturePainter:
         settings = state.editing.shown_settings
         chosen = (name_axis(settings) or "") if settings.alpha < 1.0 else ""
         draw_axes(frame.scene, state.camera.view.axes, chosen)
-        if not bare:
-            draw_panel(frame.scene, state)
-            if state.editing.helping:
-                draw_help(frame.scene, KEY_HELP, MOUSE_HELP)
         return frame.drawn(solid)
 
 

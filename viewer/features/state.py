@@ -12,16 +12,8 @@ from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.camera import ModelCamera
-from viewer.features.editing import FeatureEditing, FeatureFiles, replace_value
+from viewer.features.editing import FeatureEditing, FeatureFiles
 from viewer.features.edits import DrawnCurve, FeatureEdits
-from viewer.features.layout import (
-    choose_rows,
-    find_choice,
-    find_row,
-    find_slider,
-    get_slider_value,
-    place_rails,
-)
 from viewer.features.pointing import (
     CurveUnderPointer,
     find_surface_point,
@@ -30,6 +22,7 @@ from viewer.features.pointing import (
     make_matrix_camera,
     to_picture_place,
 )
+from viewer.features.sliders import get_slider_value, replace_value
 from viewer.nearness import CLICK, PIN_REACH
 from viewer.skin import Skin
 
@@ -37,14 +30,14 @@ from viewer.skin import Skin
 LIVE = 0.02
 
 #: What the pointer drags.
-Held = Literal["view", "slider", "curve", "click"]
+Held = Literal["view", "curve", "click"]
 
 
 class FeatureState:
     """A model, the curves on it, and how it is looked at.
 
     session: what has been worked on before. settings: of the next curve. files: for keys that
-    save. title: of the panel.
+    save.
 
     Raises InvalidFeatureError for a session whose settings are out of range.
     """
@@ -56,7 +49,6 @@ class FeatureState:
         session: FeatureSession | None = None,
         settings: SnapSettings | None = None,
         files: FeatureFiles | None = None,
-        title: str = "",
     ) -> None:
         #: The curves, and what is done to them.
         self.editing = FeatureEditing(
@@ -66,10 +58,8 @@ class FeatureState:
             files,
         )
         self.camera = ModelCamera(model.points)
-        self.title = title
         self.skin = Skin.of(model.corners, model.triangles)
         self._held: Held | None = None
-        self._slider = ""
         self._pressed: tuple[float, float] | None = None
         self._drag: Drag | None = None
         self._before: FeatureEdits | None = None
@@ -91,8 +81,8 @@ class FeatureState:
 
     @property
     def holding(self) -> bool:
-        """Does the pointer hold a curve or a slider?"""
-        return self._held in ("curve", "slider")
+        """Does the pointer hold a curve?"""
+        return self._held == "curve"
 
     @property
     def closing(self) -> bool:
@@ -104,13 +94,6 @@ class FeatureState:
         seen = self.camera.view.seen(first)[:2]
         near = bool(np.linalg.norm(seen - np.array(place)) <= PIN_REACH)
         return near and is_visible(self.camera.view, editing.model, self.camera.room, first)
-
-    @property
-    def sliding(self) -> str | None:
-        """The slider that the pointer holds, or is on."""
-        if self._held == "slider":
-            return self._slider
-        return None if self._held or self.camera.pointer is None else find_slider(*self._panel())
 
     # What keys do, see viewer.features.keys
 
@@ -164,8 +147,6 @@ class FeatureState:
         if turn:
             self._pressed = None
             return False
-        if x > self.camera.room[0] / 2.0:
-            return self._press_panel()
         under = self.under() if self.editing.clicks is None else None
         curve = None if under is None else self.editing.edits.find(under.key)
         if under is not None and curve is not None:
@@ -176,13 +157,10 @@ class FeatureState:
 
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""
-        before = self.under(), self.sliding, self.closing
+        before = self.under(), self.closing
         last, self.camera.pointer = self.camera.pointer, (x, y)
-        if self._held == "slider":
-            self._slide_to(x)
-            return True
         if self._held is None or last is None:
-            return before != (self.under(), self.sliding, self.closing)
+            return before != (self.under(), self.closing)
         if self._pressed is not None:
             dx, dy = x - self._pressed[0], y - self._pressed[1]
             if np.hypot(dx, dy) < CLICK:
@@ -203,7 +181,7 @@ class FeatureState:
         self.camera.pointer = (x, y)
         if held == "curve" and base is not None and pressed is not None:
             self.editing.select(base.key)
-        elif held in ("curve", "slider"):
+        elif held == "curve":
             self._end_change()
             if drag is not None and drag.missed:
                 self.message = "the pointer left the model: the pin stays where it was last"
@@ -243,11 +221,7 @@ class FeatureState:
             return CurveUnderPointer(
                 self._base.key, None if self._drag is None else self._drag.sample
             )
-        if (
-            self.camera.pointer is None
-            or self.camera.pointer[0] > self.camera.room[0] / 2.0
-            or self.editing.clicks is not None
-        ):
+        if self.camera.pointer is None or self.editing.clicks is not None:
             return None
         drawn = [(curve, self.editing.look(curve)) for curve in self.editing.edits.curves]
         lines = [(curve, look.line) for curve, look in drawn if look is not None]
@@ -262,30 +236,6 @@ class FeatureState:
         )
 
     # How it is done
-
-    def _panel(self) -> tuple[float, float, float]:
-        """Where the panel begins and where the pointer is, from the picture's lower left."""
-        x, y = self.camera.pointer or (0.0, 0.0)
-        return self.camera.room[0], x + self.camera.room[0] / 2.0, y + self.camera.room[1] / 2.0
-
-    def _press_panel(self) -> bool:
-        place = self._panel()
-        slider, choice, row = find_slider(*place), find_choice(*place), find_row(*place)
-        if slider is not None:
-            self._held, self._slider = "slider", slider
-            self.begin_sliding()
-            self._slide_to(self.camera.pointer[0] if self.camera.pointer else 0.0)
-            return True
-        self._held = None
-        if isinstance(choice, str):
-            self.editing.choose_axis(choice)
-        elif choice is not None:
-            self.editing.change_degree(choice)
-        elif row is not None:
-            shown = choose_rows(len(self.editing.edits.curves), self.row_of_selected())
-            if row < len(shown):
-                self.editing.select(self.editing.edits.curves[shown[row]].key)
-        return True
 
     def row_of_selected(self) -> int | None:
         """The place of the selected curve among all."""
@@ -306,10 +256,6 @@ class FeatureState:
         before, self._before = self._before, None
         if before is not None and before is not self.editing.edits:
             self.editing.keep_step(before)
-
-    def _slide_to(self, x: float) -> None:
-        rail = place_rails(self.camera.room[0])[self._slider]
-        self.slide_to(self._slider, rail.value_at(x + self.camera.room[0] / 2.0))
 
     def _grab(self, curve: DrawnCurve, under: CurveUnderPointer) -> None:
         """The pointer pulls the sample that is seen nearest to it, or that of a pin."""

@@ -12,21 +12,13 @@ from patterndb_sketch.features.registration import DrawnNetwork
 from patterndb_sketch.features.sessionfile import FeatureSession, write_network, write_session
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
-from viewer.facts import FactWriter
+from viewer.facts import FactSheet
+from viewer.features.facts import describe_features, tell_hint
 from viewer.features.keys import COMMANDS, KEYS
-from viewer.features.panel import describe_features, tell_hint
 from viewer.features.picture import FeaturePainter
 from viewer.features.state import FeatureState
-from viewer.keymap import Effect
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import find_free_name
-
-#: Keys that write, in a name, what others do elsewhere; by their X names too.
-WRITTEN = {"space": " ", "underscore": "_", "minus": "-", "period": ".", "parenleft": "(",
-           "parenright": ")", "numbersign": "#"}  # fmt: skip
-
-#: Letters that a name may have.
-LONGEST_NAME = 60
 
 
 def show(
@@ -43,7 +35,7 @@ def show(
 ) -> FeatureState:
     """Draw feature curves on a model in a window, until it is closed.
 
-    title: of the window and its panel. session: what has been worked on before. session_path:
+    title: of the window. session: what has been worked on before. session_path:
     where it is saved; None for a new file in the folder. settings: of the next curve, see
     :func:`viewer.features.edits.opened`. open_file: reads another model, on which curves are drawn
     from then on. keys: pressed first, with spaces between. folder: for
@@ -59,7 +51,7 @@ def show(
 
     check_display()
     files = FeatureWriter(Path(folder), session_path)
-    state = FeatureState(model, session=session, settings=settings, files=files, title=title)
+    state = FeatureState(model, session=session, settings=settings, files=files)
     try:
         shell = FeatureSaver(state, files, window_size)
         from viewer.features.docks import FeatureWindow
@@ -68,7 +60,7 @@ def show(
         def open_another(path: Path) -> FeatureSaver:
             assert open_file is not None
             fresh = FeatureWriter(Path(folder), None)
-            other = FeatureState(open_file(path), settings=settings, files=fresh, title=path.name)
+            other = FeatureState(open_file(path), settings=settings, files=fresh)
             return FeatureSaver(other, fresh, window_size)
 
         opener = None if open_file is None else open_another
@@ -86,14 +78,12 @@ def draw(
     session: FeatureSession,
     size: tuple[int, int] = (1200, 800),
     keys: str = "",
-    bare: bool = False,
-    title: str = "",
 ) -> FeatureState:
     """Write a picture of a model and the curves of a session to a PNG, without a window and
     OpenGL: the same everywhere.
 
-    size: pixels. keys: pressed first, such as "Tab r" for the ribs of the first curve. bare:
-    without the panel. All else as for :func:`show`.
+    size: pixels. keys: pressed first, such as "Tab r" for the ribs of the first curve.
+    All else as for :func:`show`.
 
     Returns the state, closed. Raises PictureFormatError if path is not a PNG, and else as
     :func:`show` does.
@@ -101,9 +91,9 @@ def draw(
     pressed = KEYS.check(keys)
     path = check_png(path)
     files = FeatureWriter(path.parent, None)
-    state = FeatureState(model, session=session, files=files, title=title)
+    state = FeatureState(model, session=session, files=files)
     try:
-        shell = FeatureSaver(state, files, size, bare=bare)
+        shell = FeatureSaver(state, files, size)
         shell.drawn()
         shell.play(pressed)
         state.settle()
@@ -162,35 +152,27 @@ def format_obj_lines(lines: Mapping[str, Points]) -> str:
 
 
 class FeatureSaver(saver.SessionSaver):
-    """Draws the state, obeys keys, and writes pictures.
-
-    bare: without the panel.
-    """
+    """Draws the state, obeys keys, and writes pictures."""
 
     kind = "features"
+    opens = "another model"
     commands = COMMANDS
     state: FeatureState
 
-    def __init__(
-        self,
-        state: FeatureState,
-        files: FeatureWriter,
-        size: tuple[int, int],
-        *,
-        bare: bool = False,
-    ) -> None:
+    def __init__(self, state: FeatureState, files: FeatureWriter, size: tuple[int, int]) -> None:
         super().__init__(state, KEYS, files, size)
         self._painter = FeaturePainter()
-        self._bare = bare
-
-    def drawn(self) -> Drawn:
-        return self._painter.compose(self.state, self.size[0] / self.size[1], bare=self._bare)
 
     def draw_live(self, width: float, height: float) -> Drawn:
-        return self._painter.compose(self.state, width / height, bare=True, height=height)
+        return self._painter.compose(self.state, width, height)
 
-    def describe(self, writer: FactWriter) -> None:
-        describe_features(writer, self.state)
+    def describe(self, sheet: FactSheet) -> None:
+        describe_features(sheet, self.state)
+
+    def first_hint(self) -> str:
+        editing = self.state.editing
+        empty = not editing.edits.curves and editing.clicks is None
+        return "Press C and click along a feature of the model." if empty else ""
 
     def hint(self) -> str:
         return tell_hint(self.state)
@@ -202,30 +184,4 @@ class FeatureSaver(saver.SessionSaver):
         drawing = bool(self.state.editing.clicks)
         if drawing:
             return "A curve is being drawn, and nothing of it is saved."
-        return "the curves are not saved: s saves them" if self.state.editing.unsaved else ""
-
-    def at_once(self, key: str) -> Effect | None:
-        if self.state.editing.typed is not None:
-            return self._typed(key)
-        if self.is_held():
-            self.state.message = saver.LET_GO
-            return Effect.REDRAW
-        return None
-
-    def _typed(self, key: str) -> Effect:
-        """A key while a name is typed."""
-        state = self.state
-        name = state.editing.typed or ""
-        key = WRITTEN.get(key, key)
-        if key in ("Return", "KP_Enter", "Enter"):
-            state.message = ""
-            state.editing.end_name()
-        elif key == "Escape":
-            state.editing.leave()
-        elif key == "BackSpace":
-            state.editing.typed = name[:-1]
-        elif len(key) == 1 and key.isprintable() and len(name) < LONGEST_NAME:
-            state.editing.typed = name + key
-        else:
-            return Effect.NOTHING
-        return Effect.REDRAW
+        return "The curves are not saved." if self.state.editing.unsaved else ""

@@ -307,8 +307,7 @@ class ToolPointer:
 
     def point_at(self, x: float, y: float) -> None:
         self.camera.pointer = (x, y)
-        inside = x <= self.camera.room[0] / 2.0
-        self.foot = pick_foot(self.camera.view, self.editing.ground, x, y) if inside else None
+        self.foot = pick_foot(self.camera.view, self.editing.ground, x, y)
 
     def tell_options(self, mode: ToolMode | None = None) -> dict[str, object]:
         """The arguments that options stand for; those at their defaults say nothing."""

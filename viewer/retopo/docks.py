@@ -78,7 +78,7 @@ class RetopoWindow(ShellWindow):
         tools = Dock("Tools", self)
         tools.show_scrolled(self._make_tools())
         fills = Dock("Fills of the patch", self)
-        self.fills = ThumbnailList(self._take, size=84)
+        self.fills = ThumbnailList(self._take, 84, empty="point at a patch: its fills appear here")
         fills.setWidget(self.fills)
         self._patch: int | None = None
         self._choices: tuple[Choice, ...] = ()

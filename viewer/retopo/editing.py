@@ -22,6 +22,7 @@ from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Plane
 from patterndb_sketch.retopo.tool import ToolWork
 from query.engine import PatternSource
+from viewer.background import Stoppable, StoppedError
 from viewer.card import format_count
 from viewer.retopo.body import NetworkBody
 
@@ -84,6 +85,7 @@ class EditorWorker:
         self._editor = editor
         self.worker = ThreadPoolExecutor(1, thread_name_prefix="retopology")
         self._asked: deque[tuple[Call, Future[Outcome]]] = deque()
+        self._stoppable = Stoppable()
         self.lists = FillLists(self.worker)
         empty = FilledNetwork(editor.network, {})
         body = NetworkBody.made_of(empty, editor.ground, editor.mesh(empty))
@@ -107,6 +109,10 @@ class EditorWorker:
         dropped = len(self._asked) - len(kept)
         self._asked = deque(kept)
         return dropped
+
+    def stop(self) -> bool:
+        """Stop the call that is at work, as if it had not been; False if there is none."""
+        return self._stoppable.stop()
 
     @property
     def waiting(self) -> int:
@@ -150,16 +156,20 @@ class EditorWorker:
         self._fill()
 
     def _obey(self, call: Call) -> Outcome:
-        editor, before = self._editor, self.shown
+        editor, before, kept = self._editor, self.shown, self._editor.keep_history()
         try:
-            outcome = editor.do(call)
+            with self._stoppable.running():
+                outcome = editor.do(call)
+                if outcome.changed:
+                    self.shown = self._now(before.filled, before.body, before.plane, False)
+                    self._fill()
+                return outcome
         except PatternDBError as error:
             return Outcome(False, str(error))
-        if not outcome.changed:
-            return outcome
-        self.shown = self._now(before.filled, before.body, before.plane, False)
-        self._fill()
-        return outcome
+        except StoppedError:
+            editor.return_to(kept)
+            self.shown = before
+            return Outcome(False, f"{call.tool} was stopped; nothing is changed")
 
     def _fill(self) -> None:
         editor = self._editor
@@ -418,14 +428,17 @@ class RetopoEditing:
             )
 
     def drop_waiting(self) -> bool:
-        """Drop what was asked for and has not begun; False if nothing is being made."""
+        """Drop what was asked for and has not begun, or else stop what has; False if nothing is
+        being made."""
         if not self.waiting:
             return False
         dropped = self.work.drop()
         if dropped:
             self.message = f"dropped: {format_count(dropped, 'step')} that had not begun"
+        elif self.work.stop():
+            self.message = "stopping …"
         else:
-            self.message = "what is being made cannot be stopped; u takes it back"
+            self.message = "the first quads are made; that is not stopped"
         return True
 
     def _save(self, what: str, save: Callable[[RetopoFiles], str]) -> bool:

@@ -2,53 +2,11 @@
 
 from __future__ import annotations
 
-from viewer.commands import Command, list_actions
-from viewer.keymap import ALIASES, Effect, KeyMap
+from viewer.commands import Command
+from viewer.keymap import Effect, KeyMap
 from viewer.modelcommands import model_commands
 from viewer.retopo.modes import ToolMode, list_modes
 from viewer.retopo.state import RetopoState
-
-#: (keys, what they do), as the help lists them. Those of the tools are in the panel.
-KEY_HELP = (
-    ("a tool's key", "take the tool with that key in the list"),
-    ("Tab", "the next tool of the list"),
-    ("[ ]", "brush smaller, larger; for counts: edges"),
-    ("- +", "less, more: completions, divisions, edges"),
-    (".", "the tool's option, as the panel shows it"),
-    ("n b", "next fill of the patch at the pointer; before"),
-    ("Ctrl wheel", "edges of the curve at the pointer"),
-    ("Shift wheel", "edges of all curves of its strip of quads"),
-    ("Enter", "the same as a click"),
-    ("Del   E", "erase the curve at the pointer; all open ends"),
-    ("C", "choose all counts anew but pinned ones"),
-    ("u   U", "undo; redo"),
-    ("m   x", "surface, see-through or not; quads, curves"),
-    ("T", "the strands of quads at the pointer, or not"),
-    ("1 2 3   v", "along the axes; as at first"),
-    ("Z   F", "which axis is upright; roll the view"),
-    ("s   o", "save the session; the quads as OBJ"),
-    ("S   p", "save what was done as a script; the picture"),
-    ("R", "open what a crash left, as told at the start"),
-    ("h ?   Esc   q", "this list; leave, drop what waits; quit"),
-)
-
-#: Under the list of keys.
-MOUSE_HELP = "left: draw    right drag: turn    middle drag: shift    wheel: zoom"
-
-#: Keys of tools that the table has.
-MODE_KEYS = {mode.key: mode.tool for mode in list_modes() if mode.key}
-
-#: Other names of keys: X's, and capitals that mean nothing else.
-ALIASES = (
-    {name: key for name, key in ALIASES.items() if key in {*"+-[]."} or key == "h"}
-    | {"Return": "Enter", "KP_Enter": "Enter", "ISO_Left_Tab": "BackTab", "space": "."}
-    | {f"KP_{i}": str(i) for i in (1, 2, 3)}
-    | {
-        k.upper(): k
-        for k in [*MODE_KEYS, *"nbmxvopqh"]
-        if k.upper() not in {*"ECUZFSRT", *MODE_KEYS}
-    }
-)
 
 
 def _take_tool(mode: ToolMode) -> Command[RetopoState]:
@@ -91,8 +49,8 @@ COMMANDS: tuple[Command[RetopoState], ...] = (
     Command("previous-tool", "Previous tool", "Tools", ("BackTab",), lambda s: s.next_mode(-1)),
     Command("accept", "Click here", "Tools", ("Enter",), lambda s: s.accept(),
             "Do what a click at the pointer does"),
-    Command("leave", "Drop what waits", "Tools", ("Escape",), lambda s: s.leave(),
-            "Let go of what is drawn, or drop the steps that have not begun"),
+    Command("leave", "Drop or stop", "Tools", ("Escape",), lambda s: s.leave(),
+            "Let go of what is drawn, drop steps that have not begun, or stop the one that has"),
     Command("brush-smaller", "Smaller brush", "Tools", ("[",), lambda s: s.wider(-1),
             "A smaller brush; for counts, more edges"),
     Command("brush-larger", "Larger brush", "Tools", ("]",), lambda s: s.wider(1),
@@ -132,10 +90,4 @@ COMMANDS: tuple[Command[RetopoState], ...] = (
             enabled=lambda s: s.editing.files is not None and s.editing.files.lost is not None),
 )  # fmt: skip
 
-#: What the window does itself.
-EFFECTS = {"p": Effect.PICTURE, "q": Effect.QUIT}
-
-#: The key of the list of keys, which a picture can have; windows have menus.
-ACTIONS = list_actions(COMMANDS, {*EFFECTS, "h"}) | {"h": lambda s: s.toggle("helping")}
-
-KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, lambda s: s.leave())
+KEYS: KeyMap[RetopoState] = KeyMap(COMMANDS, {"p": Effect.PICTURE, "q": Effect.QUIT})

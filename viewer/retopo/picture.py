@@ -8,12 +8,11 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.filling.fills import filling_of
 from patterndb_sketch.retopo.network import EVEN
 from viewer import style
+from viewer.axes import draw_axes, draw_line
 from viewer.camera import View
-from viewer.panel import draw_axes, draw_help, draw_line
 from viewer.picture import Drawn, Frame
 from viewer.retopo import paint
 from viewer.retopo.body import NetworkBody
-from viewer.retopo.keys import KEY_HELP, MOUSE_HELP
 from viewer.retopo.marks import (
     AWAY,
     BRUSH,
@@ -35,10 +34,9 @@ from viewer.retopo.marks import (
     make_shapes,
     project_chains,
 )
-from viewer.retopo.panel import draw_panel
 from viewer.retopo.pointing import find_visible
 from viewer.retopo.state import RetopoState
-from viewer.scene import HEIGHT, Scene
+from viewer.scene import Scene
 from viewer.skin import MATTE, Shading, Skin, shade_model
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
 
@@ -149,9 +147,6 @@ IMAGE_WIDTH, STRAND_WIDTH = 2.2, 2.4
 #: Radii in points: of the ring around what is snapped to.
 RING = (6.0, 9.0)
 
-#: Where it is told which axis is upright, in points.
-UP_AT = (104.0, 20.0)
-
 #: Points of a brush's circle, and of a dash.
 CIRCLE, DASH = 72, 6.0
 
@@ -168,27 +163,18 @@ class RetopoPainter:
         self._paint = paint.GroundPaint()
 
     def compose(
-        self, state: RetopoState, aspect: float, *, bare: bool = False, height: float = HEIGHT
+        self, state: RetopoState, width: float, height: float, *, axes: bool = False
     ) -> Drawn:
-        """The picture for a window of this width to height.
-
-        bare: without the panel. height: of a bare picture, in points; one with the panel has
-        always the same.
-        """
-        frame = Frame.of(state.camera, aspect, bare=bare, height=height)
+        """The picture of so many points; axes: with those of space in a corner."""
+        frame = Frame.of(state.camera, width, height)
         scene, middle = frame.scene, frame.middle
         model = self._ground(state, middle)
         solid = frame.solid([*self._network(state), *_pointed(state)], model)
         _line(scene, state, middle)
-        if state.tool.mode.gesture == "count" and not state.helping:
+        if state.tool.mode.gesture == "count":
             _counts(scene, state, middle)
-        if not bare:
+        if axes:
             draw_axes(scene, state.camera.view.axes, state.camera.upright)
-            text = f"{state.camera.upright} is up    Z: another"
-            scene.text(*UP_AT, text, 10.5, colour=style.FAINT_TEXT, align="left")
-            draw_panel(scene, state)
-            if state.helping:
-                draw_help(scene, KEY_HELP, MOUSE_HELP)
         return frame.drawn(solid)
 
     def _ground(self, state: RetopoState, middle: tuple[float, float]) -> Triangles:

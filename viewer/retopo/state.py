@@ -12,7 +12,6 @@ from patterndb_sketch.retopo.sizes import Sizes
 from viewer.nearness import CLICK
 from viewer.retopo.aiming import ToolPointer
 from viewer.retopo.editing import RetopoEditing, RetopoFiles, Shown
-from viewer.retopo.layout import find_mode_number, find_option_number
 from viewer.retopo.modes import ToolMode, ToolOption
 from viewer.retopo.pointing import RetopoCamera, find_upright, pick_line
 from viewer.skin import Skin
@@ -34,20 +33,16 @@ class RetopoState:
     """A network on a ground, tools in use on it, and how it is looked at: what a mouse and a clock
     make of them.
 
-    title: of the panel. files: for keys that save. editing: what is asked of the editor. camera:
+    files: for keys that save. editing: what is asked of the editor. camera:
     from where it is looked at. tool: the one in use, and what the pointer is on. quads_shown,
-    curves_shown, helping: what is seen.
+    curves_shown: what is seen.
     """
 
-    def __init__(
-        self, editor: Editor, *, title: str = "", files: RetopoFiles | None = None
-    ) -> None:
+    def __init__(self, editor: Editor, *, files: RetopoFiles | None = None) -> None:
         self.editing = RetopoEditing(editor, files)
         self.camera = RetopoCamera(editor.ground.vertices, find_upright(editor.ground))
         self.tool = ToolPointer(self.editing, self.camera)
-        self.title = title
         self.quads_shown = self.curves_shown = True
-        self.helping = False
         self._tool_kept: ToolMode | None = None
         corners = editor.ground.vertices[editor.ground.triangles]
         self.skin = Skin.of(corners, editor.ground.triangles)
@@ -142,7 +137,8 @@ class RetopoState:
         if option is None:
             self.message = f"{self.tool.mode.title} has no such option"
         else:
-            self._turn(option)
+            at = option.values.index(self.tool.option(self.tool.mode, option))
+            self.turn_option(option, option.values[(at + 1) % len(option.values)])
 
     def count(self, by: int, *, whole_strip: bool) -> None:
         """More or fewer edges on the curve under the pointer; on all of its strip, or not."""
@@ -183,10 +179,8 @@ class RetopoState:
             self._click(self.tool.foot)
 
     def leave(self) -> bool:
-        """Escape: let go of what is drawn, leave the help, or drop what waits; False if there is
-        nothing of these."""
-        left = self.helping or self.tool.held is not None or self.editing.drop_waiting()
-        self.helping = False
+        """Escape: let go of what is drawn, or drop what waits; False if there is neither."""
+        left = self.tool.held is not None or self.editing.drop_waiting()
         self.tool.held = None
         self.tool.let_go()
         return left
@@ -218,10 +212,6 @@ class RetopoState:
     def toggle_strips(self) -> None:
         """Show the strips of quads through the pointer, or no more."""
         self.tool.strips_shown = not self.tool.strips_shown
-
-    def toggle(self, name: str) -> None:
-        """Switch something that is seen or not."""
-        setattr(self, name, not getattr(self, name))
 
     def turn_option(self, option: ToolOption, value: object) -> None:
         """Give an option of the tool a value."""
@@ -263,8 +253,6 @@ class RetopoState:
             self.tool.held, self.tool.pressed = "view", None
             return False
         self.message = ""
-        if x > self.camera.room[0] / 2.0:
-            return self._press_panel(x, y)
         gesture = self.tool.mode.gesture
         if gesture == "plane":
             self.tool.held = "plane"
@@ -378,20 +366,6 @@ class RetopoState:
 
     # How it is done
 
-    def _press_panel(self, x: float, y: float) -> bool:
-        self.tool.held = None
-        left, at = (
-            self.camera.room[0],
-            (x + self.camera.room[0] / 2.0, y + self.camera.room[1] / 2.0),
-        )
-        row = find_mode_number(left, *at, len(self.tool.modes))
-        if row is not None:
-            self._choose(self.tool.modes[row])
-        chosen = find_option_number(left, *at, len(self.tool.modes), len(self.tool.mode.options))
-        if chosen is not None:
-            self._turn(self.tool.mode.options[chosen])
-        return True
-
     def _choose(self, mode: ToolMode) -> None:
         if mode.tool == "symmetry":
             self.mirror()
@@ -402,13 +376,6 @@ class RetopoState:
         self.tool.mode, self.tool.choice, self.tool.held = mode, 0, None
         self.tool.let_go()
         self.tool.seek()
-
-    def _turn(self, option: ToolOption) -> None:
-        """The next value of an option."""
-        at = option.values.index(self.tool.option(self.tool.mode, option))
-        self.tool.options[self.tool.mode.tool, option.name] = option.values[
-            (at + 1) % len(option.values)
-        ]
 
     def _drawn(self, line: list[Points]) -> None:
         """A line was drawn on the ground."""

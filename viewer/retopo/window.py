@@ -19,16 +19,14 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
 from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
 from viewer import saver, style
-from viewer.facts import FactWriter
-from viewer.keymap import Effect
+from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_sheet
+from viewer.retopo.facts import describe_network, tell_hint
 from viewer.retopo.keys import COMMANDS, KEYS
-from viewer.retopo.panel import describe_network, tell_hint
 from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.pointing import find_side
 from viewer.retopo.state import RetopoState
 from viewer.saver import LostWork, find_free_name
-from viewer.scene import HEIGHT
 
 #: Writes quads to a file.
 WriteMesh = Callable[[Path, RetopoMesh], None]
@@ -55,7 +53,7 @@ def show(
     Returns the recovery file where the window was closed with work that is in no session and no
     script; the next window on the session, or in the folder, offers it.
 
-    editor: with the surface, and what has been done before. title: of the window and its panel.
+    editor: with the surface, and what has been done before. title: of the window.
     session: where the session is saved; None for a new file in the folder. script: likewise
     where calls are saved; if it is given, at the end in any case. What is not saved is kept beside
     the session, or in the folder, in case of a crash. begun: how a script of what was done before
@@ -76,7 +74,7 @@ def show(
     name = Path(said.surface).name
     autosave = Autosave(editor.ground, editor.state, session=session, folder=folder, name=name)
     files = RetopoWriter(folder, session, script, said, write_mesh, autosave)
-    state = RetopoState(editor, title=title, files=files)
+    state = RetopoState(editor, files=files)
     state.message = files.find_lost(editor.ground, folder)
     discarded = False
     try:
@@ -105,7 +103,6 @@ def draw(
     sides: Sequence[str] = (),
     size: tuple[int, int] = (1200, 800),
     keys: str = "",
-    bare: bool = True,
     title: str = "",
 ) -> None:
     """Write a picture of an editor's network and its quads to a PNG, without a window and
@@ -114,8 +111,7 @@ def draw(
     toward: (3,) the direction from the surface to the viewer, None for one from the front left
     and above. sides: names of :data:`~viewer.retopo.pointing.VIEW_SIDES`; each is drawn, in place
     of that, beside and below each other. size: pixels, of each. keys: pressed first, such as
-    "m x". bare: without the panel. All
-    else as for :func:`show`. Patches without a fill get one.
+    "m x". All else as for :func:`show`. Patches without a fill get one.
 
     Raises PictureFormatError if path is not a PNG, ValueError for a key or a side there is not,
     and OSError as writing does.
@@ -125,9 +121,9 @@ def draw(
     for side in sides:
         find_side("z", side)
     files = RetopoWriter(path.parent, None, None, Script(title, ()), None)
-    state = RetopoState(editor, title=title, files=files)
+    state = RetopoState(editor, files=files)
     try:
-        shell = RetopoSaver(state, files, size, bare=bare)
+        shell = RetopoSaver(state, files, size)
         shell.drawn()
         if toward is not None:
             state.camera.look_along(toward)
@@ -235,10 +231,7 @@ class RetopoWriter:
 
 
 class RetopoSaver(saver.SessionSaver):
-    """Draws the state, obeys keys, and writes pictures.
-
-    bare: without the panel.
-    """
+    """Draws the state, obeys keys, and writes pictures."""
 
     kind = "retopo"
     suffix = ".retopo"
@@ -246,25 +239,28 @@ class RetopoSaver(saver.SessionSaver):
     commands = COMMANDS
     state: RetopoState
 
-    def __init__(
-        self, state: RetopoState, files: RetopoWriter, size: tuple[int, int], *, bare: bool = False
-    ) -> None:
+    def __init__(self, state: RetopoState, files: RetopoWriter, size: tuple[int, int]) -> None:
         super().__init__(state, KEYS, files, size)
         self._painter = RetopoPainter()
-        self._bare = bare
 
     def drawn(self) -> Drawn:
-        # As many points to a pixel as in a window: lines are as wide in small pictures.
-        height = self.size[1] * HEIGHT / WINDOW[1]
-        return self._painter.compose(
-            self.state, self.size[0] / self.size[1], bare=self._bare, height=height
-        )
+        return self._painter.compose(self.state, float(self.size[0]), float(self.size[1]))
 
     def draw_live(self, width: float, height: float) -> Drawn:
-        return self._painter.compose(self.state, width / height, bare=True, height=height)
+        return self._painter.compose(self.state, width, height, axes=True)
 
-    def describe(self, writer: FactWriter) -> None:
-        describe_network(writer, self.state)
+    def describe(self, sheet: FactSheet) -> None:
+        describe_network(sheet, self.state)
+
+    def first_hint(self) -> str:
+        empty = all(chain.marked for chain in self.state.network.chains.values())
+        waits = self.state.editing.waiting or self.state.tool.holding
+        if not empty or waits:
+            return ""
+        return (
+            "Drag on the surface: a curve. Curves that close a loop become quads.\n"
+            "8 makes a first draft of all of it; F1 lists all that can be done."
+        )
 
     def hint(self) -> str:
         return tell_hint(self.state)
@@ -274,8 +270,8 @@ class RetopoSaver(saver.SessionSaver):
 
     def would_lose(self) -> str:
         if self.state.tool.holding:
-            return "a line is being drawn, and nothing of it is saved"
-        return "the session is not saved: s saves it" if self.state.editing.unsaved else ""
+            return "A line is being drawn, and nothing of it is saved."
+        return "The session is not saved." if self.state.editing.unsaved else ""
 
     def find_lost_work(self) -> LostWork | None:
         if self.files.lost is None:
@@ -286,9 +282,3 @@ class RetopoSaver(saver.SessionSaver):
             self.state.editing.recover,
             self.files.discard_lost,
         )
-
-    def at_once(self, key: str) -> Effect | None:
-        if self.state.tool.holding and KEYS.aliases.get(key, key) != "Escape":
-            self.state.message = saver.LET_GO
-            return Effect.REDRAW
-        return None

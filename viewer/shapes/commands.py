@@ -4,45 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from viewer.commands import Command, list_actions
-from viewer.keymap import ALIASES, Effect, KeyMap
-from viewer.shapes.state import ShapesState, count_pages
-
-#: (keys, what they do), as the help lists them.
-KEY_HELP = (
-    ("drag", "pull a curve: the shape follows"),
-    ("click   c", "hold the curve at the pointer, or let it go"),
-    ("a", "let all curves go"),
-    ("m", "pull the whole curve, or one vertex of it"),
-    ("x  y  z", "pull along an axis; again: on the screen"),
-    ("↑ ↓", "choose a mode"),
-    ("← →", "less, more of that mode"),
-    (", .", "previous, next page of modes"),
-    ("0", "the mean shape"),
-    ("b n", "previous, next training shape"),
-    ("r", "a random shape"),
-    ("u   U", "take back; do again"),
-    ("g", "ghost: none, mean, training shape"),
-    ("w   e", "curves, edges of faces: hide or show"),
-    ("1 2 3   v", "view along x, y, z; as at first"),
-    ("p   o", "save the picture; the shape as OBJ"),
-    ("Esc", "drop a pull; close this list; quit"),
-    ("h ?   q", "this list; quit"),
-)
-
-#: Under the list of keys.
-MOUSE_HELP = "drag: turn    right drag: turn, always    middle drag: shift    wheel: zoom"
+from viewer.commands import Command
+from viewer.keymap import Effect, KeyMap
+from viewer.shapes.state import ShapesState
 
 #: Standard deviations that an arrow key changes a mode by.
 NUDGE = 0.1
-
-#: Other names of keys: X's, and capitals.
-ALIASES = (
-    {name: key for name, key in ALIASES.items() if key in {",", ".", "h"}}
-    | {"Prior": ",", "Next": ".", "BackSpace": "u", "space": "n"}
-    | {f"KP_{i}": str(i) for i in range(4)}
-    | {c.upper(): c for c in "camxyzbnrgwevpohq"}
-)
 
 Action = Callable[[ShapesState], object]
 
@@ -94,10 +61,6 @@ COMMANDS: tuple[Command[ShapesState], ...] = (
             _idle(lambda s: s.shaping.nudge(s.chosen, -NUDGE))),
     Command("more", "More of the mode", "Shape", ("Right",),
             _idle(lambda s: s.shaping.nudge(s.chosen, NUDGE))),
-    Command("page-back", "Modes before", "Shape", (",",), _idle(lambda s: s.turn_page(-1)),
-            enabled=lambda s: count_pages(s.shaping.shapes.n_modes) > 1),
-    Command("page-on", "Modes after", "Shape", (".",), _idle(lambda s: s.turn_page(1)),
-            enabled=lambda s: count_pages(s.shaping.shapes.n_modes) > 1),
     Command("mean", "Mean shape", "Shape", ("0",), _idle(lambda s: s.shaping.reset()), bar=True),
     Command("previous-shape", "Previous training shape", "Shape", ("b",),
             _idle(lambda s: s.shaping.step(-1))),
@@ -120,10 +83,6 @@ COMMANDS: tuple[Command[ShapesState], ...] = (
     ),
 )  # fmt: skip
 
-#: The key of the list of keys, which a picture can have; windows have menus.
-ACTIONS = list_actions(COMMANDS) | {"h": lambda s: s.toggle("helping")}
-
-#: What the window does itself.
-EFFECTS = {"p": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
-
-KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, lambda s: s.leave())
+KEYS: KeyMap[ShapesState] = KeyMap(
+    COMMANDS, {"p": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
+)

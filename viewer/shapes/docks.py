@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
-from viewer.shapes.shaping import SIGMAS
-from viewer.shapes.state import HOLDING, STIFFENING, ShapesState
+from viewer.shapes.shaping import HOLD, SIGMAS, STIFF
+from viewer.shapes.state import ShapesState
 from viewer.shell.docks import Dock, SliderPanel, SliderRow
 from viewer.shell.window import ShellWindow
 from viewer.slider import Slider
+
+HOLDING = Slider("weight of held curves", *HOLD, digits=2)
+STIFFENING = Slider("keep the present shape", *STIFF, digits=2)
+
+#: What is said of a mode that is at a limit of pulls, or beyond.
+LIMITS = {0: "", 1: " (at its limit)", 2: " (beyond the training shapes)"}
 
 
 class ShapesWindow(ShellWindow):
@@ -46,13 +52,17 @@ class ShapesWindow(ShellWindow):
     def _mode_row(self, mode: int) -> SliderRow:
         shaping = self.state.shaping
         share = f"{100.0 * shaping.shapes.shares[mode]:.3g} %"
+        low, high = (float(end[mode]) for end in shaping.box)
         return SliderRow(
             Slider(f"mode {mode + 1}: {share}", -SIGMAS, SIGMAS, step=0.01, unit=" σ"),
             lambda: round(float(shaping.sigmas[mode]), 2),
             lambda value: self._set_mode(mode, value),
             shaping.begin,
             shaping.finish,
-            tip=f"Mode {mode + 1}, in standard deviations; it has {share} of the variance",
+            tip=f"Mode {mode + 1}, in standard deviations; it has {share} of the variance. "
+            f"Pulls keep it from {low:.2f} to {high:.2f}, as the training shapes do",
+            note=lambda: LIMITS[abs(int(shaping.limits[mode]))],
+            chosen=lambda: self.state.chosen == mode,
         )
 
     def _set_mode(self, mode: int, value: float) -> None:

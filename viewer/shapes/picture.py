@@ -1,25 +1,18 @@
-"""The picture of a shape: matte faces, bands along its curves, a ghost, and the panel."""
+"""The picture of a shape: matte faces, bands along its curves, and a ghost."""
 
 from __future__ import annotations
 
-import textwrap
-
 import numpy as np
-from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
-from patterndb_sketch.features.shapemodel.edit import STIFFNESS
 from viewer import style
 from viewer.card import format_count
-from viewer.facts import FactWriter
-from viewer.panel import LETTER, MARGIN, PANEL, begin_panel, draw_help
+from viewer.facts import FactSheet
 from viewer.picture import Drawn, Frame
-from viewer.scene import HEIGHT, HIGHLIGHT_LINE, Scene
-from viewer.shapes.commands import KEY_HELP, MOUSE_HELP
+from viewer.scene import HIGHLIGHT_LINE, Scene
 from viewer.shapes.sight import ShapeInView
 from viewer.shapes.skin import SkinLine
-from viewer.shapes.state import HOLD_Y, MODES, ShapesState, count_pages
-from viewer.slider import KNOB, LABEL_UP, Rail
+from viewer.shapes.state import ShapesState
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
 
 #: Faces seen from outside and from inside.
@@ -48,41 +41,23 @@ LIGHT = np.array([-0.1, 0.55, 0.83]) / np.linalg.norm([-0.1, 0.55, 0.83])
 EVERYWHERE, SKY, SUN = 0.52, 0.20, 0.36
 RIM = 0.78
 
-#: A line below the shape: its height; and the message, its height and size, in points.
+#: Height of a line below the shape, in points.
 CAPTION = 40.0
-MESSAGE_Y, MESSAGE_SIZE = 34.0, 13.5
+
+#: Width of a letter of a curve's name, at most, in points.
+LETTER = 8.2
 
 
-def compose_shape(
-    state: ShapesState,
-    aspect: float,
-    *,
-    bare: bool = False,
-    live: bool = False,
-    caption: str = "",
-    height: float = HEIGHT,
-) -> Drawn:
-    """Compose the picture for a window of this width to height.
+def compose_shape(state: ShapesState, width: float, height: float, caption: str = "") -> Drawn:
+    """Compose the picture of so many points, with the name of the curve at the pointer.
 
-    bare: without the panel. live: in a window, with the name of the curve at the pointer.
-    caption: a line below the shape. height: of a bare picture, in points; one with the panel has
-    always the same.
+    caption: a line below the shape.
     """
-    frame = Frame.of(
-        state.camera, aspect, bare=bare, height=height, below=CAPTION if caption else 0.0
-    )
+    frame = Frame.of(state.camera, width, height, CAPTION if caption else 0.0)
     scene, solid = frame.scene, frame.solid(_parts(state))
     if caption:
-        scene.text(frame.room / 2.0, CAPTION / 3.0, caption, CAPTION * 0.42)
-    if not bare:
-        if state.helping:
-            draw_help(scene, KEY_HELP, MOUSE_HELP)
-        else:
-            _label(scene, state, frame.middle)
-            _message(scene, state.message, frame.room)
-        draw_panel(scene, state)
-    elif live:
-        _label(scene, state, frame.middle)
+        scene.text(width / 2.0, CAPTION / 3.0, caption, CAPTION * 0.42)
+    _label(scene, state, frame.middle)
     return frame.drawn(solid)
 
 
@@ -164,111 +139,29 @@ def _label(scene: Scene, state: ShapesState, middle: tuple[float, float]) -> Non
         return
     x, y = state.camera.pointer[0] + middle[0] + 18.0, state.camera.pointer[1] + middle[1] + 18.0
     text = line.title + ("  (held)" if line.name in state.shaping.choice.held else "")
-    width, height = 1.08 * LETTER * 13.0 * len(text) + 38.0, 27.0
-    right = scene.width - PANEL - 6.0
-    x = max(min(x, right - width), 6.0)
-    y = min(y, HEIGHT - height - 6.0)
+    width, height = LETTER * len(text) + 38.0, 27.0
+    x = max(min(x, scene.width - width - 6.0), 6.0)
+    y = min(y, scene.height - height - 6.0)
     scene.box(x, y, width, height, style.PAPER, HIGHLIGHT_LINE)
     dot = style.make_circle() * 5.0 + (x + 16.0, y + height / 2.0)
     scene.polygons(dot[None], face=choose_line_colour(state, line))
     scene.text(x + 28.0, y + 8.6, text, 13.0, align="left")
 
 
-def _message(scene: Scene, message: str, room: float) -> None:
-    """What there is to say, below the shape."""
-    lines = textwrap.wrap(message, max(20, int((room - 60.0) / (LETTER * MESSAGE_SIZE))))
-    for i, text in enumerate(reversed(lines)):
-        y = MESSAGE_Y + 1.35 * MESSAGE_SIZE * i
-        scene.text(room / 2.0, y, text, MESSAGE_SIZE, colour=style.MESSAGE)
-
-
-# What the viewer of shape models says beside its picture: the shape, its modes, what is held.
-
-#: The marks of the limits of pulls: half their height and width, in points; and of the knob of a
-#: mode that is at one, or beyond.
-TICK = (6.0, 0.9)
-LIMIT = "#d55e00"
-BEYOND = style.MESSAGE
-TICKS = "#8792a0"
-
-#: The mark of the mode that arrow keys change, left of its slider.
-CHOSEN = 4.5
-
-
-def draw_panel(scene: Scene, state: ShapesState) -> None:
-    """Write the panel."""
-    writer = begin_panel(scene, names=84.0)
-    describe_shape(writer, state)
-    left = scene.width - PANEL
-    rails, value, hot = state.rails, state.value, state.knob_under()
-    limits, (low, high) = state.shaping.limits, state.shaping.box
-    for knob, rail in rails.items():
-        if isinstance(knob, int):
-            _limits(scene, rail, (float(low[knob]), float(high[knob])))
-            rail.paint(scene, value[knob], hot=knob == hot, mark=0.0)
-            _mode(scene, state, knob, rail)
-            _mark(scene, rail, value[knob], int(limits[knob]))
-        else:
-            default = 1.0 if knob == "hold" else STIFFNESS
-            enabled = knob != "hold" or bool(state.shaping.choice.held)
-            rail.paint(scene, value[knob], hot=knob == hot, mark=default, enabled=enabled)
-    count = state.shaping.shapes.n_modes
-    if count_pages(count) > 1:
-        first = state.page * MODES
-        text = f"modes {first + 1}–{min(first + MODES, count)} of {count}    ,  ."
-        y = HOLD_Y + LABEL_UP + 24.0
-        grey = style.FAINT_TEXT
-        scene.text(left + PANEL - MARGIN, y, text, 11.0, colour=grey, align="right")
-
-
-def describe_shape(writer: FactWriter, state: ShapesState) -> None:
+def describe_shape(sheet: FactSheet, state: ShapesState) -> None:
     """Write what there is to say of the shape that is shown."""
     shapes = state.shaping.shapes
-    writer.heading(state.shaping.choice.origin, 18.0)
-    writer.fact(
+    sheet.heading(state.shaping.choice.origin, 18.0)
+    sheet.fact(
         "model",
         f"{format_count(len(shapes.names), 'shape')}, {format_count(shapes.n_modes, 'mode')}",
     )
-    writer.fact("mesh", f"{len(shapes.mean):,} vertices, {len(shapes.quads):,} quads")
+    sheet.fact("mesh", f"{len(shapes.mean):,} vertices, {len(shapes.quads):,} quads")
     name, apart = state.shaping.nearest
-    writer.fact("nearest", name + (f", {apart:.3g} units off" if apart > 1e-9 else ""))
+    sheet.fact("nearest", name + (f", {apart:.3g} units off" if apart > 1e-9 else ""))
     what = "one vertex" if state.bending else "whole curve"
     way = "on the screen" if state.axis is None else f"along {'xyz'[state.axis]}"
-    writer.fact("pulls", f"{what}, {way}")
+    sheet.fact("pulls", f"{what}, {way}")
     held = sorted(name.replace("_", " ") for name in state.shaping.choice.held)
-    writer.fact("held", ", ".join(held) if 0 < len(held) < 3 else format_count(len(held), "curve"))
-    writer.fact("ghost", state.shaping.ghost_name or "none")
-
-
-def _mode(scene: Scene, state: ShapesState, mode: int, rail: Rail) -> None:
-    """The share of the variance beside the mode's number, and the mark of the chosen one."""
-    share = f"{100.0 * state.shaping.shapes.shares[mode]:.3g} %"
-    grey = style.FAINT_TEXT
-    scene.text(rail.left + 22.0, rail.y + LABEL_UP, share, 10.5, colour=grey, align="left")
-    if mode == state.chosen:
-        x, y = rail.left - 16.0, rail.y
-        arrow = np.array([[0.0, CHOSEN], [1.4 * CHOSEN, 0.0], [0.0, -CHOSEN]])
-        scene.polygons(_at(arrow, x - CHOSEN, y), face=style.BOUNDARY)
-
-
-def _limits(scene: Scene, rail: Rail, box: tuple[float, float]) -> None:
-    """Ticks at the least and the greatest coefficient of the training shapes."""
-    height, width = TICK
-    for at in box:
-        x = rail.knob(at)
-        tick = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]]) * (width, height)
-        scene.polygons(_at(tick, x, rail.y), face=TICKS)
-
-
-def _mark(scene: Scene, rail: Rail, value: float, limit: int) -> None:
-    """Another knob at a limit of pulls, or beyond."""
-    if limit:
-        x = rail.knob(value)
-        face = BEYOND if abs(limit) > 1 else LIMIT
-        scene.polygons(_at(style.make_circle() * KNOB, x, rail.y), face=face)
-        scene.polygons(_at(style.make_circle() * 0.42 * KNOB, x, rail.y), face=style.PAPER)
-
-
-def _at(corners: NDArray[np.float64], x: float, y: float) -> NDArray[np.float64]:
-    """(1, c, 2) a polygon elsewhere."""
-    return corners[None] + np.array([x, y])
+    sheet.fact("held", ", ".join(held) if 0 < len(held) < 3 else format_count(len(held), "curve"))
+    sheet.fact("ghost", state.shaping.ghost_name or "none")

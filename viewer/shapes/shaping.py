@@ -262,13 +262,6 @@ class Shaping:
         beyond = abs(int(self.limits[mode])) > 1
         self.message = f"mode {mode + 1} is beyond the training shapes" if beyond else ""
 
-    def set_number(self, name: str, value: float) -> None:
-        """One of the numbers that say what pulls keep: "hold" or "stiffness"."""
-        if name == "hold":
-            self.set_hold(value)
-        else:
-            self.set_stiffness(value)
-
     def set_hold(self, weight: float) -> None:
         """What held curves weigh in the next pulls."""
         self._change(replace(self.choice, hold=float(np.clip(weight, *HOLD))))

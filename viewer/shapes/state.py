@@ -13,12 +13,9 @@ from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer.camera import Camera, View, fit_view
 from viewer.nearness import CLICK, SHAPE_CURVE_REACH
-from viewer.panel import MARGIN, PANEL
-from viewer.scene import HEIGHT
-from viewer.shapes.shaping import HOLD, SIGMAS, STIFF, Shaping
+from viewer.shapes.shaping import Shaping
 from viewer.shapes.sight import Grab, ShapeInView, find_displacement
 from viewer.shapes.skin import SkinLine
-from viewer.slider import Rail, Slider, find_rail
 
 #: From where shapes are looked at, and what is upright: at first, along x, y and z. Cars drive
 #: towards smaller x; those of the templates are left halves, at smaller y.
@@ -56,8 +53,8 @@ class ShapesState:
 
     The arguments are those of :class:`viewer.shapes.shaping.Shaping`. axis: 0 to 2 where pulls go
     along x, y or z, None where they go in the plane of the screen. bending: is one vertex pulled
-    rather than the whole curve? curves_shown, edges_shown, helping: are the curves, the edges of
-    faces, the list of keys shown? chosen: the mode that arrow keys change. page: of the modes.
+    rather than the whole curve? curves_shown, edges_shown: are the curves, the edges of faces
+    shown? chosen: the mode that arrow keys change.
     """
 
     def __init__(
@@ -71,11 +68,11 @@ class ShapesState:
         self.shaping = Shaping(shapes, template, coefficients, held)
         self.camera = ShapesCamera(shapes.mean)
         self.curves_shown = True
-        self.edges_shown = self.helping = False
-        self.page = self.chosen = 0
+        self.edges_shown = False
+        self.chosen = 0
         self.axis: int | None = None
         self.bending = False
-        self._drag: Grab | Knob | None = None
+        self._drag: Grab | None = None
         self._turning = False
         self._pressed: tuple[float, float] | None = None
         self._sight: ShapeInView | None = None
@@ -117,28 +114,14 @@ class ShapesState:
         return known
 
     @property
-    def rails(self) -> dict[Knob, Rail]:
-        """The sliders that are shown, in points from the picture's lower left."""
-        return place_rails(self.shaping.shapes.n_modes, self.page, self.camera.room[0])
-
-    @property
-    def value(self) -> dict[Knob, float]:
-        """What the sliders are at."""
-        modes: dict[Knob, float] = dict(enumerate(self.shaping.sigmas.tolist()))
-        return modes | {
-            "hold": self.shaping.choice.hold,
-            "stiffness": self.shaping.choice.stiffness,
-        }
-
-    @property
     def dragging(self) -> bool:
-        """Is a curve or a slider in hand?"""
+        """Is a curve in hand?"""
         return self._drag is not None
 
     @property
     def grabbed(self) -> int | None:
         """The number of the curve that is being pulled."""
-        return self._drag.line if isinstance(self._drag, Grab) and self._pressed is None else None
+        return self._drag.line if self._drag is not None and self._pressed is None else None
 
     def under(self) -> SkinLine | None:
         """The curve in hand, or else the one at the pointer."""
@@ -147,24 +130,14 @@ class ShapesState:
 
     def line_under(self) -> int | None:
         """Its number."""
-        if isinstance(self._drag, Grab):
+        if self._drag is not None:
             return self._drag.line
-        if not self.curves_shown or self._drag is not None or self._turning:
-            return None
-        if self.camera.pointer is None or abs(self.camera.pointer[0]) > self.camera.room[0] / 2.0:
+        if not self.curves_shown or self._turning or self.camera.pointer is None:
             return None
         near = self.sight.nearest(*self.camera.pointer, SHAPE_CURVE_REACH)
         return None if near is None else near.line
 
-    def knob_under(self) -> Knob | None:
-        """The slider in hand, or else the one at the pointer."""
-        if isinstance(self._drag, int | str):
-            return self._drag
-        if self.camera.pointer is None or self._drag is not None or self._turning:
-            return None
-        return find_rail(self.rails, *self._on_page(*self.camera.pointer))
-
-    # What keys do, see viewer.shapes.state
+    # What keys do, see viewer.shapes.commands
 
     def toggle_bending(self) -> None:
         """Pull one vertex with those around it, or the whole curve."""
@@ -185,14 +158,12 @@ class ShapesState:
             self.shaping.toggle_held(line.name)
 
     def leave(self) -> bool:
-        """Let go of what is dragged, as if it had not been, or close the help; False if there
-        is neither."""
-        if self._drag is not None:
-            self._drag = self._pressed = None
-            self.shaping.drop()
-            return True
-        helping, self.helping = self.helping, False
-        return helping
+        """Let go of what is dragged, as if it had not been; False if there is nothing."""
+        if self._drag is None:
+            return False
+        self._drag = self._pressed = None
+        self.shaping.drop()
+        return True
 
     # The pointer, at places of the picture in points from its middle
 
@@ -203,16 +174,6 @@ class ShapesState:
             return False
         if turn:
             self._turning, self._pressed = True, None
-            return False
-        knob = find_rail(self.rails, *self._on_page(x, y))
-        if knob is not None:
-            self.shaping.begin()
-            self._drag = knob
-            if isinstance(knob, int):
-                self.chosen = knob
-            self._slide(x, y)
-            return True
-        if abs(x) > self.camera.room[0] / 2.0:
             return False
         near = self.sight.nearest(x, y, SHAPE_CURVE_REACH) if self.curves_shown else None
         self._pressed = (x, y)
@@ -225,21 +186,19 @@ class ShapesState:
 
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""
-        before = self.line_under(), self.knob_under()
+        before = self.line_under()
         last, self.camera.pointer = self.camera.pointer, (x, y)
         if self._pressed is not None:
             if np.hypot(x - self._pressed[0], y - self._pressed[1]) < CLICK:
                 return False
             # What began as a click turns or pulls by all that it has moved.
             last, self._pressed = self._pressed, None
-        if isinstance(self._drag, Grab):
+        if self._drag is not None:
             self._pull(self._drag)
-        elif self._drag is not None:
-            self._slide(x, y)
         elif self._turning and last is not None:
             self.camera.turn(x - last[0], y - last[1])
         else:
-            return before != (self.line_under(), self.knob_under())
+            return before != self.line_under()
         return True
 
     def release(self, x: float, y: float) -> bool:
@@ -251,18 +210,18 @@ class ShapesState:
         if drag is None:
             return False
         self.shaping.finish()
-        if isinstance(drag, Grab) and clicked:
+        if clicked:
             self.shaping.toggle_held(self.shaping.skin.lines[drag.line].name)
         return True
 
     def wheel(self, steps: float) -> bool:
         """The wheel turns: nearer, or farther off, about the pointer."""
         # A pull is measured in this view.
-        return not isinstance(self._drag, Grab) and self.camera.wheel(steps)
+        return self._drag is None and self.camera.wheel(steps)
 
     def drag_view(self, dx: float, dy: float) -> bool:
         """Shift the picture."""
-        return not isinstance(self._drag, Grab) and self.camera.drag_view(dx, dy)
+        return self._drag is None and self.camera.drag_view(dx, dy)
 
     def poll(self) -> bool:
         """Nothing is made in the background: an edit takes a few milliseconds."""
@@ -270,18 +229,9 @@ class ShapesState:
 
     # How it is done
 
-    def _slide(self, x: float, y: float) -> None:
-        knob = self._drag
-        assert isinstance(knob, int | str)
-        value = self.rails[knob].value_at(self._on_page(x, y)[0])
-        if isinstance(knob, int):
-            self.shaping.set_mode(knob, value)
-        else:
-            self.shaping.set_number(knob, value)
-
     def _again(self) -> None:
         """The pull that goes on, after what it depends on has changed."""
-        if isinstance(self._drag, Grab) and self._pressed is None:
+        if self._drag is not None and self._pressed is None:
             self._pull(self._drag)
 
     def _pull(self, grab: Grab) -> None:
@@ -296,57 +246,10 @@ class ShapesState:
             self.shaping.skin.lines[grab.line], offset, grab.place if self.bending else None
         )
 
-    def _on_page(self, x: float, y: float) -> tuple[float, float]:
-        """From the middle of the view to the picture's lower left."""
-        return x + self.camera.room[0] / 2.0, y + self.camera.room[1] / 2.0
-
     def toggle(self, name: str) -> None:
-        """Turn one of the switches, such as helping or edges_shown."""
+        """Turn one of the switches, such as edges_shown."""
         setattr(self, name, not getattr(self, name))
-
-    def turn_page(self, by: int) -> None:
-        """Other modes in the panel."""
-        count = count_pages(self.shaping.shapes.n_modes)
-        if count == 1:
-            self.message = "all modes are shown"
-        self.page = (self.page + by) % count
-        if self.chosen // MODES != self.page:
-            self.chosen = self.page * MODES
 
     def choose_mode(self, by: int) -> None:
         """The next mode, or the one before, for the arrow keys."""
         self.chosen = (self.chosen + by) % self.shaping.shapes.n_modes
-        self.page = self.chosen // MODES
-
-
-# Where the sliders stand in the panel.
-
-#: Modes on a page of the panel, from one to the next in points, and the height of the first.
-MODES, ROW = 12, 41.0
-MODES_TOP = HEIGHT - 232.0
-
-#: Heights of the sliders of what pulls keep.
-HOLD_Y, STIFFNESS_Y = 116.0, 66.0
-
-#: A slider of the panel: the number of a mode, or the name of what pulls keep.
-Knob = int | str
-
-HOLDING = Slider("weight of held curves", *HOLD, digits=2)
-STIFFENING = Slider("keep the present shape", *STIFF, digits=2)
-
-
-def count_pages(n_modes: int) -> int:
-    """Count the pages of modes."""
-    return -(-n_modes // MODES)
-
-
-def place_rails(n_modes: int, page: int, left: float) -> dict[Knob, Rail]:
-    """Place the sliders of a page of the panel; left: of the panel, from the picture's left."""
-    start, end = left + MARGIN + 6.0, left + PANEL - MARGIN - 6.0
-    found: dict[Knob, Rail] = {}
-    for row, mode in enumerate(range(page * MODES, min((page + 1) * MODES, n_modes))):
-        slider = Slider(f"{mode + 1}", -SIGMAS, SIGMAS, step=0.01, unit=" σ")
-        found[mode] = Rail(slider, start, end, MODES_TOP - row * ROW)
-    found["hold"] = Rail(HOLDING, start, end, HOLD_Y)
-    found["stiffness"] = Rail(STIFFENING, start, end, STIFFNESS_Y)
-    return found

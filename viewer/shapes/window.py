@@ -14,10 +14,9 @@ from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
 from viewer import saver
 from viewer.commands import Command
-from viewer.facts import FactWriter
+from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
 from viewer.saver import SaveWay, find_free_name
-from viewer.scene import HEIGHT
 from viewer.shapes.commands import COMMANDS, KEYS
 from viewer.shapes.picture import compose_shape, describe_shape
 from viewer.shapes.shaping import Shaping
@@ -81,12 +80,11 @@ def draw(
     coefficients: ArrayLike | None = None,
     size: tuple[int, int] = (1200, 800),
     keys: str = "",
-    bare: bool = True,
     caption: str = "",
 ) -> None:
     """Write a picture of a shape to a PNG, without a window and OpenGL.
 
-    path: where to; size: its pixels. bare: without the panel. caption: a line below the shape.
+    path: where to; size: its pixels. caption: a line below the shape.
     All else as for :func:`show`. The same input gives the same picture.
 
     Raises PictureFormatError if path is not a PNG, InvalidFeatureError for a template or
@@ -96,10 +94,7 @@ def draw(
     path = check_png(path)
     state = ShapesState(shapes, template, coefficients)
     ShapesSaver(state, path.with_suffix(".obj"), size).play(pressed)
-    # As many points to a pixel as in a window: lines are as wide in small pictures.
-    height = size[1] * HEIGHT / WINDOW[1]
-    drawn = compose_shape(state, size[0] / size[1], bare=bare, caption=caption, height=height)
-    save_drawn(path, drawn, size[1])
+    save_drawn(path, compose_shape(state, float(size[0]), float(size[1]), caption), size[1])
 
 
 class ShapesSaver(saver.Saver):
@@ -116,14 +111,11 @@ class ShapesSaver(saver.Saver):
         super().__init__(state, KEYS, size)
         self._output = output
 
-    def drawn(self) -> Drawn:
-        return compose_shape(self.state, self.size[0] / self.size[1])
-
     def draw_live(self, width: float, height: float) -> Drawn:
-        return compose_shape(self.state, width / height, bare=True, live=True, height=height)
+        return compose_shape(self.state, width, height)
 
-    def describe(self, writer: FactWriter) -> None:
-        describe_shape(writer, self.state)
+    def describe(self, sheet: FactSheet) -> None:
+        describe_shape(sheet, self.state)
 
     def ready(self) -> None:
         """Nothing is made in the background."""
@@ -143,9 +135,6 @@ class ShapesSaver(saver.Saver):
             SaveWay("save-shape", "Save shape", ".obj", self.write, self._object_path,
                     lambda: self._output),
         )  # fmt: skip
-
-    def saved_object(self) -> str:
-        return self.write(self._object_path() if self._output is None else self._output)
 
     def write(self, path: Path) -> str:
         """Write the shape to a file."""

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 from PySide6.QtCore import QSize, Qt, QTimer
-from PySide6.QtGui import QIcon, QPixmap
+from PySide6.QtGui import QIcon, QPainter, QPaintEvent, QPixmap
 from PySide6.QtWidgets import (
     QDockWidget,
     QDoubleSpinBox,
@@ -80,6 +80,7 @@ class SliderRow:
 
     slider: its ends and steps. get: what it is now. set: makes it another one. begin, end: of
     a drag, which is one step for undo. enabled: does it do anything now? tip: what it does.
+    note: what is said behind the name. chosen: is it the one that keys change?
     """
 
     slider: Slider
@@ -89,6 +90,8 @@ class SliderRow:
     end: Callable[[], object] = lambda: None
     enabled: Callable[[], bool] = lambda: True
     tip: str = ""
+    note: Callable[[], str] = lambda: ""
+    chosen: Callable[[], bool] = lambda: False
 
 
 class SliderPanel(QWidget):
@@ -101,7 +104,7 @@ class SliderPanel(QWidget):
         super().__init__()
         self._changed = changed
         self._refreshing = False
-        self.rows: list[tuple[SliderRow, QSlider, QDoubleSpinBox]] = []
+        self.rows: list[tuple[SliderRow, QLabel, QSlider, QDoubleSpinBox]] = []
         layout = QVBoxLayout(self)
         layout.setContentsMargins(8, 4, 8, 4)
         for row in rows:
@@ -137,7 +140,7 @@ class SliderPanel(QWidget):
         whole.setSpacing(0)
         whole.addLayout(head)
         whole.addWidget(line)
-        self.rows.append((row, line, field))
+        self.rows.append((row, name, line, field))
         return whole
 
     def _take(self, row: SliderRow, value: float, line: QSlider | None) -> None:
@@ -159,8 +162,9 @@ class SliderPanel(QWidget):
         """Show what the numbers are now."""
         self._refreshing = True
         try:
-            for row, line, field in self.rows:
+            for row, name, line, field in self.rows:
                 value = row.get()
+                name.setText(("▸ " if row.chosen() else "") + row.slider.label + row.note())
                 if not line.isSliderDown():
                     line.setValue(round(STEPS * row.slider.share(value)))
                 if not field.hasFocus() or abs(field.value() - value) > 10.0 ** -field.decimals():
@@ -202,11 +206,14 @@ class ThumbnailList(QListWidget):
     """Small pictures in rows; one can be chosen with a click or the arrow keys.
 
     They are painted one after another, while nothing else goes on. choose: called with the
-    number of the one that was chosen.
+    number of the one that was chosen. empty: what is said where there are none.
     """
 
-    def __init__(self, choose: Callable[[int], object], size: int = 108, lines: int = 1) -> None:
+    def __init__(
+        self, choose: Callable[[int], object], size: int = 108, lines: int = 1, empty: str = ""
+    ) -> None:
         super().__init__()
+        self._empty = empty
         self._choose, self._size = choose, size
         self._shown: list[Thumbnail] = []
         self._icons: dict[tuple[object, float], QIcon] = {}
@@ -263,6 +270,17 @@ class ThumbnailList(QListWidget):
         self._waiting = [n for n in self._waiting if n < kept] + list(range(kept, len(wanted)))
         self._painter.start(0)
 
+    def paintEvent(self, e: QPaintEvent) -> None:
+        """Paint the pictures, or say that there are none."""
+        super().paintEvent(e)
+        if not self.count() and self._empty:
+            painter = QPainter(self.viewport())
+            painter.setPen(self.palette().placeholderText().color())
+            around = self.viewport().rect().adjusted(12, 12, -12, -12)
+            flags = Qt.AlignmentFlag.AlignHCenter | Qt.TextFlag.TextWordWrap
+            painter.drawText(around, int(flags), self._empty)
+            painter.end()
+
     @property
     def is_painting(self) -> bool:
         """Are there pictures that wait to be painted?"""
@@ -276,7 +294,10 @@ class ThumbnailList(QListWidget):
         number, density = self._waiting.pop(0), self.devicePixelRatioF()
         key = (self._shown[number].key, density)
         if key not in self._icons:
-            self._icons[key] = QIcon(self._shown[number].paint(self._size, density))
+            painted = self._shown[number].paint(self._size, density)
+            self._icons[key] = icon = QIcon(painted)
+            # As it is where it is chosen, too: its colours say something.
+            icon.addPixmap(painted, QIcon.Mode.Selected)
         item = self.item(number)
         if item is not None:
             item.setIcon(self._icons[key])

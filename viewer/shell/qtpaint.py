@@ -5,10 +5,9 @@ from __future__ import annotations
 from PySide6.QtCore import QPointF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen, QPixmap, QPolygonF
 
-from patterndb.geometry.points import Points
 from viewer import style
 from viewer.drawing import DiskDrawing
-from viewer.painting import Text, paint_disk
+from viewer.painting import PaintedPolygons, PaintTarget, Text, paint_disk
 from viewer.scene import Scene
 from viewer.shell.scene import paint_text, paint_texts
 
@@ -16,50 +15,28 @@ from viewer.shell.scene import paint_text, paint_texts
 AROUND = 3.0
 
 
-class QtTarget:
-    """A :class:`viewer.painting.PaintTarget` on a painter; height: of it, in points."""
+class QtTarget(PaintTarget):
+    """Paints on a painter; height: of it, in points."""
 
     def __init__(self, painter: QPainter, height: float) -> None:
         self._painter, self._height = painter, height
         painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
-    def polygons(
-        self,
-        corners: Points,
-        *,
-        face: str = "none",
-        faces: Points | None = None,
-        line: str = "none",
-        width: float = 0.0,
-        gid: str | None = None,
-    ) -> None:
-        """See :class:`viewer.painting.PaintTarget`."""
+    def add(self, item: PaintedPolygons | Text) -> None:
+        """Paint one thing."""
         painter = self._painter
-        outlined = line != "none" and width > 0.0
-        pen = QPen(QColor(line), width) if outlined else QPen(Qt.PenStyle.NoPen)
+        if isinstance(item, Text):
+            paint_text(painter, item, self._height)
+            return
+        outlined = item.line != "none"
+        pen = QPen(QColor(item.line), item.width) if outlined else QPen(Qt.PenStyle.NoPen)
         pen.setJoinStyle(Qt.PenJoinStyle.RoundJoin)
         painter.setPen(pen)
-        if faces is None:
-            painter.setBrush(QColor(face) if face != "none" else Qt.BrushStyle.NoBrush)
-        for number, outline in enumerate(corners.tolist()):
-            if faces is not None:
-                painter.setBrush(QColor.fromRgbF(*faces[number].tolist()))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        for number, outline in enumerate(item.corners.tolist()):
+            if item.faces is not None:
+                painter.setBrush(QColor.fromRgbF(*item.faces[number].tolist()))
             painter.drawPolygon(QPolygonF([QPointF(x, self._height - y) for x, y in outline]))
-
-    def text(
-        self,
-        x: float,
-        y: float,
-        text: str,
-        size: float,
-        *,
-        colour: str = style.TEXT,
-        bold: bool = False,
-        mono: bool = False,
-        align: str = "center",
-    ) -> None:
-        """See :class:`viewer.painting.PaintTarget`."""
-        paint_text(self._painter, Text(x, y, text, size, colour, bold, mono, align), self._height)
 
 
 def paint_scene(painter: QPainter, scene: Scene) -> None:

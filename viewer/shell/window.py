@@ -41,35 +41,56 @@ PATIENCE = 40
 #: Makes what a window shows of a file.
 Opener = Callable[[Path], Saver]
 
-#: What is said where there is nothing to see yet, and a file can be opened.
-DROP_HINT = "drop a file here, or press Ctrl+O"
+#: How what to begin with is written over a picture, whose ground is light in dark windows too.
+BEGINNING = (
+    "color: #1f2733; background: rgba(255, 255, 255, 215); border-radius: 6px; padding: 10px 16px"
+)
+
+#: Part of a picture's width that it takes at most, and of its height that is above it.
+WIDEST, ABOVE = 0.8, 0.12
 
 
 class NotedPicture(QWidget):
-    """A picture with a note over its lower edge.
+    """A picture with a note over its lower edge, and what to begin with near its upper one.
 
-    The note comes and goes while the pointer draws: the picture must not be moved by that.
+    Both come and go while the pointer draws: the picture must not be moved by that.
     """
 
-    def __init__(self, picture: QWidget, note: QLabel) -> None:
+    def __init__(self, picture: QWidget, note: QLabel, beginning: QLabel) -> None:
         super().__init__()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(picture)
-        self._note = note
-        note.setParent(self)
+        self._note, self._beginning = note, beginning
+        for label in (note, beginning):
+            label.setParent(self)
+            label.setWordWrap(True)
         note.setAutoFillBackground(True)
+        beginning.setStyleSheet(BEGINNING)
+        beginning.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        # Files are dropped on the window, and clicks are for the picture.
+        beginning.setAttribute(Qt.WidgetAttribute.WA_TransparentForMouseEvents)
 
-    def place_note(self) -> None:
-        """Put the note where it belongs, as high as its text."""
-        height = max(self._note.heightForWidth(self.width()), self._note.minimumSizeHint().height())
-        self._note.setGeometry(0, self.height() - height, self.width(), height)
-        self._note.raise_()
+    def place_notes(self) -> None:
+        """Put the notes where they belong, as high as their texts."""
+        note, beginning = self._note, self._beginning
+        height = max(note.heightForWidth(self.width()), note.minimumSizeHint().height())
+        note.setGeometry(0, self.height() - height, self.width(), height)
+        width = min(round(WIDEST * self.width()), 30 + max(
+            beginning.fontMetrics().horizontalAdvance(line) + 32
+            for line in beginning.text().split("\n")
+        ))  # fmt: skip
+        beginning.setGeometry(
+            (self.width() - width) // 2, round(ABOVE * self.height()),
+            width, beginning.heightForWidth(width),
+        )  # fmt: skip
+        for label in (beginning, note):
+            label.raise_()
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the note at the lower edge."""
+        """Keep the notes where they are."""
         super().resizeEvent(event)
-        self.place_note()
+        self.place_notes()
 
 
 class ShellWindow(QMainWindow):
@@ -93,7 +114,7 @@ class ShellWindow(QMainWindow):
         self._told: str | None = None
         self._failed = ""
         self.picture = self.make_picture()
-        self.hint_label, self.message_label = QLabel(), QLabel()
+        self.hint_label, self.message_label, self.first_label = QLabel(), QLabel(), QLabel()
         self._middle = self._make_middle()
         self.setCentralWidget(self._middle)
         self.table = ActionTable(self, self.picture, saver.kind, settings, self.run_command)
@@ -172,7 +193,12 @@ class ShellWindow(QMainWindow):
         self.hint_label.setToolTip(hint)
         self.message_label.setText(message)
         self.message_label.setVisible(bool(message))
-        self._middle.place_note()
+        first = self.saver.first_hint()
+        if first and self._opener is not None:
+            first += f"\nOr drop {self.saver.opens} here, or press Ctrl+O."
+        self.first_label.setText(first)
+        self.first_label.setVisible(bool(first))
+        self._middle.place_notes()
 
     def tell_error(self, error: BaseException) -> None:
         """Tell of an error that is none of the user's; the window goes on."""
@@ -458,14 +484,13 @@ class ShellWindow(QMainWindow):
     def _make_middle(self) -> NotedPicture:
         # A long line is cut rather than the window made wider; the tooltip has all of it.
         self.hint_label.setMinimumWidth(1)
-        self.message_label.setWordWrap(True)
         self.message_label.setMargin(6)
         self.message_label.setFrameShape(QFrame.Shape.StyledPanel)
         self.message_label.setTextInteractionFlags(Qt.TextInteractionFlag.TextSelectableByMouse)
         bold = self.message_label.font()
         bold.setBold(True)
         self.message_label.setFont(bold)
-        return NotedPicture(self.picture, self.message_label)
+        return NotedPicture(self.picture, self.message_label, self.first_label)
 
     def _make_tool_bar(self) -> QToolBar:
         bar = QToolBar("Tools", self)

@@ -3,58 +3,17 @@
 from __future__ import annotations
 
 from patterndb_sketch.surfacing.methods import METHODS
-from viewer.commands import Command, list_actions
-from viewer.keymap import ALIASES, Effect, KeyMap
-from viewer.surfacing.state import SurfacingState, to_alpha, to_slider_share
-
-#: (keys, what they do), as the help lists them.
-KEY_HELP = (
-    ("- +", "alpha: more chords, fewer"),
-    ("click", "switch a patch off; on again at its ring"),
-    ("x", "the same for the patch at the pointer"),
-    ("a", "switch all patches on"),
-    ("f", "fair smooth patches across curves: on, off"),
-    ("m", f"next method: {', '.join(METHODS)}"),
-    ("n", "next method for the patch at the pointer"),
-    ("← →", "stage of the drawing: back, forward"),
-    ("Ctrl+Home End", "before the first stage, after the last"),
-    ("d", "draw strokes on the surface (drag)"),
-    ("Enter", "make the last stroke a curve"),
-    ("u   U", "undo; redo: stroke, curve, click, method"),
-    ("w   e", "surface, chords: hide or show"),
-    ("r   t", "curves, edges of faces: hide or show"),
-    ("c   b", "patches that are off, what is open: hide or show"),
-    ("v   z", "view as at first; roll it"),
-    ("s   o", "save the picture; the surface as OBJ"),
-    ("h ?   q", "this list; quit"),
-)
-
-#: Under the list of keys.
-MOUSE_HELP = "drag: turn    right drag: turn, always    middle drag: shift    wheel: zoom"
+from viewer.commands import Command
+from viewer.keymap import Effect, KeyMap
+from viewer.surfacing.state import ALPHA, SurfacingState
 
 #: How far the keys - and + move the slider, as a part of it.
 SLIDE = 0.04
 
-#: Other names of keys: X's, and capitals.
-ALIASES = (
-    {name: key for name, key in ALIASES.items() if key in {*"+-"} or key == "h"}
-    | {"space": "Right", "Return": "Enter", "KP_Enter": "Enter", "BackSpace": "u"}
-    | {c.upper(): c for c in "xafmnduwertcbvzsohq"}
-)
-
 
 def slide_alpha(state: SurfacingState, by: float) -> None:
     """Move the slider of alpha by a part of its length."""
-    state.change_alpha(to_alpha(to_slider_share(state.surfaces.settings.alpha) + by))
-
-
-def _leave(state: SurfacingState) -> bool:
-    """Leave drawing or the help; False if there is nothing to leave."""
-    left = state.drawing_mode or state.helping
-    if left:
-        state.helping = False
-        state.leave()
-    return left
+    state.change_alpha(ALPHA.value(ALPHA.share(state.surfaces.settings.alpha) + by))
 
 
 def _has_patches(state: SurfacingState) -> bool:
@@ -78,7 +37,7 @@ COMMANDS: tuple[Command[SurfacingState], ...] = (
     Command("add-curve", "Make stroke a curve", "Draw", ("Enter",), lambda s: s.add_curves(),
             "Make the last stroke curves of the network; its ends move onto the curves nearby",
             enabled=lambda s: bool(s.surfaces.edits.inks), bar=True),
-    Command("leave", "Leave drawing", "Draw", ("Escape",), _leave,
+    Command("leave", "Leave drawing", "Draw", ("Escape",), lambda s: s.leave(),
             "Back to looking; what was not finished is forgotten"),
     Command("toggle-patch", "Patch on or off", "Patch", ("x",), lambda s: s.toggle_patch(),
             "Switch the patch at the pointer off, or on again; a click does the same"),
@@ -86,7 +45,7 @@ COMMANDS: tuple[Command[SurfacingState], ...] = (
             "Switch on whatever was switched off",
             enabled=lambda s: bool(s.surfaces.edits.banned)),
     Command("next-method", "Next method", "Patch", ("m",), lambda s: s.next_method(),
-            "Make all patches by the next method"),
+            f"Make all patches by the next method of {', '.join(METHODS)}"),
     Command("next-method-here", "Next method here", "Patch", ("n",),
             lambda s: s.next_method_here(), "Make the patch at the pointer by the next method"),
     Command("fair", "Fair across curves", "Patch", ("f",), lambda s: s.toggle_fair(),
@@ -124,11 +83,6 @@ COMMANDS: tuple[Command[SurfacingState], ...] = (
             "A quarter turn about the line of sight"),
 )  # fmt: skip
 
-#: The key of the list of keys, which a picture can have; windows have menus.
-ACTIONS = list_actions(COMMANDS) | {"h": lambda s: s.toggle("helping")}
-
-#: What the window does itself.
-EFFECTS = {"s": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
-
-
-KEYS = KeyMap(ALIASES, ACTIONS, EFFECTS, _leave)
+KEYS: KeyMap[SurfacingState] = KeyMap(
+    COMMANDS, {"s": Effect.PICTURE, "o": Effect.OBJ, "q": Effect.QUIT}
+)

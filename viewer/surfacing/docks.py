@@ -6,11 +6,7 @@ from PySide6.QtWidgets import QComboBox, QLabel, QVBoxLayout, QWidget
 
 from viewer.shell.docks import Dock, SliderPanel, SliderRow
 from viewer.shell.window import ShellWindow
-from viewer.slider import Slider
-from viewer.surfacing.state import POWER, SurfacingState
-
-#: The price of chords; where it is small, little of it does much.
-ALPHA = Slider("alpha", 0.0, 1.0, 0.001, ends=("more chords", "fewer"), power=POWER)
+from viewer.surfacing.state import ALPHA, SurfacingState
 
 
 class SurfacingWindow(ShellWindow):

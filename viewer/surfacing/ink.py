@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -139,6 +140,18 @@ def add_ink_curves(drawing: Drawing, ink: InkedStroke, reach: float, stage: int)
         ]
         stages = (*moved[:stage], added, *moved[stage:])
     return Grown(Drawing(after, stages, (*drawing.notes, *made.notes)), walks, added)
+
+
+def find_snaps(ink: InkedStroke, reach: float) -> list[Points]:
+    """Find where the ends of a stroke would be moved to, (3,) each; none for an end without a
+    curve of its patch within a reach."""
+    found: list[Points] = []
+    for end in (0, -1) if ink.parts else ():
+        patch = ink.surfacing.cycles[int(ink.owners[end][end])]
+        around = [ink.surfacing.network.curves[curve].points for curve in patch.curves]
+        with suppress(InvalidNetworkError):
+            found.append(_foot(around, ink.parts[end][end], reach))
+    return found
 
 
 def _from_curve_to_curve(ink: InkedStroke, reach: float) -> list[Points]:

@@ -1,26 +1,17 @@
-"""The picture of a surfaced network: shaded pieces, bands along curves, and the panel."""
+"""The picture of a surfaced network: shaded pieces, and bands along curves."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.patch import SurfacePatch
 from viewer import style
 from viewer.card import format_count
-from viewer.facts import FactWriter
-from viewer.panel import MARGIN, PANEL, SIZE, PanelWriter, begin_panel, draw_help, draw_hint
+from viewer.facts import FactSheet
 from viewer.picture import Drawn, Frame
-from viewer.scene import HEIGHT, Scene
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
 from viewer.surfacing.body import SurfaceBody
-from viewer.surfacing.commands import KEY_HELP, MOUSE_HELP
-from viewer.surfacing.state import (
-    SLIDER,
-    SLIDER_Y,
-    SurfacingState,
-    to_slider_share,
-)
+from viewer.surfacing.state import SurfacingState
 
 # Which tint each piece of a surface gets: neighbours differ.
 
@@ -42,6 +33,7 @@ CURVE = "#26303d"
 CHORD = "#4c5663"
 FACE_EDGE = "#5b6674"
 STROKE = "#8a3ffc"
+SNAP = "#10a37f"
 OFF = "#7a8594"
 
 #: Curves that bound no patch, dashed, and open rims, wider: shapes tell them for whom colours do
@@ -64,34 +56,12 @@ SHADE, BACK = 0.66, 0.93
 HIGHLIGHT = 0.35
 
 
-#: Where the names of methods begin in their line, how wide a letter of one is at most, and what is
-#: left between two: together they fit beside the heading.
-METHODS_AT, LETTER, GAP = 68.0, 8.4, 10.0
-
-
-def compose_surface(
-    state: SurfacingState,
-    aspect: float,
-    *,
-    bare: bool = False,
-    caption: str = "",
-    height: float = HEIGHT,
-) -> Drawn:
-    """Compose the picture for a window of this width to height.
-
-    bare: without the panel. caption: a line below the network. height: of a bare picture, in
-    points; one with the panel has always the same.
-    """
-    frame = Frame.of(
-        state.camera, aspect, bare=bare, height=height, below=CAPTION if caption else 0.0
-    )
-    scene, solid = frame.scene, frame.solid(_parts(state))
+def compose_surface(state: SurfacingState, width: float, height: float, caption: str = "") -> Drawn:
+    """Compose the picture of so many points; caption: a line below the network."""
+    frame = Frame.of(state.camera, width, height, CAPTION if caption else 0.0)
+    solid = frame.solid(_parts(state))
     if caption:
-        scene.text(frame.room / 2.0, CAPTION / 3.0, caption, CAPTION / 2.0)
-    if not bare:
-        draw_panel(scene, state)
-        if state.helping:
-            draw_help(scene, KEY_HELP, MOUSE_HELP)
+        frame.scene.text(width / 2.0, CAPTION / 3.0, caption, CAPTION / 2.0)
     return frame.drawn(solid)
 
 
@@ -126,6 +96,11 @@ def _parts(state: SurfacingState) -> list[Triangles]:
         parts.append(make_ribbons(lines, STROKE, STROKE_WIDTH, STROKE_LIFT))
         ends = np.concatenate([part[[0, -1]] for part in ink.parts] or [np.zeros((0, 3))])
         parts.append(make_discs(view.seen(ends), STROKE, STROKE_WIDTH / 2.0, STROKE_LIFT + 1.0))
+    snaps = state.find_snaps()
+    if snaps:
+        parts.append(
+            make_discs(view.seen(np.stack(snaps)), SNAP, RING[1], STROKE_LIFT + 2.0, RING[0])
+        )
     return parts
 
 
@@ -185,155 +160,101 @@ def _off(state: SurfacingState, lit: int) -> list[Triangles]:
     return parts
 
 
-# What the viewer of surfaces says beside its picture: counts, the slider, the patch in hand.
-
-KNOB = 8.0
-TRACK = "#c9d0d9"
-
+# What the viewer of surfaces says beside its picture: counts, the patch at the pointer.
 
 #: What to do while strokes are drawn.
 DRAWING_HINT = "drag a stroke on the surface    Enter: make it a curve    u: undo    Esc: leave"
 
 
-def draw_panel(scene: Scene, state: SurfacingState) -> None:
-    """Write the panel, and a hint above the picture while strokes are drawn."""
-    left = scene.width - PANEL
-    writer = begin_panel(scene)
-    _counts(writer, state)
-    _slider(scene, state, left)
-    writer.y = SLIDER_Y - 52.0
-    _methods(writer, state)
-    _patch(writer, state)
-    for text in (state.message, state.surfaces.trouble):
-        if text:
-            writer.skip(0.5)
-            writer.paragraph(text, style.MESSAGE)
-    if state.drawing_mode and not state.helping:
-        draw_hint(scene, DRAWING_HINT)
-
-
-def describe_surface(writer: FactWriter, state: SurfacingState) -> None:
+def describe_surface(sheet: FactSheet, state: SurfacingState) -> None:
     """Write what there is to say of the surface, and of the patch at the pointer."""
-    _counts(writer, state)
-    writer.fact("method", state.surfaces.edits.method)
-    _patch(writer, state)
+    _counts(sheet, state)
+    sheet.fact("method", state.surfaces.edits.method)
+    _patch(sheet, state)
     if state.surfaces.trouble:
-        writer.paragraph(state.surfaces.trouble, style.MESSAGE)
+        sheet.paragraph(state.surfaces.trouble, style.MESSAGE)
 
 
-def _counts(writer: FactWriter, state: SurfacingState) -> None:
+def _counts(sheet: FactSheet, state: SurfacingState) -> None:
     made, patches = state.surfaces.made, state.surfaces.patches
-    writer.heading(_patches(len(patches)), 18.0)
+    sheet.heading(_patches(len(patches)), 18.0)
     pieces = sum(len(patch.faces) for patch in patches)
     faces = sum(len(piece) for patch in patches for piece in patch.faces)
     network = state.surfaces.network
     nodes = len({node for curve in network.curves for node in curve.nodes})
-    writer.fact("curves", f"{len(network.curves):,}, {format_count(nodes, 'node')}")
+    sheet.fact("curves", f"{len(network.curves):,}, {format_count(nodes, 'node')}")
     if state.surfaces.n_stages:
-        writer.fact("stage", f"{state.surfaces.edits.stage} of {state.surfaces.n_stages}    ← →")
+        sheet.fact("stage", f"{state.surfaces.edits.stage} of {state.surfaces.n_stages}    ← →")
     openings = state.surfaces.openings
     if openings is not None and patches:
         curves = format_count(openings.count_rim_curves(), "curve")
         rims = f"{len(openings.rims):,}, {curves}, orange" if openings.rims else "none"
-        writer.fact("open rims", rims)
+        sheet.fact("open rims", rims)
         if openings.idle:
-            writer.fact("no patch at", f"{format_count(len(openings.idle), 'curve')}, dashed")
+            sheet.fact("no patch at", f"{format_count(len(openings.idle), 'curve')}, dashed")
     if state.surfaces.off:
-        writer.fact("switched off", f"{len(state.surfaces.off)}")
-    writer.fact("pieces", f"{pieces:,}, {format_count(faces, 'face')}")
+        sheet.fact("switched off", f"{len(state.surfaces.off)}")
+    sheet.fact("pieces", f"{pieces:,}, {format_count(faces, 'face')}")
     known = [patch.surface for patch in patches if patch.surface is not None]
     chords = sum(len(one.chords) for one in known)
     candidates = sum(one.candidates for one in known)
     if candidates:
-        writer.fact("chords", f"{chords:,} of {format_count(candidates, 'candidate')}")
-        writer.fact("sub-problems", f"{sum(one.n_subproblems for one in known):,}")
+        sheet.fact("chords", f"{chords:,} of {format_count(candidates, 'candidate')}")
+        sheet.fact("sub-problems", f"{sum(one.n_subproblems for one in known):,}")
     if made is not None and made.surfacing is not None:
         within = sum(one.self_intersections for one in known)
         between = made.surfacing.intersections
         text = "none" if not within + between else f"{within:,} within, {between:,} between"
-        writer.fact("intersections", text)
+        sheet.fact("intersections", text)
     if state.surfaces.making:
-        writer.fact("made in", "working …")
+        sheet.fact("made in", "working …")
     elif made is not None:
         finding = f" + {1e3 * made.finding:,.0f} ms for cycles" if made.finding > 5e-4 else ""
-        writer.fact("made in", f"{1e3 * made.seconds:,.0f} ms{finding}")
+        sheet.fact("made in", f"{1e3 * made.seconds:,.0f} ms{finding}")
 
 
-def _slider(scene: Scene, state: SurfacingState, left: float) -> None:
-    """The line, its knob, and alpha above it."""
-    alpha = state.surfaces.settings.alpha
-    start, end = left + SLIDER[0], left + SLIDER[1]
-    scene.text(left + MARGIN, SLIDER_Y + 22.0, "alpha", 13.5, bold=True, align="left")
-    scene.text(end + 6.0, SLIDER_Y + 22.0, f"{alpha:.3g}", 13.5, align="right")
-    low, high = SLIDER_Y - 2.0, SLIDER_Y + 2.0
-    line = np.array([[start, low], [end, low], [end, high], [start, high]])
-    scene.polygons(line[None], face=TRACK)
-    at = start + (end - start) * to_slider_share(alpha)
-    knob = style.make_circle() * KNOB + (at, SLIDER_Y)
-    scene.polygons(knob[None], face=style.BOUNDARY)
-    scene.polygons((style.make_circle() * 0.45 * KNOB + (at, SLIDER_Y))[None], face=style.PAPER)
-    grey = style.FAINT_TEXT
-    scene.text(start - 6.0, SLIDER_Y - 24.0, "0  more chords", 11.0, colour=grey, align="left")
-    scene.text(end + 6.0, SLIDER_Y - 24.0, "fewer  1", 11.0, colour=grey, align="right")
-
-
-def _methods(writer: PanelWriter, state: SurfacingState) -> None:
-    """The methods in a row, the one asked for in bold."""
-    grey = style.FAINT_TEXT
-    writer.scene.text(writer.left, writer.y, "method", 13.5, bold=True, align="left")
-    x = writer.left + METHODS_AT
-    for method in METHODS.values():
-        if method.needs_database and not state.surfaces.has_database:
-            continue
-        chosen = method.name == state.surfaces.edits.method
-        colour = style.TEXT if chosen else grey
-        writer.scene.text(x, writer.y, method.name, SIZE, colour=colour, bold=chosen, align="left")
-        x += LETTER * len(method.name) + GAP
-    writer.skip(1.6)
-
-
-def _patch(writer: FactWriter, state: SurfacingState) -> None:
+def _patch(sheet: FactSheet, state: SurfacingState) -> None:
     """The patch under the pointer, or what there is to say of the whole."""
     under = state.under()
     made = state.surfaces.made
     if under is None:
         for note in () if made is None else made.notes:
-            writer.paragraph(note, style.FAINT_TEXT)
+            sheet.paragraph(note, style.FAINT_TEXT)
         failed = [p for p in state.surfaces.patches if p.surface is None]
         others = [p for p in state.surfaces.patches if p.note and p.surface is not None]
         if failed:
             text = f"{_patches(len(failed))} without a surface: {failed[0].note}"
-            writer.paragraph(text, style.MESSAGE)
+            sheet.paragraph(text, style.MESSAGE)
         if others:
             text = f"{_patches(len(others))} with a note: point at them"
-            writer.paragraph(text, style.FAINT_TEXT)
+            sheet.paragraph(text, style.FAINT_TEXT)
         return
     if not under.on:
-        writer.heading("Switched off")
-        writer.paragraph("a click on its ring switches it on", style.FAINT_TEXT)
+        sheet.heading("Switched off")
+        sheet.paragraph("a click on its ring switches it on", style.FAINT_TEXT)
         return
-    _facts(writer, state, state.surfaces.patches[under.number])
+    _facts(sheet, state, state.surfaces.patches[under.number])
 
 
-def _facts(writer: FactWriter, state: SurfacingState, patch: SurfacePatch) -> None:
-    writer.heading("Patch at the pointer")
+def _facts(sheet: FactSheet, state: SurfacingState, patch: SurfacePatch) -> None:
+    sheet.heading("Patch at the pointer")
     names = ", ".join(str(name) for name in state.surfaces.network_made.names(patch.cycle))
-    writer.fact("curves", names if len(names) < 46 else names[:44] + " …")
+    sheet.fact("curves", names if len(names) < 46 else names[:44] + " …")
     result = patch.surface
     if result is not None:
-        writer.fact("method", result.method + ("  (as before)" if patch.reused else ""))
+        sheet.fact("method", result.method + ("  (as before)" if patch.reused else ""))
         if result.method == "chords" or result.candidates:
-            writer.fact(
+            sheet.fact(
                 "chords", f"{len(result.chords)} of {format_count(result.candidates, 'candidate')}"
             )
-            writer.fact("sub-problems", f"{result.n_subproblems:,}")
+            sheet.fact("sub-problems", f"{result.n_subproblems:,}")
         faces = sum(len(piece) for piece in patch.faces)
-        writer.fact("pieces", f"{len(patch.faces)}, {format_count(faces, 'face')}")
-        writer.fact("area", f"{result.area:.4g}")
-        writer.fact("intersections", f"{result.self_intersections:,}")
-        writer.fact("made in", f"{1e3 * result.seconds:.1f} ms")
+        sheet.fact("pieces", f"{len(patch.faces)}, {format_count(faces, 'face')}")
+        sheet.fact("area", f"{result.area:.4g}")
+        sheet.fact("intersections", f"{result.self_intersections:,}")
+        sheet.fact("made in", f"{1e3 * result.seconds:.1f} ms")
     if patch.note:
-        writer.paragraph(patch.note, style.FAINT_TEXT)
+        sheet.paragraph(patch.note, style.FAINT_TEXT)
 
 
 def _patches(count: int) -> str:

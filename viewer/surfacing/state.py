@@ -10,62 +10,28 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.errors import PatternDBError
+from patterndb.geometry.points import Points
 from patterndb.store import Database
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
 from viewer.camera import Camera
-from viewer.nearness import CLICK, RING_REACH, SLIDER_GRIP, STROKE_END_REACH
-from viewer.panel import MARGIN, PANEL
-from viewer.scene import HEIGHT
+from viewer.nearness import CLICK, RING_REACH, STROKE_END_REACH
+from viewer.slider import Slider
 from viewer.surfacing.body import SurfaceBody
 from viewer.surfacing.edits import SurfacingEdits, choose_next_method
-from viewer.surfacing.ink import InkedStroke, StrokePointer, cast_ray
+from viewer.surfacing.ink import InkedStroke, StrokePointer, cast_ray, find_snaps
 from viewer.surfacing.maker import Find, find_network_cycles
 from viewer.surfacing.surfaces import Surfaces
 
-# Where the slider stands in the panel.
-
-#: The slider's ends from the panel's left, and its height above the picture's lower edge.
-SLIDER = (MARGIN + 6.0, PANEL - MARGIN - 6.0)
-SLIDER_Y = HEIGHT - 318.0
-
-#: Places of the slider go by the square root: where alpha is small, little of it does much.
-POWER = 2.0
-
-Room = tuple[float, float]
-
-
-def to_slider_share(alpha: float) -> float:
-    """Where an alpha from 0 to 1 is on the slider, 0 to 1."""
-    return min(max(alpha, 0.0), 1.0) ** (1.0 / POWER)
-
-
-def to_alpha(share: float) -> float:
-    """The alpha at a place of the slider."""
-    return min(max(share, 0.0), 1.0) ** POWER
-
-
-def find_alpha(room: Room, x: float) -> float:
-    """Find the alpha at x points from the middle of the view; room: size of the view."""
-    left = room[0] / 2.0 + SLIDER[0]
-    return to_alpha((x - left) / (SLIDER[1] - SLIDER[0]))
-
-
-def is_on_slider(room: Room, x: float, y: float) -> bool:
-    """Is a place, in points from the middle of the view, on the slider?"""
-    left, right = (room[0] / 2.0 + end for end in SLIDER)
-    return (
-        left - SLIDER_GRIP <= x <= right + SLIDER_GRIP
-        and abs(y - (SLIDER_Y - room[1] / 2.0)) <= SLIDER_GRIP
-    )
-
+#: The price of chords; where it is small, little of it does much: places go by its square root.
+ALPHA = Slider("alpha", 0.0, 1.0, 0.001, ends=("more chords", "fewer"), power=2.0)
 
 #: From where a network is looked at: a little from the right and from above.
 TOWARD, UP = (0.55, 0.42, 1.0), (0.0, 1.0, 0.0)
 
 #: What the pointer drags.
-Drag = Literal["view", "alpha", "stroke"]
+Drag = Literal["view", "stroke"]
 
 
 class PatchUnderPointer(NamedTuple):
@@ -84,8 +50,8 @@ class SurfacingState:
     db: where quads come from; without it there are none. afresh: find cycles even if the
     network has some. added, banned: cycles that shall, or shall not, be patches. find: how
     cycles are found.
-    toward, up: (3,) from where it is looked at, and what is upright. helping: is the list of keys
-    shown? surface_shown and so on: what else is. message: what went wrong last.
+    toward, up: (3,) from where it is looked at, and what is upright. surface_shown and so
+    on: what is seen. message: what went wrong last.
     """
 
     def __init__(
@@ -118,7 +84,6 @@ class SurfacingState:
         self.surface_shown = self.chords_shown = self.curves_shown = self.off_shown = True
         self.openings_shown = True
         self.edges_shown = METHODS[first.method].makes_quads
-        self.helping = False
         self.message = ""
         self._history: list[SurfacingEdits] = []
         self._future: list[SurfacingEdits] = []
@@ -131,6 +96,11 @@ class SurfacingState:
         if not self._quill.down or made is None or made.surfacing is None or made.body is None:
             return None
         return self._quill.ink(made.surfacing, made.body)
+
+    def find_snaps(self) -> list[Points]:
+        """Where the ends of the stroke that is drawn, or was drawn last, would be moved to."""
+        ink = self.ink or next(reversed(self.surfaces.edits.inks), None)
+        return [] if ink is None else find_snaps(ink, STROKE_END_REACH / self.camera.view.scale)
 
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
@@ -210,9 +180,7 @@ class SurfacingState:
         """The pointer moves; True if that changes the picture."""
         before = self.under()
         last, self.camera.pointer = self.camera.pointer, (x, y)
-        if self._drag == "alpha":
-            self.change_alpha(find_alpha(self.camera.room, x))
-        elif self._drag == "stroke":
+        if self._drag == "stroke":
             self._quill.extend(self.camera.view, x, y, self._far())
         elif self._drag == "view" and last is not None and self._pressed is None:
             self.camera.turn(x - last[0], y - last[1])
@@ -234,10 +202,6 @@ class SurfacingState:
         if turn:
             self._drag, self._pressed = "view", None
             return False
-        if is_on_slider(self.camera.room, x, y):
-            self._drag = "alpha"
-            self.change_alpha(find_alpha(self.camera.room, x))
-            return True
         if self.drawing_mode:
             self._drag = "stroke"
             self._quill.extend(self.camera.view, x, y, self._far())
@@ -270,7 +234,7 @@ class SurfacingState:
 
     def under(self) -> PatchUnderPointer | None:
         """What the pointer is on, the patch that is seen there; rings and outlines before."""
-        if self.camera.pointer is None or abs(self.camera.pointer[0]) > self.camera.room[0] / 2.0:
+        if self.camera.pointer is None:
             return None
         if (
             self.surfaces.made is None
@@ -329,7 +293,7 @@ class SurfacingState:
         )
 
     def toggle(self, name: str) -> None:
-        """Turn one of the switches, such as helping or chords_shown."""
+        """Turn one of the switches, such as chords_shown."""
         setattr(self, name, not getattr(self, name))
 
     def change_alpha(self, alpha: float) -> None:

@@ -38,6 +38,10 @@ class FilledNetwork:
     notes: tuple[str, ...] = ()
 
 
+#: Placed patches that a cache keeps beside twice those that there are: steps taken back show them.
+SPARE = 200
+
+
 @dataclass(slots=True)
 class PlacedCache:
     """Placed patches of networks before: after an edit only the patches concerned are placed
@@ -67,6 +71,11 @@ class PlacedCache:
     def put(self, network: Network, patch: Patch, placed: PlacedPatch) -> None:
         chains = tuple(network.chains[half >> 1] for half in patch.loop)
         self._kept[patch.id] = patch, chains, network.density, placed
+
+    def trim(self, count: int) -> None:
+        """Keep no more than so many, those that were placed last."""
+        for number in list(self._kept)[: max(len(self._kept) - count, 0)]:
+            del self._kept[number]
 
 
 def fill_network(
@@ -99,6 +108,7 @@ def fill_network(
         if len(found.flipped):
             what = count_places("a flipped quad", "flipped quads", found.find_flipped())
             told.append(f"patch {patch} has {what}")
+    cache.trim(SPARE + 2 * len(network.patches))
     for patch, other in find_islands(network, ground, placed).items():
         del placed[patch]
         what = "a face that was given" if other is None else f"patch {other}"

@@ -27,6 +27,7 @@ from patterndb_sketch.retopo.network import (
 )
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry.half import Plane
+from patterndb_sketch.retopo.wording import format_place
 
 
 def end_symmetry(network: Network, ground: Ground, sizes: Sizes, plane: Plane) -> Edit:
@@ -168,12 +169,18 @@ class _Images:
     def _patch(self, both: Network, patch: Patch) -> Patch:
         """The image of a patch, whose fill is turned over with it."""
         loop, corners = walk_face(both.nodes, both.chains, self.names.half(patch.loop[0]) ^ 1)
+        images = [self.names.half(half) ^ 1 for half in patch.loop]
+        if set(loop) != set(images):
+            # Seen once in thousands of random edits: what ends on the plane there is tangled.
+            at = self.network.chains[patch.loop[0] >> 1].points.mean(axis=0)
+            raise RefusedError(
+                f"the image of the patch at {format_place(at)} would not close as it does; erase a "
+                "curve of it that ends on the plane, or delete the patch"
+            )
         choice = patch.choice
         if isinstance(choice, Filling):
             # Of the patch's half-chains, that whose image the image's loop begins with.
-            last = patch.loop.index(
-                next(half for half in patch.loop if self.names.half(half) ^ 1 == loop[0])
-            )
+            last = images.index(loop[0])
             counts = [both.chains[half >> 1].count for half in patch.loop]
             choice = mirror_filling(choice, patch, last, counts, self.plane)
         return Patch(next(self.ids), loop, corners, choice)

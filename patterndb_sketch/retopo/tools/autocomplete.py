@@ -23,6 +23,7 @@ from patterndb_sketch.retopo.tools.closing import (
     GroundBoundary,
     close_patch,
     find_boundaries,
+    has_short_stretch,
     lift_to_ground,
     map_boundaries,
     measure_coarseness,
@@ -56,16 +57,19 @@ def find_completions(
     network: Network, ground: Ground, point: ArrayLike, normal: ArrayLike, sizes: Sizes
 ) -> list[Completion]:
     """What can be closed around a point of the ground: the largest quad first, then smaller
-    ones, then triangles; nothing where no boundary is within the snap radius.
+    ones, then triangles; nothing where no boundary is within the brush with its empty side towards
+    the point, or within the snap radius.
 
     point, normal: (3,). Source: sketch-based quad meshes paper, section 5 and Fig. 11.
+    Differs from the released program, which wants the point within the snap radius: where the
+    brush that is shown reaches a border, something is expected.
     """
     at, up = np.asarray(point, np.float64), np.asarray(normal, np.float64)
     if at.shape != (3,) or up.shape != (3,) or not np.isfinite([at, up]).all():
         raise InvalidRetopoError("give a point and a normal, three finite numbers each")
     radius, snap = sizes.autocompletion, sizes.snap_within(sizes.autocompletion)
     edges = find_boundaries(network)
-    start = _nearest(edges, at, up, snap)
+    start = _nearest(edges, at, up, snap, radius)
     if start is None:
         return []
     edge, k = start
@@ -86,7 +90,8 @@ def find_completions(
         return [
             Completion(one, tuple(edges), onto)
             for one in found
-            if find_fault(one.patch, [*boundaries, *strokes]) is None
+            if not has_short_stretch(one.patch)
+            and find_fault(one.patch, [*boundaries, *strokes]) is None
         ]
 
     window = MapExtent.completion(radius)
@@ -127,17 +132,28 @@ def autocomplete(
 
 
 def _nearest(
-    edges: list[GroundBoundary], point: Points, normal: Points, snap: float
+    edges: list[GroundBoundary], point: Points, normal: Points, snap: float, radius: float
 ) -> tuple[GroundBoundary, int] | None:
-    """The vertex of a boundary nearest to a point of the ground, on its side of it."""
-    best, found = snap, None
+    """The vertex of a boundary nearest to a point of the ground, on its side of it: within the
+    snap radius, or within a radius where the point is on the boundary's empty side."""
+    best, found = radius, None
     for edge in edges:
-        away = np.linalg.norm(edge.points - point, axis=1)
-        away[edge.normals @ normal <= 0.0] = np.inf
+        offset = point - edge.points
+        away = np.linalg.norm(offset, axis=1)
+        ahead = np.cross(edge.normals, _directions(edge))
+        beyond = (offset * ahead).sum(axis=1) < 0.0
+        away[(edge.normals @ normal <= 0.0) | (beyond & (away > snap))] = np.inf
         k = int(np.argmin(away))
         if away[k] < best or (found is None and away[k] <= best):
             best, found = float(away[k]), (edge, k)
     return found
+
+
+def _directions(edge: GroundBoundary) -> Points:
+    """(n, 3) the directions in which a boundary passes its vertices."""
+    if edge.closed:
+        return np.roll(edge.points, -1, axis=0) - np.roll(edge.points, 1, axis=0)
+    return np.gradient(edge.points, axis=0)
 
 
 def _along(edge: GroundBoundary, k: int) -> Points:

@@ -57,9 +57,8 @@ def close_patch(
     """
     draft = Draft(network)
     parts = _list_parts(patch)
-    for _, part, _ in parts:
-        if isinstance(part, OldSide) and part.end - part.start < 2.0 * BEYOND:
-            raise RefusedError("two corners of the patch would be in one place; take a wider brush")
+    if has_short_stretch(patch):
+        raise RefusedError("two corners of the patch would be in one place; take a wider brush")
     # Places first: cutting later would move them.
     nodes = [_make_node(draft, network, corner, edges, onto) for corner, _, _ in parts]
     inner = [_list_within(network, part, edges) for _, part, _ in parts]
@@ -82,6 +81,12 @@ def close_patch(
             f"the curves would not close to a patch ({error}); draw it a little elsewhere"
         ) from error
     return Edit.of(network, after, draft.notes)
+
+
+def has_short_stretch(patch: PlanarPatch) -> bool:
+    """Is a stretch of a boundary so short that its ends would be one place?"""
+    old = [part for part in patch.parts if isinstance(part, OldSide)]
+    return any(part.end - part.start < 2.0 * BEYOND for part in old)
 
 
 def lift_to_ground(onto: LocalMap, line: Points) -> tuple[Points, Points]:

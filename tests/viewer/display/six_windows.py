@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 TESTS = Path(__file__).resolve().parents[1]
+sys.path.append(str(TESTS))
 for folder in ("retopo", "surfacing", "features", "shapes"):
     sys.path.append(str(TESTS / folder))
 sys.path.append(str(TESTS.parents[1] / "examples"))
@@ -66,9 +67,7 @@ def make_retopo(settings: ShellSettings, folder: Path, ground: Any = None) -> Sh
     from viewer.retopo.window import RetopoSaver, RetopoWriter
 
     files = RetopoWriter(folder, folder / "sheet.retopo", None, Script("sheet.obj", ()), None)
-    state = RetopoState(
-        Editor(sheet() if ground is None else ground, starter()), title="sheet", files=files
-    )
+    state = RetopoState(Editor(sheet() if ground is None else ground, starter()), files=files)
     state.camera.look_along((0.0, 0.0, 1.0))
     return RetopoWindow(RetopoSaver(state, files, SIZE), "retopo", settings)
 
@@ -96,7 +95,7 @@ def make_features(settings: ShellSettings, folder: Path, model: Any = None) -> S
     from viewer.features.window import FeatureSaver, FeatureWriter
 
     files = FeatureWriter(folder, folder / "roof.session")
-    state = FeatureState(tent() if model is None else model, title="roof", files=files)
+    state = FeatureState(tent() if model is None else model, files=files)
     state.camera.look_along((0.0, 0.0, 1.0))
     return FeatureWindow(FeatureSaver(state, files, SIZE), "features", settings)
 

@@ -1,11 +1,16 @@
+from pathlib import Path
+
 import numpy as np
+from sayings import read_sheet
 from viewer_disks import ALL, pattern
 
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from query.placing import Surface
+from viewer.explore import ExplorerSaver
 from viewer.explorer_commands import KEYS
 from viewer.explorer_state import ExplorerState
+from viewer.facts import FactSheet
 from viewer.keymap import Effect
 
 
@@ -60,3 +65,10 @@ def drag(state: ExplorerState, *places: tuple[float, float]) -> None:
     for place in places[1:]:
         state.move(*place)
     state.release(*places[-1])
+
+
+def said(state: ExplorerState) -> list[str]:
+    """What the window says beside the picture."""
+    sheet = FactSheet()
+    ExplorerSaver(state, Path(), None, (480, 300)).describe(sheet)
+    return [*read_sheet(sheet), state.message]

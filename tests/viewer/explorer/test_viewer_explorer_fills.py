@@ -6,7 +6,7 @@ import threading
 
 import numpy as np
 import pytest
-from domed import SOURCE, Source, click, drag, keys, opened
+from domed import SOURCE, Source, click, drag, keys, opened, said
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -17,7 +17,7 @@ from query.identity import hash_fill
 from query.listing.orders import ORDERS
 from query.placing import find_strand
 from viewer.contour import PointerMode, make_flat_boundary
-from viewer.explorer_commands import ACTIONS, KEYS
+from viewer.explorer_commands import KEYS
 from viewer.explorer_picture import compose_explorer
 from viewer.explorer_state import ExplorerState
 from viewer.finder import VARIANTS
@@ -68,7 +68,7 @@ def test_variants_are_opened_under_a_fill(state: ExplorerState) -> None:
         seen: list[bytes] = []
         state.settle(rank)
         count = len(state.finder.variants)
-        texts = [t.text for t in compose_explorer(state, 1.6).scene.texts]
+        texts = said(state)
         more = " or more" if len(wanted) - 1 > VARIANTS else ""
         assert any(f"+{count}{more} variant" in text for text in texts) == (count > 0)
         for variant in range(count + 1):
@@ -83,7 +83,7 @@ def test_variants_are_opened_under_a_fill(state: ExplorerState) -> None:
             state.settle()
             assert state.finder.placed is not None
             assert state.finder.placed.fill is state.finder.variants[-1]
-            texts = [t.text for t in compose_explorer(state, 1.6).scene.texts]
+            texts = said(state)
             assert any(f"variant {count} of {count}{more}" in text for text in texts)
             keys(state, "Up " * count)
             assert state.finder.fill is state.finder.fills[rank]
@@ -144,8 +144,7 @@ def test_a_change_does_not_wait_for_the_query_that_runs() -> None:
     try:
         first = state.finder._search
         assert first is not None and state.finder.searching
-        drawn = compose_explorer(state, 1.6)
-        assert "searching …" in [t.text for t in drawn.scene.texts]
+        assert "searching …" in said(state)
         keys(state, "] ]")
         assert state.finder.boundary is not None and state.finder.boundary.perimeter > 8
         assert state.finder.searching and state.finder._search is not first
@@ -167,7 +166,7 @@ def test_a_query_that_fails_says_why() -> None:
     try:
         with pytest.raises(NotFoundError, match="the disk is gone"):
             state.settle(0)
-        texts = " ".join(t.text for t in compose_explorer(state, 1.6).scene.texts)
+        texts = " ".join(said(state))
         assert "the disk is gone" in texts and "No fill" in texts
     finally:
         state.close()
@@ -242,7 +241,7 @@ PLACES = st.tuples(st.integers(-320, 320), st.integers(-320, 320))
 
 
 EVENTS = st.one_of(
-    st.sampled_from([*sorted(set(ACTIONS) - {"m"}), "Escape"]),
+    st.sampled_from(sorted(set(KEYS.actions) - {"m"})),
     st.tuples(st.sampled_from(["move", "press", "release", "turn"]), PLACES),
 )
 
@@ -262,7 +261,7 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
                 else:
                     getattr(state, what)(*place)
             assert 0 <= state.finder.rank <= max(len(state.finder.fills) - 1, 0)
-        drawn = compose_explorer(state, 1.5)
+        drawn = compose_explorer(state, 1040.0, 860.0)
         for patch in drawn.scene.patches:
             assert np.isfinite(patch.corners).all() and len(patch.corners) == len(patch.colours)
     finally:

@@ -59,8 +59,10 @@ def test_a_boundary_is_drawn_filled_and_saved(
     state.aim(View(np.eye(3), np.zeros(3), 100.0))
     events = show(state, tmp_path, accepted)
     try:
-        assert "press b" in events.window.hint_label.text()
+        first = events.window.first_label
+        assert first.isVisible() and "Press B" in first.text()
         events.keys("b")
+        assert not first.isVisible(), "something has been begun"
         assert events.window.table.bound["draw-boundary"].action.isChecked()
         for place in CORNERS:
             events.drag(place)

@@ -1,4 +1,4 @@
-"""The window of the fill explorer: keys, panel, pictures, files, and simulated events."""
+"""The window of the fill explorer: keys, facts, pictures, files, and simulated events."""
 
 from __future__ import annotations
 
@@ -6,48 +6,46 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from domed import SOURCE, keys, opened
+from domed import SOURCE, opened
+from sayings import read_sheet
 
 from patterndb.errors import NotFoundError
 from viewer import PictureFormatError
 from viewer.contour import make_flat_boundary
 from viewer.explore import ExplorerSaver, explore
-from viewer.explorer_commands import EFFECTS, KEYS
-from viewer.explorer_picture import compose_explorer
+from viewer.explorer_commands import KEYS
+from viewer.explorer_picture import compose_explorer, describe_explorer
 from viewer.explorer_state import ExplorerState
+from viewer.facts import FactSheet
 from viewer.keymap import Effect
-from viewer.panel import PANEL
 
 
 def test_keys_are_known() -> None:
-    assert KEYS.check("o Right h bracketleft") == ["o", "Right", "h", "bracketleft"]
+    assert KEYS.check("o Right bracketleft S") == ["o", "Right", "bracketleft", "S"]
     with pytest.raises(ValueError, match="no key 'zz'"):
         KEYS.check("o zz")
     state = opened()
     try:
-        assert [KEYS.press(state, k) for k in EFFECTS] == list(EFFECTS.values())
+        effects = KEYS.effects
+        assert [KEYS.press(state, k) for k in effects] == list(effects.values())
         assert KEYS.press(state, "F13") is Effect.NOTHING
-        assert KEYS.press(state, "Escape") is Effect.QUIT
-        keys(state, "h Escape")
-        assert not state.helping
+        assert KEYS.press(state, "Escape") is Effect.REDRAW
     finally:
         state.close()
 
 
-def test_the_panel_says_what_is_known(state: ExplorerState) -> None:
+def test_the_window_says_what_is_known(state: ExplorerState) -> None:
     state.settle(1)
     state.settle()
-    texts = [t.text for t in compose_explorer(state, 1.6).scene.texts]
+    sheet = FactSheet()
+    describe_explorer(sheet, state)
+    texts = [t.text for t in compose_explorer(state, 1040.0, 860.0).scene.texts]
+    texts += read_sheet(sheet)
     fill = state.finder.fill
     assert fill is not None and fill.pattern.name in texts
     assert f"fill 2 of {len(state.finder.fills)}" in texts and "4 3 4 3" in texts
     for length in ("4", "3"):
         assert texts.count(length) >= 2, "every side has its number"
-    keys(state, "h")
-    drawn = compose_explorer(state, 1.6)
-    assert "roll it" in " ".join(t.text for t in drawn.scene.texts)
-    right = drawn.scene.width - PANEL
-    assert all(t.x < right or t.x > right + 20.0 for t in drawn.scene.texts)
 
 
 def test_a_picture_is_the_same_everywhere(tmp_path: Path) -> None:
@@ -89,4 +87,4 @@ def test_saving(state: ExplorerState, tmp_path: Path) -> None:
     assert "not saved" in state.message
     ExplorerSaver(state, tmp_path, None, (480, 300)).obey("w")
     assert "cannot be saved" in state.message
-    assert saver.play(["q", "h"]) is Effect.QUIT and not state.helping
+    assert saver.play(["q", "n"]) is Effect.QUIT and not state.hiding

@@ -6,12 +6,15 @@ from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
+from sayings import read_sheet
 
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import Snap
+from viewer.facts import FactSheet
 from viewer.features import FeatureState
 from viewer.features.edits import DrawnCurve
+from viewer.features.facts import describe_features, tell_hint
 from viewer.features.keys import KEYS
 from viewer.features.picture import FeaturePainter
 from viewer.keymap import Effect
@@ -50,8 +53,11 @@ def opened(**options: object) -> FeatureState:
 
 
 def drawn(state: FeatureState) -> list[str]:
-    """The texts of the picture."""
-    return [text.text for text in FeaturePainter().compose(state, 1.6).scene.texts]
+    """The texts of the picture and beside it."""
+    sheet = FactSheet()
+    describe_features(sheet, state)
+    seen = [text.text for text in FeaturePainter().compose(state, 1040.0, 860.0).scene.texts]
+    return [*seen, *read_sheet(sheet), tell_hint(state), state.message]
 
 
 def at(state: FeatureState, *point: float) -> tuple[float, float]:
@@ -114,8 +120,3 @@ def held(state: FeatureState) -> Snap:
     snap = state.editing.snap_of(curve_of(state))
     assert snap is not None
     return snap
-
-
-def panel_at(state: FeatureState, x: float, y: float) -> tuple[float, float]:
-    """A place of the panel, x from its left and y from below, from the picture's middle."""
-    return x + state.camera.room[0] / 2.0, y - state.camera.room[1] / 2.0

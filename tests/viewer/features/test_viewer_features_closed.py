@@ -14,7 +14,7 @@ from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession, read_session, write_session
 from patterndb_sketch.features.snap import SnapSettings
 from viewer.features import FeatureState
-from viewer.features.panel import CLOSING, HINTS
+from viewer.features.facts import CLOSING, HINTS
 
 #: The radii of the frustum's rim, at z = 0, and of its foot, and where that is.
 TOP, FOOT, HEIGHT = 0.5, 0.9, -0.5

@@ -7,13 +7,9 @@ import pytest
 from tents import at, drag, drawn, held, keys
 
 from viewer.features import FeatureState
-from viewer.features.layout import (
-    AXIS_OF,
-    RAILS,
-)
 from viewer.features.picture import FeaturePainter
 from viewer.features.pointing import make_matrix_camera, to_picture_place
-from viewer.panel import MARGIN
+from viewer.features.sliders import AXIS_OF
 
 
 def test_the_view_turns_shifts_and_zooms(state: FeatureState) -> None:
@@ -73,7 +69,7 @@ def test_the_model_is_solid_transparent_or_hidden(curved: FeatureState) -> None:
     drawings = {}
     for look in ("solid", "through", "hidden"):
         assert curved.camera.model_look == look
-        drawings[look] = painter.compose(curved, 1.6).solid
+        drawings[look] = painter.compose(curved, 1040.0, 860.0).solid
         keys(curved, "m")
     lines = len(drawings["hidden"].corners)
     assert lines and all(
@@ -86,16 +82,12 @@ def test_the_model_is_solid_transparent_or_hidden(curved: FeatureState) -> None:
 
 def test_ribs_are_shown_on_demand(curved: FeatureState) -> None:
     painter = FeaturePainter()
-    before = len(painter.compose(curved, 1.6).solid.corners)
+    before = len(painter.compose(curved, 1040.0, 860.0).solid.corners)
     keys(curved, "r")
     snap = held(curved)
     there = sum(rib is not None for rib in snap.ribs)
-    after = len(painter.compose(curved, 1.6).solid.corners)
+    after = len(painter.compose(curved, 1040.0, 860.0).solid.corners)
     assert after - before > 100 * there > 0
     assert f"{len(snap.ribs)}" in drawn(curved)
     keys(curved, "r")
-    assert len(painter.compose(curved, 1.6).solid.corners) == before
-
-
-def test_margins_leave_room_for_the_panel() -> None:
-    assert all(MARGIN <= rail.left < rail.right for rail in RAILS.values())
+    assert len(painter.compose(curved, 1040.0, 860.0).solid.corners) == before

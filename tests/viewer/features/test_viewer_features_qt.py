@@ -13,12 +13,13 @@ from tents import BESIDE, at, tent
 from patterndb_sketch.features.sessionfile import read_session
 from viewer.features import FeatureState
 from viewer.features.docks import FeatureWindow
+from viewer.features.sliders import name_axis
 from viewer.features.window import FeatureSaver, FeatureWriter
 
 
 def test_the_window_does_what_it_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     files = FeatureWriter(tmp_path, tmp_path / "roof.session")
-    state = FeatureState(tent(), title="roof", files=files)
+    state = FeatureState(tent(), files=files)
     saver = FeatureSaver(state, files, (720, 450))
     events = Events(saver, tmp_path, FeatureWindow, state.settle)
     try:
@@ -41,11 +42,18 @@ def test_the_window_does_what_it_is_told(tmp_path: Path, monkeypatch: pytest.Mon
         assert curve is not None and len(curve.constraints) == 1
         place = at(state, *curve.constraints[0][1])
         assert np.abs(np.array(place) - begun - (0.0, 30.0)).max() < 2.0, "where it was dropped"
-        for row, _, field in events.window.sliders.rows:
+        for row, _, _, field in events.window.sliders.rows:
             value = {"alpha": 0.5, "stiffness": 10.0, "isophote angle": 45.0}[row.slider.label]
             field.setValue(value)
             events.work()
             assert row.get() == pytest.approx(value)
+        events.window.axis.textActivated.emit("x")
+        events.window.degree.setValue(2)
+        events.work()
+        settings = state.editing.shown_settings
+        assert (name_axis(settings), settings.degree) == ("x", 2)
+        events.do("undo", "undo", "axis-y")
+        assert events.window.axis.currentText() == "y" and events.window.degree.value() == 3
         events.do("name-curve")
         events.window.curves.item(0).setText("ridge")
         assert [one.name for one in state.editing.edits.curves] == ["ridge"]

@@ -7,12 +7,15 @@ from functools import cache
 from itertools import pairwise
 
 import numpy as np
+from sayings import read_sheet
 
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.ground import Ground
 from query.engine import PatternSource
+from viewer.facts import FactSheet
 from viewer.keymap import Effect
 from viewer.retopo import RetopoState
+from viewer.retopo.facts import describe_network, tell_hint
 from viewer.retopo.keys import KEYS
 from viewer.retopo.picture import RetopoPainter
 
@@ -20,7 +23,8 @@ from viewer.retopo.picture import RetopoPainter
 SQUARE = ((-1.5, -1.5), (1.5, -1.5), (1.5, 1.5), (-1.5, 1.5))
 
 
-ASPECT = 1.6
+#: Size of the picture.
+ROOM = (1040.0, 860.0)
 
 
 @cache
@@ -68,8 +72,12 @@ def opened(source: PatternSource, ground: Ground | None = None) -> RetopoState:
 
 
 def texts(state: RetopoState) -> list[str]:
-    """The texts of the picture."""
-    return [text.text for text in RetopoPainter().compose(state, ASPECT).scene.texts]
+    """The texts of the picture and beside it."""
+    sheet = FactSheet()
+    describe_network(sheet, state)
+    drawn = RetopoPainter().compose(state, *ROOM)
+    seen = [text.text for text in drawn.scene.texts]
+    return [*seen, *read_sheet(sheet), tell_hint(state), state.message]
 
 
 def keys(state: RetopoState, text: str) -> None:

@@ -126,9 +126,9 @@ def test_completions_are_shown_stepped_through_and_taken_as_shown(state: RetopoS
     away = np.linalg.norm(second.corners[:, None] - nodes[None], axis=2).min(axis=1)
     # Corners on old curves are at their samples, those shown on the map between them.
     assert away.max() < 2e-3
-    hover(state, (4.5, 4.5))
+    hover(state, (3.0, 3.0))
     assert state.tool.preview is not None and state.tool.preview.count == 0
-    click(state, (4.5, -4.5))
+    click(state, (3.0, -3.0))
     assert "nothing can be completed here" in state.message
     assert len(state.network.patches) == 2
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from events import read
-from sheets import ASPECT, SQUARE, at, drag, hover, keys, opened, sheet, square, texts, tube
+from sheets import ROOM, SQUARE, at, drag, hover, keys, opened, sheet, square, texts, tube
 
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import weld_fills
@@ -24,13 +24,13 @@ from viewer.style import PAPER, parse_colour
 
 def painted(state: RetopoState, colour: str) -> int:
     """How many triangles of this very colour the picture has, but for those of round bands."""
-    colours = RetopoPainter().compose(state, ASPECT).solid.colours[:, 0]
+    colours = RetopoPainter().compose(state, *ROOM).solid.colours[:, 0]
     return int((np.abs(colours - parse_colour(colour)).max(axis=1) < 1e-6).sum())
 
 
 def banded(state: RetopoState, colour: str) -> int:
     """The same of bands, which are darker at their rims."""
-    colours = RetopoPainter().compose(state, ASPECT).solid.colours
+    colours = RetopoPainter().compose(state, *ROOM).solid.colours
     dark = np.abs(colours - 0.72 * parse_colour(colour)).max(axis=2) < 1e-6
     return int(dark.any(axis=1).sum())
 
@@ -74,7 +74,7 @@ def test_all_that_there_is_is_drawn(state: RetopoState) -> None:
 def test_patches_have_the_colour_of_their_sides(state: RetopoState) -> None:
     square(state)
     hover(state, (4.5, -4.5))
-    drawn = RetopoPainter().compose(state, ASPECT).solid.colours.reshape(-1, 3)
+    drawn = RetopoPainter().compose(state, *ROOM).solid.colours.reshape(-1, 3)
     ratio = drawn / parse_colour(SIDES[4])
     flat = np.ptp(ratio, axis=1) < 1e-5
     assert flat.sum() >= 6 * len(state.shown.body.mesh.quads)
@@ -83,12 +83,12 @@ def test_patches_have_the_colour_of_their_sides(state: RetopoState) -> None:
 def test_the_half_that_is_an_image_is_darker(source: PatternSource) -> None:
     state = opened(source, tube())
     try:
-        before = RetopoPainter().compose(state, ASPECT).solid.colours.sum()
+        before = RetopoPainter().compose(state, *ROOM).solid.colours.sum()
         keys(state, "M")
         plane = state.shown.state.plane
         assert plane is not None
         count = len(state.ground.triangles)
-        drawn = RetopoPainter().compose(state, ASPECT).solid.colours[:count]
+        drawn = RetopoPainter().compose(state, *ROOM).solid.colours[:count]
         whole = RetopoPainter()._shading.model(state.skin, state.camera.view, "solid", (0.0, 0.0))[
             1
         ]
@@ -116,7 +116,7 @@ def test_numbers_of_edges_are_written_in_the_mode_of_counts(state: RetopoState) 
     keys(state, "t")
 
     def numbers() -> list[tuple[str, bool]]:
-        texts = RetopoPainter().compose(state, ASPECT).scene.texts
+        texts = RetopoPainter().compose(state, *ROOM).scene.texts
         return sorted((t.text, t.bold) for t in texts if t.text.isdigit() and t.size == 11.0)
 
     counts = [c.count for c in state.network.chains.values() if not c.marked]
@@ -182,7 +182,7 @@ def test_an_off_screen_picture_is_the_same_every_time(
     assert (tmp_path / "a.png").read_bytes() == (tmp_path / "b.png").read_bytes()
     # The patch is warm, the sheet is grey.
     assert 1500 < (image[..., 0] - image[..., 2] > 0.05).sum() < 15000
-    draw(editor, tmp_path / "c.png", size=(480, 320), keys="x m m", bare=False, title="sheet")
+    draw(editor, tmp_path / "c.png", size=(480, 320), keys="x m m")
     assert (read(tmp_path / "c.png").min(axis=2) > 0.9).mean() > 0.7
     with pytest.raises(ValueError, match="no key 'zz'"):
         draw(editor, tmp_path / "d.png", keys="zz")
@@ -221,7 +221,7 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
     ):
         state.editing.work.shown = replace(shown, filled=filled, body=made)
         assert told in texts(state)
-        seen = RetopoPainter().compose(state, ASPECT).solid.colours
+        seen = RetopoPainter().compose(state, *ROOM).solid.colours
         # Light makes a colour darker, and leaves its hue.
         red = np.ptp(seen / parse_colour(WRONG), axis=2).max(axis=1) < 1e-5
         assert red.sum() == 4 if filled is found else red.sum() > 4
@@ -232,7 +232,7 @@ def test_patches_without_quads_and_flipped_quads_are_red(state: RetopoState) -> 
 def test_density_is_seen_while_it_is_painted(state: RetopoState) -> None:
     def hues() -> np.ndarray:
         """How much more red than blue there is at every corner of the picture, by its place."""
-        solid = RetopoPainter().compose(state, ASPECT, bare=True).solid
+        solid = RetopoPainter().compose(state, *ROOM).solid
         return solid.colours[..., 0] - solid.colours[..., 2]
 
     square(state)

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from events import read
-from sheets import at, drag, keys, opened, sheet, square, tube
+from sheets import drag, keys, opened, sheet, square, tube
 
 from patterndb_sketch.retopo.autosave import Autosave, find_recoveries
 from patterndb_sketch.retopo.editor import Editor
@@ -101,20 +101,6 @@ def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) ->
     assert state.poll() and state.message.startswith("nothing is kept in case of a crash")
 
 
-def test_quitting_asks_once_if_work_would_be_lost(tmp_path: Path, state: RetopoState) -> None:
-    files = writer(tmp_path)
-    state.editing.files = files
-    saver = RetopoSaver(state, files, SIZE)
-    assert saver.obey("q") is Effect.QUIT
-    square(state)
-    assert saver.obey("q") is Effect.REDRAW and "not saved" in state.message
-    assert saver.obey("h") is Effect.REDRAW
-    assert saver.obey("q") is Effect.REDRAW, "something else was pressed in between"
-    assert saver.obey("q") is Effect.QUIT
-    saver.obey("s")
-    assert saver.play(["q", "i"]) is Effect.QUIT and state.tool.mode.tool == "stroke"
-
-
 def test_a_window_leaves_a_script_and_no_recovery_file(
     tmp_path: Path, source: PatternSource, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -164,17 +150,6 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
         kept.unlink()
     with pytest.raises(ValueError, match="no key"):
         show(editor, keys="zz")
-
-
-def test_keys_wait_while_something_is_drawn(tmp_path: Path, state: RetopoState) -> None:
-    saver = RetopoSaver(state, writer(tmp_path), SIZE)
-    x, y = at(state, (0.0, 0.0))
-    state.move(x, y)
-    state.press(x, y)
-    assert saver.obey("i") is Effect.REDRAW and state.message == "let go of the button first"
-    assert state.tool.mode.tool == "stroke"
-    assert saver.obey("Escape") is Effect.REDRAW and not state.tool.holding
-    assert saver.obey("i") is Effect.REDRAW and state.tool.mode.tool == "spine"
 
 
 def left(folder: Path, source: PatternSource, name: str = "unnamed") -> tuple[Path, Editor]:

@@ -55,7 +55,7 @@ def car_shapes(count: int = 6) -> ShapeModel:
 
 def opened(count: int = 6) -> ShapesState:
     state = ShapesState(car_shapes(count), car_template())
-    compose_shape(state, 1.6)
+    compose_shape(state, 1040.0, 860.0)
     return state
 
 
@@ -89,7 +89,9 @@ def drag(
         assert state.release(start[0] + by[0], start[1] + by[1])
 
 
-def knob_at(state: ShapesState, name: int | str, value: float) -> tuple[float, float]:
-    """Where a slider's knob is at a value, in points from the middle of the view."""
-    rail = state.rails[name]
-    return rail.knob(value) - state.camera.room[0] / 2.0, rail.y - state.camera.room[1] / 2.0
+def slide(state: ShapesState, mode: int, *sigmas: float) -> None:
+    """Drag a mode's slider through values."""
+    state.shaping.begin()
+    for value in sigmas:
+        state.shaping.set_mode(mode, value)
+    state.shaping.finish()

@@ -6,28 +6,22 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from shape_cases import car_shapes, car_template, drag, keys, knob_at, opened, seen
+from shape_cases import car_shapes, car_template, drag, keys, opened, seen, slide
 
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.registration import box_template
-from patterndb_sketch.features.shapemodel.edit import STIFFNESS
 from viewer.shapes import ShapesState
-from viewer.shapes.commands import ACTIONS, EFFECTS, KEY_HELP, KEYS, NUDGE
-from viewer.shapes.shaping import HOLD, STIFF
-from viewer.shapes.state import MODES
+from viewer.shapes.commands import KEYS, NUDGE
 
 
 @pytest.mark.parametrize("sigmas", [-3.0, -1.25, 0.4, 3.0])
-def test_dragging_a_knob_sets_its_mode_alone(state: ShapesState, sigmas: float) -> None:
+def test_a_slider_sets_its_mode_alone(state: ShapesState, sigmas: float) -> None:
     """The shape is the mean and so many deviations of the mode; the drag is one step."""
-    start = knob_at(state, 2, 0.0)
-    end = knob_at(state, 2, sigmas)
-    drag(state, start, (end[0] - start[0], 4.0))
+    slide(state, 2, sigmas / 3.0, sigmas)
     wanted = np.zeros(state.shaping.shapes.n_modes)
     wanted[2] = sigmas * state.shaping.shapes.deviations[2]
     assert state.shaping.choice.coefficients == pytest.approx(wanted)
     assert state.shaping.points == pytest.approx(state.shaping.shapes.shape(wanted))
-    assert state.chosen == 2
     low, high = state.shaping.box
     beyond = sigmas > high[2] or sigmas < low[2]
     assert abs(state.shaping.limits[2]) == (2 if beyond else 0)
@@ -38,49 +32,20 @@ def test_dragging_a_knob_sets_its_mode_alone(state: ShapesState, sigmas: float) 
     assert state.shaping.sigmas[2] == pytest.approx(sigmas)
 
 
-def test_the_numbers_of_pulls_have_sliders(state: ShapesState) -> None:
-    for name, ends in (("hold", HOLD), ("stiffness", STIFF)):
-        start = knob_at(state, name, state.value[name])
-        for value in ends:
-            end = knob_at(state, name, value)
-            drag(state, start, (end[0] - start[0], 0.0))
-            assert state.value[name] == pytest.approx(value)
-            keys(state, "u")
-    assert (state.shaping.choice.hold, state.shaping.choice.stiffness) == (1.0, STIFFNESS)
-
-
-def test_pages_of_modes() -> None:
-    """Every mode has its slider on one page; keys turn pages and choose modes on them."""
-    state = opened(16)
+def test_modes_are_gone_through_by_keys(state: ShapesState) -> None:
     n = state.shaping.shapes.n_modes
-    assert n == 15
-    shown = []
-    for _ in range(2):
-        shown += [name for name in state.rails if isinstance(name, int)]
-        keys(state, ".")
-    assert shown == list(range(n)) and state.page == 0
-    keys(state, ",")
-    assert state.page == 1 and state.chosen == MODES
     keys(state, "Up")
-    assert (state.chosen, state.page) == (MODES - 1, 0)
-    keys(state, "Up " * MODES)
-    assert (state.chosen, state.page) == (n - 1, 1)
-    few = opened()
-    keys(few, ".")
-    assert few.page == 0 and "all modes" in few.message
+    assert state.chosen == n - 1
+    keys(state, "Down Down")
+    assert state.chosen == 1
 
 
-def test_the_help_lists_the_keys_there_are() -> None:
-    signs = {"↑": "Up", "↓": "Down", "←": "Left", "→": "Right", "Esc": "Escape"}
-    listed = {signs.get(k, k) for names, _ in KEY_HELP for k in names.split()}
-    listed -= {"drag", "click"}
-    # Windows alone say what Qt's own keys are for: in their menus.
-    known = {key for key in ACTIONS if not key.startswith("Ctrl+")} - {"Home"}
-    known |= set(EFFECTS) | {"Escape", "?"}
-    assert listed == known
-    assert KEYS.check("0 KP_0 Prior Next BackSpace space comma N") is not None
+def test_keys_are_known(state: ShapesState) -> None:
+    assert KEYS.check("0 N Up") is not None
     with pytest.raises(ValueError, match="no key"):
         KEYS.check("ö")
+    effects = KEYS.effects
+    assert [KEYS.press(state, key) for key in effects] == list(effects.values())
 
 
 def test_training_shapes_are_stepped_through(state: ShapesState) -> None:
@@ -146,7 +111,7 @@ def test_escape_drops_what_is_dragged(state: ShapesState) -> None:
     keys(state, "n")
     before = state.shaping.choice
     drag(state, seen(state, "roof_rail"), (0.0, 30.0), drop=False)
-    for key in ["n", "r", "0", "u", "U", "c", "a", "1", "v", ",", "Right", "Up"]:
+    for key in ["n", "r", "0", "u", "U", "c", "a", "1", "v", "Right", "Up"]:
         keys(state, key)
         assert "let go first" in state.message
     assert not state.wheel(1.0) and not state.drag_view(1.0, 1.0)
@@ -171,11 +136,14 @@ def test_everything_can_be_taken_back_and_done_again(steps: list[str]) -> None:
         if step == "pull":
             drag(state, seen(state, "shoulder"), (7.0, 12.0))
         elif step == "slide":
-            drag(state, knob_at(state, 1, state.value[1]), (17.0, 0.0))
+            now = float(state.shaping.sigmas[1])
+            slide(state, 1, now + 0.2, now + 0.3)
         elif step == "hold":
             state.shaping.toggle_held("roof_rail")
         elif step == "weigh":
-            drag(state, knob_at(state, "hold", state.value["hold"]), (-9.0, 0.0))
+            state.shaping.begin()
+            state.shaping.set_hold(0.7 * state.shaping.choice.hold)
+            state.shaping.finish()
         else:
             keys(state, step)
     last, points = state.shaping.choice, state.shaping.points.copy()

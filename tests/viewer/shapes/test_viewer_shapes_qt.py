@@ -43,7 +43,7 @@ def test_the_window_does_what_it_is_told(tmp_path: Path, monkeypatch: pytest.Mon
         events.keys("Ctrl+Shift+Z")
         assert np.array_equal(state.shaping.choice.coefficients, pulled)
         # A slider that is dragged is one step, however often its value changes.
-        row, line, field = events.window.modes.rows[1]
+        row, name, line, field = events.window.modes.rows[1]
         line.setSliderDown(True)
         for at_line in (450, 400, 300):
             line.setValue(at_line)
@@ -53,6 +53,13 @@ def test_the_window_does_what_it_is_told(tmp_path: Path, monkeypatch: pytest.Mon
         assert np.array_equal(state.shaping.choice.coefficients, pulled)
         field.setValue(1.5)
         assert state.shaping.sigmas[1] == pytest.approx(1.5) and state.chosen == 1
+        # What keys change is marked, and what no training shape has is told.
+        field.setValue(3.0)
+        events.work()
+        assert name.text().startswith("▸ mode 2") and name.text().endswith("training shapes)")
+        events.keys("Up")
+        assert not name.text().startswith("▸")
+        events.do("undo")
         check_looking(events, state.camera)
         asked = answer(monkeypatch, QMessageBox.StandardButton.Cancel)
         events.keys("Escape")

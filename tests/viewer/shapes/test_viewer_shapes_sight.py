@@ -113,12 +113,11 @@ def test_views_and_switches(state: ShapesState) -> None:
         ).all()
     keys(state, "v")
     assert np.array_equal(state.camera.view.axes, first)
-    for key, name in (("e", "edges_shown"), ("w", "curves_shown"), ("h", "helping")):
+    for key, name in (("e", "edges_shown"), ("w", "curves_shown")):
         before = getattr(state, name)
         keys(state, key)
         assert getattr(state, name) is not before
-    assert KEYS.press(state, "Escape") is Effect.REDRAW and not state.helping
-    assert KEYS.press(state, "Escape") is Effect.QUIT
+    assert KEYS.press(state, "Escape") is Effect.REDRAW and not state.dragging
 
 
 def test_the_view_turns_shifts_and_zooms(state: ShapesState) -> None:

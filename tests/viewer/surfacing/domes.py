@@ -6,13 +6,15 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from sayings import read_sheet
 
 from patterndb_sketch.surfacing.naming import named_cycle
 from patterndb_sketch.surfacing.network import Curve, CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
+from viewer.facts import FactSheet
 from viewer.keymap import Effect
 from viewer.surfacing.commands import KEYS
-from viewer.surfacing.picture import compose_surface
+from viewer.surfacing.picture import compose_surface, describe_surface
 from viewer.surfacing.state import SurfacingState
 
 #: The patches of the dome: a quarter of the rim and two meridians each.
@@ -75,9 +77,16 @@ def opened(source: object = None, **options: object) -> SurfacingState:
     """Open a drawing, cut along chords: there is more to try than with the default method."""
     wanted = FROM_ABOVE | {"settings": Settings("chords")} | options
     state = SurfacingState(dome() if source is None else source, **wanted)  # type: ignore[arg-type]
-    compose_surface(state, 1.6)
+    compose_surface(state, 1040.0, 860.0)
     state.settle()
     return state
+
+
+def said(state: SurfacingState) -> list[str]:
+    """What the window says beside the picture."""
+    sheet = FactSheet()
+    describe_surface(sheet, state)
+    return [*read_sheet(sheet), state.message]
 
 
 def keys(state: SurfacingState, text: str) -> None:

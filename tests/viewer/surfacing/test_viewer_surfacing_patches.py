@@ -4,9 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from domes import CYCLES, Finder, at, click, dome, drag, growing_dome, keys, on_keys, opened, pieces
-from hypothesis import given
-from hypothesis import strategies as st
+from domes import (
+    CYCLES,
+    Finder,
+    at,
+    click,
+    dome,
+    drag,
+    growing_dome,
+    keys,
+    on_keys,
+    opened,
+    pieces,
+    said,
+)
 
 import patterndb
 from patterndb_sketch.surfacing.network import Cycle, InvalidNetworkError
@@ -15,26 +26,15 @@ from viewer.style import TINTS, parse_colour
 from viewer.surfacing.body import SurfaceBody, choose_piece_tints, find_neighbours
 from viewer.surfacing.commands import KEYS
 from viewer.surfacing.picture import IDLE, RIM, compose_surface
-from viewer.surfacing.state import (
-    PANEL,
-    SLIDER,
-    SLIDER_Y,
-    SurfacingState,
-    find_alpha,
-    to_alpha,
-    to_slider_share,
-)
+from viewer.surfacing.state import ALPHA, SurfacingState
 
 
 def test_the_slider_changes_the_pieces(state: SurfacingState) -> None:
     counts = {}
-    left = state.camera.room[0] / 2.0
-    y = SLIDER_Y - state.camera.room[1] / 2.0
     for share in (0.0, 0.5, 1.0):
-        x = left + SLIDER[0] + share * (SLIDER[1] - SLIDER[0])
-        drag(state, (left + SLIDER[0], y), (x, y + 40.0))
+        state.change_alpha(ALPHA.value(share))
         state.settle()
-        assert state.surfaces.settings.alpha == pytest.approx(to_alpha(share), abs=1e-3)
+        assert state.surfaces.settings.alpha == pytest.approx(share**2, abs=1e-3)
         counts[share] = pieces(state)
         wanted = surface(
             dome(), settings=state.surfaces.settings, spacing=state.surfaces.made.wish.spacing
@@ -43,23 +43,6 @@ def test_the_slider_changes_the_pieces(state: SurfacingState) -> None:
             len(p.faces) for p in state.surfaces.patches
         ]
     assert counts[0.0] > counts[0.5] > counts[1.0]
-    axes = state.camera.view.axes
-    assert (axes == opened_view()).all(), "sliding turns no view"
-
-
-def opened_view() -> np.ndarray:
-    other = opened()
-    other.close()
-    return other.camera.view.axes
-
-
-@given(st.floats(0.0, 1.0))
-def test_the_slider_s_places_and_alphas_are_one_to_one(share: float) -> None:
-    assert to_slider_share(to_alpha(share)) == pytest.approx(share)
-    room = (900.0, 860.0)
-    x = room[0] / 2.0 + SLIDER[0] + share * (SLIDER[1] - SLIDER[0])
-    assert find_alpha(room, x) == pytest.approx(to_alpha(share))
-    assert 0.0 < SLIDER[0] < SLIDER[1] < PANEL
 
 
 def test_keys_move_the_slider_and_stop_at_its_ends(state: SurfacingState) -> None:
@@ -92,7 +75,7 @@ def test_a_click_switches_a_patch_off_and_on(state: SurfacingState) -> None:
 def test_open_rims_and_curves_without_a_patch_are_marked(state: SurfacingState) -> None:
     def count(colour: str) -> int:
         # The borders of a band are of its colour, only darker.
-        tints = compose_surface(state, 1.6).solid.colours
+        tints = compose_surface(state, 1040.0, 860.0).solid.colours
         base = np.array(parse_colour(colour))
         share = (tints @ base / (base @ base))[..., None]
         return int((np.abs(tints - share * base).max(axis=-1) < 1e-3).sum())
@@ -165,7 +148,7 @@ def test_stages_are_stepped_through(growing: SurfacingState) -> None:
     assert growing.surfaces.edits.stage == 0
     keys(growing, "End")
     assert growing.surfaces.edits.stage == 3
-    texts = " ".join(t.text for t in compose_surface(growing, 1.6).scene.texts)
+    texts = " ".join(said(growing))
     assert "3 of 3" in texts
 
 
@@ -291,7 +274,7 @@ def test_what_fails_is_told_and_leaves_the_last_surface() -> None:
     try:
         with pytest.raises(InvalidNetworkError):
             state.settle()
-        texts = " ".join(t.text for t in compose_surface(state, 1.6).scene.texts)
+        texts = " ".join(said(state))
         assert "no cycles today" in texts and "0 patches" in texts
     finally:
         state.close()

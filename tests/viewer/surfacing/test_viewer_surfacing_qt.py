@@ -37,7 +37,7 @@ def test_the_window_does_what_it_is_told(tmp_path: Path) -> None:
         events.keys("Escape")
         assert not state.drawing_mode
         check_looking(events, state.camera)
-        slider, field = events.window.sliders.rows[0][1:]
+        slider, field = events.window.sliders.rows[0][2:]
         field.setValue(0.25)
         assert state.surfaces.settings.alpha == 0.25
         events.work()

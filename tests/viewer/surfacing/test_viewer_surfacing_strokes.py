@@ -11,9 +11,11 @@ from hypothesis import strategies as st
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle
 from query.placing import Surface
 from viewer.keymap import Effect
-from viewer.surfacing.commands import ACTIONS, EFFECTS, KEY_HELP, KEYS
+from viewer.nearness import STROKE_END_REACH
+from viewer.style import parse_colour
+from viewer.surfacing.commands import KEYS
 from viewer.surfacing.edits import cut_cycle
-from viewer.surfacing.picture import compose_surface
+from viewer.surfacing.picture import SNAP, compose_surface
 from viewer.surfacing.state import SurfacingState
 
 
@@ -46,7 +48,7 @@ def test_a_stroke_that_leaves_the_surface_is_split_and_says_so(state: SurfacingS
     keys(state, "u")
     assert state.surfaces.edits.inks == () and len(state.surfaces.patches) == 3
     keys(state, "Escape")
-    assert not state.drawing_mode and KEYS.press(state, "Escape") is Effect.QUIT
+    assert not state.drawing_mode
 
 
 def _across(state: SurfacingState) -> None:
@@ -80,6 +82,32 @@ def test_a_stroke_becomes_curves_and_cuts_the_cycles_that_came_along(
     keys(state, "u")
     assert len(state.surfaces.network.curves) == 8 and len(state.surfaces.patches) == 4
     assert len(state.surfaces.edits.inks) == 1
+
+
+def test_where_ends_will_be_moved_to_is_shown(state: SurfacingState) -> None:
+    """While a stroke is drawn, and until it is a curve, which ends there."""
+    keys(state, "d")
+    assert state.find_snaps() == []
+    start, end = at(state, 0.7, 0.7, 0.0), at(state, -0.7, 0.7, 0.0)
+    state.press(*start)
+    state.move(0.0, 0.5 * start[1])
+    begun = state.find_snaps()[0]
+    assert at(state, *begun) == pytest.approx(start, abs=STROKE_END_REACH), "where it began"
+    state.move(*end)
+    state.release(*end)
+    shown = state.find_snaps()
+    assert len(shown) == 2 and (shown[0] == begun).all()
+    green = parse_colour(SNAP).astype(np.float32)
+    colours = compose_surface(state, 1040.0, 860.0).solid.colours.reshape(-1, 3)
+    assert (np.abs(colours - green).max(axis=1) < 1e-6).any()
+    keys(state, "Enter")
+    network, ends = state.surfaces.network, []
+    for curve in network.curves:
+        if curve.stroke == "drawn 1":
+            ends += [network.nodes[node] for node in curve.nodes]
+    for place in shown:
+        assert min(np.linalg.norm(node - place) for node in ends) < 1e-9
+    assert state.find_snaps() == []
 
 
 def test_a_stroke_that_ends_on_no_curve_stays_a_stroke(state: SurfacingState) -> None:
@@ -120,7 +148,7 @@ PLACES = st.tuples(st.integers(-600, 800), st.integers(-430, 430))
 
 
 EVENTS = st.one_of(
-    st.sampled_from([*sorted(ACTIONS), "Escape"]),
+    st.sampled_from([*sorted(KEYS.actions), "Escape"]),
     st.tuples(st.sampled_from(["move", "press", "release", "turn"]), PLACES),
 )
 
@@ -141,7 +169,7 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
                     getattr(state, what)(*place)
             state.poll()
         state.settle()
-        drawn = compose_surface(state, 1.5)
+        drawn = compose_surface(state, 1040.0, 860.0)
         assert np.isfinite(drawn.solid.corners).all()
         assert np.isfinite(drawn.solid.colours).all()
         for patch in drawn.scene.patches:
@@ -151,20 +179,15 @@ def test_any_events_leave_a_state_that_can_be_shown(events: list[object]) -> Non
 
 
 def test_keys_are_known() -> None:
-    assert KEYS.check("m Right h minus") == ["m", "Right", "h", "minus"]
+    assert KEYS.check("m Right minus") == ["m", "Right", "minus"]
     with pytest.raises(ValueError, match="no key 'zz'"):
         KEYS.check("m zz")
-    listed = {key for names, _ in KEY_HELP for key in names.split()}
-    arrows = {"Left": "←", "Right": "→"}
-    for key in [*ACTIONS, *EFFECTS]:
-        if key in ("Home", "Escape") or key.startswith("Ctrl+"):
-            continue  # of windows alone, which tell it in their menus
-        assert arrows.get(key, key) in listed, f"the help lists {key}"
     state = opened()
     try:
-        assert [KEYS.press(state, k) for k in EFFECTS] == list(EFFECTS.values())
+        effects = KEYS.effects
+        assert [KEYS.press(state, k) for k in effects] == list(effects.values())
         assert KEYS.press(state, "F13") is Effect.NOTHING
-        keys(state, "h Escape")
-        assert not state.helping
+        keys(state, "d Escape")
+        assert not state.drawing_mode
     finally:
         state.close()

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from domes import FROM_ABOVE, dome
+from domes import FROM_ABOVE, dome, said
 from events import read
 
 from patterndb_sketch.surfacing.patch import Surfacing
@@ -16,8 +16,6 @@ from viewer.keymap import Effect
 from viewer.solid import dash_line, make_ribbons
 from viewer.style import TINTS, parse_colour
 from viewer.surfacing import SurfacingState, draw
-from viewer.surfacing.picture import compose_surface
-from viewer.surfacing.state import PANEL
 from viewer.surfacing.window import SurfacingSaver
 
 
@@ -36,7 +34,7 @@ def hues(image: np.ndarray) -> set[int]:
 
 def test_an_off_screen_picture_shows_every_patch_in_its_colour(tmp_path: Path) -> None:
     path = tmp_path / "dome.png"
-    state = draw(dome(), path, (480, 400), keys="- - - -", **FROM_ABOVE)
+    state = draw(SurfacingState(dome(), **FROM_ABOVE), path, (480, 400), keys="- - - -")
     image = read(path)
     assert image.shape == (400, 480, 3)
     assert 0.3 < (image.min(axis=2) < 0.98).mean() < 0.9
@@ -46,45 +44,41 @@ def test_an_off_screen_picture_shows_every_patch_in_its_colour(tmp_path: Path) -
     assert len(wanted) > 4 and len({tints[0] for tints in body.tint_of}) == 4
     assert len(hues(image) & wanted) >= 4
     # The same picture without the surface is lines alone.
-    draw(dome(), path, (480, 400), keys="w e", **FROM_ABOVE)
+    draw(SurfacingState(dome(), **FROM_ABOVE), path, (480, 400), keys="w e")
     assert hues(read(path)) == set()
 
 
 def test_a_picture_is_the_same_everywhere(tmp_path: Path) -> None:
     paths = [tmp_path / f"{k}.png" for k in range(2)]
     for path in paths:
-        draw(dome(), path, (320, 200), keys="m x", caption="a dome", **FROM_ABOVE)
+        state = SurfacingState(dome(), **FROM_ABOVE)
+        draw(state, path, (320, 200), keys="m x", caption="a dome")
     assert paths[0].read_bytes() == paths[1].read_bytes()
 
 
 def test_wrong_wishes_are_refused(tmp_path: Path) -> None:
     with pytest.raises(ValueError, match="no key 'zz'"):
-        draw(dome(), tmp_path / "a.png", keys="zz")
+        draw(SurfacingState(dome()), tmp_path / "a.png", keys="zz")
     with pytest.raises(PictureFormatError):
-        draw(dome(), tmp_path / "a.jpg")
+        draw(SurfacingState(dome()), tmp_path / "a.jpg")
     assert list(tmp_path.iterdir()) == []
 
 
-def test_the_panel_says_what_is_known() -> None:
+def test_the_window_says_what_is_known() -> None:
     state = SurfacingState(dome(), settings=Settings("chords"), **FROM_ABOVE)
     try:
         state.settle()
-        texts = [t.text for t in compose_surface(state, 1.6).scene.texts]
+        texts = said(state)
         assert "4 patches" in texts and "8, 5 nodes" in texts
-        assert f"{state.surfaces.settings.alpha:.3g}" in texts
+        assert state.surfaces.edits.method in texts
         x, y, _ = state.camera.view.seen(np.array([0.4, 0.4, 0.8]))
         state.move(x, y)
-        texts = [t.text for t in compose_surface(state, 1.6).scene.texts]
+        texts = said(state)
         result = state.surfaces.patches[0].surface
         assert result is not None
         assert "Patch at the pointer" in texts and "0-1, 1-4, 0-4" in texts
         assert f"{result.area:.4g}" in texts
         assert f"{len(result.chords)} of {result.candidates} candidates" in texts
-        state.toggle("helping")
-        drawn = compose_surface(state, 1.6)
-        assert "this list; quit" in [t.text for t in drawn.scene.texts]
-        right = drawn.scene.width - PANEL
-        assert all(t.x < right or t.x > right + 20.0 for t in drawn.scene.texts)
     finally:
         state.close()
 
@@ -125,6 +119,6 @@ def test_saving(tmp_path: Path) -> None:
         assert "not saved" in state.message
         SurfacingSaver(state, tmp_path, None, (480, 300)).obey("o")
         assert "cannot be saved" in state.message
-        assert saver.play(["q", "h"]) is Effect.QUIT and not state.helping
+        assert saver.play(["q", "w"]) is Effect.QUIT and state.surface_shown
     finally:
         state.close()
