@@ -45,12 +45,14 @@ def read_topology(path: str) -> MeshTopology:
     return MeshTopology.of(read_mesh(path))
 
 
-def cut_holes(name: str, topology: MeshTopology, most: int, seed: int) -> list[Cut]:
+def cut_holes(
+    name: str, topology: MeshTopology, most: int, seed: int, *, tries: int = 120
+) -> list[Cut]:
     """Cut up to ``most`` different holes: a face, or those around a vertex, grown one to three
     times.
 
     Half of the larger ones have the faces around a vertex taken off again. Regions that are no
-    disk, touch the border or hold no irregular vertex are left out.
+    disk, touch the border or hold no irregular vertex are left out. tries: the most for each.
     """
     draw = random.Random(seed * 1_000_003 + zlib.crc32(name.encode()))
     t = topology
@@ -63,7 +65,7 @@ def cut_holes(name: str, topology: MeshTopology, most: int, seed: int) -> list[C
     rim = set(t.tail[t.twin < 0].tolist()) | set(t.head[t.twin < 0].tolist())
     found: list[Cut] = []
     seen: set[frozenset[int]] = set()
-    for _ in range(120 * most):
+    for _ in range(tries * most):
         if len(found) >= most:
             break
         first = draw.randrange(len(corners))

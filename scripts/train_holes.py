@@ -3,17 +3,19 @@ ranking of fills.
 
     python scripts/train_holes.py MESHES --db ALL.db -o patterndb/data/holes.npz
     python scripts/train_holes.py MESHES --db ALL.db --leave-out NAMES.txt -o left_out.npz
-    python scripts/train_holes.py MESHES --corners-only holes.npz -o patterndb/data/holes.npz
+    python scripts/train_holes.py MESHES --patterns-only left_out.npz -o patterndb/data/holes.npz
 
 Needs scikit-learn, which the package itself does not. ALL.db is a database of the meshes. They are
 dealt into folds, meshes of one family (INDEX.csv, shares_topology_with) into one; what is asked of
 the holes of a fold is asked of a corner model and a database that have seen none of its meshes.
 Meshes left out are seen by nothing, nor are those that INDEX.csv does not say to be free of all
-rights: what is learned of them may not be shipped. Last, the corner model is trained on all that
-are seen; with --corners-only it alone is, and the other models of that file are kept.
+rights: what is learned of them may not be shipped. The corner model is the mean of those of all
+folds, and the patterns are of all meshes that are seen; with --patterns-only these alone are
+gathered, and the other models of that file are kept.
 
-The corner model: gradient boosting of decision trees on the holes that scripts/cut_holes.py cuts,
-and on their mirror images. All else: conditional logits, fitted by L-BFGS.
+The patterns of holes: what the holes that scripts/cut_holes.py cuts reduce to. The corner model:
+gradient boosting of decision trees on such holes, every second one mirrored. All else: conditional
+logits, fitted by L-BFGS.
 """
 
 from __future__ import annotations
@@ -26,6 +28,8 @@ import shutil
 import sys
 import tempfile
 import time
+from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -37,30 +41,36 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 import patterndb
+from patterndb.core.code import canonical_code
+from patterndb.core.packing import pack
+from patterndb.core.reduction import reduce_disk
 from patterndb.errors import InvalidBoundaryError
 from query import Boundary, fills
 from query.boundary import CornerKind
 from query.holes.assignments import AssignmentModel, measure_assignments, rank_listed
 from query.holes.candidates import HoleCandidate, HoleSearch
+from query.holes.context import measure_hole, mirror_hole
 from query.holes.corners import CornerModel
+from query.holes.patterns import HolePatterns
 from query.holes.ranking import list_facts, measure_plain_fill, tame_numbers
-from query.holes.rim import Rim
+from query.holes.rim import HoleRim
 from query.holes.shape import place_fill
 from query.holes.surroundings import (
     Surroundings,
     look_around,
-    measure_loop,
-    mirror_features,
 )
 from query.identity import hash_quads, weld_quads
 
 #: Holes cut from each mesh for the corners; of these, so many are asked of the database.
-PER_MESH, PER_MESH_ASKED = 130, 20
+PER_MESH, PER_MESH_ASKED = 60, 4
+
+#: Holes cut from each mesh for their patterns, of so many tries each, drawn by this seed.
+PER_MESH_REDUCED, TRIES, SEED_REDUCED = 1_500, 4, 77
 
 #: Trees of each number of quads, and their leaves.
-ROUNDS, LEAVES = 300, 16
+ROUNDS, LEAVES = 150, 16
 
-FOLDS = 3
+FOLDS = 2
 
 #: Candidates that are placed for the second stage of the ranking.
 PLACED = 48
@@ -127,29 +137,63 @@ def gather_examples(paths: list[Path], per_mesh: int, seed: int) -> list[Example
     for path in paths:
         for cut in cut_holes(path.name, read_topology(str(path)), per_mesh, seed):
             around = look_around(cut.hole)
-            found.append(Example(cut, around, measure_loop(cut.hole, around)))
+            found.append(Example(cut, around, measure_hole(cut.hole, around)))
         print(f"{path.name}: {len(found)} holes so far", file=sys.stderr, flush=True)
     return found
 
 
 def fit_corners(examples: list[Example]) -> CornerModel:
-    """Fit the trees to holes and their mirror images, and turn them into arrays."""
+    """Fit the trees to holes, every second one mirrored, and turn them into arrays."""
     from sklearn.ensemble import HistGradientBoostingClassifier
 
-    features = [one.features.astype(np.float32) for one in examples]
-    mirrored = [mirror_features(one.features).astype(np.float32) for one in examples]
+    features = [
+        (mirror_hole(one.features) if at % 2 else one.features).astype(np.float32)
+        for at, one in enumerate(examples)
+    ]
     counts = [one.cut.counts for one in examples]
     model = HistGradientBoostingClassifier(
         max_iter=ROUNDS,
-        learning_rate=0.08,
+        learning_rate=0.1,
         max_leaf_nodes=LEAVES,
         min_samples_leaf=40,
         l2_regularization=1.0,
         early_stopping=False,
         random_state=1,
     )
-    model.fit(np.vstack(features + mirrored), np.concatenate(counts + counts))
+    model.fit(np.vstack(features), np.concatenate(counts))
     return export_trees(model)
+
+
+def reduce_holes(path: Path) -> Counter[bytes]:
+    """How many of a mesh's holes reduce to each pattern, by its code, packed."""
+    found: Counter[bytes] = Counter()
+    topology = read_topology(str(path))
+    for cut in cut_holes(path.name, topology, PER_MESH_REDUCED, SEED_REDUCED, tries=TRIES):
+        n = len(cut.counts)
+        twin, _ = weld_quads(cut.quads, n + len(cut.inner), n)
+        found[pack(canonical_code(reduce_disk(twin))[0])] += 1
+    print(f"{path.name}: {len(found)} patterns of holes", file=sys.stderr, flush=True)
+    return found
+
+
+def gather_patterns(families: list[list[Path]], by_mesh: Mapping[str, Counter[bytes]]) -> Arrays:
+    """The arrays of HolePatterns, most frequent first; families without holes do not count."""
+    share: Counter[bytes] = Counter()
+    kinds: Counter[bytes] = Counter()
+    together = [sum((by_mesh[path.name] for path in one), Counter[bytes]()) for one in families]
+    together = [one for one in together if one]
+    for found in together:
+        total = found.total() * len(together)
+        for code, count in found.items():
+            share[code] += count / total  # pyright: ignore[reportArgumentType]
+            kinds[code] += 1
+    codes = sorted(share, key=lambda code: (-share[code], code))
+    return {
+        "pattern_codes": np.frombuffer(b"".join(codes), np.uint8),
+        "pattern_ends": np.cumsum([0, *map(len, codes)]).astype(np.int32),
+        "pattern_meshes": np.array([kinds[code] for code in codes], np.int32),
+        "pattern_share": np.array([share[code] for code in codes], np.float32),
+    }
 
 
 def export_trees(model: Any) -> CornerModel:
@@ -178,6 +222,20 @@ def export_trees(model: Any) -> CornerModel:
         np.array(children, np.int16),
         np.array(values, np.float32),
         model._baseline_prediction.ravel().astype(np.float64),
+    )
+
+
+def join_models(models: list[CornerModel]) -> CornerModel:
+    """The mean of models, as one: the scores of all their trees, each a part."""
+    firsts = np.cumsum([0, *(len(one.feature) for one in models)])
+    starts = [one.start[:-1] + first for one, first in zip(models, firsts, strict=False)]
+    return CornerModel(
+        np.concatenate([*starts, firsts[-1:]]).astype(np.int32),
+        np.concatenate([one.feature for one in models]),
+        np.concatenate([one.threshold for one in models]),
+        np.concatenate([one.child for one in models]),
+        np.concatenate([one.value for one in models]) / np.float32(len(models)),
+        np.mean([one.base for one in models], axis=0),
     )
 
 
@@ -225,14 +283,15 @@ def fit_assignments(examples: list[Example]) -> AssignmentModel:
 
 
 def ask_lists(
-    examples: list[Example], database: Any, model: AssignmentModel
+    examples: list[Example], database: Any, model: AssignmentModel, patterns: HolePatterns
 ) -> list[tuple[Example, list[HoleCandidate], int | None]]:
     """For every hole its candidates, and the artist's own place among them or None."""
     lists: list[tuple[Example, list[HoleCandidate], int | None]] = []
     begin = time.perf_counter()
     for number, one in enumerate(examples, 1):
         assert one.logs is not None
-        search = HoleSearch.begin(database, one.logs, one.around.due, model, Rim.of(one.cut.hole))
+        rim = HoleRim.of(one.cut.hole)
+        search = HoleSearch.begin(database, one.logs, one.around.due, model, patterns, rim)
         candidates = list(search.all())
         keys = [candidate.key for candidate in candidates]
         own = keys.index(one.cut.key) if one.cut.key in keys else None
@@ -323,13 +382,20 @@ def thin_out(examples: list[Example], per_mesh: int) -> list[Example]:
     return kept
 
 
-def train_all(given: argparse.Namespace, families: list[list[Path]], left_out: set[str]) -> Arrays:
-    """Train everything but the last corner model, fold by fold."""
+def train_all(
+    given: argparse.Namespace,
+    families: list[list[Path]],
+    left_out: set[str],
+    by_mesh: Mapping[str, Counter[bytes]],
+) -> Arrays:
+    """Train everything but the patterns, fold by fold."""
     folds = deal_folds(families, given.folds, given.seed)
     by_fold = [gather_examples(fold, given.per_mesh, given.seed) for fold in folds]
+    models: list[CornerModel] = []
     for i, held in enumerate(by_fold):
         others = [one for j, fold in enumerate(by_fold) if j != i for one in fold]
         model = fit_corners(others)
+        models.append(model)
         loss, right = 0.0, 0
         for one in held:
             one.logs = model.log_probabilities(one.features)
@@ -353,9 +419,12 @@ def train_all(given: argparse.Namespace, families: list[list[Path]], left_out: s
                 database.remove([m.name for m in database.meshes() if m.name in unseen])
             with patterndb.open(path) as database:
                 asked = thin_out(examples, given.per_mesh_asked)
-                lists += measure_lists(ask_lists(asked, database, together))
+                others = [family for family in families if family[0] not in fold]
+                patterns = HolePatterns.from_arrays(gather_patterns(others, by_mesh))
+                lists += measure_lists(ask_lists(asked, database, together, patterns))
                 plain += ask_plainly(asked, database)
     arrays = name_logit("assignments", [together.mean, together.spread, together.weights])
+    arrays |= name_corners(join_models(models))
     return arrays | fit_ranking(lists) | name_logit("plain", fit_logit(plain))
 
 
@@ -366,15 +435,15 @@ def main() -> None:
     parser.add_argument("folder", type=Path)
     parser.add_argument("--db", type=Path, help="a database of all the meshes")
     parser.add_argument("--leave-out", type=Path, help="a file of names: further meshes not to see")
-    parser.add_argument("--corners-only", type=Path, metavar="FILE")
+    parser.add_argument("--patterns-only", type=Path, metavar="FILE")
     parser.add_argument("--per-mesh", type=int, default=PER_MESH)
     parser.add_argument("--per-mesh-asked", type=int, default=PER_MESH_ASKED)
     parser.add_argument("--folds", type=int, default=FOLDS)
     parser.add_argument("--seed", type=int, default=5)
     parser.add_argument("-o", "--output", type=Path, required=True)
     given = parser.parse_args()
-    if (given.db is None) == (given.corners_only is None):
-        parser.error("give --db to train all models, or --corners-only to keep those of a file")
+    if (given.db is None) == (given.patterns_only is None):
+        parser.error("give --db to train all models, or --patterns-only to keep those of a file")
     left_out = set(given.leave_out.read_text().split()) if given.leave_out else set[str]()
     left_out |= {row["file"] for row in read_index(given.folder) if row["licence"] not in FREE}
     families = [
@@ -382,13 +451,14 @@ def main() -> None:
         for family in list_families(given.folder)
         if (kept := [path for path in family if path.name not in left_out])
     ]
-    if given.corners_only is None:
-        arrays = train_all(given, families, left_out)
-    else:
-        with np.load(given.corners_only, allow_pickle=False) as old:
-            arrays = {name: old[name] for name in old.files}
     paths = [path for family in families for path in family]
-    arrays |= name_corners(fit_corners(gather_examples(paths, given.per_mesh, given.seed)))
+    by_mesh = {path.name: reduce_holes(path) for path in paths}
+    if given.patterns_only is None:
+        arrays = train_all(given, families, left_out, by_mesh)
+    else:
+        with np.load(given.patterns_only, allow_pickle=False) as old:
+            arrays = {name: old[name] for name in old.files}
+    arrays |= gather_patterns(families, by_mesh)
     np.savez_compressed(given.output, **arrays)
     print(f"{given.output}: {given.output.stat().st_size:,} bytes")
 

@@ -16,6 +16,7 @@ from query.expand import expand_pattern
 from query.fill import Fill
 from query.holes.assignments import MOST_QUADS, AssignmentModel, measure_assignments
 from query.holes.corners import LEAST_LOG
+from query.holes.patterns import SHARE, HolePatterns
 from query.holes.rim import HoleRim
 from query.identity import hash_quads, weld_quads
 from query.listing.filters import NO_DOUBLETS, Filters
@@ -26,8 +27,11 @@ from query.solving.batch import pose_question
 from query.stroke import Stroke
 
 #: Assignments that are asked for, likeliest first, and the fills taken of each.
-ASSIGNMENTS = 60
+ASSIGNMENTS = 30
 PER_ASSIGNMENT = 8
+
+#: Ways that patterns of holes may lie in the loop that are made.
+REMEMBERED = 120
 
 #: Of so many assignments fills are listed that no artist made, too; and of the first so many that
 #: have this many corners or more, for which fills are seldom learned.
@@ -59,7 +63,10 @@ class HoleCandidate:
     log_corners: log probability of the quads at the loop's vertices, one by one, less that of the
              most probable numbers.
     assignment: how likely they are together, less the likeliest: see AssignmentModel.
-    n_meshes, n_symmetries: of the pattern; 0 and 1 where no mesh has shown it.
+    frequency, n_meshes, n_symmetries: of the pattern in the database; 0, 0 and 1 where no mesh has
+             shown it.
+    hole_meshes, hole_share: of the pattern among those of holes; see HolePatterns. 0 and 0 where no
+             hole has shown it.
     place:   among the fills of its pattern, from 1.
     key:     tells it from any other fill of the loop.
     """
@@ -69,8 +76,11 @@ class HoleCandidate:
     n_vertices: int
     log_corners: float
     assignment: float
+    frequency: int
     n_meshes: int
     n_symmetries: int
+    hole_meshes: int
+    hole_share: float
     place: int
     key: bytes
 
@@ -89,6 +99,7 @@ class HoleSearch:
     logs: Floats
     due: Int32Array
     model: AssignmentModel
+    patterns: HolePatterns
     ranked: Int32Array
     scores: Floats
     strokes: Sequence[Stroke]
@@ -98,7 +109,8 @@ class HoleSearch:
     rim: HoleRim
     known: set[bytes]
     assignments: int
-    _facts: dict[int, tuple[int, int]]
+    fixed: dict[int, int]
+    _facts: dict[int, tuple[int, int, int]]
     _listings: dict[tuple[CornerKind, ...], Listing]
 
     @classmethod
@@ -108,6 +120,7 @@ class HoleSearch:
         logs: Floats,
         due: Int32Array,
         model: AssignmentModel,
+        patterns: HolePatterns,
         rim: HoleRim,
         *,
         fixed: dict[int, int] | None = None,
@@ -127,6 +140,7 @@ class HoleSearch:
             logs,
             due,
             model,
+            patterns,
             ranked,
             scores,
             strokes,
@@ -136,12 +150,14 @@ class HoleSearch:
             rim,
             set(),
             0,
+            dict(fixed or {}),
             {},
             {},
         )
 
     def all(self) -> Iterator[HoleCandidate]:
-        """All candidates, those of likely assignments first."""
+        """All candidates: patterns of holes, those of likely assignments, and relaxed ones."""
+        yield from self.remembered()
         yield from self.likely()
         self.assignments = ASSIGNMENTS + 1
         yield from self.relaxed()
@@ -157,6 +173,28 @@ class HoleSearch:
             return None
         self.known.add(key)
         return key
+
+    def remembered(self, most: int = REMEMBERED) -> Iterator[HoleCandidate]:
+        """Candidates whose patterns are those of holes, likeliest first."""
+        if self.strokes:
+            return
+        n = len(self.logs)
+        lies, quads = self.patterns.find_lies(self.logs)
+        for at, asked in self.fixed.items():
+            quads[quads[:, at] != asked] = 0
+        share = np.log(self.patterns.share[[lie.pattern for lie in lies]])
+        scores = self.model.score(self.logs, self.due, np.maximum(quads, 1)) + SHARE * share
+        places: dict[int, int] = {}
+        for i in np.argsort(-scores, kind="stable")[:most].tolist():
+            lie = lies[i]
+            if not quads[i].all():
+                continue
+            pattern = self.patterns.pattern(lie.pattern)
+            fill = expand_pattern(pattern, lie.widths, mirrored=lie.mirrored)
+            first = self.patterns.first_vertex(lie)
+            for variant in (fill, *_widen_loops(fill)):
+                places[lie.pattern] = places.get(lie.pattern, 0) + 1
+                yield from self._new(variant, first, n, places[lie.pattern])
 
     def likely(self, most: int = ASSIGNMENTS) -> Iterator[HoleCandidate]:
         """Candidates of the likeliest assignments, strictly with their corners."""
@@ -272,31 +310,35 @@ class HoleSearch:
         if key is None:
             return
         traits = measure_assignments(self.logs, self.due, at_loop[None])
-        meshes, symmetries = self._fact(fill)
+        frequency, meshes, symmetries = self._fact(fill)
+        row = self.patterns.row_of(fill.pattern.id)
         yield HoleCandidate(
             fill,
             quads,
             fill.n_vertices,
             float(traits[0, 0]),
             float(self.model.score_traits(traits)[0] - self.scores[0]),
+            frequency,
             meshes,
             symmetries,
+            int(self.patterns.meshes[row]) if row >= 0 else 0,
+            float(self.patterns.share[row]) if row >= 0 else 0.0,
             place,
             key,
         )
 
-    def _fact(self, fill: Fill) -> tuple[int, int]:
-        """In how many meshes a pattern was seen, and its symmetries."""
-        name = fill.pattern.id
-        if name not in self._facts:
-            patterns = self.source.pattern_class(fill.pattern.n_sides)
-            at = np.flatnonzero(patterns.ids == name)
-            known = 0, 1
+    def _fact(self, fill: Fill) -> tuple[int, int, int]:
+        """How often and in how many meshes a pattern was seen, and its symmetries."""
+        pattern = fill.pattern
+        if pattern.id not in self._facts:
+            patterns = self.source.pattern_class(pattern.n_sides)
+            at = np.flatnonzero(patterns.ids == pattern.id)
+            self._facts[pattern.id] = (0, 0, 1)
             if len(at):
-                ways = int(patterns.rotations[at[0]]) * (1 if patterns.chiral[at[0]] else 2)
-                known = int(patterns.n_meshes[at[0]]), ways
-            self._facts[name] = known
-        return self._facts[name]
+                ways = pattern.rotations * (1 if pattern.chiral else 2)
+                seen = int(patterns.frequency[at[0]]), int(patterns.n_meshes[at[0]])
+                self._facts[pattern.id] = (seen[0], seen[1], ways)
+        return self._facts[pattern.id]
 
 
 def _widen_loops(fill: Fill) -> list[Fill]:

@@ -20,6 +20,7 @@ from query.errors import InvalidQueryError
 from query.fill import Fill
 from query.holes.assignments import MOST_QUADS
 from query.holes.candidates import HoleCandidate, HoleSearch
+from query.holes.context import measure_hole
 from query.holes.laying import HoleGround
 from query.holes.loops import (
     Hole,
@@ -38,7 +39,6 @@ from query.holes.surroundings import (
     Surroundings,
     find_border_places,
     look_around,
-    measure_loop,
 )
 from query.holes.twin import prepare_twins
 from query.stroke import Stroke
@@ -54,7 +54,7 @@ PLACED_VERTICES = 12_000
 
 #: Assignments of corners after which the first fill is told; the rest is asked while it is looked
 #: at.
-ASKED_FIRST = 10
+ASKED_FIRST = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -334,12 +334,13 @@ def _list_fills(
 ) -> Iterator[HoleFill]:
     around = look_around(hole)
     n = len(hole)
-    logs = models.corners.log_probabilities(measure_loop(hole, around))
+    logs = models.corners.log_probabilities(measure_hole(hole, around))
     search = HoleSearch.begin(
         db,
         logs,
         around.due,
         models.assignments,
+        models.patterns,
         HoleRim.of(hole),
         fixed=fixed,
         strokes=strokes,

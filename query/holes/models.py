@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from query.holes.assignments import AssignmentModel
 from query.holes.corners import CornerModel
+from query.holes.patterns import HolePatterns
 from query.holes.ranking import RankingModel
 
 
@@ -26,6 +27,7 @@ class HoleModels:
 
     corners:     quads at each vertex of a loop, one by one.
     assignments: quads at all vertices together.
+    patterns:    what fills of holes reduce to.
     facts:       ranks candidates before they are placed.
     whole:       ranks those that are placed.
     plain:       ranks fills of boundaries in space that no mesh surrounds.
@@ -33,6 +35,7 @@ class HoleModels:
 
     corners: CornerModel
     assignments: AssignmentModel
+    patterns: HolePatterns
     facts: RankingModel
     whole: RankingModel
     plain: RankingModel
@@ -49,6 +52,7 @@ class HoleModels:
         return cls(
             CornerModel.from_arrays(arrays),
             AssignmentModel(*_logit_of(arrays, "assignments")),
+            HolePatterns.from_arrays(arrays),
             RankingModel(*_logit_of(arrays, "facts")),
             RankingModel(*_logit_of(arrays, "whole")),
             RankingModel(*_logit_of(arrays, "plain")),

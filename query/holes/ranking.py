@@ -36,6 +36,9 @@ FACTS = (
     "valence_far",
     "log_quads",
     "asked_corners",
+    "log_hole_meshes",
+    "log_hole_share",
+    "in_holes",
 )
 
 NAMES = FACTS + MEASURES
@@ -52,6 +55,9 @@ PLAIN = (
     "log_quads",
     *MEASURES,
 )
+
+#: What is taken for the share of patterns that no hole has shown.
+LEAST_SHARE = 1e-7
 
 #: Measures beyond this are as bad as this: single quads without area shall not outweigh all else.
 CLIP = 30.0
@@ -89,7 +95,7 @@ def list_facts(candidates: list[HoleCandidate], around: Surroundings) -> Floats:
         inner = valence[n:]
         total = valence[:n] - around.due + 4
         everywhere = np.concatenate([inner, total])
-        frequency = candidate.fill.pattern.frequency
+        frequency = candidate.frequency
         rows[i] = (
             candidate.log_corners,
             candidate.assignment,
@@ -105,6 +111,9 @@ def list_facts(candidates: list[HoleCandidate], around: Surroundings) -> Floats:
             float(np.maximum(np.abs(everywhere - 4) - 1, 0).sum()),
             np.log(len(candidate.quads)),
             float((valence[:n] != around.asked).sum()),
+            np.log1p(candidate.hole_meshes),
+            np.log(max(candidate.hole_share, LEAST_SHARE)),
+            float(candidate.hole_meshes > 0),
         )
     return rows
 

@@ -72,7 +72,7 @@ def look_around(hole: Hole) -> Surroundings:
     n = len(loop)
     gone = np.zeros(t.mesh.n_faces, np.bool_)
     gone[hole.removed] = True
-    fans = [_fan(hole, i, gone) for i in range(n)]
+    fans = [walk_fan(hole, i, gone) for i in range(n)]
     first = sorted({int(t.face[h]) for fan in fans for h in fan})
     faces = set(first)
     points = t.mesh.points
@@ -211,7 +211,7 @@ def _angles_inside(loop: Floats, normals: Floats) -> Floats:
     return np.arctan2(sine, (after * before).sum(axis=1)) % (2 * np.pi)
 
 
-def _fan(hole: Hole, i: int, gone: NDArray[np.bool_]) -> list[int]:
+def walk_fan(hole: Hole, i: int, gone: NDArray[np.bool_]) -> list[int]:
     """Half-edges outside that leave loop vertex i, one a face, from one loop edge to the other."""
     t = hole.topology
     # edges[i] runs from loop vertex i + 1 to i; edges[i - 1] from i to i - 1.
@@ -264,7 +264,7 @@ def _spokes(hole: Hole, fans: list[list[int]]) -> tuple[Floats, Floats]:
             g = int(t.previous[h])
             a, b = int(t.head[g]), int(t.tail[g])
             lengths.append(float(np.linalg.norm(points[a] - points[b])))
-            valences.append(_valence(t.twin, t.next, g) - 4.0)
+            valences.append(count_faces(t.twin, t.next, g) - 4.0)
         if lengths:
             spokes[i] = float(np.log(np.maximum(np.mean(lengths), 1e-300)))
             far[i] = float(np.mean(valences))
@@ -274,7 +274,7 @@ def _spokes(hole: Hole, fans: list[list[int]]) -> tuple[Floats, Floats]:
 
 
 @kernel
-def _valence(twin: Int32Array, following: Int32Array, h: int) -> int:
+def count_faces(twin: Int32Array, following: Int32Array, h: int) -> int:
     """Faces around the tail of a half-edge, 4 where the border is met."""
     count = 0
     g = h

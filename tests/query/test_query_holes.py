@@ -30,6 +30,7 @@ from query.holes import (
     weld_fills,
 )
 from query.holes.assignments import TRAITS, list_assignments, measure_assignments
+from query.holes.context import N_HOLE_FEATURES, measure_hole, mirror_hole
 from query.holes.laying import LoopDisk
 from query.holes.models import shipped_models
 from query.holes.rim import HoleRim
@@ -417,7 +418,7 @@ def test_assignments_come_in_order_and_none_is_left_out() -> None:
 
 def test_trees_are_walked_as_in_plain_python() -> None:
     model = shipped_models().corners
-    features = np.random.default_rng(5).normal(size=(7, N_FEATURES)) * 3
+    features = np.random.default_rng(5).normal(size=(7, N_HOLE_FEATURES)) * 3
     logs = model.log_probabilities(features)
     for row, log in zip(features, logs, strict=True):
         scores = model.base.copy()
@@ -458,6 +459,10 @@ def test_numbers_of_a_mirror_image_are_the_mirrored_numbers() -> None:
         own = measure_loop(hole, look_around(hole))
         mirrored = measure_loop(other, look_around(other))[order]
         assert np.allclose(mirror_features(own), mirrored, atol=1e-9)
+        own = measure_hole(hole, look_around(hole))
+        assert own.shape == (len(hole), N_HOLE_FEATURES) and np.isfinite(own).all()
+        mirrored = measure_hole(other, look_around(other))[order]
+        assert np.allclose(mirror_hole(own), mirrored, atol=1e-9)
 
 
 @given(st.data())
