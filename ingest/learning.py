@@ -33,8 +33,8 @@ from patterndb.system.kernels import kernel
 #: Quads of one task of the basic mode.
 BASIC_RANGE = 2048
 
-#: Bytes of the largest census that a thread keeps for its next task: one of 300,000 patterns, more
-#: than the default limits have found in 82 meshes.
+#: Bytes of the largest census that a thread keeps for its next task: one of some 400,000 patterns,
+#: more than the default limits have found in 82 meshes.
 LARGEST_CENSUS = 256 << 20
 
 
