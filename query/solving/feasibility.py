@@ -38,6 +38,9 @@ from query.solving.systems import Int16Array, SignedRows, Systems, is_balanced, 
 #: threads end together, and so much that handing it over costs nothing.
 ROWS_PER_THREAD = 2048
 
+#: The most times that patterns are handed over: of many a thread takes more.
+MOST_SHARES = 64
+
 #: Claims likewise.
 CLAIMS_PER_THREAD = 4096
 
@@ -182,8 +185,10 @@ def _answer(
     if corners is None:
         corners = np.zeros((0, 0), np.uint8)
 
+    share = max(ROWS_PER_THREAD, len(rows) // MOST_SHARES)
+
     def run(first: int) -> None:
-        last = first + ROWS_PER_THREAD
+        last = first + share
         _mark(
             systems,
             query,
@@ -197,7 +202,7 @@ def _answer(
             fits[first:last],
         )
 
-    share_out(run, range(0, len(rows), ROWS_PER_THREAD), threads)
+    share_out(run, range(0, len(rows), share), threads)
 
 
 @kernel
