@@ -73,6 +73,7 @@ def take_pictures(folder: Path, size: str, windows: list[str]) -> None:
                 do_job(name, window)
                 state = window.saver.state
                 lists = window.findChildren(ThumbnailList)
+                window.refresh()
                 wait(
                     app,
                     lambda state=state, lists=lists: (
