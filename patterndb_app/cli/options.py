@@ -179,8 +179,13 @@ def open_database(path: DatabaseChoice, mode: Mode = "read") -> Database | Datab
     if isinstance(path, tuple):
         shares = [(share.path, share.weight) for share in path]
         return patterndb.open(shares, mode, say=say, progress=UnpackingLine().update)
-    if path is not None:
+    if path is not None and str(path) != STARTER_NAME:
         return patterndb.open(path, mode)
+    if path is not None and mode != "read":
+        raise click.UsageError(
+            "the starter database cannot be changed; 'patterndb merge --starter --db my.db' makes "
+            "one of your own that holds all of it"
+        )
     return patterndb.open(None, mode, say=say, progress=UnpackingLine().update)
 
 

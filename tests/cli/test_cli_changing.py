@@ -124,8 +124,16 @@ class TestRemove:
         assert_refused(run("remove", "a.obj", "--db", tmp_path / "a.db"), 3, "no database")
         assert not (tmp_path / "a.db").exists()
 
-    def test_the_starter_cannot_be_changed(self) -> None:
+    def test_the_starter_cannot_be_changed(self, tiny: Path) -> None:
         assert_refused(run("remove", "a.obj"), 2, "--db")
+        assert_refused(run("remove", "a.obj", "--db", ":starter:"), 2, "merge --starter")
+        assert_refused(run("merge", tiny, "--db", ":starter:"), 2, "merge --starter")
+        assert not Path(":starter:").exists()
+
+
+def test_the_starter_has_its_name_wherever_a_database_is_read() -> None:
+    assert run("stats", "--db", ":starter:", "--json").out == run("stats", "--json").out
+    assert run("diff", ":starter:", ":starter:").code == 0
 
 
 def test_json_is_one_line_of_ascii(tmp_path: Path) -> None:
