@@ -210,6 +210,8 @@ def parse_json(data: bytes | str, error: type[PatternDBError], what: str) -> Jso
     def constant(name: str) -> NoReturn:
         raise error(f"{name} is no number that JSON has; every number must be finite")
 
+    if not data.strip():
+        raise error(f"this is empty, and no JSON; it should hold {what}")
     try:
         value = json.loads(data, object_pairs_hook=entries, parse_constant=constant)
     except json.JSONDecodeError as reason:

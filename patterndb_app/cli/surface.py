@@ -282,6 +282,8 @@ def _explain_nothing(given: CurveNetwork, found: FoundCycles | None) -> str:
     """Why a network has no cycle, and what would mend it."""
     if found is not None and found.nearest_miss is not None:
         return found.nearest_miss.tell(given)
+    if not given.curves:
+        return "the network has no curves; give some, each with its points"
     dangling = 0 if found is None else len(found.dangling)
     loose = f", {dangling} of which end where nothing goes on" if dangling else ""
     return (

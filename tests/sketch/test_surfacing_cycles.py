@@ -215,6 +215,21 @@ def test_a_lone_loop_is_a_cycle_however_it_bends(degrees: float, height: float) 
     assert find_cycles(network, banned=[cycle]).cycles == ()
 
 
+@pytest.mark.parametrize("degrees", [90, 180, 270])
+@pytest.mark.parametrize("height", [0.5, 1.0, 3.0])
+def test_strips_that_hang_together_are_cycles_where_nothing_else_is(
+    degrees: float, height: float
+) -> None:
+    network = strip(degrees, height)
+    lines = [curve.points for curve in network.curves]
+    shift = [0.0, 0.0, height]
+    both = network_of_polylines([*lines, *(line + shift for line in lines[1:])])
+    found = find_cycles(both)
+    # Where the strips are long, what is left open is closed by a sixth side, too.
+    sizes = sorted(len(cycle.curves) for cycle in found.cycles)
+    assert sizes in ([4, 4], [4, 4, 6])
+
+
 def test_what_is_not_taken_is_told_with_its_curves() -> None:
     network = strip(180, 1.0, middle=True)
     found = find_cycles(network, worst=0.0)

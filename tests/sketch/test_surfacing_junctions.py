@@ -165,7 +165,7 @@ class TestKnownNetworks:
         if not drawn:
             return
         drawn = shuffled(drawn, chance)
-        network = join_polylines(drawn).network
+        network = join_polylines(drawn, tolerance=1e-6).network
         assert len(network.curves) == len(drawn)
         for points, curve in zip(drawn, network.curves, strict=True):
             assert np.array_equal(points, curve.points)

@@ -57,6 +57,11 @@ MOST_BENDING = 0.6
 #: flatness and bending say.
 CUTS = 3.0
 
+#: Badness of a cycle along one stroke if curves leave to both sides of its surface at all nodes:
+#: it is a section of what they outline, such as a great circle of a sphere. For cycles of several
+#: strokes it would cost more than it gains in the sketches at hand.
+WALLS = 1.0
+
 #: Badness per stroke of the cycle, and per corner beyond four.
 STROKE = 0.05
 CORNER = 0.15
@@ -89,6 +94,8 @@ class CycleMeasures:
     corners:  (k,) nodes at which the cycle turns by more than TURN.
     cuts:     (k,) how many nodes have a curve that runs into the surface: 1 for each with one
               within the surface, falling to 0 at 45 degrees off it and at a side of the cycle.
+    walls:    (k,) how many nodes have curves that leave to both sides of the surface: 1 for each
+              where they are at right angles to it, falling to 0 at 30 degrees.
     inward:   (s, 3) unit vectors: at each step, where the surface lies, across the curve.
     """
 
@@ -98,6 +105,7 @@ class CycleMeasures:
     bending: Floats = field(repr=False)
     corners: Floats = field(repr=False)
     cuts: Floats = field(repr=False)
+    walls: Floats = field(repr=False)
     inward: Points = field(repr=False)
 
 
@@ -115,7 +123,7 @@ def measure_cycles(
     leaving /= np.linalg.norm(leaving, axis=1)[:, None]
     steps = np.array([2 * c + back for cycle in cycles for c, back in cycle.steps], np.int64)
     first = np.r_[0, np.cumsum([len(cycle.steps) for cycle in cycles])]
-    values = np.zeros((len(cycles), 6))
+    values = np.zeros((len(cycles), 7))
     inward = np.zeros((len(steps), 3))
     for i, (a, b) in enumerate(pairwise(first.tolist())):
         _measure(
@@ -129,8 +137,8 @@ def measure_cycles(
             values[i],
             inward[a:b],
         )
-    length, flatness, area, bending, corners, cuts = np.ascontiguousarray(values.T)
-    return CycleMeasures(length, flatness, area, bending, corners, cuts, inward)
+    length, flatness, area, bending, corners, cuts, walls = np.ascontiguousarray(values.T)
+    return CycleMeasures(length, flatness, area, bending, corners, cuts, walls, inward)
 
 
 def _edges(points: Points, closed: bool) -> int:
@@ -152,7 +160,7 @@ def _measure(
     values: Floats,
     inward: Points,
 ) -> None:
-    """Write the measures of one cycle to values (6,) and inward (len(steps), 3)."""
+    """Write the measures of one cycle to values (7,) and inward (len(steps), 3)."""
     at, corner = gather_samples(steps, samples, offsets)
     n = len(at)
     middle, length = _middle(at)
@@ -172,6 +180,8 @@ def _measure(
         if tangents[out] @ tangents[back] > -math.cos(TURN):
             values[4] += 1.0
         worst = 0.0
+        above = below = 0.0
+        normal = _normal_at(at, triangles, corner[s])
         node = start[out]
         for k in range(first[node], first[node + 1]):
             other = leaving[k]
@@ -180,7 +190,10 @@ def _measure(
                 beside = min(1.0, (1.0 - along) / (1.0 - math.cos(BESIDE)))
                 cut = _cut(at, triangles, corner[s], tangents[other])
                 worst = max(worst, beside * cut)
+                sine = tangents[other] @ normal
+                above, below = max(above, sine), max(below, -sine)
         values[5] += worst
+        values[6] += max(0.0, 2.0 * min(above, below) - 1.0)
 
 
 @kernel
@@ -311,6 +324,18 @@ def _cut(at: Points, triangles: Int64Array, vertex: int, tangent: Floats) -> flo
     return cut
 
 
+@kernel
+def _normal_at(at: Points, triangles: Int64Array, vertex: int) -> Floats:
+    """The unit normal of the triangles at a vertex together, 0 if there is none."""
+    normal = np.zeros(3)
+    for t in range(len(triangles)):
+        i, k, j = triangles[t]
+        if vertex in (i, k, j):
+            normal += np.cross(at[k] - at[i], at[j] - at[i])
+    size = math.sqrt(normal @ normal)
+    return normal / size if size > 0.0 else normal
+
+
 def rate_badness(measures: CycleMeasures, n_curves: Floats, n_strokes: Floats) -> Floats:
     """(k,) the badness of cycles with so many curves and strokes (k,), inf if they enclose nothing.
 
@@ -324,6 +349,7 @@ def rate_badness(measures: CycleMeasures, n_curves: Floats, n_strokes: Floats) -
         FLATNESS * measures.flatness
         + BENDING * np.minimum(measures.bending, MOST_BENDING)
         + CUTS * measures.cuts / n_curves
+        + WALLS * np.where(n_strokes == 1, measures.walls / n_curves, 0.0)
         + STROKE * n_strokes
         + CORNER * np.maximum(measures.corners - USUAL_CORNERS, 0.0)
         + NARROWNESS * np.clip(narrowness, 0.0, MOST_NARROWNESS)

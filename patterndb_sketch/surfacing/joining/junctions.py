@@ -12,6 +12,9 @@ neighbours on a curve that are no further apart than the tolerance:
   but one are left out: that of the longest curve stays;
 - a curve whose two ends meet each other alone is closed, and is cut where others meet it alone.
 
+Without a tolerance curves meet where those that their samples stand for do
+(:mod:`patterndb_sketch.surfacing.joining.sagittas`).
+
 What curves move by to reach their nodes is spread along their pieces. What is left out is told.
 The result does not depend on the order and the senses in which the curves are given.
 """
@@ -32,6 +35,11 @@ from scipy.sparse.csgraph import connected_components
 
 from patterndb.geometry.points import Floats, Points
 from patterndb.geometry.polyline import arc_length, sample_polyline
+from patterndb_sketch.surfacing.joining.looseends import (
+    LooseEnd,
+    find_loose_ends,
+    tell_loose_ends,
+)
 from patterndb_sketch.surfacing.joining.meetings import find_joins, measure_deviation
 from patterndb_sketch.surfacing.joining.polylines import (
     SAME_PLACE,
@@ -39,6 +47,7 @@ from patterndb_sketch.surfacing.joining.polylines import (
     measure_diagonal,
     move_ends,
 )
+from patterndb_sketch.surfacing.joining.sagittas import join_smooth_crossings
 from patterndb_sketch.surfacing.naming import Step
 from patterndb_sketch.surfacing.network import (
     Curve,
@@ -110,17 +119,20 @@ class JoinedCurves:
               A piece left out because it is there twice is the other one here.
     left_out: the parts of curves that are not in the network.
     crowded:  nodes that gather places further apart than the tolerance, one by one.
+    loose:    ends where nothing goes on that are near another curve, the farthest off first.
     """
 
     network: CurveNetwork
     walks: tuple[tuple[Step, ...], ...]
     left_out: tuple[OmittedPart, ...] = ()
     crowded: tuple[CrowdedNode, ...] = ()
+    loose: tuple[LooseEnd, ...] = ()
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was left out or crowded together, a sentence each."""
-        return tuple(map(str, (*self.left_out, *self.crowded)))
+        """What was left out or crowded together, a sentence each, and what stops short."""
+        told = tuple(map(str, (*self.left_out, *self.crowded)))
+        return (*told, tell_loose_ends(self.loose)) if self.loose else told
 
 
 def network_of_polylines(
@@ -144,8 +156,9 @@ def join_polylines(
     polylines: each (k, 3) or (k, 2), open or closed (its end is its beginning). ids: their
     names, all different; by default 0, 1, ... strokes: the strokes they are parts of, by
     default the ids. tolerance: how far apart curves may pass and still meet, in the unit of the
-    points; by default SAME_PLACE of the diagonal, for curves from programs; strokes drawn by
-    hand need a hundredth of the diagonal or so.
+    points; by default SAME_PLACE of the diagonal, and between samples of smooth curves what these
+    leave out, for curves from programs; strokes drawn by hand need a hundredth of the diagonal or
+    so.
 
     Raises InvalidNetworkError for polylines without length or with points that are not finite,
     ids that are there twice, a tolerance that is no length, and if nothing is left.
@@ -162,6 +175,7 @@ def join_polylines(
         raise InvalidNetworkError(f"the curve id {twice[0]!r} is there twice; give each its own")
     drawn = [as_curve(line, f"curve {n!r}") for line, n in zip(polylines, names, strict=True)]
     diagonal = measure_diagonal(drawn)
+    sampled = tolerance is None
     tolerance = SAME_PLACE * diagonal if tolerance is None else tolerance
     if not (math.isfinite(tolerance) and tolerance >= 0):
         raise InvalidNetworkError(f"the tolerance is {tolerance}; give a length of 0 or more")
@@ -176,6 +190,7 @@ def join_polylines(
         of_strokes,
         math.ldexp(tolerance, -exponent),
         exponent,
+        sampled,
     )
     if not result.network.curves:
         raise InvalidNetworkError(
@@ -191,8 +206,11 @@ def _join(
     strokes: list[CurveId],
     tolerance: float,
     exponent: int,
+    sampled: bool,
 ) -> JoinedCurves:
     lines, order, turned = order_curves(drawn)
+    if sampled:
+        lines = join_smooth_crossings(lines, tolerance)
     alongs = [arc_length(points) for points in lines]
     for number, along in zip(order, alongs, strict=True):
         if along[-1] == 0:
@@ -202,9 +220,11 @@ def _join(
     pieces: list[Piece] = []
     runs: list[list[int]] = []
     left_out: list[list[OmittedPart]] = [[] for _ in drawn]
+    # What is less than the places that are one is nobody's concern.
+    least = tolerance if sampled else ROUNDING
 
     def leave(curve: int, reason: Reason, length: float, place: Points) -> None:
-        if length > ROUNDING:
+        if length > least:
             number = order[curve]
             place = np.ldexp(place, exponent)
             left = OmittedPart(names[number], reason, math.ldexp(length, exponent), place)
@@ -249,7 +269,8 @@ def _join(
         for number, node in nodes.items()
         if number in numbers and node.spread > CROWDED * tolerance
     )
-    return JoinedCurves(network, walks, told, tuple(CrowdedNode(*crowd) for crowd in crowded))
+    gathered = tuple(CrowdedNode(*crowd) for crowd in crowded)
+    return JoinedCurves(network, walks, told, gathered, find_loose_ends(network))
 
 
 def order_curves(drawn: list[Points]) -> tuple[list[Points], list[int], list[bool]]:

@@ -63,22 +63,8 @@ def find_joins(points: Points, starts: Int64Array, along: Floats, tolerance: flo
     pair of places, ends within the tolerance of each other at the ends, a common stretch at
     its two extremes. Raises InvalidNetworkError beyond MAX_CONTACTS.
     """
-    edges = np.delete(np.arange(len(points) - 1), starts[1:-1] - 1)
     curve_of = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-    low = np.minimum(points[edges], points[edges + 1]) - tolerance / 2
-    high = np.maximum(points[edges], points[edges + 1]) + tolerance / 2
-    # Swept along the axis on which the edges are spread furthest.
-    axis = int(np.argmax(np.ptp(points, axis=0)))
-    order = np.argsort(low[:, axis], kind="stable")
-    low, high = np.roll(low, -axis, axis=1), np.roll(high, -axis, axis=1)
-    pairs, places, distances = _contacts(
-        points, edges[order], low[order], high[order], tolerance, MAX_CONTACTS
-    )
-    if len(pairs) > MAX_CONTACTS:
-        raise InvalidNetworkError(
-            f"at a tolerance of {tolerance:g}, more than {MAX_CONTACTS:,} pairs of edges touch; "
-            "make it smaller, or give fewer points"
-        )
+    pairs, places, distances = find_contacts(points, starts, tolerance)
     key = pairs[:, 0] * len(points) + pairs[:, 1]
     by_key = np.argsort(key)
     key, pairs, places, distances = key[by_key], pairs[by_key], places[by_key], distances[by_key]
@@ -101,6 +87,36 @@ def find_joins(points: Points, starts: Int64Array, along: Floats, tolerance: flo
         tolerance,
     )
     return Joins(curves, lengths)
+
+
+def find_contacts(
+    points: Points, starts: Int64Array, tolerance: float, reaches: Floats | None = None
+) -> tuple[Int64Array, Floats, Floats]:
+    """Find the pairs of edges within the tolerance of each other, an edge with itself too.
+
+    points, starts: as :func:`find_joins` has them. reaches: (n,) for every edge how far it
+    reaches, by the number of its first point, half the tolerance or less: the boxes of both edges
+    must touch when each is so much larger. Returns the edges (k, 2), first <= second, the nearest
+    places on them (k, 2), 0 to 1, and how far these are apart (k,). Raises InvalidNetworkError
+    beyond MAX_CONTACTS.
+    """
+    edges = np.delete(np.arange(len(points) - 1), starts[1:-1] - 1)
+    reach = tolerance / 2 if reaches is None else reaches[edges, None]
+    low = np.minimum(points[edges], points[edges + 1]) - reach
+    high = np.maximum(points[edges], points[edges + 1]) + reach
+    # Swept along the axis on which the edges are spread furthest.
+    axis = int(np.argmax(np.ptp(points, axis=0)))
+    order = np.argsort(low[:, axis], kind="stable")
+    low, high = np.roll(low, -axis, axis=1), np.roll(high, -axis, axis=1)
+    pairs, places, distances = _contacts(
+        points, edges[order], low[order], high[order], tolerance, MAX_CONTACTS
+    )
+    if len(pairs) > MAX_CONTACTS:
+        raise InvalidNetworkError(
+            f"at a tolerance of {tolerance:g}, more than {MAX_CONTACTS:,} pairs of edges touch; "
+            "make it smaller, or give fewer points"
+        )
+    return pairs, places, distances
 
 
 @kernel
