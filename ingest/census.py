@@ -26,8 +26,8 @@ from patterndb.core.reduction import (
 )
 from patterndb.system.kernels import kernel
 
-#: Slots of a map that only saves work: 84 MB with their values. Most meshes need a tenth at the
-#: default limits; at deep ones what is forgotten costs a few per cent of the time.
+#: Slots of a map that only saves work: 84 MB with their values. What is forgotten at deep limits is
+#: worked out again when it is met.
 MOST_SLOTS = 1 << 22
 
 #: Most bytes that one of the 16 bits' symbols takes when it is packed.
