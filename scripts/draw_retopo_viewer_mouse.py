@@ -137,7 +137,8 @@ class Hand:
         self.tools[tool or self.state.tool.mode.tool] = caption, image
 
     def image(self, size: tuple[int, int]) -> Image.Image:
-        drawn = self._painter.compose(self.state, float(size[0]), float(size[1]))
+        share = HEIGHT / WINDOW[1]
+        drawn = self._painter.compose(self.state, share * size[0], share * size[1])
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"
             save_drawn(path, drawn, size[1])
