@@ -19,6 +19,7 @@ from viewer.retopo.keys import KEYS
 from viewer.retopo.marks import FLOW, INK, MARKED, PREVIEW, SIDES, VALENCES
 from viewer.retopo.modes import ToolMode
 from viewer.retopo.picture import RetopoPainter
+from viewer.scene import HEIGHT
 
 #: Bytes that a picture may have, and the pixels of the window and of a tool.
 LARGEST_PICTURE = 300_000
