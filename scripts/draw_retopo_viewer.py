@@ -268,7 +268,7 @@ def opened(
     name: str, source: PatternSource, tools: dict[str, tuple[str, Image.Image]]
 ) -> Iterator[Hand]:
     """A mouse over a mesh of the examples, seen from the front."""
-    state = RetopoState(Editor(smooth(name), source), title=name)
+    state = RetopoState(Editor(smooth(name), source))
     hand = Hand(state, tools)
     try:
         hand.image(TOOL)

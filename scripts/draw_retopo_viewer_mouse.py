@@ -19,6 +19,7 @@ from viewer.retopo.keys import KEYS
 from viewer.retopo.marks import FLOW, INK, MARKED, PREVIEW, SIDES, VALENCES
 from viewer.retopo.modes import ToolMode
 from viewer.retopo.picture import RetopoPainter
+from viewer.scene import HEIGHT
 
 #: Bytes that a picture may have, and the pixels of the window and of a tool.
 LARGEST_PICTURE = 300_000
@@ -137,7 +138,8 @@ class Hand:
         self.tools[tool or self.state.tool.mode.tool] = caption, image
 
     def image(self, size: tuple[int, int]) -> Image.Image:
-        drawn = self._painter.compose(self.state, float(size[0]), float(size[1]))
+        share = HEIGHT / WINDOW[1]
+        drawn = self._painter.compose(self.state, share * size[0], share * size[1])
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / "picture.png"
             save_drawn(path, drawn, size[1])

@@ -30,8 +30,9 @@ THEMES = ("light", "dark")
 #: Seconds that a window gets to paint what it shows, at most and at least.
 PATIENCE, PAUSE = 60.0, 1.5
 
-#: Seconds that it has been done for.
-SEEN = 0.3
+#: Seconds that it has been done for, and rounds of events in which that is shown: where a
+#: processor draws, one may take seconds.
+SEEN, ROUNDS = 0.3, 5
 
 #: Corners of a boundary, and of a patch, in parts of the picture's lesser side.
 SQUARE = ((-0.24, -0.24), (0.26, -0.22), (0.23, 0.24), (-0.22, 0.21))
@@ -80,6 +81,11 @@ def take_pictures(folder: Path, size: str, windows: list[str]) -> None:
                         not is_busy(state) and not any(one.is_painting for one in lists)
                     ),
                 )
+                for _ in range(ROUNDS):
+                    window._poll()
+                    window.refresh()
+                    app.processEvents()
+                wait(app, lambda lists=lists: not any(one.is_painting for one in lists))
                 path = folder / f"{name}-{size.partition('@')[0]}-{theme}.png"
                 picture = window.screen().grabWindow(window.winId()).toImage()
                 # As small as PNG gets.

@@ -27,12 +27,14 @@ class Stoppable:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._thread: int | None = None
+        #: Was it asked to stop? A kernel that it comes in makes a SystemError of it.
+        self.stopped = False
 
     @contextmanager
     def running(self) -> Generator[None]:
         """This thread may be stopped: StoppedError is raised where it is then."""
         with self._lock:
-            self._thread = threading.get_ident()
+            self._thread, self.stopped = threading.get_ident(), False
         try:
             yield
         finally:
@@ -45,6 +47,7 @@ class Stoppable:
         with self._lock:
             if self._thread is None:
                 return False
+            self.stopped = True
             number, error = ctypes.c_ulong(self._thread), ctypes.py_object(StoppedError)
             return ctypes.pythonapi.PyThreadState_SetAsyncExc(number, error) == 1
 

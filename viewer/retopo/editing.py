@@ -166,7 +166,9 @@ class EditorWorker:
                 return outcome
         except PatternDBError as error:
             return Outcome(False, str(error))
-        except StoppedError:
+        except (StoppedError, SystemError):
+            if not self._stoppable.stopped:
+                raise
             editor.return_to(kept)
             self.shown = before
             return Outcome(False, f"{call.tool} was stopped; nothing is changed")
