@@ -200,10 +200,17 @@ def details(hand: Hand) -> None:
         hand.hover((-1.0, -9.0))
         hand.after("a loop becomes one, or none")
     with hand.for_now():
+        hand.keys("9")
+        hand.press((-2.2, -7.4), (-1.4, -6.6), (-0.9, -5.8))
+        hand.before()
+        hand.release()
+        hand.hover((-1.0, -9.0))
+        hand.after("painted, quads are finer")
+    with hand.for_now():
         hand.keys("e")
         hand.press((-0.2, -7.0), (-1.4, -5.2), (-1.5, -4.8))
         hand.before()
-        hand.release()
+        hand.release("open end")
         hand.hover((-1.0, -9.0))
         hand.after("what a scribble crosses")
 
@@ -263,6 +270,13 @@ def head(hand: Hand) -> None:
     hand.after("on one half, and both get it", "symmetry")
 
 
+def draft(hand: Hand) -> None:
+    """A whole surface, as the machine proposes it."""
+    hand.before()
+    hand.keys("8")
+    hand.after("the machine begins", "draft")
+
+
 @contextmanager
 def opened(
     name: str, source: PatternSource, tools: dict[str, tuple[str, Image.Image]]
@@ -299,6 +313,8 @@ def main() -> None:
             save(hand.image(WINDOW), out / "retopo-viewer.png")
         with opened("head.obj", source, tools) as hand:
             head(hand)
+        with opened("head.obj", source, tools) as hand:
+            draft(hand)
     missing = [mode.title for mode in hand.state.tool.modes if mode.tool not in tools]
     if missing:
         sys.exit(f"no picture of: {', '.join(missing)}; draw one of each")

@@ -105,8 +105,9 @@ class Hand:
             sys.exit(f"{self.state.tool.mode.title}: {self.state.message}")
 
     def drag(self, *places: Place) -> None:
+        """Draw through places; curves may end openly, for the next one goes on from there."""
         self.press(*places)
-        self.release()
+        self.release("open end")
 
     def click(self, place: Place, told: str = "") -> None:
         self.press(place)

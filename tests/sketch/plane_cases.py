@@ -9,7 +9,7 @@ import numpy as np
 from ground_cases import grid
 
 from patterndb_sketch.retopo.ground import Ground, GroundStroke
-from patterndb_sketch.retopo.network import AtNode, Draft, Network
+from patterndb_sketch.retopo.network import AtNode, Network, OpenNetwork
 from patterndb_sketch.retopo.sizes import Sizes
 
 #: Of the cases in the plane.
@@ -50,7 +50,7 @@ def polygons(*drawn: list[tuple[float, float, bool]]) -> Network:
 
     Corners at one place are one node; sides between the same two nodes are not shared.
     """
-    draft = Draft(Network())
+    opened = OpenNetwork(Network())
     nodes: dict[tuple[float, float], int] = {}
     for polygon in drawn:
         first = next(k for k, (_, _, corner) in enumerate(polygon) if corner)
@@ -62,10 +62,12 @@ def polygons(*drawn: list[tuple[float, float, bool]]) -> Network:
                 points = line(*side)
                 for end in (side[0], side[-1]):
                     if end not in nodes:
-                        nodes[end] = draft.add_node([*end, 0.0], [0.0, 0.0, 1.0])
-                draft.add_chain(points, up(points), AtNode(nodes[side[0]]), AtNode(nodes[side[-1]]))
+                        nodes[end] = opened.add_node([*end, 0.0], [0.0, 0.0, 1.0])
+                opened.add_chain(
+                    points, up(points), AtNode(nodes[side[0]]), AtNode(nodes[side[-1]])
+                )
                 side = [(x, y)]
-    return draft.finish()
+    return opened.finish()
 
 
 def corners_of(network: Network, patch: int) -> np.ndarray:

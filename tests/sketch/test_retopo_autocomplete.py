@@ -93,21 +93,21 @@ def _with(network: Network, polygon: list[tuple[float, float, bool]]) -> Network
     from patterndb_sketch.retopo.network import (
         AtChain,
         AtNode,
-        Draft,
+        OpenNetwork,
         find_nearest_place,
         take_samples,
     )
 
     (x0, _, _), (x1, _, _), _, (_, y1, _) = polygon
-    draft = Draft(network)
+    opened = OpenNetwork(network)
     corners = []
     for x in (x0, x1):
         place = find_nearest_place(take_samples(network), (x, 0.0, 0.0), UP, 0.1)
         assert place is not None
-        corners.append(draft.end_node(AtChain(place.chain, place.place), *([np.zeros(3)] * 2)))
+        corners.append(opened.end_node(AtChain(place.chain, place.place), *([np.zeros(3)] * 2)))
     points = line((x1, 0.0), (x1, y1), (x0, y1), (x0, 0.0))
-    draft.add_chain(points, up(points), AtNode(corners[1]), AtNode(corners[0]))
-    return draft.finish()
+    opened.add_chain(points, up(points), AtNode(corners[1]), AtNode(corners[0]))
+    return opened.finish()
 
 
 def test_nothing_far_from_all_patches_and_no_more_choices_than_there_are() -> None:

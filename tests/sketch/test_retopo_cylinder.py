@@ -12,8 +12,8 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import (
     AtChain,
-    Draft,
     Network,
+    OpenNetwork,
     are_equal,
     check_network,
     find_nearest_place,
@@ -74,11 +74,11 @@ def with_corners(network: Network, z: float, degrees: list[float]) -> Network:
         point = (np.cos(angle), np.sin(angle), z)
         place = find_nearest_place(take_samples(network), point, point * np.array([1, 1, 0]), 0.1)
         assert place is not None
-        draft = Draft(network)
-        node = draft.end_node(AtChain(place.chain, place.place), np.zeros(3), np.zeros(3))
-        for half in draft.nodes[node].ends:
-            draft.flag(half, True)
-        network = draft.finish()
+        opened = OpenNetwork(network)
+        node = opened.end_node(AtChain(place.chain, place.place), np.zeros(3), np.zeros(3))
+        for half in opened.nodes[node].ends:
+            opened.flag(half, True)
+        network = opened.finish()
     return network
 
 

@@ -31,9 +31,9 @@ from patterndb_sketch.retopo.network import (
     AtChain,
     AtNode,
     BrokenNetworkError,
-    Draft,
     Free,
     Network,
+    OpenNetwork,
     add_borders,
     add_chain,
     add_loop,
@@ -120,8 +120,8 @@ def test_four_strokes_make_a_square() -> None:
 )
 def test_ends_are_counter_clockwise_whatever_order_they_come_in(degrees: list[int], random) -> None:
     random.shuffle(degrees)
-    draft = Draft(Network())
-    node = draft.add_node([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
+    opened = OpenNetwork(Network())
+    node = opened.add_node([0.0, 0.0, 0.0], [0.0, 0.0, 1.0])
     towards: dict[int, int] = {}
     for degree in degrees:
         angle = math.radians(degree)
@@ -129,11 +129,11 @@ def test_ends_are_counter_clockwise_whatever_order_they_come_in(degrees: list[in
         far = [math.cos(angle) - 0.3 * math.sin(angle), math.sin(angle) + 0.3 * math.cos(angle)]
         line = even([[0, 0], [0.5 * math.cos(angle), 0.5 * math.sin(angle)], far])
         if degree % 2:
-            half = 2 * draft.add_chain(line, up(line), AtNode(node), Free())
+            half = 2 * opened.add_chain(line, up(line), AtNode(node), Free())
         else:
-            half = 2 * draft.add_chain(line[::-1], up(line), Free(), AtNode(node)) + 1
+            half = 2 * opened.add_chain(line[::-1], up(line), Free(), AtNode(node)) + 1
         towards[half] = degree
-    network = draft.finish()
+    network = opened.finish()
     check_network(network)
     around = [towards[half] for half in network.nodes[node].ends]
     first = around.index(min(around))
@@ -156,22 +156,22 @@ def test_places_of_before_cuts_stay_where_they_were(
     else:
         network, chain = add_chain(Network(), line, up(line))
     old = network.chains[chain]
-    draft = Draft(network)
+    opened = OpenNetwork(network)
     nodes: list[int] = []
     for cut in cuts:
-        nodes.append(draft.cut_chain(chain, cut * old.segments))
-    now, place = draft.locate(chain, asked * old.segments)
+        nodes.append(opened.cut_chain(chain, cut * old.segments))
+    now, place = opened.locate(chain, asked * old.segments)
     expected = at_places(old.round, asked * old.segments)
     # A cut next to a sample is at the sample, which moves what is between by as much.
     step = np.linalg.norm(np.diff(old.round, axis=0), axis=1).max()
-    assert at_places(draft.chains[now].round, place) == pytest.approx(expected, abs=0.3 * step)
+    assert at_places(opened.chains[now].round, place) == pytest.approx(expected, abs=0.3 * step)
     wanted = [at_places(old.round, cut * old.segments) for cut in cuts]
     for node, point in zip(nodes, wanted, strict=True):
-        assert np.linalg.norm(draft.nodes[node].point - point) <= 0.1 * step + 1e-12
+        assert np.linalg.norm(opened.nodes[node].point - point) <= 0.1 * step + 1e-12
     for node in nodes:
-        if node in draft.nodes and draft.nodes[node].ends:
-            draft.flag(draft.nodes[node].ends[0], len(draft.nodes[node].ends) > 1)
-    done = draft.finish()
+        if node in opened.nodes and opened.nodes[node].ends:
+            opened.flag(opened.nodes[node].ends[0], len(opened.nodes[node].ends) > 1)
+    done = opened.finish()
     check_network(done)
     assert sum(c.length for c in done.chains.values()) == pytest.approx(old.length, rel=0.02)
 
@@ -197,9 +197,9 @@ def test_counts_split_in_proportion_and_keep_their_sum(count: int, one: float, t
 def test_a_cut_without_a_corner_leaves_the_chain_as_it_was() -> None:
     network = set_count(square(), chain_between(square(), (0, 0), (2, 0)), 12, True)
     chain = chain_between(network, (0, 0), (2, 0))
-    draft = Draft(network)
-    draft.cut_chain(chain, 30.0)
-    done = draft.finish()
+    opened = OpenNetwork(network)
+    opened.cut_chain(chain, 30.0)
+    done = opened.finish()
     check_network(done)
     again = done.chains[chain_between(done, (0, 0), (2, 0))]
     assert again.points.tobytes() == network.chains[chain].points.tobytes()
@@ -263,23 +263,23 @@ def test_a_loop_can_be_made_a_patch_against_equation_one() -> None:
     line = np.c_[circle(80)[:, :2], np.zeros(80)]
     normals = circle(80)
     network, chain = add_loop(Network(), line, normals)
-    draft = Draft(network)
+    opened = OpenNetwork(network)
     for place in (0.0, 40.0):
-        node = draft.cut_chain(chain, place)
-        for half in draft.nodes[node].ends:
-            draft.flag(half, True)
-    plain = draft.finish()
+        node = opened.cut_chain(chain, place)
+        for half in opened.nodes[node].ends:
+            opened.flag(half, True)
+    plain = opened.finish()
     check_network(plain)
     assert not plain.patches
-    draft = Draft(plain)
+    opened = OpenNetwork(plain)
     half = 2 * min(plain.chains)
-    done = draft.finish(also=[half])
+    done = opened.finish(also=[half])
     check_network(done)
     (patch,) = done.patches.values()
     assert half in patch.loop
     open_end, single = add_chain(Network(), even([[0, 0], [1, 0]]), up(even([[0, 0], [1, 0]])))
     with pytest.raises(InvalidRetopoError, match="can be no patch"):
-        Draft(open_end).finish(also=[2 * single])
+        OpenNetwork(open_end).finish(also=[2 * single])
 
 
 def test_samples_are_those_of_all_chains() -> None:

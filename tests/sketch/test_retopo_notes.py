@@ -10,7 +10,7 @@ import pytest
 from editor_cases import SIZES, do, drawn_grid, line
 from retopo_cases import plane, sphere
 
-from patterndb_sketch.retopo.draft.proposing import find_furthest
+from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import FilledNetwork, find_open_edges
 from patterndb_sketch.retopo.filling.doublets import find_doublets
@@ -49,7 +49,7 @@ def test_flipped_quads_are_told_with_their_places(source: PatternSource) -> None
     assert len(middles) == len(placed.flipped)
     there = read_places(notes[0])
     np.testing.assert_allclose(there, middles[: len(there)], atol=1e-3)
-    assert find_furthest(found, editor.ground).shape == (3,)
+    assert DraftJudge(editor.ground, None).find_furthest(found).shape == (3,)
 
 
 def plates() -> Ground:

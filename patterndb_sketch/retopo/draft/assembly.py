@@ -18,10 +18,10 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import (
     Chain,
-    Draft,
     HalfChain,
     Network,
     Node,
+    OpenNetwork,
     count_genus,
     count_handles,
     has_dead_end,
@@ -118,7 +118,7 @@ class NetworkBuilder:
         joining: float,
         corners: list[OnWall | InWedge],
     ) -> None:
-        self.draft = Draft(network, ground)
+        self.opened = OpenNetwork(network, ground)
         self.ground = ground
         self.sizes = sizes
         self.lines = lines
@@ -195,9 +195,9 @@ class NetworkBuilder:
             key = (at.chain, at.place)
             if key in self.walls:
                 continue
-            node = self.draft.cut_chain(at.chain, at.place)
+            node = self.opened.cut_chain(at.chain, at.place)
             self.walls[key] = node
-            made = self.draft.nodes[node]
+            made = self.opened.nodes[node]
             self.junctions[("W", node)] = _Junction(made.point, made.normal, False, wall=node)
 
     def _key(self, k: int, at: AtSingularity | OnLine | OnWall | InWedge) -> Key:
@@ -206,7 +206,7 @@ class NetworkBuilder:
         if isinstance(at, InWedge):
             key = ("N", at.node)
             if key not in self.junctions:
-                node = self.draft.nodes[at.node]
+                node = self.opened.nodes[at.node]
                 self.junctions[key] = _Junction(node.point, node.normal, False)
             return key
         if isinstance(at, OnWall):
@@ -256,9 +256,9 @@ class NetworkBuilder:
         points, normals = there.points.copy(), there.normals.copy()
         points[0], normals[0] = begin.point, begin.normal
         points[-1], normals[-1] = end.point, end.normal
-        chain = self.draft.new_id()
-        self.draft.chains[chain] = Chain(chain, -1, -1, points, normals)
-        self.draft.touched_chains.add(chain)
+        chain = self.opened.new_id()
+        self.opened.chains[chain] = Chain(chain, -1, -1, points, normals)
+        self.opened.touched_chains.add(chain)
         self.laid.add(chain)
         return chain
 
@@ -281,18 +281,18 @@ class NetworkBuilder:
                 elif at.through and orders == [0, 2, 3]:
                     flags[0] = False
                 node = Node(
-                    self.draft.new_id(), at.point, at.normal, ends, tuple(flags), at.through
+                    self.opened.new_id(), at.point, at.normal, ends, tuple(flags), at.through
                 )
-            self.draft.set_node(node)
+            self.opened.set_node(node)
             for _, half in at.ends:
                 name = "end" if half & 1 else "start"
-                chain = self.draft.chains[half >> 1]
-                self.draft.chains[half >> 1] = replace(chain, **{name: node.id})
+                chain = self.opened.chains[half >> 1]
+                self.opened.chains[half >> 1] = replace(chain, **{name: node.id})
 
     def _flag_drawn(self) -> None:
         """At nodes of curves that were drawn, wedges without a patch are corners where the field
         has one, and else straight."""
-        before = self.draft.before
+        before = self.opened.before
         taken = before.patch_of()
         drawn = {
             node
@@ -301,19 +301,19 @@ class NetworkBuilder:
             for node in (chain.start, chain.end)
         }
         for number in sorted(drawn):
-            old, now = before.nodes[number], self.draft.nodes[number]
+            old, now = before.nodes[number], self.opened.nodes[number]
             flags = tuple(
                 flag if half in taken or before.mark(half) else half in self.wedge_corners
                 for half, flag in zip(old.ends, old.flagged, strict=True)
             )
-            self.draft.set_node(replace(now, flagged=flags))
+            self.opened.set_node(replace(now, flagged=flags))
 
     def _fill_wedges(self, number: int) -> Node:
         """A node that was there, with what ends there now in its wedges."""
-        node = self.draft.nodes[number]
+        node = self.opened.nodes[number]
         added: dict[HalfChain, list[tuple[float, HalfChain]]] = {}
         for first, order, half in self.in_wedges.get(number, []):
-            added.setdefault(self.draft.half_now(first), []).append((order, half))
+            added.setdefault(self.opened.half_now(first), []).append((order, half))
         ends: list[HalfChain] = []
         flags: list[bool] = []
         for end, flag in zip(node.ends, node.flagged, strict=True):
@@ -325,7 +325,7 @@ class NetworkBuilder:
     def _open_wall(self, at: _Junction, corner: bool, beyond: bool) -> Node:
         """A node on a chain that was there, with what ends there on its left and its right; corner,
         beyond: is it a corner of what is there, too, without a line?"""
-        old = self.draft.nodes[at.wall]
+        old = self.opened.nodes[at.wall]
         forth, back = old.ends
         left = [half for order, half in at.ends if order < BEYOND]
         right = [half for order, half in at.ends if order >= BEYOND]
@@ -337,8 +337,8 @@ class NetworkBuilder:
         return replace(old, ends=ends, flagged=flags)
 
     def _finish(self) -> Network:
-        nodes, chains = self.draft.nodes, self.draft.chains
-        taken = self.draft.before.patch_of()
+        nodes, chains = self.opened.nodes, self.opened.chains
+        taken = self.opened.before.patch_of()
         kept = {h for h in taken if h >> 1 in chains}
         forced: list[HalfChain] = []
         seen: set[HalfChain] = set()
@@ -362,11 +362,11 @@ class NetworkBuilder:
                         f"{len(corners)} corners, and cannot be filled; draw a curve through it"
                     )
                 forced.append(loop[0])
-        return self.draft.finish(also=forced)
+        return self.opened.finish(also=forced)
 
     def _ends(self, half: HalfChain) -> tuple[int, ...]:
         """The nodes of a half-chain's curve."""
-        chain = self.draft.chains[half >> 1]
+        chain = self.opened.chains[half >> 1]
         return () if chain.loose else (chain.start, chain.end)
 
 

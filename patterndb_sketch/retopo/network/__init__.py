@@ -21,13 +21,14 @@ What a curve is joined to is an End:
 
 Single edits are functions: :func:`add_chain`, :func:`add_loop`, :func:`cut_chain`,
 :func:`remove_chains`, :func:`set_count`, :func:`set_choice`. A tool that makes several takes
-a :class:`Draft`, in which chains that were cut may still be named by their old ids and places::
+an :class:`OpenNetwork`, in which chains that were cut may still be named by their old ids and
+places::
 
-    draft = Draft(network)
-    left = draft.add_chain(points, normals, AtChain(5, 12.0), Free())
-    right = draft.add_chain(others, normals, AtChain(5, 30.0), AtNode(node))
-    draft.flag(2 * left, False)       # the wedge on its left is passed straight
-    network = draft.finish()        # patches are found again, only where something changed
+    opened = OpenNetwork(network)
+    left = opened.add_chain(points, normals, AtChain(5, 12.0), Free())
+    right = opened.add_chain(others, normals, AtChain(5, 30.0), AtNode(node))
+    opened.flag(2 * left, False)       # the wedge on its left is passed straight
+    network = opened.finish()        # patches are found again, only where something changed
 
 A network stays a drawing on its ground: both ends of a new chain go into one face, whatever
 directions say, and :func:`count_genus` is never above the ground's :func:`count_handles`. What
@@ -43,15 +44,14 @@ hold.
 A network also keeps how dense its quads shall be (:mod:`.density`): brush strokes, by which the
 lengths of chains are measured where counts are chosen and chains divided.
 
-Read :mod:`.structure`, :mod:`.faces`, :mod:`.samples`; then how a draft changes: :mod:`.cutting`,
-:mod:`.attaching`, :mod:`.draft`, :mod:`.edits`; how a curve is inserted that may cross others:
-:mod:`.crossings`, :mod:`.stops`, :mod:`.insertion`; which loops are patches: :mod:`.flooding`,
-:mod:`.patches`; and what always holds: :mod:`.invariants`.
+Read :mod:`.structure`, :mod:`.faces`, :mod:`.samples`; then how an open network
+changes: :mod:`.cutting`, :mod:`.attaching`, :mod:`.opennetwork`, :mod:`.edits`; how a curve is
+inserted that may cross others: :mod:`.crossings`, :mod:`.stops`, :mod:`.insertion`; which loops
+are patches: :mod:`.flooding`, :mod:`.patches`; and what always holds: :mod:`.invariants`.
 """
 
 from patterndb_sketch.retopo.network.attaching import Gap
 from patterndb_sketch.retopo.network.density import EVEN, BrushStroke, Density
-from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft, End, Free
 from patterndb_sketch.retopo.network.edits import (
     Edit,
     add_borders,
@@ -70,6 +70,7 @@ from patterndb_sketch.retopo.network.faces import (
     walk_face,
 )
 from patterndb_sketch.retopo.network.invariants import BrokenNetworkError, are_equal, check_network
+from patterndb_sketch.retopo.network.opennetwork import AtChain, AtNode, End, Free, OpenNetwork
 from patterndb_sketch.retopo.network.patches import (
     Enclosed,
     find_patches,
@@ -114,7 +115,6 @@ __all__ = [
     "BrushStroke",
     "Chain",
     "Density",
-    "Draft",
     "Edit",
     "Enclosed",
     "End",
@@ -123,6 +123,7 @@ __all__ = [
     "HalfChain",
     "Network",
     "Node",
+    "OpenNetwork",
     "Patch",
     "Samples",
     "add_borders",

@@ -1,4 +1,4 @@
-"""Edit a network once, by a function; several edits at once are a :class:`Draft`'s."""
+"""Edit a network once, by a function; several edits at once are a :class:`OpenNetwork`'s."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.draft import Draft, End, Free
+from patterndb_sketch.retopo.network.opennetwork import End, Free, OpenNetwork
 from patterndb_sketch.retopo.network.structure import BORDER, Network
 
 
@@ -51,41 +51,41 @@ def add_chain(
     start: End = Free(),  # noqa: B008 (immutable)
     end: End = Free(),  # noqa: B008
 ) -> tuple[Network, int]:
-    """With a chain that crosses no other; its id. See :meth:`Draft.add_chain`."""
-    draft = Draft(network)
-    chain = draft.add_chain(points, normals, start, end)
-    return draft.finish(), chain
+    """With a chain that crosses no other; its id. See :meth:`OpenNetwork.add_chain`."""
+    opened = OpenNetwork(network)
+    chain = opened.add_chain(points, normals, start, end)
+    return opened.finish(), chain
 
 
 def add_loop(network: Network, points: ArrayLike, normals: ArrayLike) -> tuple[Network, int]:
-    """With a closed chain that crosses no other; its id. See :meth:`Draft.add_loop`."""
-    draft = Draft(network)
-    chain = draft.add_loop(points, normals)
-    return draft.finish(), chain
+    """With a closed chain that crosses no other; its id. See :meth:`OpenNetwork.add_loop`."""
+    opened = OpenNetwork(network)
+    chain = opened.add_loop(points, normals)
+    return opened.finish(), chain
 
 
 def cut_chain(
     network: Network, chain: int, place: float, at: tuple[Points, Points] | None = None
 ) -> tuple[Network, int]:
     """With a chain cut by a corner (on both sides) at a place; the node."""
-    draft = Draft(network)
-    node = draft.cut_chain(chain, place, at)
+    opened = OpenNetwork(network)
+    node = opened.cut_chain(chain, place, at)
     if node not in network.nodes:
-        for half in draft.nodes[node].ends:
-            draft.flag(half, True)
-    return draft.finish(), node
+        for half in opened.nodes[node].ends:
+            opened.flag(half, True)
+    return opened.finish(), node
 
 
 def remove_chains(network: Network, chains: Iterable[int]) -> Network:
-    """Without some chains; nodes that they leave stay corners. See :meth:`Draft.remove_chain`.
+    """Without some chains; nodes that they leave stay corners: :meth:`OpenNetwork.remove_chain`.
 
     :func:`~patterndb_sketch.retopo.tools.erase.erase_chains` also joins what the removed
     ones had cut.
     """
-    draft = Draft(network)
+    opened = OpenNetwork(network)
     for chain in sorted(set(chains)):
-        draft.remove_chain(chain)
-    return draft.finish(forget=True)
+        opened.remove_chain(chain)
+    return opened.finish(forget=True)
 
 
 def set_count(network: Network, chain: int, count: int, pinned: bool = False) -> Network:
@@ -111,7 +111,7 @@ def add_borders(network: Network, ground: Ground, sampling: float) -> Network:
     The surface is on the left of the chains, and never a patch on their right. From then on the
     network knows the ground.
     """
-    draft = Draft(network, ground)
+    opened = OpenNetwork(network, ground)
     for loop in trace_borders(ground):
         corners, up = ground.vertices[loop], ground.normals[loop]
         after, up_after = np.roll(corners, -1, axis=0), np.roll(up, -1, axis=0)
@@ -119,12 +119,12 @@ def add_borders(network: Network, ground: Ground, sampling: float) -> Network:
         parts = [max(1, math.ceil(length / sampling)) for length in lengths]
         edge = np.repeat(np.arange(len(loop)), parts)
         share = np.concatenate([np.arange(k) / k for k in parts])[:, None]
-        draft.add_loop(
+        opened.add_loop(
             corners[edge] + share * (after - corners)[edge],
             units(up[edge] + share * (up_after - up)[edge]),
             marks=("", BORDER),
         )
-    return draft.finish()
+    return opened.finish()
 
 
 def trace_borders(ground: Ground) -> list[Int32Array]:

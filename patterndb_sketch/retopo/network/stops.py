@@ -12,7 +12,7 @@ from patterndb.geometry.points import Points, units
 from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.network.attaching import Gap
 from patterndb_sketch.retopo.network.crossings import Crossings, find_crossings, order_crossings
-from patterndb_sketch.retopo.network.draft import Draft
+from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import interpolate_places, take_chain_samples
 from patterndb_sketch.retopo.network.structure import Chain, HalfChain, Node
 
@@ -56,7 +56,7 @@ class Stop:
 
 
 def make_stops(
-    draft: Draft,
+    opened: OpenNetwork,
     line: Points,
     up: Points,
     along: NDArray[np.float64],
@@ -69,9 +69,9 @@ def make_stops(
 
     passed: half-chains that leave nodes on the curve: it does not cross them there.
     """
-    found = find_crossings(line, up, False, take_chain_samples(draft.chains))
+    found = find_crossings(line, up, False, take_chain_samples(opened.chains))
     if passed:
-        found = found.select(_list_elsewhere(draft, found, passed, near.node))
+        found = found.select(_list_elsewhere(opened, found, passed, near.node))
     if not len(found):
         return []
     at = np.interp(found.along, np.arange(len(along)), along)
@@ -79,27 +79,27 @@ def make_stops(
         2 * int(chain) + (not rightward)
         for chain, rightward in zip(found.chain, found.rightward, strict=True)
     ]
-    order = order_crossings(draft.nodes, draft.chains, at, crossed, near.node)
+    order = order_crossings(opened.nodes, opened.chains, at, crossed, near.node)
     if order != sorted(order):
         found = found.select(order)
         at = np.maximum.accumulate(at[order])
     points, normals = interpolate_places(line, up, found.along)
     for k, chain in enumerate(found.chain):
-        old = draft.chains[int(chain)]
+        old = opened.chains[int(chain)]
         there, above = interpolate_places(old.points, old.normals, found.place[k : k + 1])
         points[k] = 0.5 * (points[k] + there[0])
         normals[k] = units((normals[k] + above[0])[None])[0]
     points, normals = project(points, normals)
-    limits = _find_overshoots(draft, found, at, float(along[-1]), points, joints, near.ends)
+    limits = _find_overshoots(opened, found, at, float(along[-1]), points, joints, near.ends)
     stops: list[Stop] = []
     for k in range(len(found)):
-        chain, place = draft.locate(int(found.chain[k]), float(found.place[k]))
-        line_of = draft.chains[chain]
-        near_end = _find_near_end(draft, line_of, place, near.node, limits)
+        chain, place = opened.locate(int(found.chain[k]), float(found.place[k]))
+        line_of = opened.chains[chain]
+        near_end = _find_near_end(opened, line_of, place, near.node, limits)
         if near_end is None:
-            node = draft.cut_chain(chain, place, (points[k], normals[k]))
-            pieces = draft.pieces([chain])
-            half = next(h for h in draft.nodes[node].ends if h >> 1 in pieces)
+            node = opened.cut_chain(chain, place, (points[k], normals[k]))
+            pieces = opened.pieces([chain])
+            half = next(h for h in opened.nodes[node].ends if h >> 1 in pieces)
             off = 0.0
         else:
             off, node, half = near_end
@@ -120,12 +120,12 @@ def make_stops(
 
 
 def _list_elsewhere(
-    draft: Draft, found: Crossings, passed: Collection[HalfChain], near: float
+    opened: OpenNetwork, found: Crossings, passed: Collection[HalfChain], near: float
 ) -> list[int]:
     """The numbers of the crossings that are not where one of these half-chains begins."""
     elsewhere: list[int] = []
     for k in range(len(found)):
-        ends = _measure_ends(draft.chains[int(found.chain[k])], float(found.place[k]))
+        ends = _measure_ends(opened.chains[int(found.chain[k])], float(found.place[k]))
         if not any(half in passed and off <= near for off, _, half in ends):
             elsewhere.append(k)
     return elsewhere
@@ -142,7 +142,7 @@ def _measure_ends(chain: Chain, place: float) -> list[tuple[float, int, HalfChai
 
 
 def _find_overshoots(
-    draft: Draft,
+    opened: OpenNetwork,
     found: Crossings,
     at: NDArray[np.float64],
     whole: float,
@@ -154,12 +154,12 @@ def _find_overshoots(
     crossings are at the node, for a hand overshoots."""
     limits: dict[HalfChain, float] = {}
     for k in range(len(found)):
-        chain, place = draft.locate(int(found.chain[k]), float(found.place[k]))
-        ends = _measure_ends(draft.chains[chain], place)
+        chain, place = opened.locate(int(found.chain[k]), float(found.place[k]))
+        ends = _measure_ends(opened.chains[chain], place)
         for joint, off, reach in zip(joints, (at[k], whole - at[k]), reaches, strict=True):
             if joint is None or off > reach:
                 continue
-            if np.linalg.norm(draft.nodes[joint].point - points[k]) > reach:
+            if np.linalg.norm(opened.nodes[joint].point - points[k]) > reach:
                 continue
             far, half = min(
                 ((far, half) for far, node, half in ends if node == joint), default=(np.inf, -1)
@@ -170,11 +170,11 @@ def _find_overshoots(
 
 
 def _find_near_end(
-    draft: Draft, chain: Chain, place: float, near: float, limits: dict[HalfChain, float]
+    opened: OpenNetwork, chain: Chain, place: float, near: float, limits: dict[HalfChain, float]
 ) -> tuple[float, int, HalfChain] | None:
     """The end of a chain that a crossing is at: how far off it is, the node, and the half-chain
     that leaves it."""
-    now = {draft.half_now(half): limit for half, limit in limits.items()}
+    now = {opened.half_now(half): limit for half, limit in limits.items()}
     ends = _measure_ends(chain, place)
     close = [end for end in ends if end[0] <= now.get(end[2], 0.0)]
     close = close or [end for end in ends if end[0] <= near]
@@ -198,7 +198,7 @@ class PassedEnd:
 
 
 def join_passed_ends(
-    draft: Draft,
+    opened: OpenNetwork,
     line: Points,
     up: Points,
     along: NDArray[np.float64],
@@ -217,30 +217,32 @@ def join_passed_ends(
     if reach <= 0.0:
         return found
     low, high = line.min(axis=0) - reach, line.max(axis=0) + reach
-    for node in sorted(draft.nodes):
-        at = draft.nodes[node]
+    for node in sorted(opened.nodes):
+        at = opened.nodes[node]
         if not at.open or node in joints or (at.point < low).any() or (at.point > high).any():
             continue
         stem = at.ends[0]
-        chain = draft.chains[stem >> 1]
+        chain = opened.chains[stem >> 1]
         if chain.marked or chain.length <= LONG * reach:
             continue
-        place = _find_meeting(draft, line, up, along, at, reach)
+        place = _find_meeting(opened, line, up, along, at, reach)
         if place is None:
             continue
         s = float(np.interp(place, np.arange(len(along)), along))
         if not reach < s < along[-1] - reach:
             continue
         foot, normal = interpolate_places(line, up, np.array([place]))
-        if _lead_end(draft, at, foot[0], normal[0], project):
+        if _lead_end(opened, at, foot[0], normal[0], project):
             found.append(PassedEnd(node, stem, s))
     return found
 
 
-def find_open_ends(draft: Draft, line: Points, up: Points, reach: float) -> NDArray[np.float64]:
+def find_open_ends(
+    opened: OpenNetwork, line: Points, up: Points, reach: float
+) -> NDArray[np.float64]:
     """(k,) the samples of a curve (n, 3) that are nearest to open ends within a radius."""
     found: list[float] = []
-    for at in draft.nodes.values():
+    for at in opened.nodes.values():
         if at.open:
             away = np.where(up @ at.normal > 0.0, np.linalg.norm(line - at.point, axis=1), np.inf)
             k = int(np.argmin(away))
@@ -249,24 +251,29 @@ def find_open_ends(draft: Draft, line: Points, up: Points, reach: float) -> NDAr
     return np.array(found)
 
 
-def straighten_passed(draft: Draft, passed: Iterable[PassedEnd]) -> None:
+def straighten_passed(opened: OpenNetwork, passed: Iterable[PassedEnd]) -> None:
     """Make the nodes T-junctions: the curve passes them straight on the side without a stem."""
     for one in passed:
-        at = draft.nodes.get(draft.node_now(one.node))
+        at = opened.nodes.get(opened.node_now(one.node))
         if at is None or at.valence != 3:
             continue
-        far = (at.ends.index(draft.half_now(one.stem)) + 1) % 3
+        far = (at.ends.index(opened.half_now(one.stem)) + 1) % 3
         flags = tuple(k != far for k in range(3))
-        draft.set_node(replace(at, flagged=flags, cut=True))
+        opened.set_node(replace(at, flagged=flags, cut=True))
 
 
 def _find_meeting(
-    draft: Draft, line: Points, up: Points, along: NDArray[np.float64], at: Node, reach: float
+    opened: OpenNetwork,
+    line: Points,
+    up: Points,
+    along: NDArray[np.float64],
+    at: Node,
+    reach: float,
 ) -> float | None:
     """The place on the curve that an open end belongs to: where its chain crosses it first,
     within the radius, else the nearest within it. None if there is none."""
     stem = at.ends[0]
-    chain = draft.chains[stem >> 1]
+    chain = opened.chains[stem >> 1]
     found = find_crossings(line, up, False, take_chain_samples({chain.id: chain}))
     if len(found):
         whole = arc_length(chain.points)
@@ -286,10 +293,12 @@ def _find_meeting(
     return float(k + share[k]) if away[k] <= reach else None
 
 
-def _lead_end(draft: Draft, at: Node, foot: Points, normal: Points, project: Project) -> bool:
+def _lead_end(
+    opened: OpenNetwork, at: Node, foot: Points, normal: Points, project: Project
+) -> bool:
     """Let the chain of an open end run to a point (3,), if nothing is between; did it?"""
     stem = at.ends[0]
-    chain = draft.chains[stem >> 1]
+    chain = opened.chains[stem >> 1]
     points, normals = chain.directed(stem)
     # What is beyond the point, seen along the chain, goes.
     keep = int(np.argmin(np.linalg.norm(points - foot, axis=1)))
@@ -306,12 +315,12 @@ def _lead_end(draft: Draft, at: Node, foot: Points, normal: Points, project: Pro
     if len(led) > 1:
         led[1:], above[1:] = project(led[1:], above[1:])
     points, normals = np.concatenate([led, points]), np.concatenate([above, normals])
-    others = take_chain_samples({c: other for c, other in draft.chains.items() if c != chain.id})
+    others = take_chain_samples({c: other for c, other in opened.chains.items() if c != chain.id})
     new = slice(len(led) + 1)
     if keep == 0 and len(find_crossings(points[new], normals[new], False, others)):
         return False
-    draft.set_node(replace(at, point=foot.copy(), normal=normal.copy()))
+    opened.set_node(replace(at, point=foot.copy(), normal=normal.copy()))
     if stem & 1:
         points, normals = points[::-1], normals[::-1]
-    draft.reshape_chain(chain.id, points, normals)
+    opened.reshape_chain(chain.id, points, normals)
     return True

@@ -17,11 +17,11 @@ from patterndb_sketch.retopo.network import (
     NONE,
     SYMMETRY,
     Chain,
-    Draft,
     Edit,
     HalfChain,
     Network,
     Node,
+    OpenNetwork,
     Patch,
     walk_face,
 )
@@ -85,10 +85,10 @@ class _Images:
         both = replace(both, patches=patches, next_id=next(self.ids))
         notes: list[str] = []
         if self.off:
-            draft = Draft(both)
+            opened = OpenNetwork(both)
             for chain in sorted(self.off):
-                draft.remove_chain(chain)
-            both = draft.finish()
+                opened.remove_chain(chain)
+            both = opened.finish()
             notes.append(
                 f"the surface is not symmetric: the images of {len(self.off)} curves, up to "
                 f"{max(self.off.values()):.4g} off it, are left out"

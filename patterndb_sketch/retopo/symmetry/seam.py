@@ -19,11 +19,11 @@ from patterndb_sketch.retopo.network import (
     SYMMETRY,
     AtNode,
     Chain,
-    Draft,
     Edit,
     Gap,
     HalfChain,
     Network,
+    OpenNetwork,
 )
 from patterndb_sketch.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.network.samples import (
@@ -64,27 +64,27 @@ def begin_symmetry(network: Network, half: Half, sampling: float) -> Edit:
     """
     if any(SYMMETRY in chain.marks for chain in network.chains.values()):
         raise RefusedError("symmetry is on already; switch it off before you take another plane")
-    draft = Draft(network)
-    parting = cut_at_plane(draft, half)
-    level = [draft.chains[chain] for chain in parting.level]
+    opened = OpenNetwork(network)
+    parting = cut_at_plane(opened, half)
+    level = [opened.chains[chain] for chain in parting.level]
     # Nodes that have nothing but what lies in the plane are none of the seam.
     joined = [
         node
-        for node in find_nodes_on_plane(draft, half)
-        if any(end >> 1 not in parting.level for end in draft.nodes[node].ends)
+        for node in find_nodes_on_plane(opened, half)
+        if any(end >> 1 not in parting.level for end in opened.nodes[node].ends)
     ]
     lines = [_sample_run(half, run, sampling) for run in half.seams()]
-    places = _place_nodes(draft, joined, lines, NEAR_SEAM * sampling, half.near)
+    places = _place_nodes(opened, joined, lines, NEAR_SEAM * sampling, half.near)
     kept: set[int] = set()
     for k, line in enumerate(lines):
-        kept |= _add_line(draft, half, line, places[k], level)
+        kept |= _add_line(opened, half, line, places[k], level)
     for chain in level:
         if chain.id not in kept:
-            draft.remove_chain(chain.id)
+            opened.remove_chain(chain.id)
     for node in {node for at in places for _, node in at}:
-        if node in draft.nodes and draft.nodes[node].valence > 1:
-            draft.flag(_order_from_outside(draft, half, node)[-1], False)
-    after = draft.finish()
+        if node in opened.nodes and opened.nodes[node].valence > 1:
+            opened.flag(_order_from_outside(opened, half, node)[-1], False)
+    after = opened.finish()
     # A patch beyond, all of whose curves have become the seam, is left.
     inside = {
         patch: one
@@ -144,16 +144,16 @@ def _sample_run(half: Half, run: SeamRun, sampling: float) -> SeamLine:
 
 
 def _place_nodes(
-    draft: Draft, nodes: list[int], lines: list[SeamLine], reach: float, near: float
+    opened: OpenNetwork, nodes: list[int], lines: list[SeamLine], reach: float, near: float
 ) -> list[list[tuple[float, int]]]:
-    """For every line of the seam the places and nodes of a draft that are on it, in order.
+    """For every line of the seam the places and nodes of an open network that are on it, in order.
 
     reach: how far a node may be off; it is moved there unless it is ``near``. An open line has
     nodes at its ends.
     """
     found: list[list[tuple[float, int]]] = [[] for _ in lines]
     for node in nodes:
-        at = draft.nodes[node]
+        at = opened.nodes[node]
         close = [
             (place.distance, k, place.place)
             for k, line in enumerate(lines)
@@ -170,7 +170,7 @@ def _place_nodes(
             place = float(round(place))
         if off > near:
             points, normals = interpolate_places(line.points, line.normals, np.array([place]))
-            draft.move_node(node, points[0], normals[0])
+            opened.move_node(node, points[0], normals[0])
         found[k].append((place, node))
     for line, places in zip(lines, found, strict=True):
         places.sort()
@@ -179,30 +179,34 @@ def _place_nodes(
         for place in (0, len(line.chain.points) - 1):
             if all(there != place for there, _ in places):
                 point, normal = line.chain.points[place], line.chain.normals[place]
-                places.append((float(place), draft.add_node(point, normal)))
+                places.append((float(place), opened.add_node(point, normal)))
         places.sort()
     return found
 
 
 def _add_line(
-    draft: Draft, half: Half, line: SeamLine, places: list[tuple[float, int]], level: list[Chain]
+    opened: OpenNetwork,
+    half: Half,
+    line: SeamLine,
+    places: list[tuple[float, int]],
+    level: list[Chain],
 ) -> set[int]:
-    """Add a line of the seam to a draft, from node to node; the chains of ``level`` that are in
-    its place already stay, and are marked. Returns their ids."""
+    """Add a line of the seam to an open network, from node to node; the chains of ``level`` that
+    are in its place already stay, and are marked. Returns their ids."""
     points, normals = line.chain.points, line.chain.normals
     marks = ("", SYMMETRY)
     if not places:
         for chain in level:
             if chain.loose and is_alongside(chain, points):
-                return {_mark_side(draft, chain, points)}
-        draft.add_loop(points, normals, marks=marks)
+                return {_mark_side(opened, chain, points)}
+        opened.add_loop(points, normals, marks=marks)
         return set()
     kept: set[int] = set()
     n = len(points)
     ends = [*places[1:], (places[0][0] + n, places[0][1])] if line.closed else places[1:]
     for (begin, one), (finish, two) in zip(places, ends, strict=False):
         if finish - begin <= AT_END:
-            x, y, z = draft.nodes[one].point.tolist()
+            x, y, z = opened.nodes[one].point.tolist()
             raise RefusedError(
                 f"two curves cross the plane at one place, ({x:.6g}, {y:.6g}, {z:.6g}), and do "
                 "not meet there; move or erase one of them"
@@ -216,14 +220,14 @@ def _add_line(
             if {chain.start, chain.end} == {one, two} and is_alongside(chain, piece)
         ]
         if same:
-            kept.add(_mark_side(draft, same[0], piece))
+            kept.add(_mark_side(opened, same[0], piece))
             continue
-        gaps = _find_gap(draft, half, one, True), _find_gap(draft, half, two, False)
-        draft.add_chain(piece, up, AtNode(one), AtNode(two), marks=marks, gaps=gaps)
+        gaps = _find_gap(opened, half, one, True), _find_gap(opened, half, two, False)
+        opened.add_chain(piece, up, AtNode(one), AtNode(two), marks=marks, gaps=gaps)
     return kept
 
 
-def _mark_side(draft: Draft, chain: Chain, line: Points) -> int:
+def _mark_side(opened: OpenNetwork, chain: Chain, line: Points) -> int:
     """Mark the side of a chain that is on the right of a polyline (n, 3) beside it."""
     k = len(line) // 2
     ahead = line[(k + 1) % len(line)] - line[k]
@@ -232,26 +236,26 @@ def _mark_side(draft: Draft, chain: Chain, line: Points) -> int:
     one, two = (near, (near + 1) % m) if chain.loose or near + 1 < m else (near - 1, near)
     along = float((chain.points[two] - chain.points[one]) @ ahead) > 0.0
     marks = ("", SYMMETRY) if along else (SYMMETRY, "")
-    draft.chains[chain.id] = replace(draft.chains[chain.id], marks=marks)
+    opened.chains[chain.id] = replace(opened.chains[chain.id], marks=marks)
     return chain.id
 
 
-def _find_gap(draft: Draft, half: Half, node: int, leaving: bool) -> Gap | None:
+def _find_gap(opened: OpenNetwork, half: Half, node: int, leaving: bool) -> Gap | None:
     """Where at a node the seam goes: it leaves before all curves of the half, counter-clockwise
     from the outside, and arrives after them."""
-    if not draft.nodes[node].ends:
+    if not opened.nodes[node].ends:
         return None
-    ends = _order_from_outside(draft, half, node)
+    ends = _order_from_outside(opened, half, node)
     return Gap(ends[0], False) if leaving else Gap(ends[-1], True)
 
 
-def _order_from_outside(draft: Draft, half: Half, node: int) -> tuple[HalfChain, ...]:
+def _order_from_outside(opened: OpenNetwork, half: Half, node: int) -> tuple[HalfChain, ...]:
     """The ends of a node on the plane, counter-clockwise from the direction out of the half."""
-    at = draft.nodes[node]
+    at = opened.nodes[node]
     outward = -np.array(half.plane.normal)
     turns: list[float] = []
     for end in at.ends:
-        chain = draft.chains[end >> 1]
+        chain = opened.chains[end >> 1]
         reach = SAMPLES_AHEAD * chain.length / chain.segments
         turns.append(
             measure_turn(at.normal, outward, find_departure(chain.points, bool(end & 1), reach))
@@ -273,48 +277,48 @@ class Parting:
     cut: int
 
 
-def cut_at_plane(draft: Draft, half: Half) -> Parting:
-    """Cut the chains of a draft where they cross the plane, and drop what lies beyond it.
+def cut_at_plane(opened: OpenNetwork, half: Half) -> Parting:
+    """Cut the chains of an open network where they cross the plane, and drop what lies beyond it.
 
     Chains in the plane stay, for the caller to use or drop.
     """
     level: list[int] = []
     beyond, cut = 0, 0
-    for chain in sorted(draft.chains):
-        old = draft.chains[chain]
+    for chain in sorted(opened.chains):
+        old = opened.chains[chain]
         height = measure_heights(half, old.points)
         if not height.any():
             level.append(chain)
             continue
         if not (height > 0.0).any():
-            draft.remove_chain(chain)
+            opened.remove_chain(chain)
             beyond += BORDER not in old.marks
             continue
         places = find_plane_crossings(height, old.loose)
         for place in places:
             points, normals = interpolate_places(old.points, old.normals, np.array([place]))
-            known = set(draft.nodes)
-            node = draft.cut_chain(chain, place, (half.plane.flatten(points)[0], normals[0]))
-            point, normal = draft.nodes[node].point, draft.nodes[node].normal
+            known = set(opened.nodes)
+            node = opened.cut_chain(chain, place, (half.plane.flatten(points)[0], normals[0]))
+            point, normal = opened.nodes[node].point, opened.nodes[node].normal
             if node in known and measure_heights(half, point[None]).any():
                 # A crossing so near to an end is the end, which may lie a little off.
-                draft.move_node(node, half.plane.flatten(point[None])[0], normal)
+                opened.move_node(node, half.plane.flatten(point[None])[0], normal)
         cut += bool(places) and BORDER not in old.marks
-        for piece in sorted(draft.pieces([chain])):
-            there = measure_heights(half, draft.chains[piece].points)
+        for piece in sorted(opened.pieces([chain])):
+            there = measure_heights(half, opened.chains[piece].points)
             if not there.any():
                 level.append(piece)
             elif there.sum() < 0.0:
-                draft.remove_chain(piece)
+                opened.remove_chain(piece)
     return Parting(tuple(level), beyond, cut)
 
 
-def find_nodes_on_plane(draft: Draft, half: Half) -> list[int]:
-    """The nodes of a draft that are on the plane."""
-    ids = sorted(node for node, at in draft.nodes.items() if at.ends)
+def find_nodes_on_plane(opened: OpenNetwork, half: Half) -> list[int]:
+    """The nodes of an open network that are on the plane."""
+    ids = sorted(node for node, at in opened.nodes.items() if at.ends)
     if not ids:
         return []
-    points: Points = np.array([draft.nodes[node].point for node in ids])
+    points: Points = np.array([opened.nodes[node].point for node in ids])
     return [
         node
         for node, h in zip(ids, measure_heights(half, points).tolist(), strict=True)

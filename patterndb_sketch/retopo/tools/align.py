@@ -13,8 +13,8 @@ from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Word
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, smoothing_targets
-from patterndb_sketch.retopo.network.draft import AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.opennetwork import AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -102,9 +102,9 @@ def align_chain(
         line.points, line.normals, line.loose, ground, sizes, salience, mode
     )
     points, normals = even_course(points, normals, ground, sizes, line.loose)
-    draft = Draft(network)
-    draft.reshape_chain(chain, points, normals)
-    after = draft.finish()
+    opened = OpenNetwork(network)
+    opened.reshape_chain(chain, points, normals)
+    after = opened.finish()
     notes = _note_rest(last) + note_crossings(network, after, [chain], sizes)
     return Edit.of(network, after, notes)
 
@@ -138,9 +138,9 @@ def align_node(
         last = float(np.linalg.norm(point - old)) / sizes.edge
         if last < REST:
             break
-    draft = Draft(network)
-    move_node_to(draft, ground, sizes, node, point[0], normal[0])
-    after = draft.finish()
+    opened = OpenNetwork(network)
+    move_node_to(opened, ground, sizes, node, point[0], normal[0])
+    after = opened.finish()
     notes = _note_rest(last)
     notes += note_crossings(network, after, [half >> 1 for half in at.ends], sizes)
     return Edit.of(network, after, notes)

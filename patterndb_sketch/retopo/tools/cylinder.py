@@ -20,10 +20,10 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundStroke, trace_geodesic
 from patterndb_sketch.retopo.network import (
     AtNode,
-    Draft,
     Edit,
     HalfChain,
     Network,
+    OpenNetwork,
     has_dead_end,
     is_end,
     walk_face,
@@ -72,33 +72,33 @@ def join_loops(
         raise InvalidRetopoError(f"a division into {division}; give 2 to {MOST}")
     if caps not in CAPS:
         raise InvalidRetopoError(f"caps is {caps!r}; there are {', '.join(CAPS)}")
-    draft = Draft(network, ground)
+    opened = OpenNetwork(network, ground)
     one, other = _find_ends(network, stroke, sizes.snap)
     pairs = _pair_places(one, other, division)
-    capped = [ring for ring, _ in (one, other) if _is_cap_wanted(draft.before, ring, caps)]
+    capped = [ring for ring, _ in (one, other) if _is_cap_wanted(opened.before, ring, caps)]
     nodes = [
-        [_make_node(draft, network, ring, pair[k]) for pair in pairs]
+        [_make_node(opened, network, ring, pair[k]) for pair in pairs]
         for k, (ring, _) in enumerate((one, other))
     ]
     if any(len(set(found)) < len(found) for found in nodes):
         raise RefusedError("two of the curves would begin in one place; divide into fewer")
     joins = [
-        _join(draft, ground, sizes, a, b, stroke if k == 0 else None)
+        _join(opened, ground, sizes, a, b, stroke if k == 0 else None)
         for k, (a, b) in enumerate(zip(*nodes, strict=True))
     ]
     also = [2 * chain for chain in joins]
     for k, (ring, _) in enumerate((one, other)):
         if ring in capped:
             beyond = [
-                _flag_beyond(draft, node, 2 * chain + k)
+                _flag_beyond(opened, node, 2 * chain + k)
                 for node, chain in zip(nodes[k], joins, strict=True)
             ]
             also += beyond[:1]
     try:
-        after = draft.finish(also=also)
+        after = opened.finish(also=also)
     except InvalidRetopoError as error:
         raise RefusedError(f"the loops would not close to patches: {error}") from error
-    return Edit.of(network, after, draft.notes)
+    return Edit.of(network, after, opened.notes)
 
 
 def _find_ends(
@@ -132,13 +132,18 @@ def _snap_to_ring(
     return at
 
 
-def _make_node(draft: Draft, network: Network, ring: Ring, place: float) -> int:
+def _make_node(opened: OpenNetwork, network: Network, ring: Ring, place: float) -> int:
     end = ring.edge.end(network, place)
-    return end.node if isinstance(end, AtNode) else draft.cut_chain(end.chain, end.place)
+    return end.node if isinstance(end, AtNode) else opened.cut_chain(end.chain, end.place)
 
 
 def _join(
-    draft: Draft, ground: Ground, sizes: Sizes, one: int, other: int, stroke: GroundStroke | None
+    opened: OpenNetwork,
+    ground: Ground,
+    sizes: Sizes,
+    one: int,
+    other: int,
+    stroke: GroundStroke | None,
 ) -> int:
     """The chain from node to node: the stroke, or the shortest path; it must cross nothing."""
     ends = AtNode(one), AtNode(other)
@@ -148,12 +153,12 @@ def _join(
         return done.points, done.normals
 
     if stroke is None:
-        a, b = draft.nodes[one], draft.nodes[other]
+        a, b = opened.nodes[one], opened.nodes[other]
         feet = [ground.nearest_facing(n.point[None], n.normal[None]).feet for n in (a, b)]
         stroke = trace_geodesic(ground, feet[0], feet[1]).sample(ground, sizes.sampling)
-    line, up = drag_to_ends(stroke.points, stroke.normals, draft, list(ends), project)
+    line, up = drag_to_ends(stroke.points, stroke.normals, opened, list(ends), project)
     near = Nearness(min(NODE_NEAR * sizes.sampling, 0.25 * sizes.snap), (0.0, 0.0))
-    made = insert_curve(draft, line, up, *ends, near, project)
+    made = insert_curve(opened, line, up, *ends, near, project)
     if len(made) != 1:
         raise RefusedError(CROSS)
     return made[0]
@@ -228,11 +233,11 @@ def _is_cap_wanted(network: Network, ring: Ring, caps: Caps) -> bool:
     return caps == "always" or is_end(network, loop)
 
 
-def _flag_beyond(draft: Draft, node: int, join: HalfChain) -> HalfChain:
+def _flag_beyond(opened: OpenNetwork, node: int, join: HalfChain) -> HalfChain:
     """Make the wedge at a node across from a join a corner; the half-chain on its right."""
-    ends = draft.nodes[node].ends
+    ends = opened.nodes[node].ends
     after = ends[(ends.index(join) + 1) % len(ends)]
-    draft.flag(after, True)
+    opened.flag(after, True)
     return after
 
 

@@ -11,8 +11,8 @@ from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import GroundStroke
 from patterndb_sketch.retopo.network.attaching import find_departure, measure_turn
 from patterndb_sketch.retopo.network.crossings import find_crossings
-from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import take_samples
 from patterndb_sketch.retopo.network.structure import Network, Node
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -57,31 +57,31 @@ def erase_chains(network: Network, chains: Iterable[int]) -> Edit:
         raise RefusedError("nothing to erase here: borders and the seam of symmetry stay")
     kept = len(lines) - len(gone)
     notes = [f"{kept} chains of borders or the seam stay"] if kept else []
-    draft = Draft(network)
+    opened = OpenNetwork(network)
     left: list[int] = []
     for line in gone:
-        left += draft.remove_chain(line.id)
+        left += opened.remove_chain(line.id)
     # All are looked at before any goes: then ends have other names.
     joints = [
         node
         for node in dict.fromkeys(left)
-        if node in draft.nodes
+        if node in opened.nodes
         and (
-            _is_one_curve(draft, network.nodes[node])
-            or (draft.nodes[node].cut and is_straight(draft, node))
+            _is_one_curve(opened, network.nodes[node])
+            or (opened.nodes[node].cut and is_straight(opened, node))
         )
     ]
     for node in joints:
-        draft.merge(node)
-    return Edit.of(network, draft.finish(forget=True), notes)
+        opened.merge(node)
+    return Edit.of(network, opened.finish(forget=True), notes)
 
 
-def _is_one_curve(draft: Draft, before: Node) -> bool:
+def _is_one_curve(opened: OpenNetwork, before: Node) -> bool:
     """Are the two ends that are left at a node one curve that passed it?
 
     That is so if its other side passed it straight, and if it crossed the one that is gone.
     """
-    left = set(draft.nodes[before.id].ends)
+    left = set(opened.nodes[before.id].ends)
     n = before.valence
     if len(left) != 2:
         return False
@@ -119,12 +119,12 @@ def erase_open_chains(network: Network) -> Edit:
     return erase_chains(network, gone)
 
 
-def is_straight(draft: Draft, node: int) -> bool:
+def is_straight(opened: OpenNetwork, node: int) -> bool:
     """Do just two chains end at a node, and does one continue the other?"""
-    at: Node = draft.nodes[node]
+    at: Node = opened.nodes[node]
     if at.valence != 2:
         return False
-    lines = [draft.chains[half >> 1] for half in at.ends]
+    lines = [opened.chains[half >> 1] for half in at.ends]
     steps = [line.length / line.segments for line in lines]
     reach = SAMPLES_AHEAD * max(steps)
     one, two = (

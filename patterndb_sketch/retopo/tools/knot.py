@@ -12,8 +12,8 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import AT, optional_length
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.draft import AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.opennetwork import AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.structure import Chain, Network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
@@ -41,31 +41,31 @@ def clean_knot(
         raise RefusedError("nothing is within the circle: press closer to the knot")
     if any(network.chains[chain].marked for chain in met):
         raise RefusedError("a border or the seam of symmetry is within the circle: it stays")
-    draft = Draft(network)
+    opened = OpenNetwork(network)
     rim: list[int] = []
     for chain in met:
         line = network.chains[chain]
         rim += [
-            draft.cut_chain(chain, k) for k in _find_passages(line, inside[chain], at, sizes.snap)
+            opened.cut_chain(chain, k) for k in _find_passages(line, inside[chain], at, sizes.snap)
         ]
-    for chain in sorted(draft.pieces(met)):
-        line = draft.chains[chain]
+    for chain in sorted(opened.pieces(met)):
+        line = opened.chains[chain]
         middle = 0.5 * (line.points[(line.segments - 1) // 2] + line.round[line.segments // 2 + 1])
         if _is_within(middle[None], line.normals[line.segments // 2][None], at, up, sizes.snap)[0]:
-            rim += draft.remove_chain(chain)
-    rim = [node for node in dict.fromkeys(rim) if node in draft.nodes]
+            rim += opened.remove_chain(chain)
+    rim = [node for node in dict.fromkeys(rim) if node in opened.nodes]
     if not rim:
         raise RefusedError("no curve leaves the circle: erase what is within instead")
-    centre = draft.add_node(at, up)
+    centre = opened.add_node(at, up)
     # None is joined to its lead before all leads are there: these alone tell the order.
-    for node, chain in [(node, _add_lead(draft, ground, sizes, node, centre)) for node in rim]:
-        (outer, *others) = [h >> 1 for h in draft.nodes[node].ends if h >> 1 != chain]
-        if draft.nodes[node].cut and not others:
-            kept = draft.chains[outer]
-            merged = draft.merge(node)
+    for node, chain in [(node, _add_lead(opened, ground, sizes, node, centre)) for node in rim]:
+        (outer, *others) = [h >> 1 for h in opened.nodes[node].ends if h >> 1 != chain]
+        if opened.nodes[node].cut and not others:
+            kept = opened.chains[outer]
+            merged = opened.merge(node)
             if merged is not None:
-                draft.set_count(merged, kept.count, kept.pinned)
-    return Edit.of(network, draft.finish())
+                opened.set_count(merged, kept.count, kept.pinned)
+    return Edit.of(network, opened.finish())
 
 
 def _is_within(
@@ -90,15 +90,15 @@ def _find_passages(
     return found
 
 
-def _add_lead(draft: Draft, ground: Ground, sizes: Sizes, node: int, centre: int) -> int:
+def _add_lead(opened: OpenNetwork, ground: Ground, sizes: Sizes, node: int, centre: int) -> int:
     """A straight chain from a node on the circle to its centre."""
-    rim, hub = draft.nodes[node], draft.nodes[centre]
+    rim, hub = opened.nodes[node], opened.nodes[centre]
     steps = max(2, round(float(np.linalg.norm(hub.point - rim.point)) / sizes.sampling))
     share = np.linspace(0.0, 1.0, steps + 1)[:, None]
     line = (1.0 - share) * rim.point + share * hub.point
     up = (1.0 - share) * rim.normal + share * hub.normal
     done = ground.project_near(line, up, sizes)
-    return draft.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))
+    return opened.add_chain(done.points, done.normals, AtNode(node), AtNode(centre))
 
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:

@@ -10,7 +10,14 @@ from patterndb.core.halfedge import Int32Array
 from patterndb_sketch.retopo.arguments import AT, Argument, Flag
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundPoints
-from patterndb_sketch.retopo.network import Draft, Edit, HalfChain, Network, remove_patch, walk_face
+from patterndb_sketch.retopo.network import (
+    Edit,
+    HalfChain,
+    Network,
+    OpenNetwork,
+    remove_patch,
+    walk_face,
+)
 from patterndb_sketch.retopo.network.flooding import (
     CLEAR,
     Wall,
@@ -35,9 +42,9 @@ def make_patch(network: Network, ground: Ground, place: GroundPoints) -> Edit:
     half = find_loop(network, ground, place)
     if half in network.patch_of():
         raise RefusedError("this is a patch already")
-    draft = Draft(network, ground)
+    opened = OpenNetwork(network, ground)
     try:
-        return Edit.of(network, draft.finish(also=(half,)))
+        return Edit.of(network, opened.finish(also=(half,)))
     except InvalidRetopoError as error:
         raise RefusedError(
             "the loop around this place can be no patch: it has an open end, a marked side or "

@@ -13,8 +13,8 @@ from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.retopo.arguments import NEAR_CURVE, Argument, Flag, Vector
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network.draft import AtChain, AtNode, Draft
 from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.opennetwork import AtChain, AtNode, OpenNetwork
 from patterndb_sketch.retopo.network.samples import (
     find_nearest_node,
     find_nearest_place,
@@ -69,17 +69,17 @@ def pull_held(
     from it: t is by arc length; points are projected along normals that turn with the hand's.
     """
     to, up = _take_to_surface(ground, sizes, point, normal)
-    draft = Draft(network)
+    opened = OpenNetwork(network)
     if isinstance(at, AtNode):
         moved = _chains_of(network, at.node)
-        move_node_to(draft, ground, sizes, at.node, to, up)
+        move_node_to(opened, ground, sizes, at.node, to, up)
     else:
         moved = {at.chain}
-        _move_place_to(draft, ground, sizes, network.chain(at.chain), at.place, to, up)
+        _move_place_to(opened, ground, sizes, network.chain(at.chain), at.place, to, up)
     for chain in moved:
-        if not draft.chains[chain].length > 0.0:
+        if not opened.chains[chain].length > 0.0:
             raise RefusedError("a curve would have no length: pull less far")
-    after = draft.finish()
+    after = opened.finish()
     return Edit.of(network, after, note_crossings(network, after, moved, sizes))
 
 
@@ -111,10 +111,12 @@ def release_held(
     target = find_joint(network, sizes, at.node, to, up)
     if target is None:
         return pull_held(network, ground, sizes, at, point, normal)
-    draft = Draft(network)
-    node = draft.end_node(target, to, up)
-    move_node_to(draft, ground, sizes, at.node, draft.nodes[node].point, draft.nodes[node].normal)
-    done = join_nodes(draft, sizes, NodeJoint(at.node, node), smooth)
+    opened = OpenNetwork(network)
+    node = opened.end_node(target, to, up)
+    move_node_to(
+        opened, ground, sizes, at.node, opened.nodes[node].point, opened.nodes[node].normal
+    )
+    done = join_nodes(opened, sizes, NodeJoint(at.node, node), smooth)
     if isinstance(done, str):
         dropped = pull_held(network, ground, sizes, at, point, normal)
         return Edit.of(network, dropped.network, [f"not joined: {done}", *dropped.notes])
@@ -123,25 +125,25 @@ def release_held(
 
 
 def move_node_to(
-    draft: Draft, ground: Ground, sizes: Sizes, node: int, point: Points, normal: Points
+    opened: OpenNetwork, ground: Ground, sizes: Sizes, node: int, point: Points, normal: Points
 ) -> None:
     """Move a node to a point (3,) with its normal; its chains follow by even shares.
 
     Raises RefusedError if one of them is marked.
     """
-    at = draft.nodes[node]
+    at = opened.nodes[node]
     move, turn = point - at.point, normal - at.normal
-    chains = {half >> 1: draft.chains[half >> 1] for half in at.ends}
+    chains = {half >> 1: opened.chains[half >> 1] for half in at.ends}
     _refuse_marked(chains.values())
-    draft.move_node(node, point, normal)
+    opened.move_node(node, point, normal)
     for old in chains.values():
         away = np.linspace(0.0, 1.0, len(old.points))
         share = (old.start == node) * (1.0 - away) + (old.end == node) * away
-        _reshape(draft, ground, sizes, old, share, move, turn)
+        _reshape(opened, ground, sizes, old, share, move, turn)
 
 
 def _move_place_to(
-    draft: Draft,
+    opened: OpenNetwork,
     ground: Ground,
     sizes: Sizes,
     line: Chain,
@@ -167,11 +169,11 @@ def _move_place_to(
             (along - along[k]) / (along[-1] - along[k]),
         )
     share = (1.0 - t) ** 4 * (4.0 * t + 1.0)
-    _reshape(draft, ground, sizes, line, share, point - line.points[k], normal - line.normals[k])
+    _reshape(opened, ground, sizes, line, share, point - line.points[k], normal - line.normals[k])
 
 
 def _reshape(
-    draft: Draft,
+    opened: OpenNetwork,
     ground: Ground,
     sizes: Sizes,
     old: Chain,
@@ -188,8 +190,8 @@ def _reshape(
     points[still], normals[still] = old.points[still], old.normals[still]
     if not old.loose:
         for k, node in ((0, old.start), (-1, old.end)):
-            points[k], normals[k] = draft.nodes[node].point, draft.nodes[node].normal
-    draft.reshape_chain(old.id, *even_course(points, normals, ground, sizes, old.loose))
+            points[k], normals[k] = opened.nodes[node].point, opened.nodes[node].normal
+    opened.reshape_chain(old.id, *even_course(points, normals, ground, sizes, old.loose))
 
 
 def _chains_of(network: Network, node: int) -> set[int]:

@@ -13,8 +13,8 @@ from patterndb.geometry.polyline import arc_length, at_lengths
 from patterndb_sketch.retopo.arguments import POINTS
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundStroke
-from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import (
     find_nearest_place,
     interpolate_places,
@@ -80,9 +80,9 @@ def redraw_chain(network: Network, ground: Ground, sizes: Sizes, stroke: GroundS
     way, up = take_to_ground(at_lengths(way, wanted), up, ground, sizes)
     way[[0, -1]], up[[0, -1]] = ends, above
     points, normals = _splice(line, part, way, up)
-    draft = Draft(network)
-    draft.reshape_chain(line.id, points, normals)
-    after = draft.finish()
+    opened = OpenNetwork(network)
+    opened.reshape_chain(line.id, points, normals)
+    after = opened.finish()
     before = find_crossed(network, [line.id], sizes.sampling)
     if find_crossed(after, [line.id], sizes.sampling) - before:
         raise RefusedError(

@@ -9,8 +9,8 @@ from numpy.typing import ArrayLike
 from patterndb_sketch.retopo.arguments import NEAR_CURVE
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, smooth_polyline
-from patterndb_sketch.retopo.network.draft import Draft
 from patterndb_sketch.retopo.network.edits import Edit
+from patterndb_sketch.retopo.network.opennetwork import OpenNetwork
 from patterndb_sketch.retopo.network.samples import find_nearest_place, take_samples
 from patterndb_sketch.retopo.network.structure import Network
 from patterndb_sketch.retopo.sizes import Sizes
@@ -56,9 +56,9 @@ def smooth_chain(network: Network, ground: Ground, sizes: Sizes, chain: int) -> 
         points, normals = take_to_ground(
             smooth_polyline(points, 1, line.loose), normals, ground, sizes
         )
-    draft = Draft(network)
-    draft.reshape_chain(chain, points, normals)
-    after = draft.finish()
+    opened = OpenNetwork(network)
+    opened.reshape_chain(chain, points, normals)
+    after = opened.finish()
     return Edit.of(network, after, note_crossings(network, after, [chain], sizes))
 
 

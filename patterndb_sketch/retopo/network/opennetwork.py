@@ -63,7 +63,7 @@ End = Free | AtNode | AtChain
 SAMPLES_AHEAD = 2.0
 
 
-class Draft:
+class OpenNetwork:
     """A network that edits change in place; :meth:`finish` gives the new network.
 
     Chains that were cut may still be named by their old ids and places: they stand for the
@@ -178,8 +178,8 @@ class Draft:
 
         at: (3,) point and normal for the node if it shall not be on the chain's own polyline.
         The node's wedges are unflagged; unless that changes, or a curve is added there, the
-        parts are one chain again when the draft is finished. The edge of a face that was given
-        is not cut: its nearer end is the node.
+        parts are one chain again when the network is finished. The edge of a face that was given is
+        not cut: its nearer end is the node.
         """
         chain, place = self.locate(chain, place)
         old = self.chains[chain]
