@@ -66,7 +66,7 @@ def test_it_needs_no_display(
     # Nothing that windows need is asked for, let alone needed.
     monkeypatch.setattr("viewer.shell.probe.try_display", lambda: "nothing can be opened")
     picture = tmp_path / "a.png"
-    assert run("explore", boundary, "--db", learned, "-o", picture, "--keys", "r h").code == 0
+    assert run("explore", boundary, "--db", learned, "-o", picture, "--keys", "r").code == 0
     assert picture.exists()
 
 
