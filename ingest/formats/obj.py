@@ -186,6 +186,10 @@ _ORDINARY_LINES = _ordinary_lines()
 _VERTEX = re.compile(
     rb"^v[ \t\v\f]+([^ \t\v\f\n]+[ \t\v\f]+[^ \t\v\f\n]+[ \t\v\f]+[^ \t\v\f\n]+)", re.M
 )
+#: Weights and colours are not kept, and only looked at where they could be too large to be finite:
+#: with an exponent of a hundred or more, or in a line so long that its digits alone may.
+_LARGE_EXPONENT = re.compile(rb"^v[ \t\v\f][^\n]*[eE]\+?0*[1-9][0-9]{2}", re.M)
+_LONG_VERTEX = 200
 _FACE = re.compile(rb"^f[ \t\v\f]([^\n]*\n)", re.M)
 _TEXTURE_AND_NORMAL = re.compile(rb"/[^ \t\v\f\n]*")
 
@@ -206,6 +210,8 @@ def _parse_chunk(chunk: bytes, limits: ReadLimits) -> _ObjRecords | None:
     is_vertex = blank_second & (codes[starts] == ord("v"))
     is_face = blank_second & (codes[starts] == ord("f"))
 
+    if (is_vertex & (ends - starts >= _LONG_VERTEX)).any() or _LARGE_EXPONENT.search(chunk):
+        return None
     points = grammar.parse_numbers(b"\n".join(_VERTEX.findall(chunk))).reshape(-1, 3)
     if not np.isfinite(points).all():
         return None
