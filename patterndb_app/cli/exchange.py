@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,7 +9,7 @@ import click
 
 from patterndb_app.cli.database import count_patterns
 from patterndb_app.cli.options import FileName, as_json, db_to_read, db_to_write, open_database
-from patterndb_app.cli.progressline import hushed, is_terminal
+from patterndb_app.cli.progressline import told_share
 from patterndb_app.cli.text import plural, printable, say, write, write_json
 
 if TYPE_CHECKING:
@@ -78,7 +76,7 @@ def import_ddq(
                         f"{printable(held.name)}: {outcome}; {plural(patterns, 'pattern')} in {db}"
                     )
                 return 0
-    with _bar("reading") as progress:
+    with told_share("reading") as progress:
         table = read_table(file, progress)
     with open_database(db, "create") as database:
         outcome, new = database.import_ddq(table, said)
@@ -142,7 +140,7 @@ def export_ddq(file: Path, db: Path | None, digits: int | None, as_json: bool) -
     \b
     patterndb export-ddq patches.db --db my.db --digits 16
     """
-    with open_database(db) as database, _bar("writing") as progress:
+    with open_database(db) as database, told_share("writing") as progress:
         done = database.export_ddq(file, digits=digits, progress=progress)
     if as_json:
         write_json(
@@ -159,18 +157,3 @@ def export_ddq(file: Path, db: Path | None, digits: int | None, as_json: bool) -
             f"{plural(done.occurrences, 'occurrence')}: {file}"
         )
     return 0
-
-
-@contextlib.contextmanager
-def _bar(task: str) -> Generator[Callable[[int, int], None] | None]:
-    """A progress bar on a terminal, which goes away at its end."""
-    if not is_terminal():
-        yield None
-        return
-    # Imported here because rich takes a moment that piped runs need not wait for.
-    from rich.console import Console
-    from rich.progress import Progress
-
-    with hushed(), Progress(console=Console(stderr=True), transient=True) as bar:
-        number = bar.add_task(task)
-        yield lambda done, total: bar.update(number, completed=done, total=total)

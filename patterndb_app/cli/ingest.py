@@ -1,4 +1,4 @@
-"""The verb that learns from mesh files: ingest, and its progress bar."""
+"""The verb that learns from mesh files: ingest, and the line that shows its progress."""
 
 from __future__ import annotations
 
@@ -10,19 +10,16 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from patterndb.errors import ClusterError, MeshFileError, NotFoundError
-from patterndb.system.compiling import read_work_clock
+from patterndb.system.compiling import COMPILED, read_work_clock
 from patterndb.system.extras import require_extra
 from patterndb_app.cli.database import count_patterns
 from patterndb_app.cli.failure import EXIT_BAD_INPUT, Interrupted, resumable
 from patterndb_app.cli.options import FileName, as_json, db_to_write, open_database
 from patterndb_app.cli.program import SectionedCommand
-from patterndb_app.cli.progressline import hushed, is_terminal
+from patterndb_app.cli.progressline import ProgressLine, is_terminal, tell_share
 from patterndb_app.cli.text import plural, printable, say, shorten, write, write_json
 
 if TYPE_CHECKING:
-    from rich.progress import Progress as Bar
-    from rich.progress import TaskID
-
     from ingest import MeshReport, Progress
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -275,7 +272,7 @@ def _below(folder: Path) -> Iterator[Path]:
             yield path
 
 
-#: Characters of the names of the meshes in work beside the bar.
+#: Characters of the names of the meshes in work, in the line of progress.
 SHOWN_NAMES = 30
 
 
@@ -294,27 +291,28 @@ def _tell_workers(workers: int | None) -> str:
 
 
 class LearningProgress:
-    """Shows what an ingest reports: lines for files, and a bar if there is one."""
+    """Shows what an ingest reports: lines for files, and on a terminal a line of progress."""
 
-    def __init__(self, bar: Bar | None, talk: bool) -> None:
-        self._bar = bar
+    def __init__(self, *, talk: bool) -> None:
         self._talk = talk
-        self._task: TaskID | None = None
+        self._state: Progress | None = None
         self._started = read_work_clock()
 
     def update(self, state: Progress) -> None:
-        """Move the bar."""
-        if self._bar is None:
-            return
-        if self._task is None:
-            self._task = self._bar.add_task("learning", total=state.bytes_total, rate="", names="")
-        seconds = read_work_clock() - self._started
-        self._bar.update(
-            self._task,
-            completed=state.bytes_done,
-            rate=f"{state.patches / max(seconds, 1e-9):,.0f} patches/s",
-            names=_tell_workers(state.workers)
-            + shorten(printable(", ".join(state.working)), SHOWN_NAMES),
+        """Note how far it is."""
+        self._state = state
+
+    def word(self) -> str | None:
+        """How far it is, in words; None before that is known, and while kernels are compiled."""
+        state = self._state
+        # Compiling has a line of its own.
+        if state is None or COMPILED.is_compiling():
+            return None
+        seconds = max(read_work_clock() - self._started, 1e-9)
+        return (
+            f"learning: {tell_share(state.bytes_done / max(state.bytes_total, 1), seconds)}, "
+            f"{state.patches / seconds:,.0f} patches/s; {_tell_workers(state.workers)}"
+            f"{shorten(printable(', '.join(state.working)), SHOWN_NAMES)}"
         )
 
     def report(self, mesh: MeshReport) -> None:
@@ -337,38 +335,16 @@ class LearningProgress:
             text = f"{mesh.name}: {mesh.outcome}"
             if mesh.left_out:
                 text += f"; {mesh.left_out:,} of its patterns had been left out"
-        if self._bar is not None:
-            self._bar.console.print(printable(text), highlight=False, markup=False, soft_wrap=True)
-        else:
-            say(printable(text))
+        say(printable(text))
 
 
 @contextlib.contextmanager
 def learning_progress(*, talk: bool) -> Generator[LearningProgress]:
-    """The progress of one ingest; the bar goes away at its end."""
-    if not is_terminal():
-        yield LearningProgress(None, talk)
-        return
-    # Imported here because rich takes a moment that piped runs need not wait for.
-    from rich.console import Console
-    from rich.progress import (
-        BarColumn,
-        TaskProgressColumn,
-        TextColumn,
-        TimeRemainingColumn,
-    )
-    from rich.progress import Progress as RichProgress
-
-    bar = RichProgress(
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TaskProgressColumn(),
-        TextColumn("{task.fields[rate]}"),
-        TimeRemainingColumn(),
-        TextColumn("left"),
-        TextColumn("{task.fields[names]}", style="dim", markup=False),
-        console=Console(stderr=True),
-        transient=True,
-    )
-    with hushed(), bar:
-        yield LearningProgress(bar, talk)
+    """The progress of one ingest; its line goes away at the end."""
+    progress = LearningProgress(talk=talk)
+    line = ProgressLine(progress.word) if is_terminal() else None
+    try:
+        yield progress
+    finally:
+        if line is not None:
+            line.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import sys
 import threading
 import time
@@ -48,6 +49,8 @@ class ProgressLine:
                     # Work and waiting may take turns: only a wait of some length is told.
                     continue
                 if self._terminal:
+                    # A line that wraps could not be taken away.
+                    text = text[: count_columns() - 1]
                     self._write(f"\r\x1b[K{text}")
                     self._shown = text
                     self.note_shown()
@@ -86,6 +89,45 @@ def is_terminal() -> bool:
     """Is there somebody who sees stderr as it is written?"""
     # There is no stderr at all where the shell closed it (2>&-).
     return sys.stderr is not None and sys.stderr.isatty()  # pyright: ignore[reportUnnecessaryComparison]
+
+
+def tell_share(share: float, seconds: float) -> str:
+    """Say how much is done and how long the rest takes, if it goes on as in ``seconds`` so far."""
+    share = min(max(share, 0.0), 1.0)
+    if share == 0:
+        return "0%"
+    minutes, left = divmod(round(seconds * (1 - share) / share), 60)
+    return f"{share:.0%}, {minutes}:{left:02} left"
+
+
+@contextlib.contextmanager
+def told_share(task: str) -> Generator[Callable[[int, int], None] | None]:
+    """Tell a terminal, within the block, how much of a task is done; None where there is none.
+
+    What is yielded takes how much is done, and of how much.
+    """
+    if not is_terminal():
+        yield None
+        return
+    began, share = time.monotonic(), 0.0
+
+    def update(done: int, total: int) -> None:
+        nonlocal share
+        share = done / max(total, 1)
+
+    line = ProgressLine(lambda: f"{task}: {tell_share(share, time.monotonic() - began)}")
+    try:
+        yield update
+    finally:
+        line.close()
+
+
+def count_columns() -> int:
+    """How many characters fit on a line of the terminal behind stderr; 80 where that is unknown."""
+    try:
+        return os.get_terminal_size(sys.stderr.fileno()).columns or 80
+    except (OSError, ValueError):
+        return 80
 
 
 class WaitingLine(ProgressLine):

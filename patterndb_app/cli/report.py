@@ -99,7 +99,7 @@ def _list_packages() -> list[str]:
         lines = requires("patterndb") or []
     except PackageNotFoundError:
         # A checkout on the path, installed nowhere.
-        lines = ["numpy", "scipy", "numba", "click", "rich", "msgspec", "platformdirs"]
+        lines = ["numpy", "scipy", "numba", "click", "msgspec", "platformdirs"]
     names = {"llvmlite"}
     for line in lines:
         extra = re.search(r"extra == ['\"](\w+)['\"]", line)

@@ -85,7 +85,7 @@ WORLDLY_MODULES += (
 
 #: What the others do not import, and functions they do not call.
 WORLDLY = {"sqlite3", "pathlib", "io", "shutil", "tempfile", "subprocess", "json"}
-WORLDLY |= {"click", "rich", "pyvista", "matplotlib"}
+WORLDLY |= {"click", "pyvista", "matplotlib"}
 WORLDLY_CALLS = {"open", "print", "input", "echo", "connect", "read_text", "write_text"}
 
 #: Slow to import; only what needs one may.
@@ -322,16 +322,16 @@ def _libraries(module: str) -> set[str]:
     [
         (
             "import patterndb",
-            {"click", "rich", "pyvista", "matplotlib", "ortools", "numba", "httpx", "fastapi"},
+            {"click", "pyvista", "matplotlib", "ortools", "numba", "httpx", "fastapi"},
         ),
         (
             "import patterndb_app.cli",
-            {"numpy", "query", "ingest", "viewer", "patterndb_sketch", "rich"},
+            {"numpy", "query", "ingest", "viewer", "patterndb_sketch"},
         ),
         (
             "from patterndb_app.cli import cli as c; "
             "[c.get_command(c, v) for v in c.list_commands(c)]",
-            {"query", "ingest", "viewer", "rich", "pyvista", "ortools", "numba"},
+            {"query", "ingest", "viewer", "pyvista", "ortools", "numba"},
         ),
         ("import ingest, ingest.formats", {"pyvista", "matplotlib", "pxr", "trimesh", "numba"}),
         ("import query", {"pyvista", "matplotlib", "ortools", "ingest", "viewer", "click"}),

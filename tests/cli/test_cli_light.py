@@ -24,7 +24,6 @@ WATCHED = {
     "numba",
     "scipy.sparse",  # numba imports scipy itself, which is little without its parts
     "scipy.spatial",
-    "rich",
     "ortools",
     "pandas",
     "matplotlib",

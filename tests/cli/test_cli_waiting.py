@@ -12,7 +12,7 @@ from contextlib import contextmanager
 import pytest
 
 from patterndb_app.cli import progressline
-from patterndb_app.cli.progressline import hushed, told_waiting
+from patterndb_app.cli.progressline import hushed, tell_share, told_share, told_waiting
 from patterndb_app.cli.text import LAST_WORD, say
 
 
@@ -67,3 +67,42 @@ def test_files_are_told_nothing() -> None:
     with stderr_as(written), told_waiting(lambda: "holes"):
         time.sleep(0.3)
     assert written.getvalue() == ""
+
+
+def test_how_much_is_done_goes_away_at_the_end() -> None:
+    terminal = Terminal()
+    with stderr_as(terminal), told_share("writing") as progress:
+        assert progress is not None
+        wait_for(terminal, "writing: 0%")
+        progress(3, 4)
+        wait_for(terminal, "writing: 75%, 0:0")
+    assert terminal.seen() == ""
+
+
+def test_a_file_is_not_told_how_much_is_done() -> None:
+    written = io.StringIO()
+    with stderr_as(written), told_share("writing") as progress:
+        assert progress is None
+    assert written.getvalue() == ""
+
+
+@pytest.mark.parametrize(
+    ("share", "seconds", "text"),
+    [
+        (0.0, 3.0, "0%"),
+        (0.25, 60.0, "25%, 3:00 left"),
+        (0.5, 9.0, "50%, 0:09 left"),
+        (1.0, 7.0, "100%, 0:00 left"),
+        (1.5, 7.0, "100%, 0:00 left"),
+    ],
+)
+def test_the_rest_is_told_as_what_was(share: float, seconds: float, text: str) -> None:
+    assert tell_share(share, seconds) == text
+
+
+def test_a_line_keeps_to_the_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(progressline, "count_columns", lambda: 20)
+    terminal = Terminal()
+    with stderr_as(terminal), told_share("a task of many words, each long"):
+        wait_for(terminal, "a task of many word")
+    assert "words" not in terminal.getvalue()
