@@ -40,7 +40,7 @@ $(BIN)/python:
 	  echo "patterndb needs Python 3.11 or later; '$(PYTHON)' is" \
 	    "$$($(PYTHON) --version 2>&1 || echo missing). Name another: make PYTHON=python3.12" >&2; \
 	  exit 1; }
-	@$(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
+	@$(PYTHON) scripts/run_aloud.py "making $(VENV)" $(PYTHON) -m venv $(VENV) || { rm -rf $(VENV); \
 	  echo "the venv could not be made (Debian and Ubuntu: apt-get install python3-venv)" >&2; \
 	  exit 1; }
 
