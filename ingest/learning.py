@@ -25,7 +25,7 @@ from ingest.shards import cut_into_shards
 from patterndb.core.buffers import sort_few
 from patterndb.core.code import pattern_ids
 from patterndb.core.halfedge import Int32Array
-from patterndb.core.packing import PackedRows, list_stretches
+from patterndb.core.packing import PackedRows, take_stretches
 from patterndb.core.quadmesh import QuadMesh
 from patterndb.store.records import Learned, LearningOptions, take_patterns
 from patterndb.system.kernels import kernel
@@ -166,9 +166,9 @@ class MeshLearning:
             patches=census.patches[rows],
             example_size=census.example_size[rows],
             example_hash=census.example_hash[rows],
-            example=census.example[
-                list_stretches(census.example_at[rows], census.example_size[rows])
-            ],
+            example=take_stretches(
+                census.example, census.example_at[rows], census.example_size[rows]
+            ),
             far_mode=np.repeat(
                 np.array([m for m, _, _ in far], np.int8), [len(v) for _, _, v in far]
             ),
@@ -251,7 +251,7 @@ def merge_tallies(tallies: Sequence[Tally]) -> Tally:
         patches=patches,
         example_size=sizes[best],
         example_hash=hashes[best],
-        example=quads[list_stretches(ends[best] - sizes[best], sizes[best])],
+        example=take_stretches(quads, ends[best] - sizes[best], sizes[best]),
         far_mode=np.concatenate([np.zeros(0, np.int8), *(t.far_mode for t in tallies)]),
         far_hash=np.concatenate([np.zeros((0, 2), np.uint64), *(t.far_hash for t in tallies)]),
         far_row=np.concatenate(

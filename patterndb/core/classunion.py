@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.code import format_id
-from patterndb.core.packing import PackedRows, list_stretches
+from patterndb.core.packing import PackedRows, take_stretches
 from patterndb.core.patternclass import PatternClass, shrink
 from patterndb.errors import InvalidCodeError
 
@@ -148,7 +148,7 @@ def _join_codes(parts: Sequence[PatternClass]) -> PackedRows:
 def _take_codes(codes: PackedRows, rows: NDArray[np.int64]) -> PackedRows:
     """The codes in these rows."""
     sizes = np.diff(codes.ends)[rows]
-    raw = codes.raw[list_stretches(codes.ends[rows], sizes)]
+    raw = take_stretches(codes.raw, codes.ends[rows], sizes)
     return PackedRows(raw, np.cumsum(np.r_[0, sizes], dtype=np.int64))
 
 
@@ -168,8 +168,8 @@ def _refuse_collisions(
     wrong = sizes[again] != sizes[known]
     alike = np.flatnonzero(~wrong)
     width = sizes[again[alike]]
-    mine = codes.raw[list_stretches(codes.ends[again[alike]], width)]
-    theirs = codes.raw[list_stretches(codes.ends[known[alike]], width)]
+    mine = take_stretches(codes.raw, codes.ends[again[alike]], width)
+    theirs = take_stretches(codes.raw, codes.ends[known[alike]], width)
     differ = np.repeat(alike, width)[mine != theirs]
     wrong[differ] = True
     if wrong.any():
@@ -186,7 +186,7 @@ def _take_words(
     words = np.concatenate([np.zeros(0, np.int16), *(part.words for part in parts)])
     sizes = np.concatenate([np.zeros(0, np.int64), *(np.diff(p.word_start) for p in parts)])
     starts = np.cumsum(sizes) - sizes
-    taken = words[list_stretches(starts[rows], sizes[rows])]
+    taken = take_stretches(words, starts[rows], sizes[rows])
     return taken, np.cumsum(np.r_[0, sizes[rows]], dtype=np.int64)
 
 

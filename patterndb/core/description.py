@@ -18,7 +18,7 @@ from patterndb.core.buffers import copy_items, sort_few
 from patterndb.core.code import Code, border_count, clockwise_start, is_disk_code, rooted_code
 from patterndb.core.halfedge import fans, next_border_edge
 from patterndb.core.label import canonical_word, label_word
-from patterndb.core.packing import list_stretches, unpack_many
+from patterndb.core.packing import take_stretches, unpack_many
 from patterndb.core.polychord import trace
 from patterndb.errors import InvalidCodeError
 from patterndb.system.kernels import kernel
@@ -96,7 +96,7 @@ class SomeDescriptions:
         sizes = self.whole.ends[at + 1] - begin
         starts = np.zeros(len(sizes) + 1, np.int64)
         np.cumsum(sizes, out=starts[1:])
-        return self.whole.flat[list_stretches(begin, sizes)], starts
+        return take_stretches(self.whole.flat, begin, sizes), starts
 
     def split(self, which: int) -> list[bytes]:
         """One list of every row as bytes, which are equal where the lists are."""

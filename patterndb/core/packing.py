@@ -8,7 +8,7 @@ from __future__ import annotations
 import itertools
 import operator
 from collections.abc import Iterator, Sequence
-from typing import overload
+from typing import Any, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,7 +114,7 @@ class PackedRows(Sequence[bytes]):
         sizes = np.diff(self.ends)[rows]
         ends = np.zeros(len(rows) + 1, np.int64)
         np.cumsum(sizes, out=ends[1:])
-        return PackedRows(self.raw[list_stretches(self.ends[rows], sizes)], ends)
+        return PackedRows(take_stretches(self.raw, self.ends[rows], sizes), ends)
 
     def __len__(self) -> int:
         return len(self.ends) - 1
@@ -158,7 +158,20 @@ def take_rows(rows: Sequence[bytes], places: NDArray[np.integer]) -> Sequence[by
     return chosen
 
 
-def list_stretches(starts: NDArray[np.integer], sizes: NDArray[np.integer]) -> NDArray[np.int64]:
-    """List the places of stretches of so many numbers from these on, one after the other."""
-    ends = np.cumsum(sizes, dtype=np.int64)
-    return np.arange(ends[-1] if len(ends) else 0) + np.repeat(starts - ends + sizes, sizes)
+#: Stretches that are taken at a time: their places are eight bytes for every number.
+TAKEN_AT_ONCE = 1 << 14
+
+
+def take_stretches(
+    flat: NDArray[Any], starts: NDArray[np.integer], sizes: NDArray[np.integer]
+) -> NDArray[Any]:
+    """Take stretches of so many numbers from these places on, one after the other, of an array."""
+    ends = np.zeros(len(sizes) + 1, np.int64)
+    np.cumsum(sizes, out=ends[1:])
+    taken = np.empty(ends[-1], flat.dtype)
+    for at in range(0, len(sizes), TAKEN_AT_ONCE):
+        some = slice(at, at + TAKEN_AT_ONCE)
+        first, *_, last = ends[at : at + TAKEN_AT_ONCE + 1].tolist()
+        shifts = np.repeat(starts[some] - ends[:-1][some], sizes[some])
+        taken[first:last] = flat[np.arange(first, last) + shifts]
+    return taken

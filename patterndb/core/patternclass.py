@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import hashlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
@@ -12,9 +13,10 @@ from numpy.typing import NDArray
 from patterndb.core import description as d
 from patterndb.core.code import Code, format_id
 from patterndb.core.label import join_matrices
-from patterndb.core.packing import PackedRows, pack, unpack
+from patterndb.core.packing import PackedRows, pack, take_stretches, unpack
 from patterndb.core.pattern import Pattern
 from patterndb.errors import InvalidCodeError
+from patterndb.system.memory import return_freed_memory
 
 #: Where patterns come from, as ``PatternClass.origin`` numbers it: found in learned meshes,
 #: found in imported tables alone, made by a query as one of a family or by construction.
@@ -33,7 +35,7 @@ class Shelf(Protocol):
 
 def shrink(counts: NDArray[np.integer]) -> NDArray[np.unsignedinteger]:
     """Counts, none negative, as the smallest unsigned integers that hold them."""
-    return counts.astype(np.min_scalar_type(int(counts.max(initial=0))))
+    return counts.astype(np.min_scalar_type(int(counts.max(initial=0))), copy=False)
 
 
 @dataclass(frozen=True, slots=True, eq=False, weakref_slot=True)
@@ -131,8 +133,7 @@ class PatternClass:
             raise ValueError(f"every pattern of the class must have {n_sides} sides")
         uses = uses or {}
         ids = [p.id for p in patterns]
-        return cls.from_codes(
-            n_sides,
+        part = ClassPart(
             PackedRows.from_rows([pack(p.code) for p in patterns]),
             d.describe([p.code for p in patterns]),
             ids=np.array(ids, np.int64),
@@ -141,69 +142,172 @@ class PatternClass:
             uses=np.array([uses.get(number, 0) for number in ids], np.int64),
             origin=np.array([ORIGINS.index(p.origin) for p in patterns], np.int8),
         )
+        return cls.from_parts(n_sides, [part])
 
     @classmethod
-    def from_codes(
-        cls,
-        n_sides: int,
-        codes: PackedRows,
-        described: d.Descriptions,
-        *,
-        ids: NDArray[np.int64],
-        frequency: NDArray[np.int64],
-        n_meshes: NDArray[np.int32],
-        uses: NDArray[np.int64],
-        origin: NDArray[np.int8],
-    ) -> PatternClass:
-        """The class of p packed codes, all of ``n_sides`` sides, with their descriptions.
+    def from_parts(cls, n_sides: int, parts: Iterable[ClassPart]) -> PatternClass:
+        """The class of the patterns of all parts, all of ``n_sides`` sides.
 
-        The arrays are (p,), in the order of the codes, which may be any.
+        Of each part the columns are kept, and no more: parts may come one by one.
         """
-        counts = described.counts
-        order = np.lexsort((ids, -frequency, counts[:, d.N_IRREGULAR]))
-        told = described.take(order)
-        counts = told.counts
-        corners, _ = told.gather(d.CORNERS)
-        corners = corners.astype(np.uint8).reshape(len(codes), n_sides)
-        words, word_start = told.gather(d.LABEL)
+        width = max(n_sides, 1)
+        held: dict[str, list[NDArray[Any]]] = {}
+        for part in parts:
+            for name, column in _make_columns(n_sides, part).items():
+                held.setdefault(name, []).append(column)
+        if not held:
+            held = {name: [column] for name, column in _make_columns(n_sides, EMPTY_PART).items()}
+
+        def join(name: str) -> NDArray[Any]:
+            whole = np.concatenate(held.pop(name))
+            if whole.nbytes >= LARGE:
+                return_freed_memory()
+            return whole
+
+        ids, frequency, n_irregular = map(join, ("ids", "frequency", "n_irregular"))
+        order = np.lexsort((ids, -frequency, n_irregular))
+        place = np.empty(len(order), np.int64)
+        place[order] = np.arange(len(order))
+        rows: dict[str, Any] = {
+            "ids": ids[order],
+            "frequency": frequency[order],
+            "n_irregular": n_irregular[order],
+        }
+        for name in ("words", "codes"):
+            sizes = join(f"{name}_size")
+            rows[name] = take_stretches(join(name), (np.cumsum(sizes) - sizes)[order], sizes[order])
+            rows[f"{name}_start"] = np.cumsum(np.r_[0, sizes[order]])
         # Patterns that share a signature share one row of lengths and joins.
-        row_of: dict[bytes, int] = {}
-        signature = np.array(
-            [row_of.setdefault(word, len(row_of)) for word in told.split(d.SIGNATURE)], np.int32
-        )
-        first = told.take(np.unique(signature, return_index=True)[1])
-        lengths, _ = first.gather(d.LENGTHS)
-        joins, join_start = first.gather(d.JOINS)
-        owner = np.repeat(np.arange(len(row_of)), np.diff(join_start) // 2)
-        valences, valence_start = told.gather(d.VALENCES)
-        irregular = counts[:, d.N_IRREGULAR] > 0
-        smallest, largest = (np.full(len(codes), 4, np.int32) for _ in range(2))
-        # Valences ascend.
-        smallest[irregular] = valences[valence_start[:-1][irregular]]
-        largest[irregular] = valences[valence_start[1:][irregular] - 1]
+        digest = _put_rows(held.pop("signature"), place).view(np.uint64).reshape(-1, 2)
+        signature, first = number_rows(digest)
+        shown = np.full(len(order), -1, np.int64)
+        shown[order[first]] = np.arange(len(first))
+        lengths = _put_rows(held.pop("lengths"), shown)
+        joins = _put_rows(held.pop("joins"), shown)
+        rows |= {name: _put_rows(held.pop(name), place) for name in list(held)}
+        codes = PackedRows(rows.pop("codes"), rows.pop("codes_start"))
         return cls(
             n_sides=n_sides,
-            ids=ids[order],
-            frequency=frequency[order],
-            n_meshes=n_meshes[order],
-            uses=uses[order],
-            origin=origin[order],
-            n_irregular=counts[:, d.N_IRREGULAR].copy(),
-            n_quads=counts[:, d.N_QUADS].copy(),
-            min_valence=smallest,
-            max_valence=largest,
-            n_reflex=counts[:, d.N_REFLEX].copy(),
-            corners=corners,
-            n_loops=counts[:, d.N_LOOPS].copy(),
-            chiral=counts[:, d.CHIRAL].astype(np.bool_),
-            rotations=counts[:, d.ROTATIONS].copy(),
-            self_crossing=counts[:, d.SELF_CROSSING].astype(np.bool_),
-            words=words.astype(np.int16),
-            word_start=word_start,
+            word_start=rows.pop("words_start"),
             signature=signature,
-            rotation=counts[:, d.SIG_ROTATION].copy(),
-            reflected=counts[:, d.SIG_REFLECTED].astype(np.bool_),
-            codes=codes.take(order),
-            lengths=shrink(lengths.astype(np.int32).reshape(-1, max(n_sides, 1))),
-            joins=shrink(join_matrices(n_sides, joins.reshape(-1, 2), owner, len(row_of))),
+            codes=codes,
+            lengths=shrink(lengths.reshape(-1, width)),
+            joins=shrink(joins.reshape(-1, width, width)),
+            **rows,
         )
+
+
+def _put_rows(parts: list[NDArray[Any]], place: NDArray[np.int64]) -> NDArray[Any]:
+    """Put each row of all parts (n, ...) where it is to be, or nowhere where that is -1.
+
+    The parts go as they are read: a large class has some hundred megabytes of columns.
+    """
+    shape = (int(place.max(initial=-1)) + 1, *parts[0].shape[1:])
+    whole = np.empty(shape, np.result_type(*parts))
+    at = 0
+    parts.reverse()
+    while parts:
+        part = parts.pop()
+        where = place[at : at + len(part)]
+        at += len(part)
+        whole[where[where >= 0]] = part[where >= 0]
+    if whole.nbytes >= LARGE:
+        return_freed_memory()
+    return whole
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ClassPart:
+    """Some patterns of a class, in any order: packed codes, what they describe, and what a database
+    knows of them; see :class:`PatternClass`."""
+
+    codes: PackedRows
+    described: d.Descriptions
+    ids: NDArray[np.int64]
+    frequency: NDArray[np.int64]
+    n_meshes: NDArray[np.int32]
+    uses: NDArray[np.int64]
+    origin: NDArray[np.int8]
+
+
+#: A part without patterns.
+EMPTY_PART = ClassPart(
+    PackedRows.from_rows([]),
+    d.Descriptions(
+        np.zeros((0, d.COLUMNS), np.int32), np.zeros(0, np.uint16), np.zeros(1, np.int64)
+    ),
+    ids=np.zeros(0, np.int64),
+    frequency=np.zeros(0, np.int64),
+    n_meshes=np.zeros(0, np.int32),
+    uses=np.zeros(0, np.int64),
+    origin=np.zeros(0, np.int8),
+)
+
+#: Bytes of a column after which what its parts took is given back to the system.
+LARGE = 8 << 20
+
+#: Bytes of the hash that stands for a signature while a class is put together: no two are equal.
+DIGEST = 16
+
+
+def number_rows(rows: NDArray[Any]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    """Number equal rows (n, k) alike, as they first appear; the numbers, and the first of each."""
+    by_value = np.lexsort(rows.T)
+    ordered = rows[by_value]
+    begins = np.ones(len(rows), np.bool_)
+    begins[1:] = (ordered[1:] != ordered[:-1]).any(axis=1)
+    # Sorting is stable, so that the first of equal rows comes first.
+    first = by_value[begins]
+    by_place = np.argsort(first)
+    rank = np.empty(len(first), np.int32)
+    rank[by_place] = np.arange(len(first))
+    number = np.empty(len(rows), np.int32)
+    number[by_value] = rank[np.cumsum(begins) - 1]
+    return number, first[by_place]
+
+
+def _make_columns(n_sides: int, part: ClassPart) -> dict[str, NDArray[Any]]:
+    """The columns of a part, by the names of :class:`PatternClass`: of words and codes with the
+    sizes, of signatures (n, DIGEST) hashes, and lengths and joins for every pattern."""
+    counts = part.described.counts
+    told = part.described.take(np.arange(len(counts)))
+    corners, _ = told.gather(d.CORNERS)
+    words, word_start = told.gather(d.LABEL)
+    digests = b"".join(
+        hashlib.blake2b(word, digest_size=DIGEST).digest() for word in told.split(d.SIGNATURE)
+    )
+    lengths, _ = told.gather(d.LENGTHS)
+    joins, join_start = told.gather(d.JOINS)
+    owner = np.repeat(np.arange(len(counts)), np.diff(join_start) // 2)
+    valences, valence_start = told.gather(d.VALENCES)
+    irregular = counts[:, d.N_IRREGULAR] > 0
+    smallest, largest = (np.full(len(counts), 4, np.int32) for _ in range(2))
+    # Valences ascend.
+    smallest[irregular] = valences[valence_start[:-1][irregular]]
+    largest[irregular] = valences[valence_start[1:][irregular] - 1]
+    return {
+        "ids": part.ids,
+        "frequency": part.frequency,
+        "n_meshes": part.n_meshes,
+        "uses": part.uses,
+        "origin": part.origin,
+        "n_irregular": counts[:, d.N_IRREGULAR].copy(),
+        "n_quads": counts[:, d.N_QUADS].copy(),
+        "min_valence": smallest,
+        "max_valence": largest,
+        "n_reflex": counts[:, d.N_REFLEX].copy(),
+        "corners": corners.astype(np.uint8).reshape(len(counts), n_sides),
+        "n_loops": counts[:, d.N_LOOPS].copy(),
+        "chiral": counts[:, d.CHIRAL].astype(np.bool_),
+        "rotations": counts[:, d.ROTATIONS].copy(),
+        "self_crossing": counts[:, d.SELF_CROSSING].astype(np.bool_),
+        "words": words.astype(np.int16),
+        "words_size": np.diff(word_start),
+        "signature": np.frombuffer(digests, np.uint8).reshape(-1, DIGEST),
+        "rotation": counts[:, d.SIG_ROTATION].copy(),
+        "reflected": counts[:, d.SIG_REFLECTED].astype(np.bool_),
+        "codes": part.codes.raw,
+        "codes_size": np.diff(part.codes.ends),
+        "lengths": shrink(lengths.astype(np.int32)).reshape(-1, max(n_sides, 1)),
+        "joins": shrink(join_matrices(n_sides, joins.reshape(-1, 2), owner, len(counts))),
+    }

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from patterndb.core.code import pattern_id
 from patterndb.core.label import join_matrices
-from patterndb.core.packing import list_stretches, pack, unpack
-from patterndb.core.patternclass import PatternClass, shrink
+from patterndb.core.packing import pack, take_stretches, unpack
+from patterndb.core.patternclass import PatternClass, number_rows, shrink
 from patterndb.errors import DatabaseError
 
 #: Arrays of a class with a number a row, which are columns as they stand.
@@ -59,8 +59,8 @@ def dump_class(patterns: PatternClass) -> bytes:
         "codes": b"".join(codes),
         "corners": pack(patterns.corners[rows].ravel()),
         "word_sizes": pack(sizes),
-        "words": pack(patterns.words[list_stretches(patterns.word_start[rows], sizes)]),
-        "signature": pack(_number(patterns.signature[rows])[0]),
+        "words": pack(take_stretches(patterns.words, patterns.word_start[rows], sizes)),
+        "signature": pack(number_rows(patterns.signature[rows, None])[0]),
     }
     for name in NUMBERS:
         held[name] = pack(getattr(patterns, name)[rows].astype(np.int64))
@@ -108,14 +108,14 @@ def _make_class(n_sides: int, codes: list[bytes], held: dict[str, bytes]) -> Pat
     corners = unpack(held["corners"]).astype(np.uint8).reshape(len(codes), n_sides)[order]
     sizes = unpack(held["word_sizes"]).astype(np.int64)
     starts = np.cumsum(sizes) - sizes
-    words = unpack(held["words"]).astype(np.int16)[list_stretches(starts[order], sizes[order])]
+    words = take_stretches(unpack(held["words"]).astype(np.int16), starts[order], sizes[order])
     word_start = np.cumsum(np.r_[0, sizes[order]])
-    signature, first = _number(unpack(held["signature"])[order])
+    signature, first = number_rows(unpack(held["signature"])[order, None])
     rotation = numbers["rotation"][order]
     reflected = numbers["reflected"][order].astype(np.bool_)
     lengths, joins = _join_sides(
         n_sides,
-        words[list_stretches(word_start[first], sizes[order][first])],
+        take_stretches(words, word_start[first], sizes[order][first]),
         np.cumsum(np.r_[0, sizes[order][first]]),
         rotation[first],
         reflected[first],
@@ -146,14 +146,6 @@ def _make_class(n_sides: int, codes: list[bytes], held: dict[str, bytes]) -> Pat
         lengths=shrink(lengths),
         joins=shrink(joins),
     )
-
-
-def _number(values: NDArray[np.int32]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
-    """Number the values as they first appear; the numbers, and the first row of each."""
-    _, first, which = np.unique(values, return_index=True, return_inverse=True)
-    rank = np.empty(len(first), np.int64)
-    rank[np.argsort(first)] = np.arange(len(first))
-    return rank[which].astype(np.int32), np.sort(first)
 
 
 def _join_sides(

@@ -22,6 +22,7 @@ from patterndb.core.patternclass import PatternClass
 from patterndb.store.contentkey import read_content_key
 from patterndb.store.reading import get_id_range, load_class
 from patterndb.system.mappedarrays import ArrayShelf
+from patterndb.system.memory import return_freed_memory
 
 #: What arrays of a class are kept as; changed whenever what they hold is.
 FORMAT = "class-2"
@@ -60,9 +61,12 @@ def read_class(connection: sqlite3.Connection, path: Path, n_sides: int) -> Patt
             what, _to_arrays(loaded)
         ):
             return loaded
+        # A large class has its arrays in memory once, not beside those that are mapped.
+        del loaded
+        return_freed_memory()
         arrays = shelf.find(what)
         if arrays is None:  # another process has replaced it
-            return loaded
+            return load_class(connection, n_sides)
     assert shelf is not None
     uses = _read_uses(connection, n_sides, arrays["ids"])
     made = _from_arrays(n_sides, arrays, uses, shelf)
@@ -78,7 +82,8 @@ def _find_shelf(connection: sqlite3.Connection, path: Path, n_sides: int) -> Arr
 
 
 def _to_arrays(patterns: PatternClass) -> dict[str, NDArray[Any]]:
-    codes = PackedRows.from_rows(patterns.codes)
+    assert isinstance(patterns.codes, PackedRows)
+    codes = patterns.codes
     return {name: getattr(patterns, name) for name in _ARRAYS} | {
         "code_bytes": codes.raw,
         "code_ends": codes.ends,

@@ -5,7 +5,8 @@ from __future__ import annotations
 import difflib
 import json
 import sqlite3
-from collections.abc import Callable, Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from typing import Any, TypeVar
@@ -17,11 +18,12 @@ from patterndb.core import description as d
 from patterndb.core.code import MAX_CLASS
 from patterndb.core.packing import unpack
 from patterndb.core.pattern import Pattern
-from patterndb.core.patternclass import ORIGINS, PatternClass
+from patterndb.core.patternclass import ORIGINS, ClassPart, PatternClass
 from patterndb.core.shortcode import pack_symbols, restore
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
 from patterndb.store.columns import MOST_32, MOST_64, check_blobs, read_numbers, say_wrong
 from patterndb.store.records import LearningOptions, Mesh, Occurrence, Provenance
+from patterndb.system.underway import told_underway
 
 T = TypeVar("T")
 
@@ -53,23 +55,51 @@ def load_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
     DatabaseError, which names pattern and column, where a code is not the canonical one of a disk
     of so many sides, or a column does not follow from it or holds what it cannot.
     """
+    return PatternClass.from_parts(n_sides, _read_parts(connection, n_sides))
+
+
+#: Patterns of a class that are read and described at a time: some ten megabytes.
+READ_AT_ONCE = 10_000
+
+_SELECT_CLASS = """
+SELECT id, code, frequency, coalesce(uses, 0),
+    (SELECT count(*) FROM occurrence WHERE occurrence.pattern_id = id),
+    pattern.origin, n_reflex, n_quads, n_irregular, chiral
+FROM pattern LEFT JOIN usage ON usage.pattern_id = id
+WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY id
+"""
+
+
+def _read_parts(connection: sqlite3.Connection, n_sides: int) -> Generator[ClassPart]:
+    """Read the patterns of a class part by part; the next is read while one is described."""
     low, high = get_id_range(n_sides)
-    rows = connection.execute(
-        "SELECT id, code, frequency, coalesce(uses, 0), "
-        "(SELECT count(*) FROM occurrence WHERE occurrence.pattern_id = id), "
-        "pattern.origin, n_reflex, n_quads, n_irregular, chiral "
-        "FROM pattern LEFT JOIN usage ON usage.pattern_id = id "
-        "WHERE id BETWEEN ? AND ? AND n_sides = ? ORDER BY id",
-        (low, high, n_sides),
-    ).fetchall()
-    columns: list[tuple[Any, ...]] = list(zip(*rows, strict=True)) if rows else [()] * 10
-    ids, short = columns[:2]
+    cursor = connection.execute(_SELECT_CLASS, (low, high, n_sides))
+    with (
+        ThreadPoolExecutor(1, "patterndb-reading") as pool,
+        told_underway(f"reading the patterns of {n_sides} sides, once") as tell,
+    ):
+        ahead: Future[ClassPart] | None = None
+        while rows := cursor.fetchmany(READ_AT_ONCE):
+            one, ahead = ahead, pool.submit(_make_part, n_sides, rows)
+            if one is not None:
+                yield one.result()
+            # Ids are hashes, and so evenly spread.
+            tell((rows[-1][0] - low) / (high - low))
+        # SQLite's own copy of the pages is of no use to the next question.
+        connection.execute("PRAGMA shrink_memory")
+        if ahead is not None:
+            yield ahead.result()
+
+
+def _make_part(n_sides: int, rows: list[tuple[Any, ...]]) -> ClassPart:
+    """Check rows of :data:`_SELECT_CLASS`, and describe their codes."""
+    ids, short, *columns = zip(*rows, strict=True)
     check_blobs(ids, "code", short)
-    frequency = read_numbers(ids, "frequency", columns[2], 0, MOST_64)
-    uses = read_numbers(ids, "uses", columns[3], 0, MOST_64)
-    n_meshes = read_numbers(ids, "occurrences", columns[4], 0, MOST_32)
+    frequency = read_numbers(ids, "frequency", columns[0], 0, MOST_64)
+    uses = read_numbers(ids, "uses", columns[1], 0, MOST_64)
+    n_meshes = read_numbers(ids, "occurrences", columns[2], 0, MOST_32)
     number_of = {name: number for number, name in enumerate(ORIGINS)}
-    origin = np.array([number_of.get(name, -1) for name in columns[5]], np.int8)
+    origin = np.array([number_of.get(name, -1) for name in columns[3]], np.int8)
     _refuse(ids, "origin", origin < 0, f"is none of {', '.join(ORIGINS)}")
     try:
         symbols, offsets = restore(short)
@@ -79,11 +109,10 @@ def load_class(connection: sqlite3.Connection, n_sides: int) -> PatternClass:
         raise say_wrong(ids[error.row], "code", f"is damaged ({error})") from error
     wrong = described.counts[:, d.N_CORNERS] != n_sides
     _refuse(ids, "code", wrong, f"is not of {n_sides} sides")
-    for (name, at), values in zip(FOLLOWING.items(), columns[6:], strict=True):
+    for (name, at), values in zip(FOLLOWING.items(), columns[4:], strict=True):
         stored = read_numbers(ids, name, values, 0, MOST_32)
         _refuse(ids, name, stored != described.counts[:, at], "does not follow from its code")
-    return PatternClass.from_codes(
-        n_sides,
+    return ClassPart(
         pack_symbols(symbols, offsets),
         described,
         ids=np.array(ids, np.int64),

@@ -16,6 +16,7 @@ import hashlib
 import json
 import mmap
 import os
+import sys
 import tempfile
 import time
 import zlib
@@ -31,6 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.system.caches import cache_folders, is_trusted, make_trusted
+from patterndb.system.memory import return_freed_memory
 
 Array = NDArray[Any]
 
@@ -105,8 +107,12 @@ class ArrayShelf:
         if found is not None:
             return found
         made = make()
-        # Mapped, where they could be kept: those just made are memory of this process alone.
-        return (self.find(what) if self.keep(what, made) else None) or made
+        if not self.keep(what, made):
+            return made
+        # Mapped: those just made are memory of this process alone, and would be there twice.
+        del made
+        return_freed_memory()
+        return self.find(what) or make()
 
     def _name(self, what: str) -> str:
         return f"{_digest(self.source)[:24]}-{what}.arrays"
@@ -226,7 +232,12 @@ def _add_up(file: BufferedReader, begin: int, told: list[Any]) -> bool:
         def is_right(part: tuple[int, int, int]) -> bool:
             first, last, checksum = part
             with view[first:last] as chunk:
-                return zlib.crc32(chunk) == checksum
+                right = zlib.crc32(chunk) == checksum
+            # Its pages are given back at once, where the system can be told: they may be many.
+            if sys.platform != "win32":
+                page = first // mmap.PAGESIZE * mmap.PAGESIZE
+                mapped.madvise(mmap.MADV_DONTNEED, page, last - page)
+            return right
 
         return all(pool.map(is_right, parts))
 

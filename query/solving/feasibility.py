@@ -22,9 +22,11 @@ from query.boundary import Boundary
 from query.orientation import list_corners_seen, list_sides_seen
 from query.solving.batch import share_out
 from query.solving.halves import COPY_BY, QUEUE
+from query.solving.jointclaims import MOST_SIDES, SUMS, TABLES, is_refused, sum_needs
 from query.solving.matching import is_matchable
 from query.solving.sieve import (
     LANES,
+    compare_pairs,
     drop_lane,
     has_lane,
     mark_lanes,
@@ -54,7 +56,7 @@ class _Query(NamedTuple):
     """What is asked of a class, for the kernels.
 
     lengths: (n, w) int32, a *lane* for each different way in which a signature sees the boundary.
-    words:   (w, g) the same as words of :mod:`query.solving.sieve`.
+    compared: what they are to base lengths, of :func:`query.solving.sieve.compare_pairs`.
     marks:   (g,) the words of all lanes.
     stated:  (k, g) words, what the boundary has for every claim.
     kinds:   (n, N) int32 quads at the corners in each lane; corner s is where side s of the
@@ -65,7 +67,7 @@ class _Query(NamedTuple):
     """
 
     lengths: Int32Array
-    words: Int64Array
+    compared: Int64Array
     marks: Int64Array
     stated: Int64Array
     kinds: Int32Array
@@ -165,7 +167,7 @@ def _answer(
     """
     systems = systems_of(patterns)
     lengths, kinds, lane = _distinct(boundary)
-    words, marks = pack_lengths(lengths), mark_lanes(len(lengths))
+    compared, marks = compare_pairs(pack_lengths(lengths)), mark_lanes(len(lengths))
     stated = np.zeros((len(systems.claimant), len(marks) * LANES), np.uint8)
     seen = np.ascontiguousarray(lengths.T)
     flag = np.zeros(1, np.uint8) if cancel is None else cancel
@@ -180,7 +182,14 @@ def _answer(
 
     share_out(state, range(0, claims.size, CLAIMS_PER_THREAD), 1 if few else threads)
     query = _Query(
-        lengths, words, marks, stated.view("<i8"), kinds, lane, boundary.perimeter, corners is None
+        lengths,
+        compared,
+        marks,
+        stated.view("<i8"),
+        kinds,
+        lane,
+        boundary.perimeter,
+        corners is None,
     )
     if corners is None:
         corners = np.zeros((0, 0), np.uint8)
@@ -222,15 +231,31 @@ def _mark(
     rows."""
     # Taken apart once: every access to an array in a tuple counts references, in one place
     # for all threads.
-    graphs, base, perimeter, surplus, _, component, colour, parity = systems
+    (
+        graphs,
+        base,
+        pairs,
+        perimeter,
+        surplus,
+        _,
+        component,
+        colour,
+        parity,
+        graph,
+        joint_first,
+        joint,
+    ) = systems
     first, class_i, class_j, claim, near_first, near = graphs
-    lengths, words, marks, stated, kinds, lane_of_orientation, most, convex = query
+    lengths, compared, marks, stated, kinds, lane_of_orientation, most, convex = query
     n_lanes, w = lengths.shape
     left = np.empty(len(marks), np.int64)
-    need = np.empty(w, np.int32)
+    # Joint claims count on sides that there are not.
+    needs = np.zeros(max(w, MOST_SIDES), np.int32)
+    need = needs[:w]
     flow = np.empty((w, w), np.int32)
     scratch = np.empty((5, w), np.int32)
     fit = np.empty(n_lanes, np.bool_)
+    sums = np.zeros(TABLES * SUMS, np.int32)
     for u in range(len(rows)):
         if u % ROWS_PER_LOOK == 0 and cancel[0] != 0:
             return
@@ -238,11 +263,13 @@ def _mark(
         row = int(signature[at])
         if perimeter[row] > most:
             continue
-        if not sift_system(row, base, surplus, claim, marks, words, stated, left):
+        if not sift_system(row, pairs, surplus, claim, marks, compared, stated, left):
             continue
         if not convex:
             _drop_by_corners(kinds, corners[u], rotation[at], reflected[at], left)
         found = False
+        asking = int(joint_first[graph[row]])
+        asked = int(joint_first[graph[row] + 1])
         for lane in range(n_lanes):
             fit[lane] = False
             if not has_lane(left, lane):
@@ -251,6 +278,10 @@ def _mark(
                 continue
             if parity[row] and not is_balanced(need, component[row], colour[row], scratch[0]):
                 continue
+            if asking < asked:
+                sum_needs(needs, sums)
+                if is_refused(asking, asked, joint, sums):
+                    continue
             cut = is_matchable(
                 need, row, first, class_i, class_j, claim, near_first, near, flow, scratch
             )

@@ -15,7 +15,8 @@ It compares *words*: 64-bit integers of eight bytes, a byte for each *lane*, whi
 a pattern can see the boundary. The bytes hold v + 128 for a left-hand side v, cut off to 0..127.
 Less a number of 0..127 in every byte, the highest bit of each says whether v is at least that
 number, and nothing is borrowed from the byte above. Since claims may be below 0, both sides of the
-second are one more. Cut off, more may pass, never less: what passes is not known to fit.
+second are one more. What the first says of two sides is looked up by both base lengths, cut off at
+LONGEST_BASE. Cut off, more may pass, never less: what passes is not known to fit.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array, Int64Array
 from patterndb.system.kernels import kernel
-from query.solving.systems import MOST_SURPLUS, Int16Array
+from query.solving.systems import LONGEST_BASE, MOST_SURPLUS, Int16Array
 
 #: Lanes in a word, and bits of each.
 LANES = 8
@@ -53,6 +54,28 @@ def pack_lengths(lengths: Int32Array) -> Int64Array:
     lanes = np.full((w, len(mark_lanes(n)) * LANES), HIGHEST, np.uint8)
     lanes[:, :n] |= np.minimum(lengths.T, MOST_SURPLUS).astype(np.uint8)
     return lanes.view("<i8")
+
+
+@kernel
+def compare_pairs(words: Int64Array) -> Int64Array:
+    """Compare the lengths of each two sides with all base lengths that they may have.
+
+    words: (w, g) of :func:`pack_lengths`. Returns (ceil(w / 2), (LONGEST_BASE + 1)**2, g): the
+    lanes in which sides 2 p and 2 p + 1 are as long as entry q of
+    :class:`query.solving.systems.Systems.pairs` asks.
+    """
+    w, n = words.shape
+    size = LONGEST_BASE + 1
+    compared = np.empty(((w + 1) // 2, size * size, n), np.int64)
+    for p in range(len(compared)):
+        for q in range(size * size):
+            for g in range(n):
+                word = words[2 * p, g] - q // size * ONES
+                # The last side may have none beside it.
+                if 2 * p + 1 < w:
+                    word &= words[2 * p + 1, g] - q % size * ONES
+                compared[p, q, g] = word
+    return compared
 
 
 @kernel
@@ -88,39 +111,44 @@ def state_claims(
 @kernel(inline="always")
 def sift_system(
     row: int,
-    base: Int16Array,
+    pairs: NDArray[np.uint8],
     surplus: NDArray[np.uint8],
     claim: Int32Array,
     marks: Int64Array,
-    words: Int64Array,
+    compared: Int64Array,
     stated: Int64Array,
     left: Int64Array,
 ) -> bool:
     """Write the lanes (g,) in which the system of a row passes; return whether any does.
 
-    base, surplus, claim: see :class:`query.solving.systems.Systems`. marks: of
-    :func:`mark_lanes`; words: of :func:`pack_lengths`; stated: of :func:`state_claims`.
+    pairs, surplus, claim: see :class:`query.solving.systems.Systems`. marks: of
+    :func:`mark_lanes`; compared: of :func:`compare_pairs`; stated: of :func:`state_claims`.
     """
     passing = False
+    w = surplus.shape[1]
     for g in range(0, len(marks), GROUP):
         a = marks[g]
         b = marks[g + 1]
         c = marks[g + 2]
         d = marks[g + 3]
-        for s in range(base.shape[1]):
-            least = min(np.int64(base[row, s]), MOST_SURPLUS) * ONES
-            a &= words[s, g] - least
-            b &= words[s, g + 1] - least
-            c &= words[s, g + 2] - least
-            d &= words[s, g + 3] - least
-        if a | b | c | d != 0:
-            for s in range(base.shape[1]):
+        for p in range(pairs.shape[1]):
+            q = pairs[row, p]
+            a &= compared[p, q, g]
+            b &= compared[p, q, g + 1]
+            c &= compared[p, q, g + 2]
+            d &= compared[p, q, g + 3]
+        s = 0
+        # Half of the claims refuse most of what all do.
+        while s < w and a | b | c | d != 0:
+            last = w if s > 0 else (w + 1) // 2
+            while s < last:
                 q = claim[row, s]
                 least = np.int64(surplus[row, s]) * ONES
                 a &= stated[q, g] - least
                 b &= stated[q, g + 1] - least
                 c &= stated[q, g + 2] - least
                 d &= stated[q, g + 3] - least
+                s += 1
         left[g] = a
         left[g + 1] = b
         left[g + 2] = c

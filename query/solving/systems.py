@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from patterndb.core.halfedge import Int32Array
 from patterndb.core.patternclass import PatternClass
 from patterndb.system.kernels import kernel
+from query.solving.jointclaims import MOST_SIDES, SCATTER, list_joint_claims
 
 Int16Array = NDArray[np.int16]
 
@@ -184,6 +185,10 @@ def is_balanced(
 #: has room for. A greater surplus is a weaker sieve, no other answer.
 MOST_SURPLUS = 127
 
+#: The longest base length that the sieve tells from longer ones, so that two are one byte. Those of
+#: half a million patterns of 12 sides are 14 at most.
+LONGEST_BASE = 15
+
 
 class Graphs(NamedTuple):
     """The graphs of s systems of w sides and of c classes in all.
@@ -212,6 +217,8 @@ class Systems(NamedTuple):
 
     graphs:     the sides that their polychords join.
     base:       (s, w) int16 base length of every side.
+    pairs:      (s, ceil(w / 2)) uint8 of each two sides (LONGEST_BASE + 1) * a + b, where a and b
+                are their base lengths, at most LONGEST_BASE; b is 0 where there is one side more.
     perimeter:  (s,) int32 sum of the base lengths.
     surplus:    (s, w) uint8 one more than what the base lengths of a side's neighbours have beyond
                 its own, at most MOST_SURPLUS; 0 where it is joined to itself: it asks no other.
@@ -219,16 +226,22 @@ class Systems(NamedTuple):
     component, colour: (s, w) int16 of :func:`query.solving.systems.two_colour`.
     parity:     (s,) bool can parity refuse an even perimeter? Not in a graph that is in one
                 piece and has an odd cycle.
+    graph, joint_first, joint: of :func:`query.solving.jointclaims.list_joint_claims`; or one graph
+                for all, without claims.
     """
 
     graphs: Graphs
     base: Int16Array
+    pairs: NDArray[np.uint8]
     perimeter: Int32Array
     surplus: NDArray[np.uint8]
     claimant: Int16Array
     component: Int16Array
     colour: Int16Array
     parity: NDArray[np.bool_]
+    graph: Int32Array
+    joint_first: Int32Array
+    joint: Int32Array
 
 
 #: The systems of the classes in use, by the identity of their joins, and what keeps them
@@ -236,7 +249,7 @@ class Systems(NamedTuple):
 _known: dict[int, tuple[weakref.ref[NDArray[np.integer]], Systems]] = {}
 
 #: The name of systems among what is kept of a class; changed whenever what they hold is.
-SHELVED_SYSTEMS = "systems-2"
+SHELVED_SYSTEMS = "systems-3"
 
 
 class SignedRows(Protocol):
@@ -270,7 +283,7 @@ def systems_of(patterns: SignedRows) -> Systems:
         made = _from_arrays(
             shelf.find_or_make(
                 f"{patterns.lengths.shape[1]}-{SHELVED_SYSTEMS}",
-                lambda: _to_arrays(make_systems(patterns.lengths, patterns.joins)),
+                lambda: _to_arrays(make_systems(patterns.lengths, patterns.joins, jointly=True)),
             )
         )
 
@@ -295,8 +308,13 @@ def _from_arrays(arrays: Mapping[str, NDArray[Any]]) -> Systems:
     return Systems(graphs, *(arrays[name] for name in Systems._fields[1:]))
 
 
-def make_systems(lengths: NDArray[np.integer], joins: NDArray[np.integer]) -> Systems:
-    """The systems of (s, w) base lengths and (s, w, w) joins; see :class:`SignedRows`."""
+def make_systems(
+    lengths: NDArray[np.integer], joins: NDArray[np.integer], *, jointly: bool = False
+) -> Systems:
+    """The systems of (s, w) base lengths and (s, w, w) joins; see :class:`SignedRows`.
+
+    jointly: with joint claims, which take longer to list than all else and pay where it is kept.
+    """
     s, w = lengths.shape
     joined = joins > 0
     n_loops = int(np.diagonal(joined, axis1=1, axis2=2).sum())
@@ -312,25 +330,35 @@ def make_systems(lengths: NDArray[np.integer], joins: NDArray[np.integer]) -> Sy
         near_first=near_first,
         near=near,
     )
+    graph, joint_first, joint = np.zeros(s, np.int32), np.zeros(2, np.int32), np.zeros(0, np.int32)
+    if jointly and w <= MOST_SIDES:
+        graph, joint_first, joint = list_joint_claims(claim, near_first, near)
     made = Systems(
         graphs,
         base=base,
+        pairs=_pair_sides(base),
         perimeter=lengths.sum(axis=1, dtype=np.int32),
         surplus=np.empty((s, w), np.uint8),
         claimant=claimant,
         component=np.empty((s, w), np.int16),
         colour=np.empty((s, w), np.int16),
         parity=np.empty(s, np.bool_),
+        graph=graph,
+        joint_first=joint_first,
+        joint=joint,
     )
     _fill(made, joined)
     return made
 
 
+def _pair_sides(base: Int16Array) -> NDArray[np.uint8]:
+    """The base lengths (s, w) of each two sides as one number: see :class:`Systems`."""
+    even = np.pad(np.minimum(base, LONGEST_BASE), ((0, 0), (0, base.shape[1] % 2)))
+    return ((LONGEST_BASE + 1) * even[:, ::2] + even[:, 1::2]).astype(np.uint8)
+
+
 #: Claims that there is room for at first.
 CLAIMS = 256
-
-#: An odd number that scatters: 2**64 over the golden ratio, as a signed integer.
-SCATTER = -7046029254386353131
 
 
 @kernel

@@ -7,12 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from patterndb.core import packing
 from patterndb.core.packing import (
     LIMIT,
     PackedRows,
     pack,
     pack_many,
     take_rows,
+    take_stretches,
     unpack,
     unpack_many,
 )
@@ -80,3 +82,21 @@ def test_rows_are_joined_and_taken(parts: list[list[bytes]], data: st.DataObject
     first = data.draw(st.integers(0, len(rows)))
     part = PackedRows(joined.raw, joined.ends[first:])
     assert list(PackedRows.join([part, part])) == 2 * rows[first:]
+
+
+@given(st.lists(st.integers(0, 9)), st.data(), st.integers(1, 4))
+def test_stretches_are_taken_some_at_a_time(
+    values: list[int], data: st.DataObject, at_once: int
+) -> None:
+    flat = np.array(values, np.int16)
+    starts = data.draw(st.lists(st.integers(0, len(values))))
+    sizes = [data.draw(st.integers(0, len(values) - start)) for start in starts]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(packing, "TAKEN_AT_ONCE", at_once)
+        taken = take_stretches(flat, np.array(starts, np.int64), np.array(sizes, np.int64))
+    assert taken.dtype == flat.dtype
+    assert taken.tolist() == [
+        value
+        for start, size in zip(starts, sizes, strict=True)
+        for value in values[start : start + size]
+    ]

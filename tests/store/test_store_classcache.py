@@ -14,12 +14,15 @@ import numpy as np
 import pytest
 from learnt import OTHER, learned
 
+from patterndb.core.code import format_id
 from patterndb.core.packing import PackedRows
-from patterndb.core.patternclass import PatternClass
-from patterndb.store import Database, classcache
+from patterndb.core.patternclass import ClassPart, PatternClass
+from patterndb.errors import DatabaseError
+from patterndb.store import Database, classcache, reading
 from patterndb.store.connection import connect
 from patterndb.store.reading import load_class
 from patterndb.system.mappedarrays import FOLDER, MAGIC, ArrayShelf
+from patterndb.system.underway import describe_underway
 from query import fills
 from query.listing.table import get_strict_table
 
@@ -66,6 +69,45 @@ def test_what_is_mapped_equals_what_is_loaded(full: Path, kept: Path) -> None:
                 assert isinstance(mapped.codes, PackedRows)
                 assert list(list_differences(load(full, n), mapped)) == []
     assert len(list(kept.glob("*class*"))) == len(SIDES)
+
+
+@pytest.mark.parametrize("at_once", [1, 7, 50])
+def test_parts_make_the_class_that_one_makes(
+    full: Path, at_once: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = {n: load(full, n) for n in SIDES}
+    shares: list[str | None] = []
+
+    def describe(*args: object) -> ClassPart:
+        shares.append(describe_underway())
+        return make_part(*args)  # pyright: ignore[reportArgumentType]
+
+    make_part = reading._make_part  # pyright: ignore[reportPrivateUsage]
+    monkeypatch.setattr(reading, "_make_part", describe)
+    monkeypatch.setattr(reading, "READ_AT_ONCE", at_once)
+    for n, one in whole.items():
+        shares.clear()
+        assert list(list_differences(one, load(full, n))) == []
+        assert len(shares) == -(-len(one) // at_once)
+        assert all(share and f"of {n} sides" in share for share in shares)
+        assert describe_underway() is None
+
+
+def test_a_damaged_row_of_a_later_part_is_told(
+    full: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(reading, "READ_AT_ONCE", 1)
+    path = tmp_path / "damaged.db"
+    path.write_bytes(full.read_bytes())
+    with sqlite3.connect(path) as connection:
+        (number,) = connection.execute(
+            "SELECT id FROM pattern WHERE n_sides = 5 ORDER BY id DESC LIMIT 1"
+        ).fetchone()
+        connection.execute("UPDATE pattern SET n_quads = n_quads + 1 WHERE id = ?", (number,))
+    connection.close()
+    with pytest.raises(DatabaseError, match=f"{format_id(number)} is damaged: n_quads"):
+        load(path, 5)
+    assert describe_underway() is None
 
 
 def test_a_second_handle_reads_no_rows(
