@@ -12,6 +12,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from patterndb_sketch.retopo.arguments import read_arguments
+from patterndb_sketch.retopo.draft.fitting import sample_both_sides
+from patterndb_sketch.retopo.draft.refitting import claim_curves, refit_quads
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
@@ -156,14 +158,33 @@ class Editor:
         except RefusedError as error:
             return Outcome(False, str(error))
         state = result.state
+        state = replace(state, network=claim_curves(self.network, state.network))
         if not tool.holds:
             state = replace(state, network=release_vertices(self.network, state.network))
         if state.same(self.state):
             return Outcome(False, None, result.notes)
         before = self.network
         self._history.step(state)
+        if not tool.holds:
+            self._refit(before)
         flaws = describe_flaws(before, state.network, self.ground_now, state.sizes)
         return Outcome(True, None, (*result.notes, *flaws))
+
+    def _refit(self, before: Network) -> None:
+        """Fit quads of a draft to the surface where the last step filled patches anew."""
+        state, ground, half = self.state, self.ground_now, self.half
+        cache = self._caches.setdefault(state.plane, PlacedCache())
+        fitted = refit_quads(
+            before,
+            state.network,
+            ground,
+            self.source,
+            state.sizes,
+            lambda: sample_both_sides(ground, half, state.sizes.edge),
+            cache,
+        )
+        if fitted is not state.network:
+            self._history.settle(replace(state, network=fitted))
 
     def keep_history(self) -> History:
         """What :meth:`return_to` goes back to, whatever was begun since."""

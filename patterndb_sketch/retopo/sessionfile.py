@@ -129,6 +129,7 @@ class ChainEntries(Entries):
     count: Id
     pinned: bool
     marks: Marks
+    laid: bool = False
 
 
 class FillEntries(Entries):
@@ -378,6 +379,7 @@ def _chain(place: JsonValue, entries: ChainEntries, rows: _SessionRows) -> Chain
         entries.count,
         entries.pinned,
         entries.marks,
+        entries.laid,
     )
 
 
@@ -497,6 +499,8 @@ def _network_document(network: Network) -> tuple[dict[str, object], dict[str, ND
                 "count": chain.count,
                 "pinned": chain.pinned,
                 "marks": list(chain.marks),
+                # As before where nothing was drafted: older programs read it.
+                **({"laid": True} if chain.laid else {}),
             }
             for chain in network.chains.values()
         ],

@@ -171,3 +171,55 @@ def test_a_plane_that_the_user_took_is_judged_by_both_sides(source: PatternSourc
     assert any(f" {quads} quads" in note for note in outcome.notes)
     assert cut_half(ground, Plane.of((0, 0, 0), (1, 0, 0))).whole is ground
     assert len(weld_fills(editor.fill()).quads) * 2 == quads
+
+
+@pytest.mark.parametrize("symmetry", [True, False])
+def test_counts_chosen_anew_are_fitted_again(symmetry: bool, source: PatternSource) -> None:
+    ground = horned(0.0 if symmetry else 0.5)
+    editor = Editor(ground, source)
+    do(editor, "draft", symmetry=symmetry)
+    edge = editor.sizes.edge
+    assert all(chain.laid != chain.marked for chain in editor.network.chains.values())
+    for times in (0.8, 0.9, 1.0, 1.15, 1.3):
+        do(editor, "recount", edge=times * edge)
+        network = editor.network
+        found = editor.fill()
+        # All that is chosen was chosen by the call: filling it changes nothing.
+        assert found.network is network
+        made, off = measure(found, editor.ground_now)
+        assert made.flipped == made.tangled == 0 and off < 0.02
+        assert report_mesh(found, ground, editor.mesh(found)).euler == 2
+    do(editor, "undo")
+    check_network(editor.network, patches=False)
+
+
+def test_only_what_an_edit_fills_anew_is_fitted_again(source: PatternSource) -> None:
+    ground = horned(0.5)
+    editor = Editor(ground, source)
+    do(editor, "draft", symmetry=False)
+    before, placed = editor.network, editor.fill().placed
+    chain = max(before.chains.values(), key=lambda one: one.count)
+    do(editor, "subdivide", at=chain.points[len(chain.points) // 2].tolist(), by=2, strip=True)
+    after, now = editor.network, editor.fill().placed
+    same = {p for p, patch in after.patches.items() if before.patches[p].choice == patch.choice}
+    assert 0 < len(same) < len(now)
+    for patch in same:
+        assert np.array_equal(now[patch].vertices, placed[patch].vertices)
+    owner = after.patch_of()
+    for number, one in after.chains.items():
+        if same & {owner[2 * number], owner[2 * number + 1]}:
+            assert np.array_equal(one.points, before.chains[number].points)
+    assert sum(len(one.flipped) for one in now.values()) == 0
+
+
+def test_a_curve_that_the_user_moves_is_no_longer_moved_by_fitting(source: PatternSource) -> None:
+    ground = horned(0.5)
+    editor = Editor(ground, source)
+    do(editor, "draft", symmetry=False)
+    chain = max(editor.network.chains.values(), key=lambda one: one.length)
+    at = chain.points[len(chain.points) // 2]
+    do(editor, "smooth", at=at.tolist())
+    moved = editor.network.chains[chain.id]
+    assert not np.array_equal(moved.points, chain.points) and not moved.laid
+    do(editor, "recount", edge=1.2 * editor.sizes.edge)
+    assert np.array_equal(editor.network.chains[chain.id].points, moved.points)

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from shared import EXAMPLES, SHARED
+from shared import EXAMPLES, MESHES, SHARED
 
 import patterndb
 from ingest.formats import read_mesh
+from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import FilledNetwork, weld_fills
 from patterndb_sketch.retopo.filling.report import find_open_loops, hausdorff, report_mesh
@@ -18,6 +19,8 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import check_network
 from patterndb_sketch.retopo.network.faces import count_genus, count_handles
 from patterndb_sketch.retopo.script import play_script, read_script
+from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.symmetry import cut_half, propose_plane
 
 SCRIPTS = EXAMPLES / "retopo"
 SURFACES = SHARED / "data" / "surfaces"
@@ -136,3 +139,18 @@ def test_a_boot_has_all_its_tunnels_in_the_network_and_in_the_quads() -> None:
     made = report_mesh(found, ground)
     assert (made.unfilled, made.open_edges, made.tangled) == (0, 0, 0)
     assert made.euler == 2 - 2 * handles
+
+
+@pytest.mark.parametrize("name", ["q_fox", "q_dog", "q_telescope", "q_sheep"])
+def test_halves_of_animals_are_remeshed_as_evenly_as_their_surface_is_large(name: str) -> None:
+    # A triangle that folds over looks for the surface at the other end of the limb.
+    whole = Ground.of_polygons(read_mesh(MESHES / f"{name}.obj"))
+    half = cut_half(whole, propose_plane(whole).plane).ground
+    edge = 0.4 * Sizes.of(whole.diagonal).edge
+    vertices, triangles = remesh_evenly(half, edge)
+    made = Ground.of(vertices, triangles)
+    assert not made.dropped and len(made.vertices) == len(vertices)
+    assert np.diff(made.topology.side_start).max() == 2
+    due = half.surface.areas.sum() / (np.sqrt(3.0) / 4.0 * edge**2)
+    assert len(triangles) < 2.0 * due
+    assert 0.9 < made.surface.areas.sum() / half.surface.areas.sum() < 1.1

@@ -8,5 +8,5 @@ Read :mod:`.proposing`, which is all of it, then its steps: :mod:`.remesh`, :mod
 :mod:`.crossfield` (the field and its singularities), :mod:`.tracing` (separatrices), :mod:`.arcs`
 (those between singularities), :mod:`.walls` (borders and the seam of symmetry), :mod:`.assembly`
 (lines as a network), :mod:`.fitting` (its quads are fitted to the surface) and :mod:`.judging`
-(what is wrong with them, and refused).
+(what is wrong with them, and refused). :mod:`.refitting` fits again what later edits fill anew.
 """

@@ -33,6 +33,7 @@ from patterndb_sketch.retopo.filling.report import cut_quads
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Node, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
+from patterndb_sketch.retopo.symmetry import Half
 from query.placing.untangle import untangle
 
 #: Rounds, and after how many the surface's far points are looked for anew.
@@ -362,6 +363,16 @@ def sample_ground(ground: Ground, spacing: float) -> Points:
         inner = np.einsum("ke,tec->tkc", weights, corners[parts == n])
         found.append(inner.reshape(-1, 3))
     return np.concatenate(found)
+
+
+def sample_both_sides(ground: Ground, half: Half | None, edge: float) -> Points:
+    """(n, 3) points of the ground that quads are fitted to; of a half, with the images of those
+    beyond the plane: no surface is symmetric to the last hair."""
+    if half is None:
+        return sample_ground(ground, SPACING * edge)
+    points = sample_ground(half.whole, SPACING * edge)
+    beyond = half.plane.heights(points) < 0.0
+    return np.concatenate([points[~beyond], half.plane.mirror(points[beyond])])
 
 
 def _list_weights(n: int) -> Iterable[tuple[float, float, float]]:

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Points, units
-from patterndb_sketch.retopo.counts import solve_counts
 from patterndb_sketch.retopo.counts.rules import sum_costs
 from patterndb_sketch.retopo.draft.arcs import cut_segments, find_arcs
 from patterndb_sketch.retopo.draft.assembly import (
@@ -29,7 +28,7 @@ from patterndb_sketch.retopo.draft.assembly import (
 )
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
-from patterndb_sketch.retopo.draft.fitting import SPACING, fit_quads, sample_ground
+from patterndb_sketch.retopo.draft.fitting import fit_quads, sample_both_sides
 from patterndb_sketch.retopo.draft.handles import find_shortest_handle
 from patterndb_sketch.retopo.draft.imprint import cut_along_curves
 from patterndb_sketch.retopo.draft.judging import MOST_OFF, DraftJudge
@@ -48,6 +47,7 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling import (
     FilledNetwork,
     PlacedCache,
+    choose_counts,
     fill_network,
 )
 from patterndb_sketch.retopo.filling.edgecounts import NumberedCounts
@@ -83,12 +83,6 @@ MOST_SEEDS = 12
 #: further place. It is
 #: the longest loop that Takayama et al.'s program takes for a patch.
 LONGEST_LOOP = 2.0
-
-
-#: What a patch costs whose opposite sides do not agree, beside errors of counts: it has two
-#: irregular vertices that the field has not. Measured on penguin, human and goathead: with half of
-#: it 0 to 3 more patches are such; with twice, up to 4 fewer, of edges that are less even.
-REGULARITY = 20.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +153,7 @@ def draft_network(
     if laid is None:
         raise RefusedError(why)
     edge = setting.finer * sizes.edge
-    counted = _count_regularly(laid[0], edge)
+    counted, _ = choose_counts(laid[0], edge)
     costs = NumberedCounts.of(counted, edge, anew=True)
     cost = sum_costs(costs.problem, costs.counts(counted))
     return DraftedNetwork(counted, laid[1], setting, len(field.singular), cost)
@@ -252,7 +246,7 @@ def propose_draft(
     if not all(chain.marked for chain in network.chains.values()):
         mesh = cut_along_curves(network, mesh, REMESHED * sizes.edge)
     judge = DraftJudge(ground, half)
-    samples = _sample_surface(ground, half, sizes.edge)
+    samples = sample_both_sides(ground, half, sizes.edge)
     best: tuple[ProposedDraft, FilledNetwork] | None = None
     # With the same pairs cancelled a field is the same.
     done: set[tuple[bytes, float, float]] = set()
@@ -308,16 +302,6 @@ def _refuse_laces(mesh: FieldMesh, edge: float) -> None:
         )
 
 
-def _sample_surface(ground: Ground, half: Half | None, edge: float) -> Points:
-    """(n, 3) points of the ground that quads are fitted to; of a half, with the images of those
-    beyond the plane: no surface is symmetric to the last hair."""
-    if half is None:
-        return sample_ground(ground, SPACING * edge)
-    points = sample_ground(half.whole, SPACING * edge)
-    beyond = half.plane.heights(points) < 0.0
-    return np.concatenate([points[~beyond], half.plane.mirror(points[beyond])])
-
-
 def check_ground(ground: Ground) -> None:
     """Raise RefusedError, with the place, for a surface on which no field can lie."""
     topology, triangles = ground.topology, ground.triangles
@@ -336,13 +320,6 @@ def check_ground(ground: Ground) -> None:
                 "parts of the surface touch in one vertex at "
                 f"{format_place(ground.vertices[vertex])}: part them, or join them along an edge"
             )
-
-
-def _count_regularly(network: Network, edge: float) -> Network:
-    """Counts with which opposite sides agree in nearly all patches."""
-    numbered = NumberedCounts.of(network, edge, anew=True)
-    found = solve_counts(numbered.problem.with_regularity(REGULARITY))
-    return numbered.put(network, found.counts)
 
 
 def _find_seed(field: CrossField, regular: RegularParts, seeds: list[int]) -> int:
@@ -416,7 +393,9 @@ def _lay_field(
     corners = joints.corners()
     builder = NetworkBuilder(network, ground, sizes, lines, JOINING * sizes.edge, corners)
     made = builder.build()
-    return made, frozenset(builder.laid & made.chains.keys())
+    laid_here = frozenset(builder.laid & made.chains.keys())
+    own = {c: replace(made.chains[c], laid=True) for c in sorted(laid_here)}
+    return replace(made, chains={**made.chains, **own}), laid_here
 
 
 def _normals_along(field: CrossField, triangles: Int32Array) -> Points:

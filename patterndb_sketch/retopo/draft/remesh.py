@@ -26,6 +26,9 @@ LONG, SHORT = 4.0 / 3.0, 4.0 / 5.0
 #: some thirty.
 MOST_HALVINGS = 60
 
+#: A vertex moves by so many wanted lengths at most; from further off it stays for this round.
+LONGEST_MOVE = 1.0
+
 #: A border's vertex may go if its border turns there by less than this: the cosine of 10 degrees.
 STRAIGHT = 0.985
 
@@ -47,7 +50,12 @@ def remesh_evenly(ground: Ground, edge: float) -> tuple[Points, Int32Array]:
             _flip_to_valence(points, triangles, twin, border)
         moved, normals = _relax(points, triangles, border)
         inner = np.flatnonzero(~border)
-        points[inner] = ground.nearest_facing(moved[inner], normals[inner]).points
+        there = ground.nearest_facing(moved[inner], normals[inner]).points
+        # What faces so may be far off, at the other end of a limb: a vertex that leaps there draws
+        # triangles with it, which are divided, and leap in turn.
+        far = np.linalg.norm(there - points[inner], axis=1) > LONGEST_MOVE * edge
+        there[far] = points[inner[far]]
+        points[inner] = there
     return points, triangles
 
 
@@ -384,10 +392,10 @@ def _flip_to_valence(
         )
         if after >= before or valence[a] <= 4 or valence[b] <= 4:
             continue
-        n, _ = _ring(triangles, twin, _before(h), ring)
+        n, whole = _ring(triangles, twin, _before(h), ring)
         if n < 0:
             continue
-        there = False
+        there = not whole and _tail_before(triangles, ring, n, twin) == d
         for j in range(n):
             there = there or _head(triangles, ring[j]) == d
         if there:

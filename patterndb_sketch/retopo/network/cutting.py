@@ -202,4 +202,5 @@ def join_chains(
         first.count + last.count if known else 0,
         known and first.pinned and last.pinned,
         marks,
+        first.laid and last.laid,
     )

@@ -63,6 +63,7 @@ class Chain:
     count:   edges of the quad mesh along it; 0 while none is chosen.
     pinned:  was the count chosen by the user?
     marks:   of its left and its right side, seen forwards: "", or why no patch is ever there.
+    laid:    did a draft lay it, so that it may move where quads are fitted to the surface?
     """
 
     id: int
@@ -73,6 +74,7 @@ class Chain:
     count: int = 0
     pinned: bool = False
     marks: tuple[str, str] = ("", "")
+    laid: bool = False
 
     def __post_init__(self) -> None:
         self.points.flags.writeable = False

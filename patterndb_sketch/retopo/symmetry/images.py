@@ -163,7 +163,8 @@ class _Images:
                 self.off[name] = off
             left, right = chain.marks
             marks = (right, left)
-            found[name] = Chain(name, *ends, points, normals, chain.count, chain.pinned, marks)
+            kept = chain.count, chain.pinned, marks, chain.laid
+            found[name] = Chain(name, *ends, points, normals, *kept)
         return found
 
     def _patch(self, both: Network, patch: Patch) -> Patch:
