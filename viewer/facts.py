@@ -35,10 +35,6 @@ class FactSheet:
         self._parts: list[str] = []
         self._in_table = False
 
-    def skip(self, lines: float) -> None:
-        """Leave room; half a line or less is not worth it."""
-        self._end_table()
-
     def heading(self, text: str, size: float = 13.5) -> None:
         """Write a line in bold."""
         self._end_table()

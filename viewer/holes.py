@@ -14,11 +14,11 @@ from patterndb.geometry.points import Points
 from query.holes import HoleFill, weld_fills
 from viewer import style
 from viewer.camera import View, fit_view
-from viewer.picture import Drawn, check_png, save_drawn
-from viewer.retopo.marks import choose_valence_colour, make_shapes
+from viewer.picture import Drawn, Frame, save_sheet
+from viewer.retopo.marks import make_valence_marks
 from viewer.scene import Scene
 from viewer.skin import MATTE, Skin, shade_model
-from viewer.solid import Solid, Triangles, make_ribbons
+from viewer.solid import Triangles, make_ribbons
 
 #: Width and height of each half, and of the line of text below, in points.
 HALF, CAPTION = 440.0, 26.0
@@ -89,28 +89,22 @@ def draw_panels(
     path: Path | str, panels: Sequence[HolePanel], view: View, columns: int, height: int = 900
 ) -> Path:
     """Draw panels row by row, all looked at alike, as a PNG of this height."""
-    path = check_png(path)
     rows = -(-len(panels) // columns)
-    scene = Scene(columns * HALF, rows * (HALF + CAPTION))
-    scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
-    parts: list[Triangles] = []
-    for number, panel in enumerate(panels):
-        left = number % columns * HALF
-        low = (rows - 1 - number // columns) * (HALF + CAPTION)
-        middle = np.array([left + HALF / 2, low + CAPTION + HALF / 2, 0.0])
-        drawn = [
-            *_draw_mesh(panel.mesh, panel.marked, panel.tint, panel.edge, view),
-            make_ribbons([view.seen(line) for line in panel.loops], LOOP, LOOP_WIDTH, LOOP_LIFT),
-            *_draw_irregular(panel.fills, view),
-        ]
-        parts += _cut_panel([(part[0] + middle, part[1]) for part in drawn], left, low)
-        scene.text(left + HALF / 2, low + CAPTION / 3, panel.caption, 13.0)
-    solid = Solid(
-        np.concatenate([part[0] for part in parts]),
-        np.concatenate([part[1] for part in parts]),
-        0.0,
-    )
-    return save_drawn(path, Drawn(scene, solid, (scene.width / 2, scene.height / 2)), height)
+    sheet = [_draw_panel(panel, view) for panel in panels]
+    return save_sheet(path, sheet, round(height / rows), columns)
+
+
+def _draw_panel(panel: HolePanel, view: View) -> Drawn:
+    """Draw one panel; what reaches out of it below is hidden by its text."""
+    frame = Frame(Scene(HALF, HALF + CAPTION), (HALF / 2, CAPTION + HALF / 2))
+    frame.scene.box(0.0, 0.0, HALF, CAPTION, style.PAPER, style.PAPER)
+    frame.scene.text(HALF / 2, CAPTION / 3, panel.caption, 13.0)
+    parts = [
+        *_draw_mesh(panel.mesh, panel.marked, panel.tint, panel.edge, view),
+        make_ribbons([view.seen(line) for line in panel.loops], LOOP, LOOP_WIDTH, LOOP_LIFT),
+        *_draw_irregular(panel.fills, view),
+    ]
+    return frame.drawn(frame.solid(parts))
 
 
 def _find_removed(fills: Sequence[HoleFill]) -> NDArray[np.bool_]:
@@ -187,46 +181,5 @@ def _draw_irregular(fills: Sequence[HoleFill], view: View) -> list[Triangles]:
         valences = fill.valences
         for valence in sorted({int(v) for v in valences.tolist()} - {4, 0}):
             places = view.seen(points[valences == valence])
-            shape = style.choose_valence_shape(int(np.clip(valence, 2, 7)))
-            parts.append(make_shapes(places, shape * (radius + 1.0), style.PAPER, MARKER_LIFT))
-            colour = choose_valence_colour(valence)
-            parts.append(make_shapes(places, shape * radius, colour, MARKER_LIFT + 0.4))
+            parts += make_valence_marks(places, valence, radius, MARKER_LIFT)
     return parts
-
-
-def _cut_panel(parts: Sequence[Triangles], left: float, low: float) -> list[Triangles]:
-    """What lies within a panel; triangles that reach out of it are cut off."""
-    kept: list[Triangles] = []
-    for part in parts:
-        for axis, least in ((0, left), (1, low + CAPTION)):
-            part = _cut_triangles(part, axis, least, 1.0)
-            part = _cut_triangles(part, axis, least + HALF, -1.0)
-        kept.append(part)
-    return kept
-
-
-def _cut_triangles(part: Triangles, axis: int, limit: float, sign: float) -> Triangles:
-    """Cut triangles off where a coordinate is beyond a limit; sign: 1 keeps the greater."""
-    corners, colours = part
-    depth = sign * (corners[..., axis] - limit)
-    inside = depth >= 0.0
-    count = inside.sum(axis=1)
-    pieces: list[Triangles] = [(corners[count == 3], colours[count == 3])]
-    for wanted in (1, 2):
-        chosen = count == wanted
-        odd = np.argmax(inside[chosen] == (wanted == 1), axis=1)  # the corner on a side of its own
-        order = (odd[:, None] + np.arange(3)) % 3
-        d = np.take_along_axis(depth[chosen], order, axis=1)
-        p = np.take_along_axis(corners[chosen], order[..., None], axis=1)
-        c = np.take_along_axis(colours[chosen], order[..., None], axis=1)
-        share = d[:, :1] / (d[:, :1] - d[:, 1:])  # of the way from the odd corner to the others
-        cut_p = p[:, :1] + share[..., None] * (p[:, 1:] - p[:, :1])
-        cut_c = c[:, :1] + share[..., None] * (c[:, 1:] - c[:, :1])
-        cut_c = cut_c.astype(np.float32)
-        if wanted == 1:
-            pieces.append((np.concatenate([p[:, :1], cut_p], axis=1), np.hstack([c[:, :1], cut_c])))
-        else:
-            for places in ([0, 2, 3], [0, 3, 1]):  # of cut, cut, corner, corner
-                both_p, both_c = np.hstack([cut_p, p[:, 1:]]), np.hstack([cut_c, c[:, 1:]])
-                pieces.append((both_p[:, places], both_c[:, places]))
-    return np.concatenate([one[0] for one in pieces]), np.concatenate([one[1] for one in pieces])

@@ -11,6 +11,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from patterndb.system.history import DEPTH, History
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError
 from patterndb_sketch.retopo.filling import (
@@ -27,7 +28,7 @@ from patterndb_sketch.retopo.network import Network, add_borders
 from patterndb_sketch.retopo.network.keptfaces import check_kept_faces
 from patterndb_sketch.retopo.quadimport import QuadImport
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.state import DEPTH, History, State
+from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half, mirror_mesh
 from patterndb_sketch.retopo.table import TOOLS
 from patterndb_sketch.retopo.tool import ToolWork
@@ -165,11 +166,11 @@ class Editor:
         flaws = describe_flaws(before, state.network, self.ground_now, state.sizes)
         return Outcome(True, None, (*result.notes, *flaws))
 
-    def keep_history(self) -> History:
+    def keep_history(self) -> History[State]:
         """What :meth:`return_to` goes back to, whatever was begun since."""
         return self._history.copy()
 
-    def return_to(self, history: History) -> None:
+    def return_to(self, history: History[State]) -> None:
         """Have the states be as they were when they were kept."""
         self._history = history
 
