@@ -392,11 +392,13 @@ class RetopoEditing:
         """One step forward again."""
         self.do("redo")
 
-    def save_session(self) -> None:
-        """Save the session."""
+    def save_session(self) -> bool:
+        """Save the session; False if that cannot be."""
         state = self.shown.state
-        if self._save("sessions", lambda files: files.save_session(self.ground, state)):
+        done = self._save("sessions", lambda files: files.save_session(self.ground, state))
+        if done:
             self._saved = state
+        return done
 
     def save_mesh(self) -> None:
         """Save the quads."""
