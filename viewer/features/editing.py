@@ -261,10 +261,12 @@ class FeatureEditing:
         else:
             self.message = "finish the curve first: Enter, or Escape to drop it"
 
-    def save_session(self) -> None:
-        """Save all curves, once they are what was asked for."""
-        if self._saved_by(lambda files: files.save_session(self.session())):
+    def save_session(self) -> bool:
+        """Save all curves, once they are what was asked for; False if that cannot be."""
+        done = self._saved_by(lambda files: files.save_session(self.session()))
+        if done:
             self._saved = self.edits
+        return done
 
     def save_network(self) -> None:
         """Save the curves as a network, which templates are laid on."""

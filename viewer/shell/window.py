@@ -392,7 +392,8 @@ class ShellWindow(QMainWindow):
         buttons = kinds.Discard | kinds.Cancel | (kinds.Save if ways else kinds.NoButton)
         answer = QMessageBox.question(self, self._title, lost, buttons, kinds.Cancel)
         if answer == kinds.Save:
-            return self.save_by(ways[0])
+            # A disk may be full: then the work is still there, and nothing is closed.
+            return self.save_by(ways[0]) and not self.saver.would_lose()
         return answer == kinds.Discard
 
     def closeEvent(self, event: QCloseEvent) -> None:
