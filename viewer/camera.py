@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Generic, Literal, Protocol, TypeVar
+from typing import Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
+from viewer.keymap import Spoken
 from viewer.scene import HEIGHT
 
 # From where a fill is looked at: a camera without perspective.
@@ -250,12 +251,6 @@ def fit_view(points: Points, toward: ArrayLike, up: ArrayLike, width: float, hei
     if scale > 1e200:
         scale = 1.0
     return View(axes, axes.T @ ((low + high) / 2.0), float(scale))
-
-
-class Spoken(Protocol):
-    """What tells the user something."""
-
-    message: str
 
 
 Kind = TypeVar("Kind", bound=Camera)
