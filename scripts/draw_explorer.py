@@ -21,7 +21,7 @@ import patterndb
 from ingest.formats import read_mesh
 from patterndb.store import Database
 from query.placing import Surface
-from viewer.camera import View
+from viewer.camera import FILLED, fit_view
 from viewer.contour import make_flat_boundary
 from viewer.explorer_commands import KEYS
 from viewer.explorer_picture import compose_explorer
@@ -57,8 +57,9 @@ def looking(
 ) -> Iterator[ExplorerState]:
     """An explorer that sees a surface from a direction."""
     state = ExplorerState(db, surface=surface)
+    size = 2.0 * radius / FILLED
     try:
-        state.view = View.facing(surface.vertices, np.array(toward, np.float64), radius)
+        state.camera.view = fit_view(surface.vertices, toward, (0.0, 1.0, 0.0), size, size)
         yield state
     finally:
         state.close()
@@ -92,7 +93,7 @@ def save(state: ExplorerState, path: Path, rank: int = 1) -> None:
     """The picture of a fill, when all are found."""
     state.settle(rank - 1)
     state.settle()
-    state.pointer = None
+    state.camera.pointer = None
     save_drawn(path, compose_explorer(state, float(SIZE[0]), float(SIZE[1])), SIZE[1])
     size = path.stat().st_size
     print(f"{path}: {size:,} bytes")
@@ -109,7 +110,7 @@ def main() -> None:
     head = smooth(ROOT / "examples" / "head.obj")
     with patterndb.open(arguments.db) as db:
         with looking(db, head, (0.85, 0.05, 1.0), 370.0) as state:
-            state.view = state.view.zoomed(2.0, 40.0, -70.0)
+            state.camera.view = state.camera.view.zoomed(2.0, 40.0, -70.0)
             click(state, [(-70, -200), (120, -215), (215, 20), (110, 105), (-80, 30)])
             drag(state, "s", [(-82, -80), (60, -95), (172, -90)])
             save(state, out / "explorer-cheek.png", 2)

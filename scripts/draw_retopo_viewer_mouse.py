@@ -16,7 +16,7 @@ from viewer import style
 from viewer.picture import save_drawn
 from viewer.retopo import RetopoState
 from viewer.retopo.keys import KEYS
-from viewer.retopo.marks import FLOW, INK, MARKED, PREVIEW, SIDES, VALENCES
+from viewer.retopo.marks import FLOW, INK, MARKED, PREVIEW, SIDES
 from viewer.retopo.modes import ToolMode
 from viewer.retopo.picture import RetopoPainter
 from viewer.scene import HEIGHT
@@ -40,7 +40,15 @@ CAPTION = 30
 GAP = 2
 
 #: Colours that a picture keeps, however few of its pixels have them.
-ACCENTS = (INK, PREVIEW, FLOW, style.SELECTED, MARKED, *VALENCES.values(), *SIDES.values())
+ACCENTS = (
+    INK,
+    PREVIEW,
+    FLOW,
+    style.SELECTED,
+    MARKED,
+    *style.VALENCE_COLOURS.values(),
+    *SIDES.values(),
+)
 
 
 Place = Sequence[float]

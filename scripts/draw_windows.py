@@ -15,6 +15,7 @@ import subprocess
 import sys
 import tempfile
 import time
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ SIZES = ("1024x700@1", "1600x1000@1", "3840x2160@2")
 THEMES = ("light", "dark")
 
 #: Seconds that a window gets to paint what it shows, at most and at least.
-PATIENCE, PAUSE = 60.0, 1.5
+PATIENCE, PAUSE = 180.0, 1.5
 
 #: Seconds that it has been done for, and rounds of events in which that is shown: where a
 #: processor draws, one may take seconds.
@@ -96,14 +97,18 @@ def take_pictures(folder: Path, size: str, windows: list[str]) -> None:
                 window.deleteLater()
 
 
-def wait(app: Any, done: Any) -> None:
-    """Let the window paint what it shows."""
-    begun = seen = time.monotonic()
-    # What was done last is to be painted yet.
-    while (now := time.monotonic()) < max(begun + PAUSE, seen + SEEN) and now < begun + PATIENCE:
-        if not done():
-            seen = now
+def wait(app: Any, done: Callable[[], bool]) -> None:
+    """Let the window paint what it shows, until that has been all for a while."""
+    begun, since = time.monotonic(), None
+    while True:
+        # One round may paint for longer than the while: what holds is asked after it.
         app.processEvents()
+        now = time.monotonic()
+        since = (since or now) if done() else None
+        if since is not None and now > max(begun + PAUSE, since + SEEN):
+            return
+        if now > begun + PATIENCE:
+            raise TimeoutError(f"nothing is done after {PATIENCE:.0f} s")
         time.sleep(0.01)
 
 
@@ -112,7 +117,12 @@ def is_busy(state: Any) -> bool:
     if hasattr(state, "finder"):
         return state.finder.searching or state.finder.placed is None
     editing = getattr(state, "editing", None)
-    return bool(getattr(editing, "waiting", False) or getattr(editing, "making", False))
+    lists = getattr(getattr(editing, "work", None), "lists", None)
+    return bool(
+        getattr(editing, "waiting", False)
+        or getattr(editing, "making", False)
+        or getattr(lists, "searching", False)
+    )
 
 
 def do_job(name: str, window: Any) -> None:

@@ -5,7 +5,7 @@ out, :mod:`~viewer.drawing` cuts it into polygons, :mod:`~viewer.painting` paint
 :mod:`~viewer.paper` and :mod:`~viewer.gallery` write files. What all viewers share:
 :mod:`~viewer.commands` (what can be done, one table a viewer), :mod:`~viewer.keymap`,
 :mod:`~viewer.saver`, :mod:`~viewer.scene`, :mod:`~viewer.solid`, :mod:`~viewer.camera`,
-:mod:`~viewer.picture`, :mod:`~viewer.facts`, :mod:`~viewer.panel`, :mod:`~viewer.slider`,
+:mod:`~viewer.picture`, :mod:`~viewer.facts`, :mod:`~viewer.slider`,
 :mod:`~viewer.nearness`; and :mod:`viewer.shell`, the window that they have on a screen. The pattern
 browser: :mod:`~viewer.browser_state`, :mod:`~viewer.browser`. The fill explorer:
 :mod:`~viewer.finder`, :mod:`~viewer.explorer_state`, :mod:`~viewer.explorer_picture`,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from patterndb.geometry.points import Points
+from viewer.painting import make_bars
 from viewer.scene import Scene
 
 #: Their length, and from the lower left corner to their origin, in points.
@@ -35,9 +36,4 @@ def draw_axes(scene: Scene, axes: Points, chosen: str) -> None:
 
 def draw_line(scene: Scene, begin: Points, end: Points, half: float, colour: str) -> None:
     """Draw a straight line in the picture between two places (2,), half so many points wide."""
-    along = end - begin
-    size = float(np.linalg.norm(along))
-    if size > 0.0:
-        side = np.array([-along[1], along[0]]) / size * half
-        corners = np.stack([begin - side, end - side, end + side, begin + side])
-        scene.polygons(corners[None], face=colour)
+    scene.polygons(make_bars(begin[None], end[None], 2.0 * half), face=colour)

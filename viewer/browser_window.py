@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 
 from PySide6.QtCore import Qt, QTimer, Signal
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPixmap, QResizeEvent
-from PySide6.QtWidgets import QCheckBox, QComboBox, QSpinBox, QSplitter, QWidget
+from PySide6.QtWidgets import QCheckBox, QComboBox, QSplitter, QWidget
 
 from patterndb.core.pattern import Pattern
 from viewer.browser_state import PER_PAGE, VALENCE_RANGES, BrowserState
@@ -15,7 +14,7 @@ from viewer.card import format_valences
 from viewer.drawing import draw_disk
 from viewer.picture import Drawn
 from viewer.scene import Scene
-from viewer.shell.docks import Dock, Thumbnail, ThumbnailList, make_form
+from viewer.shell.docks import Dock, Thumbnail, ThumbnailList, make_count_field, make_form
 from viewer.shell.qtpaint import paint_scene, paint_thumbnail
 from viewer.shell.scene import GROUNDS
 from viewer.shell.window import ShellWindow
@@ -126,12 +125,9 @@ class PatternPane(QSplitter):
 class BrowserWindow(ShellWindow):
     """Shows patterns, with filters and facts."""
 
-    picture: PatternPane
+    state: BrowserState
 
-    @property
-    def state(self) -> BrowserState:
-        """What is shown."""
-        return self.saver.state
+    picture: PatternPane
 
     def make_picture(self) -> PatternPane:
         """Make the widget in the middle."""
@@ -147,28 +143,22 @@ class BrowserWindow(ShellWindow):
         self.sides = QComboBox()
         self.sides.setToolTip("Patterns of so many sides")
         self.sides.activated.connect(
-            lambda row: self._filter(lambda: self.state.choose_class(self.state.classes[row]))
+            lambda row: self.change(lambda: self.state.choose_class(self.state.classes[row]))
         )
-        self.irregular = QSpinBox()
-        self.irregular.setRange(-1, MOST_IRREGULAR)
-        self.irregular.setSpecialValueText("any number")
-        self.irregular.setToolTip("Patterns of so many irregular vertices")
-        self.irregular.setKeyboardTracking(False)
-        self.irregular.valueChanged.connect(
-            lambda value: self._filter(
-                lambda: self.state.limit_irregular(None if value < 0 else value)
-            )
-        )
+        self.irregular = make_count_field(
+            (-1, MOST_IRREGULAR), "Patterns of so many irregular vertices",
+            lambda count: self.change(lambda: self.state.limit_irregular(count)), "any number",
+        )  # fmt: skip
         self.valences = QComboBox()
         for one in VALENCE_RANGES:
             self.valences.addItem("any" if one is None else f"{one[0]} to {one[1]}")
         self.valences.setToolTip("Patterns whose irregular vertices have so many quads")
         self.valences.activated.connect(
-            lambda row: self._filter(lambda: self.state.choose_valences(VALENCE_RANGES[row]))
+            lambda row: self.change(lambda: self.state.choose_valences(VALENCE_RANGES[row]))
         )
         self.convex = QCheckBox("convex patterns only")
         self.convex.setToolTip("Patterns without a reflex corner")
-        self.convex.clicked.connect(lambda _: self._filter(self.state.toggle_convex))
+        self.convex.clicked.connect(lambda _: self.change(self.state.toggle_convex))
         rows = [
             ("sides", self.sides),
             ("irregular vertices", self.irregular),
@@ -176,27 +166,16 @@ class BrowserWindow(ShellWindow):
             ("", self.convex),
         ]
         dock.show_scrolled(make_form(rows))
-        self._refreshing = False
         return [dock]
-
-    def _filter(self, do: Callable[[], object]) -> None:
-        if not self._refreshing:
-            self.state.message = ""
-            do()
-            self.show_change()
 
     def refresh_docks(self) -> None:
         """Show the filters as they are now."""
         state = self.state
-        self._refreshing = True
-        try:
-            classes = [str(n) for n in state.classes]
-            if classes != [self.sides.itemText(row) for row in range(self.sides.count())]:
-                self.sides.clear()
-                self.sides.addItems(classes)
-            self.sides.setCurrentIndex(state.classes.index(state.patterns.n_sides))
-            self.irregular.setValue(-1 if state.n_irregular is None else state.n_irregular)
-            self.valences.setCurrentIndex(VALENCE_RANGES.index(state.valences))
-            self.convex.setChecked(state.convex_only)
-        finally:
-            self._refreshing = False
+        classes = [str(n) for n in state.classes]
+        if classes != [self.sides.itemText(row) for row in range(self.sides.count())]:
+            self.sides.clear()
+            self.sides.addItems(classes)
+        self.sides.setCurrentIndex(state.classes.index(state.patterns.n_sides))
+        self.irregular.setValue(-1 if state.n_irregular is None else state.n_irregular)
+        self.valences.setCurrentIndex(VALENCE_RANGES.index(state.valences))
+        self.convex.setChecked(state.convex_only)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Generic, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from patterndb.geometry.points import Points
+from viewer.keymap import Spoken
 from viewer.scene import HEIGHT
 
 # From where a fill is looked at: a camera without perspective.
@@ -32,22 +33,6 @@ class View:
     axes: Points
     focus: Points
     scale: float
-
-    @classmethod
-    def facing(cls, points: Points, toward: Points, radius: float) -> View:
-        """Looking against ``toward`` (3,), with points (n, 3) within ``radius`` of the middle."""
-        size = float(np.linalg.norm(toward))
-        z = toward / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
-        # Most meshes stand along y; looked at from above, their back is up.
-        up = np.array([0.0, 1.0, 0.0]) if abs(z[1]) < 0.9 else np.array([0.0, 0.0, -z[1]])
-        x = np.cross(up, z)
-        x /= np.linalg.norm(x)
-        axes = np.stack([x, np.cross(z, x), z])
-        flat = points @ axes.T
-        low, high = flat.min(axis=0), flat.max(axis=0)
-        reach = float(np.abs(high - low)[:2].max()) / 2.0
-        focus = axes.T @ ((low + high) / 2.0)
-        return cls(axes, focus, radius / reach if reach > 0.0 else 1.0)
 
     def seen(self, points: Points) -> Points:
         """(..., 3) x, y and nearness to the viewer, in points of the picture."""
@@ -266,3 +251,38 @@ def fit_view(points: Points, toward: ArrayLike, up: ArrayLike, width: float, hei
     if scale > 1e200:
         scale = 1.0
     return View(axes, axes.T @ ((low + high) / 2.0), float(scale))
+
+
+Kind = TypeVar("Kind", bound=Camera)
+
+
+class ViewerState(Generic[Kind]):
+    """What the states of all viewers have whose things are looked at with a camera.
+
+    speaker: keeps what there is to say of the last thing done.
+    """
+
+    def __init__(self, camera: Kind, speaker: Spoken) -> None:
+        self.camera = camera
+        self._speaker = speaker
+
+    @property
+    def message(self) -> str:
+        """What went wrong last, or should be known."""
+        return self._speaker.message
+
+    @message.setter
+    def message(self, text: str) -> None:
+        self._speaker.message = text
+
+    def toggle(self, name: str) -> None:
+        """Turn one of the switches, by its name."""
+        setattr(self, name, not getattr(self, name))
+
+    def wheel(self, steps: float) -> bool:
+        """The wheel turns: nearer, or farther off, about the pointer."""
+        return self.camera.wheel(steps)
+
+    def drag_view(self, dx: float, dy: float) -> bool:
+        """Shift the picture."""
+        return self.camera.drag_view(dx, dy)

@@ -14,8 +14,9 @@ from viewer.explorer_state import ExplorerState
 from viewer.facts import FactSheet, LegendEntry
 from viewer.finder import FillFinder
 from viewer.net import Net
+from viewer.painting import make_bars
 from viewer.picture import Drawn
-from viewer.scene import Scene, ScenePolygons
+from viewer.scene import Scene
 from viewer.solid import Hiding, Solid
 
 #: Width of a fill's lines as a part of its edges, least and most, in points; likewise the
@@ -39,12 +40,12 @@ LABEL_RIM = "#b9c1cb"
 def compose_explorer(state: ExplorerState, width: float, height: float) -> Drawn:
     """Compose the picture of so many points."""
     scene, middle = Scene(width, height), (width / 2.0, height / 2.0)
-    state.fill_room(width, height)
+    state.camera.fill(width, height)
     placed = None if state.hiding else state.finder.placed
     # What was found before the boundary changed stays in sight until there is something new.
     former = None if state.hiding or placed is not None else state.former
     net = placed.net if placed is not None else None if former is None else former.net
-    solid = Solid.of(state.view, middle, state.surface, net, faded=former is not None)
+    solid = Solid.of(state.camera.view, middle, state.surface, net, faded=former is not None)
     if former is not None:
         net = None
     painter = _Painter(state, scene, Hiding(solid, width, height), middle)
@@ -77,7 +78,7 @@ class _Painter:
         self._radius = MARKER[2]
 
     def net(self, net: Net) -> None:
-        edge = net.edge * self.state.view.scale
+        edge = net.edge * self.state.camera.view.scale
         self._radius = float(np.clip(edge * MARKER[0], *MARKER[1:]))
         self._lines(self._seen(net.edges), style.EDGE, float(np.clip(edge * LINE[0], *LINE[1:])))
 
@@ -179,13 +180,8 @@ class _Painter:
             if size == 0.0:
                 continue
             out = np.array([along[1], -along[0]]) / size * (1.0 if area > 0.0 else -1.0)
-            text = str(length)
             x, y = seen[middle, :2] + LABEL * out
-            half = np.array([4.6 * len(text) + 4.0, 9.0])
-            box = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-            self.scene.polygons((box * (half + 1.0) + (x, y))[None], face=LABEL_RIM)
-            self.scene.polygons((box * half + (x, y))[None], face=style.PAPER)
-            self.scene.text(x, y - 4.8, text, 13.0, bold=True)
+            self.scene.number(x, y, length, 13.0, LABEL_RIM, 1.0, bold=True)
 
     def _ring(self, points: Points) -> Points:
         """(P, PIECES + 1, 3) the edges of a closed polygon (P, 3), laid on the ground."""
@@ -203,7 +199,7 @@ class _Painter:
         return fine if self.state.surface is None else self.state.ground.on(fine)[0]
 
     def _seen(self, points: Points) -> Points:
-        return self.state.view.seen(points) + self._shift
+        return self.state.camera.view.seen(points) + self._shift
 
     def _shown(self, points: Points) -> Points:
         """(m, 2) where those of (n, 3) points are seen that are not hidden."""
@@ -216,19 +212,9 @@ class _Painter:
         """Polylines (n, k, 3) as they are seen, every piece a thin rectangle."""
         shown = self.hiding.visible(seen)
         both = shown[:, :-1] & shown[:, 1:]
-        a, b = seen[:, :-1, :2][both], seen[:, 1:, :2][both]
-        length = np.linalg.norm(b - a, axis=1, keepdims=True)
-        keep = length[:, 0] > 0.0
-        a, b, length = a[keep], b[keep], length[keep]
-        if not len(a):
-            return
-        along = (b - a) / length * width / 2.0
-        across = np.stack([along[:, 1], -along[:, 0]], axis=1)
-        a, b = a - 0.6 * along, b + 0.6 * along
-        corners = np.stack([a + across, b + across, b - across, a - across], axis=1)
-        self.scene.patches.append(
-            ScenePolygons(corners, np.tile(style.parse_colour(colour), (len(corners), 1)))
-        )
+        bars = make_bars(seen[:, :-1, :2][both], seen[:, 1:, :2][both], width, 0.6)
+        if len(bars):
+            self.scene.polygons(bars, face=colour)
 
 
 # What the fill explorer says beside its picture: the fill, the question, the legend.
@@ -271,7 +257,6 @@ def _headline(sheet: FactSheet, state: ExplorerState) -> None:
         elif state.finder.truncated:
             text = "there are more: m"
         sheet.paragraph(text, style.MESSAGE if state.finder.searching else style.FAINT_TEXT)
-    sheet.skip(0.6)
 
 
 def _variants(sheet: FactSheet, finder: FillFinder) -> None:
@@ -314,7 +299,6 @@ def _fill(sheet: FactSheet, state: ExplorerState) -> None:
         share = placed.placement.region_share
         if share is not None and share > MOST_OF_SURFACE:
             sheet.fact("encloses", f"{share:.0%} of the surface; other side: k")
-    sheet.skip(0.6)
 
 
 def _question(sheet: FactSheet, state: ExplorerState) -> None:
@@ -332,7 +316,6 @@ def _question(sheet: FactSheet, state: ExplorerState) -> None:
         sheet.fact("strokes", text + ("" if state.finder.following else "; not followed"))
         off = format_count(state.finder.tolerance, "edge") if state.finder.tolerance else "exact"
         sheet.fact("tolerance", off)
-    sheet.skip(0.6)
 
 
 def _legend(sheet: FactSheet, state: ExplorerState) -> None:

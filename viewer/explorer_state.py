@@ -9,24 +9,25 @@ import numpy as np
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import find_nearest_on
 from patterndb.geometry.strips import trace_strips_at
+from patterndb.system.history import History
 from query import Boundary, Stroke
 from query.engine import PatternSource
 from query.placing import Surface
 from query.stroke import TOLERANCE
 from viewer.background import Placed
-from viewer.camera import View, turn_view
+from viewer.camera import FILLED, Camera, View, ViewerState, fit_view
 from viewer.contour import Contour, PointerMode, PointerStroke
 from viewer.finder import LIMIT, FillFinder
 from viewer.ground import DrawingGround
 from viewer.nearness import SIDE_REACH
 
-#: Radius of the picture's middle that a boundary is fitted into, in points; in a window, as a
-#: part of its lesser size.
-RADIUS, FITTED = 260.0, 0.38
+#: Part of the picture's lesser size that a boundary is fitted into: its numbers need room.
+FITTED = 0.76
 
 #: What is upright on a turntable: most meshes stand along y.
-UPWARD = np.array([0.0, 1.0, 0.0])
+UPWARD = (0.0, 1.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,7 +51,24 @@ class ExplorerStep:
 CHOICES = ("tolerance", "order", "strict", "folded", "following", "max_irregular", "max_valence")
 
 
-class ExplorerState:
+class ExplorerCamera(Camera):
+    """A camera around what an explorer looks at, which changes, from where that faces."""
+
+    def __init__(self, state: ExplorerState) -> None:
+        self._state = state
+        super().__init__(np.zeros((0, 3)), (0.0, 0.0, 1.0), UPWARD)
+
+    def fit_all(self) -> View:
+        points, toward, share = self._state.list_looked_at()
+        size = float(np.linalg.norm(toward))
+        toward = toward / size if size > 0.0 else np.array([0.0, 0.0, 1.0])
+        # Most meshes stand along y; looked at from above, their back is up.
+        up = UPWARD if abs(toward[1]) < 0.9 else (0.0, 0.0, -toward[1])
+        room = share * FITTED * min(self.room) / FILLED
+        return fit_view(points, toward, up, room, room)
+
+
+class ExplorerState(ViewerState[ExplorerCamera]):
     """A boundary on a surface, strokes, the fills that stream in, and how they are looked at.
 
     surface: what is drawn and placed on; None is the plane of the boundary. boundary: its
@@ -76,38 +94,25 @@ class ExplorerState:
         self.mode = PointerMode.LOOK
         self.contour: Contour | None = None
         self.ground = DrawingGround(surface)
-        self.pointer: tuple[float, float] | None = None
         self._turning = False
         if boundary is not None:
             self.contour = Contour.of(boundary)
             if surface is None:
                 self.ground = _plane_of(boundary)
         self.pen = PointerStroke(self.ground)
-        self.turntable = False
-        self._radius, self._moved = RADIUS, False
         #: The fill that was shown before the boundary was changed, until there is another.
         self.former: Placed | None = None
         #: Was a boundary or a stroke drawn here since a fill was saved?
         self.drawn_here = False
-        self._past: list[ExplorerStep] = []
-        self._future: list[ExplorerStep] = []
-        self.view = self._fitted()
+        super().__init__(ExplorerCamera(self), self.finder)
         if self.contour is not None:
             self._change(self.contour)
-        self._now = self._step()
+        #: What was asked for, step by step.
+        self.steps = History(self._step())
 
     @property
     def surface(self) -> Surface | None:
         return self.ground.surface
-
-    @property
-    def message(self) -> str:
-        """What went wrong last."""
-        return self.finder.message
-
-    @message.setter
-    def message(self, text: str) -> None:
-        self.finder.message = text
 
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
@@ -124,70 +129,30 @@ class ExplorerState:
         """End what is going on, and wait until the source is not in use any more."""
         self.finder.close()
 
-    # Looking
-
-    def fit(self) -> None:
-        """The boundary, or the surface, back into the middle."""
-        self.view = self._fitted()
-        self._moved = False
-
-    def fill_room(self, width: float, height: float) -> None:
-        """A window has this size, in points; a view not yet moved is fitted into it."""
-        radius = FITTED * min(width, height)
-        if radius != self._radius:
-            self._radius = radius
-            if not self._moved:
-                self.view = self._fitted()
-
-    def aim(self, view: View) -> None:
-        """Look from somewhere else."""
-        self.view, self._moved = view, True
-
-    def roll(self) -> None:
-        """A quarter turn about the line of sight."""
-        self.aim(self.view.rolled())
-
-    def toggle(self, name: str) -> None:
-        """Turn one of the switches hiding (the fill) and strips_shown."""
-        setattr(self, name, not getattr(self, name))
-
     # Steps back and forward
-
-    @property
-    def undoable(self) -> int:
-        """Steps that can be taken back."""
-        return len(self._past)
-
-    @property
-    def redoable(self) -> int:
-        """Steps that can be done again."""
-        return len(self._future)
 
     def keep_step(self) -> None:
         """Keep what was asked for before, if it has changed; call it after whatever may have."""
         now = self._step()
-        if not now.is_like(self._now):
-            self._past.append(self._now)
-            self._future.clear()
-            self._now = now
+        if not now.is_like(self.steps.now):
+            self.steps.step(now)
 
     def undo(self) -> None:
         """Ask for what was asked before; while corners are clicked, take the last back."""
         if self.mode is PointerMode.CORNERS and self.pen.clicked:
             self.pen.undo_corner()
         else:
-            self._turn(self._past, self._future, "there is nothing to take back")
+            self._turn(self.steps.undo(), "there is nothing to take back")
 
     def redo(self) -> None:
         """Ask again for what was taken back last."""
-        self._turn(self._future, self._past, "there is nothing to do again")
+        self._turn(self.steps.redo(), "there is nothing to do again")
 
-    def _turn(self, source: list[ExplorerStep], target: list[ExplorerStep], otherwise: str) -> None:
-        if not source:
+    def _turn(self, turned: bool, otherwise: str) -> None:
+        if not turned:
             self.message = otherwise
             return
-        target.append(self._now)
-        step = self._now = source.pop()
+        step = self.steps.now
         self.leave()
         for name, value in zip(CHOICES, step.choices, strict=True):
             setattr(self.finder, name, value)
@@ -284,14 +249,13 @@ class ExplorerState:
     def move(self, x: float, y: float) -> bool:
         """The pointer moves; True if that changes the picture."""
         before = self._things_under()
-        last, self.pointer = self.pointer, (x, y)
+        last, self.camera.pointer = self.camera.pointer, (x, y)
         if self._turning and last is not None:
-            upward = UPWARD if self.turntable else None
-            self.aim(turn_view(self.view, x - last[0], y - last[1], upward))
+            self.camera.turn(x - last[0], y - last[1])
         elif self.pen.line:
-            self.pen.extend(self.view, x, y)
+            self.pen.extend(self.camera.view, x, y)
         elif self.mode is PointerMode.CORNERS and self.pen.clicked:
-            self.pen.look_ahead(self.view, x, y)
+            self.pen.look_ahead(self.camera.view, x, y)
         else:
             return before != self._things_under()
         return True
@@ -301,7 +265,7 @@ class ExplorerState:
 
     def press(self, x: float, y: float, *, turn: bool = False) -> bool:
         """A button goes down. turn: it is the one that always turns the view."""
-        self.pointer = (x, y)
+        self.camera.pointer = (x, y)
         if turn or self.mode is PointerMode.LOOK:
             self._turning = True
             return False
@@ -310,7 +274,7 @@ class ExplorerState:
             self._click(x, y)
             self.keep_step()
         else:
-            self.pen.extend(self.view, x, y)
+            self.pen.extend(self.camera.view, x, y)
             if not self.pen.line:
                 self.message = "strokes are drawn on the surface"
         return True
@@ -321,39 +285,30 @@ class ExplorerState:
             self._turning = False
             return False
         if self.pen.line:
-            self.pen.extend(self.view, x, y)
+            self.pen.extend(self.camera.view, x, y)
             self._end_stroke()
             self.keep_step()
             return True
         return False
 
-    def wheel(self, steps: float) -> bool:
-        """The wheel turns: nearer, or farther off, about the pointer."""
-        self.aim(self.view.zoomed(1.15**steps, *(self.pointer or (0.0, 0.0))))
-        return True
-
-    def drag_view(self, dx: float, dy: float) -> bool:
-        """Shift the picture."""
-        self.aim(self.view.moved(dx, dy))
-        return True
-
     def side_under(self) -> int | None:
         """The side of the boundary that the pointer is nearest to, if it is near."""
-        if self.contour is None or self.pointer is None or self.mode is not PointerMode.LOOK:
+        view, pointer = self.camera.view, self.camera.pointer
+        if self.contour is None or pointer is None or self.mode is not PointerMode.LOOK:
             return None
-        near = [_distance(self.view.seen(side), self.pointer) for side in self.contour.sides]
+        near = [find_nearest_on(view.seen(side)[:, :2], pointer)[0] for side in self.contour.sides]
         best = int(np.argmin(near))
         return best if near[best] < SIDE_REACH else None
 
     def corner_under(self) -> int | None:
         """Likewise the corner."""
         contour = self.contour
-        if contour is None or self.pointer is None or self.mode is not PointerMode.LOOK:
+        if contour is None or self.camera.pointer is None or self.mode is not PointerMode.LOOK:
             return None
         if not contour.corners:
             return None
-        at = self.view.seen(np.stack([side[0] for side in contour.sides]))[:, :2]
-        near = np.linalg.norm(at - self.pointer, axis=1)
+        at = self.camera.view.seen(np.stack([side[0] for side in contour.sides]))[:, :2]
+        near = np.linalg.norm(at - self.camera.pointer, axis=1)
         best = int(near.argmin())
         return best if near[best] < SIDE_REACH else None
 
@@ -361,12 +316,12 @@ class ExplorerState:
         """The quad of the fill that is seen under the pointer, where strands are shown."""
         placed, fill = self.finder.placed, self.finder.fill
         hidden = self.hiding or not self.strips_shown or self._turning
-        if hidden or placed is None or fill is None or self.pointer is None:
+        if hidden or placed is None or fill is None or self.camera.pointer is None:
             return None
         if self.mode is not PointerMode.LOOK:
             return None
-        seen = self.view.seen(placed.placement.vertices[fill.quads])
-        off = seen[..., :2] - np.array(self.pointer)
+        seen = self.camera.view.seen(placed.placement.vertices[fill.quads])
+        off = seen[..., :2] - np.array(self.camera.pointer)
         ahead = np.roll(off, -1, axis=1)
         # On the left of all four sides: seen from outside, and under the pointer.
         left = off[..., 0] * ahead[..., 1] - off[..., 1] * ahead[..., 0]
@@ -385,9 +340,9 @@ class ExplorerState:
     # How it is done
 
     def _click(self, x: float, y: float) -> None:
-        if self.pen.closes(self.view, x, y):
+        if self.pen.closes(self.camera.view, x, y):
             self.close_boundary()
-        elif not self.pen.add_corner(self.view, x, y):
+        elif not self.pen.add_corner(self.camera.view, x, y):
             self.message = "corners are put on the surface"
 
     def _end_stroke(self) -> None:
@@ -436,17 +391,15 @@ class ExplorerState:
                 kept.append(stroke)
         self.finder.strokes = kept
 
-    def _fitted(self) -> View:
+    def list_looked_at(self) -> tuple[Points, Points, float]:
+        """The points (n, 3) that the view is fitted to, the direction (3,) that they face, and
+        how large they are seen, the boundary being 1."""
         if self.contour is not None:
             points = np.concatenate(self.contour.sides)
-            toward = self.ground.on(points)[1].sum(axis=0)
-            return View.facing(points, toward, self._radius)
+            return points, self.ground.on(points)[1].sum(axis=0), 1.0
         if self.surface is not None:
-            toward = np.array([0.35, 0.25, 1.0])
-            return View.facing(self.surface.vertices, toward, 1.25 * self._radius)
-        return View.facing(
-            np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), np.zeros(3), self._radius
-        )
+            return self.surface.vertices, np.array([0.35, 0.25, 1.0]), 1.25
+        return np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]]), np.array([0.0, 0.0, 1.0]), 1.0
 
 
 def _plane_of(boundary: Boundary) -> DrawingGround:
@@ -457,13 +410,3 @@ def _plane_of(boundary: Boundary) -> DrawingGround:
     area = np.cross(spokes, np.roll(spokes, -1, axis=0)).sum(axis=0)
     size = float(np.linalg.norm(area))
     return DrawingGround(None, middle, area / size if size > 0.0 else None)
-
-
-def _distance(line: Points, pointer: tuple[float, float]) -> float:
-    """From a polyline (k, 3) as it is seen to the pointer, in points."""
-    a, b = line[:-1, :2], line[1:, :2]
-    along = b - a
-    square = (along**2).sum(axis=1)
-    t = ((pointer - a) * along).sum(axis=1) / np.where(square > 0.0, square, 1.0)
-    foot = a + np.clip(t, 0.0, 1.0)[:, None] * along
-    return float(np.linalg.norm(foot - pointer, axis=1).min())

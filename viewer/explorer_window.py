@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QFormLayout,
     QLabel,
     QPushButton,
-    QSpinBox,
     QVBoxLayout,
     QWidget,
 )
@@ -23,7 +22,7 @@ from viewer.drawing import draw_disk
 from viewer.explorer_state import ExplorerState
 from viewer.fillcard import make_fill_card
 from viewer.finder import MAX_TOLERANCE
-from viewer.shell.docks import Dock, PictureKey, Thumbnail, ThumbnailList
+from viewer.shell.docks import Dock, PictureKey, Thumbnail, ThumbnailList, make_count_field
 from viewer.shell.qtpaint import paint_thumbnail
 from viewer.shell.window import ShellWindow
 
@@ -52,6 +51,8 @@ def paint_fill(
 class ExplorerWindow(ShellWindow):
     """Shows fills with small pictures of the next ones, and what they shall be like."""
 
+    state: ExplorerState
+
     def make_docks(self) -> list[Dock]:
         """Make the lists of fills and of wishes."""
         fills = Dock("Fills", self)
@@ -62,11 +63,6 @@ class ExplorerWindow(ShellWindow):
         wishes = Dock("Wishes", self)
         wishes.show_scrolled(self._make_wishes())
         return [fills, wishes]
-
-    @property
-    def state(self) -> ExplorerState:
-        """What is shown."""
-        return self.saver.state
 
     def refresh_docks(self) -> None:
         """Show the fills and the wishes as they are now."""
@@ -104,34 +100,19 @@ class ExplorerWindow(ShellWindow):
         self.order = QComboBox()
         self.order.setToolTip("What comes first")
         self.order.activated.connect(self._choose_order)
-        self.irregular = QSpinBox()
-        self.irregular.setRange(-1, MOST_IRREGULAR)
-        self.irregular.setSpecialValueText("any number")
-        self.irregular.setToolTip("Fills with at most so many irregular vertices")
-        self.irregular.setKeyboardTracking(False)
-        self.irregular.valueChanged.connect(
-            lambda value: self._wish(
-                lambda: self.state.finder.limit_irregular(None if value < 0 else value)
-            )
-        )
-        self.valence = QSpinBox()
-        self.valence.setRange(*VALENCES)
-        self.valence.setSpecialValueText("any")
-        self.valence.setToolTip("Fills whose inner vertices have at most so many quads")
-        self.valence.setKeyboardTracking(False)
-        self.valence.valueChanged.connect(
-            lambda value: self._wish(
-                lambda: self.state.finder.limit_valence(None if value == VALENCES[0] else value)
-            )
-        )
-        self.tolerance = QSpinBox()
-        self.tolerance.setRange(0, MAX_TOLERANCE)
-        self.tolerance.setToolTip("Edges that a strand's ends may be off its stroke's")
-        self.tolerance.valueChanged.connect(
-            lambda value: self._wish(
-                lambda: self.state.finder.change_tolerance(value - self.state.finder.tolerance)
-            )
-        )
+        # Of whatever state is shown then: another boundary may be opened.
+        self.irregular = make_count_field(
+            (-1, MOST_IRREGULAR), "Fills with at most so many irregular vertices",
+            lambda most: self._wish(lambda: self.state.finder.limit_irregular(most)), "any number",
+        )  # fmt: skip
+        self.valence = make_count_field(
+            VALENCES, "Fills whose inner vertices have at most so many quads",
+            lambda most: self._wish(lambda: self.state.finder.limit_valence(most)), "any",
+        )  # fmt: skip
+        self.tolerance = make_count_field(
+            (0, MAX_TOLERANCE), "Edges that a strand's ends may be off its stroke's",
+            lambda edges: self._wish(lambda: self.state.finder.choose_tolerance(edges or 0)),
+        )  # fmt: skip
         self.folded = QCheckBox("one fill of each pattern")
         self.folded.setToolTip("List one fill of each pattern, with its variants under it")
         self.folded.clicked.connect(lambda _: self._wish(self.state.finder.toggle_folded))
@@ -147,16 +128,11 @@ class ExplorerWindow(ShellWindow):
         self._even_shown: list[tuple[int, int]] = []
         layout.addWidget(self.even)
         layout.addStretch(1)
-        self._refreshing = False
         return whole
 
     def _wish(self, do: Callable[[], object]) -> None:
-        if self._refreshing:
-            return
-        self.state.message = ""
-        do()
-        self.state.keep_step()
-        self.show_change()
+        """A wish is a step that can be taken back."""
+        self.change(lambda: (do(), self.state.keep_step()))
 
     def _choose_order(self, number: int) -> None:
         name = self.order.itemData(number)
@@ -164,24 +140,20 @@ class ExplorerWindow(ShellWindow):
 
     def _refresh_wishes(self) -> None:
         finder = self.state.finder
-        self._refreshing = True
-        try:
-            named = [(f"{finder.default_order} (by default)", None)]
-            named += [(name, name) for name in finder.list_orders()]
-            if [self.order.itemText(i) for i in range(self.order.count())] != [n for n, _ in named]:
-                self.order.clear()
-                for text, name in named:
-                    self.order.addItem(text, name)
-            self.order.setCurrentIndex(max(0, self.order.findData(finder.order)))
-            most, valence = finder.max_irregular, finder.max_valence
-            self.irregular.setValue(-1 if most is None else most)
-            self.valence.setValue(VALENCES[0] if valence is None else valence)
-            self.tolerance.setValue(finder.tolerance)
-            self.tolerance.setEnabled(bool(finder.strokes))
-            self.folded.setChecked(finder.folded)
-            self._refresh_even()
-        finally:
-            self._refreshing = False
+        named = [(f"{finder.default_order} (by default)", None)]
+        named += [(name, name) for name in finder.list_orders()]
+        if [self.order.itemText(i) for i in range(self.order.count())] != [n for n, _ in named]:
+            self.order.clear()
+            for text, name in named:
+                self.order.addItem(text, name)
+        self.order.setCurrentIndex(max(0, self.order.findData(finder.order)))
+        most, valence = finder.max_irregular, finder.max_valence
+        self.irregular.setValue(-1 if most is None else most)
+        self.valence.setValue(VALENCES[0] if valence is None else valence)
+        self.tolerance.setValue(finder.tolerance)
+        self.tolerance.setEnabled(bool(finder.strokes))
+        self.folded.setChecked(finder.folded)
+        self._refresh_even()
 
     def _refresh_even(self) -> None:
         """Where the perimeter is odd, offer what would make it even."""

@@ -20,6 +20,9 @@ SHAPES = {3: "▲", 4: "◆", 5: "⬟", 6: "⬢", 24: "●"}
 #: Markers on paper are no lighter than this, as a mean of their red, green and blue.
 LIGHTEST = 0.72
 
+#: And those below this are ink, as text is.
+DARKEST = 0.2
+
 
 def darken_pale(colour: str) -> str:
     """Darken a colour that would hardly be seen on paper, where no rim can be drawn around it."""
@@ -34,10 +37,6 @@ class FactSheet:
     def __init__(self) -> None:
         self._parts: list[str] = []
         self._in_table = False
-
-    def skip(self, lines: float) -> None:
-        """Leave room; half a line or less is not worth it."""
-        self._end_table()
 
     def heading(self, text: str, size: float = 13.5) -> None:
         """Write a line in bold."""
@@ -71,7 +70,10 @@ class FactSheet:
             sign = SHAPES.get(len(np.asarray(shape)), "★")
             if face == style.PAPER:
                 sign = {"●": "○", "◆": "◇"}.get(sign, sign)
-            said.append(f'<span style="color:{colour}">{sign}</span>&nbsp;{escape(text)}')
+            # What is all but black has the colour of the text, which a dark window has light.
+            if style.parse_colour(colour).mean() > DARKEST:
+                sign = f'<span style="color:{colour}">{sign}</span>'
+            said.append(f"{sign}&nbsp;{escape(text)}")
         self._parts.append(f'<p style="margin:2px 0">{" &nbsp; ".join(said)}</p>')
 
     def format_html(self) -> str:

@@ -222,7 +222,11 @@ class FillFinder:
 
     def change_tolerance(self, by: int) -> None:
         """How far strands may miss the strokes' ends, in edges."""
-        self.tolerance = max(0, min(self.tolerance + by, MAX_TOLERANCE))
+        self.choose_tolerance(self.tolerance + by)
+
+    def choose_tolerance(self, edges: int) -> None:
+        """The same, in edges."""
+        self.tolerance = max(0, min(edges, MAX_TOLERANCE))
         self.restart()
 
     def limit_irregular(self, most: int | None) -> None:

@@ -10,15 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.polygonmesh import PolygonMesh
-from patterndb.geometry.points import Points
+from patterndb.geometry.points import Floats, Points, units
+from patterndb.geometry.trianglemesh import TriangleMesh
 from query.holes import HoleFill, weld_fills
 from viewer import style
 from viewer.camera import View, fit_view
-from viewer.picture import Drawn, check_png, save_drawn
-from viewer.retopo.marks import choose_valence_colour, make_shapes
+from viewer.picture import Drawn, Frame, save_sheet
+from viewer.retopo.marks import make_valence_marks
 from viewer.scene import Scene
 from viewer.skin import MATTE, Skin, shade_model
-from viewer.solid import Solid, Triangles, make_ribbons
+from viewer.solid import Triangles, make_ribbons
 
 #: Width and height of each half, and of the line of text below, in points.
 HALF, CAPTION = 440.0, 26.0
@@ -34,6 +35,13 @@ MARKER = (0.16, 2.4, 6.5)
 
 #: What is looked at of the surroundings: so many times the size of a lone hole.
 ROOM = 2.2
+
+#: From how far beside where a fill faces it is looked at, and how many other directions are tried.
+ASIDE, DIRECTIONS = np.array([0.18, 0.25, 0.12]), 200
+
+#: From where it faces it is looked at if so much of the most is seen; faces are left out where less
+#: than HIDDEN of it is; at the same place is what lies within OFF of its size.
+CLEARLY, HIDDEN, OFF = 0.75, 0.6, 1e-3
 
 #: How much nearer than they are lines, the loop and markers are drawn, in points.
 LINE_LIFT, LOOP_LIFT, MARKER_LIFT = 1.6, 3.0, 4.4
@@ -65,52 +73,71 @@ def draw_holes(path: Path | str, fills: Sequence[HoleFill], height: int = 900) -
     """
     before = "the hole" if len(fills) == 1 else f"{len(fills)} holes"
     edges = sum(len(fill.hole) for fill in fills)
-    panels = [show_holes(fills, f"{before}, {edges} edges around"), show_fills(fills)]
-    return draw_panels(path, panels, choose_view(fills), len(panels), height)
+    view = choose_view(fills)
+    front = find_front(fills, view)
+    cut = f"; {int(front.sum())} faces before it left out" if front.any() else ""
+    panels = [
+        show_holes(fills, f"{before}, {edges} edges around{cut}", front),
+        show_fills(fills, front=front),
+    ]
+    return draw_panels(path, panels, view, len(panels), height)
 
 
-def show_holes(fills: Sequence[HoleFill], caption: str) -> HolePanel:
-    """Show a mesh as it was, faces that are replaced in a colour of their own."""
-    mesh = fills[0].hole.topology.mesh
+def show_holes(
+    fills: Sequence[HoleFill], caption: str, front: NDArray[np.bool_] | None = None
+) -> HolePanel:
+    """Show a mesh as it was, faces that are replaced in a colour of their own.
+
+    front: (f,) bool, faces that are left out.
+    """
+    mesh, removed = fills[0].hole.topology.mesh, _find_removed(fills)
+    stays = np.ones(mesh.n_faces, np.bool_) if front is None else ~front
     closed = [np.concatenate([f.hole.points, f.hole.points[:1]]) for f in fills]
-    return HolePanel(mesh, _find_removed(fills), REMOVED, style.EDGE, caption, closed)
+    part = _keep_faces(mesh, stays)
+    return HolePanel(part, removed[stays], REMOVED, style.EDGE, caption, closed)
 
 
-def show_fills(fills: Sequence[HoleFill], caption: str = "") -> HolePanel:
-    """Show a mesh with its holes filled."""
-    old, new = fills[0].hole.topology.mesh, weld_fills(fills)
-    added = np.arange(new.n_faces) >= old.n_faces - int(_find_removed(fills).sum())
-    quads = sum(fill.n_quads for fill in fills)
+def show_fills(
+    fills: Sequence[HoleFill], caption: str = "", front: NDArray[np.bool_] | None = None
+) -> HolePanel:
+    """Show a mesh with its holes filled; front: as of :func:`show_holes`."""
+    new, quads = weld_fills(fills), sum(fill.n_quads for fill in fills)
+    stays = np.ones(new.n_faces, np.bool_)
+    if front is not None:
+        stays[: new.n_faces - quads] = ~front[~_find_removed(fills)]
+    added = np.arange(new.n_faces) >= new.n_faces - quads
     twin = ", a mirror twin" if len(fills) == 1 and fills[0].twin else ""
-    return HolePanel(new, added, NEW, NEW_EDGE, caption or f"{quads} quads{twin}", (), fills)
+    caption = caption or f"{quads} quads{twin}"
+    part = _keep_faces(new, stays)
+    return HolePanel(part, added[stays], NEW, NEW_EDGE, caption, (), fills)
+
+
+def _keep_faces(mesh: PolygonMesh, stays: NDArray[np.bool_]) -> PolygonMesh:
+    arity = mesh.arities()
+    offsets = np.concatenate([[0], np.cumsum(arity[stays])]).astype(np.int64)
+    return PolygonMesh(mesh.points, mesh.corners[np.repeat(stays, arity)], offsets)
 
 
 def draw_panels(
     path: Path | str, panels: Sequence[HolePanel], view: View, columns: int, height: int = 900
 ) -> Path:
     """Draw panels row by row, all looked at alike, as a PNG of this height."""
-    path = check_png(path)
     rows = -(-len(panels) // columns)
-    scene = Scene(columns * HALF, rows * (HALF + CAPTION))
-    scene.box(0.0, 0.0, 0.0, 0.0, style.PAPER, style.PAPER)
-    parts: list[Triangles] = []
-    for number, panel in enumerate(panels):
-        left = number % columns * HALF
-        low = (rows - 1 - number // columns) * (HALF + CAPTION)
-        middle = np.array([left + HALF / 2, low + CAPTION + HALF / 2, 0.0])
-        drawn = [
-            *_draw_mesh(panel.mesh, panel.marked, panel.tint, panel.edge, view),
-            make_ribbons([view.seen(line) for line in panel.loops], LOOP, LOOP_WIDTH, LOOP_LIFT),
-            *_draw_irregular(panel.fills, view),
-        ]
-        parts += _cut_panel([(part[0] + middle, part[1]) for part in drawn], left, low)
-        scene.text(left + HALF / 2, low + CAPTION / 3, panel.caption, 13.0)
-    solid = Solid(
-        np.concatenate([part[0] for part in parts]),
-        np.concatenate([part[1] for part in parts]),
-        0.0,
-    )
-    return save_drawn(path, Drawn(scene, solid, (scene.width / 2, scene.height / 2)), height)
+    sheet = [_draw_panel(panel, view) for panel in panels]
+    return save_sheet(path, sheet, round(height / rows), columns)
+
+
+def _draw_panel(panel: HolePanel, view: View) -> Drawn:
+    """Draw one panel; what reaches out of it below is hidden by its text."""
+    frame = Frame(Scene(HALF, HALF + CAPTION), (HALF / 2, CAPTION + HALF / 2))
+    frame.scene.box(0.0, 0.0, HALF, CAPTION, style.PAPER, style.PAPER)
+    frame.scene.text(HALF / 2, CAPTION / 3, panel.caption, 13.0)
+    parts = [
+        *_draw_mesh(panel.mesh, panel.marked, panel.tint, panel.edge, view),
+        make_ribbons([view.seen(line) for line in panel.loops], LOOP, LOOP_WIDTH, LOOP_LIFT),
+        *_draw_irregular(panel.fills, view),
+    ]
+    return frame.drawn(frame.solid(parts))
 
 
 def _find_removed(fills: Sequence[HoleFill]) -> NDArray[np.bool_]:
@@ -122,7 +149,8 @@ def _find_removed(fills: Sequence[HoleFill]) -> NDArray[np.bool_]:
 
 
 def choose_view(fills: Sequence[HoleFill]) -> View:
-    """Look at the fills from where they face."""
+    """Look at the fills from where most of them is seen, and nothing of the mesh lies before them:
+    from where they face, unless they are clearly better seen from elsewhere."""
     normal = np.zeros(3)
     for fill in fills:
         around = fill.hole.points - fill.hole.points.mean(axis=0)
@@ -130,9 +158,11 @@ def choose_view(fills: Sequence[HoleFill]) -> View:
     size = float(np.linalg.norm(normal))
     toward = normal / size if size > 0 else np.array([0.3, 0.4, 1.0])
     # A little from above and from the side, so that what is round looks round.
-    toward = toward + np.array([0.18, 0.25, 0.12])
+    directions = np.concatenate([units((toward + ASIDE)[None]), spread_directions(DIRECTIONS)])
+    seen = _Seen.of(fills).measure(directions)
+    toward = directions[0 if seen[0] >= CLEARLY * seen.max() else int(seen.argmax())]
     up = np.array([0.0, 1.0, 0.0])
-    if abs(up @ toward) > 0.9 * np.linalg.norm(toward):
+    if abs(up @ toward) > 0.9:
         up = np.array([0.0, 0.0, 1.0])
     if len(fills) > 1:
         mesh = fills[0].hole.topology.mesh
@@ -144,18 +174,92 @@ def choose_view(fills: Sequence[HoleFill]) -> View:
     return fit_view(ball, toward, up, HALF, HALF)
 
 
+def find_front(fills: Sequence[HoleFill], view: View) -> NDArray[np.bool_]:
+    """(f,) bool, old faces that lie before the fills; none where most of them is seen anyway."""
+    return _Seen.of(fills).find_front(view.axes[2])
+
+
+def spread_directions(count: int) -> Points:
+    """Spread (count, 3) directions evenly over a sphere, along a spiral of golden angles."""
+    z = 1.0 - (2.0 * np.arange(count) + 1.0) / count
+    turn = np.arange(count) * np.pi * (3.0 - np.sqrt(5.0))
+    r = np.sqrt(1.0 - z * z)
+    return np.stack([r * np.cos(turn), r * np.sin(turn), z], axis=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Seen:
+    """What can be seen of fills in their mesh.
+
+    mesh: after they were filled, as triangles. face: (t,) of each; faces from ``first`` on are the
+    fills'. middles, areas: (k, 3) and (k, 3), of the fills' triangles.
+    """
+
+    mesh: TriangleMesh
+    face: NDArray[np.int64]
+    first: int
+    removed: NDArray[np.bool_]
+    middles: Points
+    areas: Points
+
+    @classmethod
+    def of(cls, fills: Sequence[HoleFill]) -> _Seen:
+        welded = weld_fills(fills)
+        triangles, face = welded.fans()
+        mesh = TriangleMesh(welded.points, triangles)
+        first = welded.n_faces - sum(fill.n_quads for fill in fills)
+        own = mesh.corners[face >= first]
+        areas = np.cross(own[:, 1] - own[:, 0], own[:, 2] - own[:, 0]) / 2.0
+        return cls(mesh, face, first, _find_removed(fills), own.mean(axis=1), areas)
+
+    def measure(self, directions: Points) -> Floats:
+        """(d,) the area of the fills that is seen from each direction (d, 3), as it looks there."""
+        shown = np.abs(directions @ self.areas.T)
+        return (shown * ~self._is_hidden(directions)).sum(axis=1)
+
+    def _is_hidden(self, directions: Points) -> NDArray[np.bool_]:
+        """(d, k) bool, does something lie before the fills' triangles?"""
+        d, k = len(directions), len(self.middles)
+        rays = np.repeat(directions, k, axis=0)
+        # Off the triangle that the ray begins on.
+        origins = np.tile(self.middles, (d, 1)) + self._off * rays
+        return (self.mesh.cast_rays(origins, rays)[0] >= 0).reshape(d, k)
+
+    @property
+    def _off(self) -> float:
+        """What is no nearer than this is at the same place."""
+        return OFF * float(np.sqrt(np.linalg.norm(self.areas, axis=1).sum()))
+
+    def find_front(self, toward: Points) -> NDArray[np.bool_]:
+        """(f,) bool, the faces of the mesh before it was filled that hide the fills from a
+        direction (3,), if they hide much."""
+        front = np.zeros(self.first, np.bool_)
+        shown = np.abs(self.areas @ toward)
+        if self.measure(toward[None])[0] < HIDDEN * shown.sum():
+            # What rays from the fills meet, and whose corners have the fills behind them: the
+            # faces of the one may be far larger, and far smaller, than those of the other.
+            own = self.face >= self.first
+            starts = self.middles + self._off * toward
+            lines = np.broadcast_to(toward, starts.shape)
+            _, hit, _, along = self.mesh.cast_lines(starts, lines)
+            front[self.face[hit[(along > 0.0) & ~own[hit]]]] = True
+            behind = TriangleMesh.from_corners(self.mesh.corners[own])
+            corners = self.mesh.corners[~own].reshape(-1, 3)
+            rays = np.broadcast_to(-toward, corners.shape)
+            away = behind.cast_rays(corners, rays)[2].reshape(-1, 3)
+            hides = ((away > self._off) & (away < np.inf)).any(axis=1)
+            front[self.face[~own][hides]] = True
+        result = np.zeros(len(self.removed), np.bool_)
+        result[~self.removed] = front
+        return result
+
+
 def _draw_mesh(
     mesh: PolygonMesh, marked: NDArray[np.bool_], tint: str, edge: str, view: View
 ) -> list[Triangles]:
     """Faces, the marked ones tinted, and their edges."""
-    arity = mesh.arities()
-    face = np.repeat(np.arange(mesh.n_faces), np.maximum(arity - 2, 0))
-    within = np.arange(len(face)) - np.repeat(
-        np.cumsum(np.maximum(arity - 2, 0)) - np.maximum(arity - 2, 0), np.maximum(arity - 2, 0)
-    )
-    first = mesh.offsets[face]
-    triangles = mesh.corners[np.stack([first, first + within + 1, first + within + 2], axis=1)]
-    skin = Skin.of(mesh.points[triangles], triangles.astype(np.int32))
+    triangles, face = mesh.fans()
+    skin = Skin.of(mesh.points[triangles], triangles)
     seen, bright = shade_model(skin, view, (0.0, 0.0), through=False)
     colours = np.where(
         marked[face][:, None, None],
@@ -164,7 +268,7 @@ def _draw_mesh(
     )
     parts: list[Triangles] = [(seen, np.minimum(colours, 1.0).astype(np.float32))]
     at = np.arange(len(mesh.corners))
-    owner = np.repeat(np.arange(mesh.n_faces), arity)
+    owner = np.repeat(np.arange(mesh.n_faces), mesh.arities())
     following = np.where(at == mesh.offsets[owner + 1] - 1, mesh.offsets[owner], at + 1)
     ends = np.sort(np.stack([mesh.corners, mesh.corners[following]], axis=1), axis=1)
     for chosen, colour, width, lift in (
@@ -187,46 +291,5 @@ def _draw_irregular(fills: Sequence[HoleFill], view: View) -> list[Triangles]:
         valences = fill.valences
         for valence in sorted({int(v) for v in valences.tolist()} - {4, 0}):
             places = view.seen(points[valences == valence])
-            shape = style.choose_valence_shape(int(np.clip(valence, 2, 7)))
-            parts.append(make_shapes(places, shape * (radius + 1.0), style.PAPER, MARKER_LIFT))
-            colour = choose_valence_colour(valence)
-            parts.append(make_shapes(places, shape * radius, colour, MARKER_LIFT + 0.4))
+            parts += make_valence_marks(places, valence, radius, MARKER_LIFT)
     return parts
-
-
-def _cut_panel(parts: Sequence[Triangles], left: float, low: float) -> list[Triangles]:
-    """What lies within a panel; triangles that reach out of it are cut off."""
-    kept: list[Triangles] = []
-    for part in parts:
-        for axis, least in ((0, left), (1, low + CAPTION)):
-            part = _cut_triangles(part, axis, least, 1.0)
-            part = _cut_triangles(part, axis, least + HALF, -1.0)
-        kept.append(part)
-    return kept
-
-
-def _cut_triangles(part: Triangles, axis: int, limit: float, sign: float) -> Triangles:
-    """Cut triangles off where a coordinate is beyond a limit; sign: 1 keeps the greater."""
-    corners, colours = part
-    depth = sign * (corners[..., axis] - limit)
-    inside = depth >= 0.0
-    count = inside.sum(axis=1)
-    pieces: list[Triangles] = [(corners[count == 3], colours[count == 3])]
-    for wanted in (1, 2):
-        chosen = count == wanted
-        odd = np.argmax(inside[chosen] == (wanted == 1), axis=1)  # the corner on a side of its own
-        order = (odd[:, None] + np.arange(3)) % 3
-        d = np.take_along_axis(depth[chosen], order, axis=1)
-        p = np.take_along_axis(corners[chosen], order[..., None], axis=1)
-        c = np.take_along_axis(colours[chosen], order[..., None], axis=1)
-        share = d[:, :1] / (d[:, :1] - d[:, 1:])  # of the way from the odd corner to the others
-        cut_p = p[:, :1] + share[..., None] * (p[:, 1:] - p[:, :1])
-        cut_c = c[:, :1] + share[..., None] * (c[:, 1:] - c[:, :1])
-        cut_c = cut_c.astype(np.float32)
-        if wanted == 1:
-            pieces.append((np.concatenate([p[:, :1], cut_p], axis=1), np.hstack([c[:, :1], cut_c])))
-        else:
-            for places in ([0, 2, 3], [0, 3, 1]):  # of cut, cut, corner, corner
-                both_p, both_c = np.hstack([cut_p, p[:, 1:]]), np.hstack([cut_c, c[:, 1:]])
-                pieces.append((both_p[:, places], both_c[:, places]))
-    return np.concatenate([one[0] for one in pieces]), np.concatenate([one[1] for one in pieces])

@@ -97,6 +97,18 @@ class PaintTarget(ABC):
         self.add(Text(x, y, text, size, colour, bold, mono, align))
 
 
+def make_bars(begin: Points, end: Points, width: float | Points, lap: float = 0.0) -> Points:
+    """Make (n, 4, 2) thin rectangles from places (n, 2) to others, so wide; lap: by how much they
+    reach beyond both, in half widths. What has no length is only reaching."""
+    along = end - begin
+    length = np.linalg.norm(along, axis=1, keepdims=True)
+    half = np.broadcast_to(np.asarray(width, np.float64) / 2.0, (len(along),))[:, None]
+    along = along / np.where(length > 0.0, length, 1.0) * half
+    across = np.stack([along[:, 1], -along[:, 0]], axis=1)
+    a, b = begin - lap * along, end + lap * along
+    return np.stack([a + across, b + across, b - across, a - across], axis=1)
+
+
 def paint_disk(
     canvas: PaintTarget,
     drawing: DiskDrawing,
@@ -150,14 +162,7 @@ def _paint_mark(canvas: PaintTarget, mark: StrokeMark, points: Points, width: fl
     pieces = np.concatenate([np.stack([middle[:-1], middle[1:]], axis=1), points[mark.ends]])
     wide = np.full(len(pieces), width)
     wide[len(pieces) - len(mark.ends) :] *= END_WIDTH
-    along = pieces[:, 1] - pieces[:, 0]
-    length = np.linalg.norm(along, axis=1, keepdims=True)
-    along = along / np.where(length > 0.0, length, 1.0)
-    across = np.stack([-along[:, 1], along[:, 0]], axis=1) * wide[:, None] / 2.0
-    a, b = pieces[:, 0], pieces[:, 1]
-    canvas.polygons(
-        np.stack([a + across, b + across, b - across, a - across], axis=1), face=style.STROKE
-    )
+    canvas.polygons(make_bars(pieces[:, 0], pieces[:, 1], wide), face=style.STROKE)
     # Round where a midline bends.
     canvas.polygons(middle[:, None] + style.make_circle() * width / 2.0, face=style.STROKE)
 

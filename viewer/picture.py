@@ -40,12 +40,14 @@ def save_drawn(path: Path | str, drawn: Drawn, height: int) -> Path:
     return save_sheet(path, [drawn], height)
 
 
-def save_sheet(path: Path | str, sheet: Sequence[Drawn], height: int) -> Path:
+def save_sheet(
+    path: Path | str, sheet: Sequence[Drawn], height: int, columns: int | None = None
+) -> Path:
     """Write composed pictures of one size beside and below each other, each ``height`` pixels
-    high: as many columns as rows, or one more. Raises as :func:`save_drawn` does."""
+    high; columns: as many as rows, or one more, by default. Raises as :func:`save_drawn` does."""
     path = check_png(path)
     tiles = [_paint_drawn(drawn, height) for drawn in sheet]
-    columns = math.ceil(math.sqrt(len(tiles)))
+    columns = math.ceil(math.sqrt(len(tiles))) if columns is None else columns
     whole = tiles[0]
     if len(tiles) > 1:
         tall, wide = tiles[0].pixels.shape[:2]

@@ -181,8 +181,10 @@ class SessionSaver(Saver):
         )  # fmt: skip
 
     def _write_session(self, path: Path) -> str:
-        self.files.session_path = path
-        self.state.editing.save_session()
+        before, self.files.session_path = self.files.session_path, path
+        if not self.state.editing.save_session():
+            # The next time is asked again, rather than fails again.
+            self.files.session_path = before
         return str(self.state.message)
 
 

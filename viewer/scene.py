@@ -8,10 +8,14 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from viewer import style
-from viewer.painting import PaintedPolygons, PaintTarget, Text
+from viewer.painting import PaintedPolygons, PaintTarget, Text, make_bars
 
 #: Height of a picture for which widths of lines were chosen, in points.
 HEIGHT = 860.0
+
+#: Half the width and height of a number's box: as parts of the type for each digit, and beside
+#: and above them; and from its middle to its baseline.
+DIGIT, BESIDE, ABOVE, BASELINE = 0.354, 0.32, 0.7, 0.37
 
 #: Rims of boxes.
 HIGHLIGHT_LINE = "#7fa8d6"
@@ -41,7 +45,8 @@ class Scene(PaintTarget):
         if item.faces is not None:
             self.patches.append(ScenePolygons(item.corners, item.faces))
         if item.line != "none":
-            edges = _strokes(item.corners, item.width)
+            ahead = np.roll(item.corners, -1, axis=1)
+            edges = make_bars(item.corners.reshape(-1, 2), ahead.reshape(-1, 2), item.width, 0.7)
             colours = np.tile(style.parse_colour(item.line), (len(edges), 1))
             self.patches.append(ScenePolygons(edges, colours))
 
@@ -51,13 +56,12 @@ class Scene(PaintTarget):
         corners = np.array([[x, y], [right, y], [right, top], [x, top]])
         self.polygons(corners[None], face=face, line=line, width=1.2)
 
-
-def _strokes(corners: Points, width: float) -> Points:
-    """(n * c, 4, 2) a thin rectangle for every edge of (n, c, 2) polygons, ends lapping."""
-    a = corners.reshape(-1, 2)
-    b = np.roll(corners, -1, axis=1).reshape(-1, 2)
-    length = np.linalg.norm(b - a, axis=1, keepdims=True)
-    along = (b - a) / np.where(length > 0.0, length, 1.0) * width / 2.0
-    across = np.stack([along[:, 1], -along[:, 0]], axis=1)
-    a, b = a - 0.7 * along, b + 0.7 * along
-    return np.stack([a + across, b + across, b - across, a - across], axis=1)
+    def number(
+        self, x: float, y: float, number: int, size: float, rim: str, border: float, *, bold: bool
+    ) -> None:
+        """Write a number about (x, y), in a box with a border of so many points."""
+        half = size * np.array([DIGIT * len(str(number)) + BESIDE, ABOVE])
+        box = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+        self.polygons((box * (half + border) + (x, y))[None], face=rim)
+        self.polygons((box * half + (x, y))[None], face=style.PAPER)
+        self.text(x, y - BASELINE * size, str(number), size, bold=bold)

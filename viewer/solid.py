@@ -241,7 +241,7 @@ class Solid:
             normals = (surface.normals @ view.axes.T)[surface.triangles]
             corners.append(seen)
             base, back = style.parse_colour(SURFACE), style.parse_colour(SURFACE_BACK)
-            colours.append(_shaded(seen, normals, base, back, SHADE))
+            colours.append(shade_triangles(seen, normals, base, back, SHADE))
         if net is not None:
             lift = max(LIFT[0] * net.edge * view.scale, LIFT[1])
             seen = _triangles(view.seen(net.patches) + shift + (0.0, 0.0, lift))
@@ -253,7 +253,9 @@ class Solid:
             each = np.repeat(base, len(seen) // max(len(net.patches), 1), axis=0)
             corners.append(seen)
             colours.append(
-                _shaded(seen, normals, each[:, None], style.parse_colour(FILL_BACK), FILL_SHADE)
+                shade_triangles(
+                    seen, normals, each[:, None], style.parse_colour(FILL_BACK), FILL_SHADE
+                )
             )
         return cls(np.concatenate(corners), np.concatenate(colours), lift)
 
@@ -286,15 +288,33 @@ class Hiding:
         return inside & (points[..., 2] >= nearest - self._slack)
 
 
-def _shaded(seen: Points, normals: Points, front: Points, back: Points, shade: float) -> Grid:
-    """(t, 3, 3) colours of triangles (t, 3, 3) with normals at their corners."""
+def shade_triangles(
+    seen: Points,
+    normals: Points,
+    front: Points,
+    back: Points,
+    shade: float,
+    *,
+    light: Points = LIGHT,
+    lit: float = LIT,
+) -> Grid:
+    """Shade triangles (t, 3, 3) with normals at their corners, from both sides: (t, 3, 3) colours.
+
+    front, back: colours of the sides, (3,) or (t, 1, 3). shade: how bright is what no light
+    reaches. light: (3,) where it comes from. lit: how much it brightens.
+    """
+    normals, away = turn_to_viewer(seen, normals)
+    base = np.where(away[:, None, None], back, front)
+    bright = shade + (1.0 - shade) * np.clip(lit * (normals @ light), 0.0, 1.0)
+    return (base * bright[..., None]).astype(np.float32)
+
+
+def turn_to_viewer(seen: Points, normals: Points) -> tuple[Points, NDArray[np.bool_]]:
+    """Turn the normals (t, 3, 3) of triangles that are seen from behind; (t,) which these are."""
     a, b, c = (seen[:, e, :2] for e in range(3))
     along, across = b - a, c - a
     away = along[:, 0] * across[:, 1] - along[:, 1] * across[:, 0] < 0.0
-    normals = np.where(away[:, None, None], -normals, normals)
-    base = np.where(away[:, None, None], back, front)
-    bright = shade + (1.0 - shade) * np.clip(LIT * (normals @ LIGHT), 0.0, 1.0)
-    return (base * bright[..., None]).astype(np.float32)
+    return np.where(away[:, None, None], -normals, normals), away
 
 
 def _triangles(patches: Points) -> Points:

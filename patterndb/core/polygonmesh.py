@@ -75,6 +75,17 @@ class PolygonMesh:
         good = (ordered[:, 1:] != ordered[:, :-1]).all(axis=1)
         return np.ascontiguousarray(quads[good]), faces[good]
 
+    def fans(self) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+        """Every face as a fan of triangles from its first corner.
+
+        Returns ((t, 3) int32 vertices, (t,) int64 the faces that they are of, ascending).
+        """
+        fans = np.maximum(self.arities() - 2, 0)
+        face = np.repeat(np.arange(self.n_faces), fans)
+        k = np.arange(len(face)) - np.repeat(np.cumsum(fans) - fans, fans)
+        first = self.offsets[face]
+        return self.corners[np.stack([first, first + k + 1, first + k + 2], axis=1)], face
+
     def faces(self) -> list[list[int]]:
         """The vertices of every face."""
         ends = self.offsets.tolist()

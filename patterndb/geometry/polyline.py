@@ -37,6 +37,21 @@ def at_lengths(points: Points, lengths: ArrayLike) -> Points:
     return np.stack([np.interp(wanted, along, points[:, d]) for d in range(3)], axis=1)
 
 
+def find_nearest_on(line: Points, point: ArrayLike) -> tuple[float, int, float]:
+    """Find the place of a polyline (k, d) that is nearest to a point (d,).
+
+    Returns how far it is, the number of the piece that it is on, and how far along that, 0 to 1.
+    A line of one point has one piece, without a length.
+    """
+    ends = line if len(line) > 1 else line[[0, 0]]
+    start, step = ends[:-1], np.diff(ends, axis=0)
+    size = np.maximum((step**2).sum(axis=1), np.finfo(np.float64).tiny)
+    share = np.clip(((np.asarray(point, np.float64) - start) * step).sum(axis=1) / size, 0.0, 1.0)
+    away = np.linalg.norm(start + share[:, None] * step - point, axis=1)
+    k = int(away.argmin())
+    return float(away[k]), k, float(share[k])
+
+
 def sample_polyline(points: Points, edges: int) -> Points:
     """(edges + 1, 3) points at equal arc length along the polyline (k, 3), ends exact."""
     result = at_lengths(points, np.linspace(0, float(arc_length(points)[-1]), edges + 1))

@@ -106,13 +106,7 @@ class Surface:
     @classmethod
     def from_polygons(cls, mesh: PolygonMesh) -> Surface:
         """From a mesh of polygons, each cut into a fan from its first corner; see :meth:`of`."""
-        arity = mesh.arities()
-        fans = np.maximum(arity - 2, 0)
-        face = np.repeat(np.arange(mesh.n_faces), fans)
-        k = np.arange(len(face)) - np.repeat(np.cumsum(fans) - fans, fans)
-        first = mesh.offsets[face]
-        corner = np.stack([first, first + k + 1, first + k + 2], axis=1)
-        return cls.from_arrays(mesh.points, mesh.corners[corner])
+        return cls.from_arrays(mesh.points, mesh.fans()[0])
 
     def part(self, chosen: NDArray[np.bool_]) -> Surface:
         """Some of its triangles, (t,) bool; vertices and their normals as they are."""

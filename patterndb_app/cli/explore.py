@@ -16,6 +16,7 @@ from patterndb_app.cli.options import (
     Numbers,
     boundary_of,
     dbs_to_read,
+    is_starter,
     open_database,
     picture_path,
 )
@@ -124,7 +125,8 @@ def explore(
             rank=rank,
             folded=not flat,
             write_obj=write_placed_fill,
-            accept=partial(record_accepted, db),
+            # Nothing is counted in the starter: it is never written to.
+            accept=None if is_starter(db) else partial(record_accepted, db),
             open_file=_open_question,
             off_screen=output,
             keys=keys,

@@ -167,6 +167,11 @@ server_to_ask = click.option(
 as_json = click.option("--json", "as_json", is_flag=True, help="Write one JSON document to stdout.")
 
 
+def is_starter(path: DatabaseChoice) -> bool:
+    """Is it the starter database alone that --db names, or leaves?"""
+    return path is None or str(path) == STARTER_NAME
+
+
 @overload
 def open_database(path: Path | None, mode: Mode = "read") -> Database: ...
 @overload
@@ -179,7 +184,7 @@ def open_database(path: DatabaseChoice, mode: Mode = "read") -> Database | Datab
     if isinstance(path, tuple):
         shares = [(share.path, share.weight) for share in path]
         return patterndb.open(shares, mode, say=say, progress=UnpackingLine().update)
-    if path is not None and str(path) != STARTER_NAME:
+    if path is not None and not is_starter(path):
         return patterndb.open(path, mode)
     if path is not None and mode != "read":
         raise click.UsageError(

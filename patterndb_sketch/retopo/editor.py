@@ -11,6 +11,7 @@ from collections.abc import Hashable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from patterndb.system.history import DEPTH, History
 from patterndb_sketch.retopo.arguments import read_arguments
 from patterndb_sketch.retopo.draft.fitting import sample_both_sides
 from patterndb_sketch.retopo.draft.refitting import claim_curves, refit_quads
@@ -29,7 +30,7 @@ from patterndb_sketch.retopo.network import Network, add_borders
 from patterndb_sketch.retopo.network.keptfaces import check_kept_faces
 from patterndb_sketch.retopo.quadimport import QuadImport
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.state import DEPTH, History, State
+from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half, mirror_mesh
 from patterndb_sketch.retopo.table import TOOLS
 from patterndb_sketch.retopo.tool import ToolWork
@@ -186,11 +187,11 @@ class Editor:
         if fitted is not state.network:
             self._history.settle(replace(state, network=fitted))
 
-    def keep_history(self) -> History:
+    def keep_history(self) -> History[State]:
         """What :meth:`return_to` goes back to, whatever was begun since."""
         return self._history.copy()
 
-    def return_to(self, history: History) -> None:
+    def return_to(self, history: History[State]) -> None:
         """Have the states be as they were when they were kept."""
         self._history = history
 

@@ -11,8 +11,9 @@ import pytest
 from commandline import assert_refused, run
 from shared import EXAMPLES
 
+import patterndb
 from patterndb.errors import PatternDBError
-from query import Boundary
+from query import Boundary, fills
 from query.placing import Surface
 
 SQUARE = [[0, 0, 0], [4, 0, 0], [4, 3, 0], [0, 3, 0]]
@@ -86,6 +87,16 @@ def test_what_the_window_is_given(
 def test_a_boundary_may_be_drawn_in_the_window(learned: Path, seen: Seen) -> None:
     assert run("explore", "--surface", EXAMPLES / "jug.obj", "--db", learned).code == 0
     assert seen["boundary"] is None and seen["off_screen"] is None
+
+
+def test_what_is_saved_counts_as_used_where_a_database_can_be_written(db: Path, seen: Seen) -> None:
+    for starter in ((), ("--db", ":starter:")):
+        assert run("explore", "--sides=3,5,4,6", *starter).code == 0
+        assert seen["accept"] is None, "the starter is never written to, and saving is no error"
+    assert run("explore", "--sides=3,5,4,6", "--db", db).code == 0
+    with patterndb.open(db) as source:
+        fill = next(iter(fills(source, Boundary((3, 5, 4, 6)))))
+    assert "1 use of pattern" in seen["accept"](fill)
 
 
 @pytest.mark.parametrize(

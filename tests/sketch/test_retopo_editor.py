@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from retopo_cases import plane
 from shared import CHECKOUT
 
+from patterndb.system.history import History
 from patterndb_sketch.retopo.arguments import (
     MOST_POINTS,
     REQUIRED,
@@ -32,7 +33,7 @@ from patterndb_sketch.retopo.editor import DEPTH, TOOLS, Call, Editor
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import fill_network
 from patterndb_sketch.retopo.network import Network, are_equal
-from patterndb_sketch.retopo.state import History, State
+from patterndb_sketch.retopo.state import State
 from query.engine import PatternSource
 
 NAN, INF = math.nan, math.inf

@@ -142,10 +142,7 @@ def answer(monkeypatch: Any, button: QMessageBox.StandardButton) -> list[str]:
 
 def check_looking(events: Events, seer: Any) -> None:
     """A drag with the right or the middle button turns the view, the wheel zooms, the middle one
-    with Shift shifts.
-
-    seer: what has the view, a camera or the fill explorer's state.
-    """
+    with Shift shifts; seer: the camera."""
     for button in ("Right", "Middle"):
         axes = seer.view.axes
         events.drag((0.0, 0.0), (40.0, 30.0), button=button)

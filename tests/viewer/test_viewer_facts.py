@@ -33,3 +33,11 @@ def test_every_marker_of_sides_is_seen() -> None:
     drawn = re.findall(r"color:(#[0-9a-f]{6})", sheet.format_html())
     assert len(drawn) == len(SIDES)
     assert all(style.parse_colour(colour).mean() <= LIGHTEST + 0.003 for colour in drawn)
+
+
+def test_ink_has_the_colour_of_the_text() -> None:
+    """On the docks of a dark window, black would be seen as little as white on paper."""
+    sheet = FactSheet()
+    for ink in (style.BOUNDARY, style.VALENCE_COLOURS[7]):
+        sheet.legend([(style.make_diamond(), ink, "none", "said")])
+    assert sheet.format_html().count("said") == 2 and "color:" not in sheet.format_html()

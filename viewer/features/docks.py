@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 from PySide6.QtCore import Qt
@@ -19,7 +18,6 @@ from PySide6.QtWidgets import (
 
 from viewer.card import format_count
 from viewer.commands import Command
-from viewer.features.editing import FeatureEditing
 from viewer.features.edits import DrawnCurve, choose_curve_colour
 from viewer.features.sliders import AXIS_OF, DEGREES, SLIDERS, get_slider_value, name_axis
 from viewer.features.state import FeatureState
@@ -37,10 +35,7 @@ TIPS = {
 class FeatureWindow(ShellWindow):
     """Shows curves on a model, with their names and what they follow."""
 
-    @property
-    def state(self) -> FeatureState:
-        """What is shown."""
-        return self.saver.state
+    state: FeatureState
 
     def make_docks(self) -> list[Dock]:
         """Make the docks of curves and of sliders."""
@@ -61,12 +56,14 @@ class FeatureWindow(ShellWindow):
         self.axis.addItems(list(AXIS_OF))
         self.axis.setPlaceholderText("another direction")
         self.axis.setToolTip("The axis that the isophote angle is measured from")
-        self.axis.textActivated.connect(lambda name: self._change(lambda e: e.choose_axis(name)))
+        self.axis.textActivated.connect(
+            lambda name: self.change(lambda: self.state.editing.choose_axis(name))
+        )
         self.degree.setRange(*DEGREES)
         self.degree.setToolTip("The degree of the spline")
         self.degree.setKeyboardTracking(False)
         self.degree.valueChanged.connect(
-            lambda degree: self._change(lambda e: e.change_degree(degree - e.shown_settings.degree))
+            lambda degree: self.change(lambda: self.state.editing.choose_degree(degree))
         )
         whole = QWidget()
         layout = QVBoxLayout(whole)
@@ -74,7 +71,6 @@ class FeatureWindow(ShellWindow):
         layout.addWidget(make_form([("axis", self.axis), ("degree", self.degree)]))
         layout.addStretch(1)
         fit.show_scrolled(whole)
-        self._refreshing = False
         return [curves, fit]
 
     def _slider_row(self, name: str) -> SliderRow:
@@ -83,23 +79,11 @@ class FeatureWindow(ShellWindow):
             SLIDERS[name],
             lambda: get_slider_value(self.state.editing.shown_settings, name),
             lambda value: self.state.slide_to(name, value),
-            self._begin_sliding,
-            self._end_sliding,
+            lambda: self.state.begin_sliding(),  # noqa: PLW0108
+            lambda: self.state.end_sliding(),  # noqa: PLW0108
             lambda: name != "angle" or self.state.editing.shown_settings.alpha < 1.0,
             TIPS[name],
         )
-
-    def _change(self, change: Callable[[FeatureEditing], object]) -> None:
-        if not self._refreshing:
-            self.state.message = ""
-            change(self.state.editing)
-            self.show_change()
-
-    def _begin_sliding(self) -> None:
-        self.state.begin_sliding()
-
-    def _end_sliding(self) -> None:
-        self.state.end_sliding()
 
     def run_command(self, command: Command[Any]) -> None:
         """Obey a command; a curve is named in the list."""
@@ -120,18 +104,14 @@ class FeatureWindow(ShellWindow):
 
     def refresh_docks(self) -> None:
         """Show the curves and the sliders as they are now."""
-        self._refreshing = True
-        try:
-            if self.curves.state() != QAbstractItemView.State.EditingState:
-                self._refresh_curves()
-            self.sliders.refresh()
-            settings = self.state.editing.shown_settings
-            self.axis.setCurrentText(name_axis(settings) or "")
-            if name_axis(settings) is None:
-                self.axis.setCurrentIndex(-1)
-            self.degree.setValue(settings.degree)
-        finally:
-            self._refreshing = False
+        if self.curves.state() != QAbstractItemView.State.EditingState:
+            self._refresh_curves()
+        self.sliders.refresh()
+        settings = self.state.editing.shown_settings
+        self.axis.setCurrentText(name_axis(settings) or "")
+        if name_axis(settings) is None:
+            self.axis.setCurrentIndex(-1)
+        self.degree.setValue(settings.degree)
 
     def _refresh_curves(self) -> None:
         edits, chosen = self.state.editing.edits, self.state.row_of_selected()
@@ -165,9 +145,5 @@ class FeatureWindow(ShellWindow):
             self.show_change()
 
     def _rename(self, item: QListWidgetItem) -> None:
-        if self._refreshing:
-            return
-        self.state.message = ""
-        self.state.editing.select(item.data(Qt.ItemDataRole.UserRole))
-        self.state.editing.rename(item.text().strip())
-        self.show_change()
+        key, name = item.data(Qt.ItemDataRole.UserRole), item.text().strip()
+        self.change(lambda: (self.state.editing.select(key), self.state.editing.rename(name)))

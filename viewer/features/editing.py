@@ -13,6 +13,7 @@ import numpy as np
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Points
+from patterndb.system.history import History
 from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
 from patterndb_sketch.features.model import Model
@@ -49,7 +50,7 @@ class FeatureFiles(Protocol):
 class FeatureEditing:
     """The curves on a model, the settings of the next one, and a curve while it is drawn.
 
-    edits: the curves. selected: the key of the one that sliders and keys change. settings: of
+    steps: of the curves. selected: the key of the one that sliders and keys change. settings: of
     the next curve, which are those that were chosen last. message: what went wrong last.
     ribs_shown: of the selected curve. files: for keys that save.
     """
@@ -67,11 +68,9 @@ class FeatureEditing:
         self._files = files
         self._session = session
         found, self.settings = open_session_curves(session, settings)
-        self.edits = FeatureEdits(tuple(curve for curve, _ in found))
+        self.steps = History(FeatureEdits(tuple(curve for curve, _ in found)))
         self.selected: int | None = None
         self._saved = self.edits
-        self._past: list[FeatureEdits] = []
-        self._future: list[FeatureEdits] = []
         self._next = 1 + max((curve.key for curve in self.edits.curves), default=-1)
         self._looks: WeakKeyDictionary[DrawnCurve, CurveLook] = WeakKeyDictionary(found)
         self._failures: WeakKeyDictionary[DrawnCurve, PatternDBError] = WeakKeyDictionary()
@@ -99,14 +98,9 @@ class FeatureEditing:
         return self._maker.busy
 
     @property
-    def undoable(self) -> int:
-        """Steps that can be taken back."""
-        return len(self._past)
-
-    @property
-    def redoable(self) -> int:
-        """Steps that can be done again."""
-        return len(self._future)
+    def edits(self) -> FeatureEdits:
+        """The curves."""
+        return self.steps.now
 
     @property
     def unsaved(self) -> bool:
@@ -176,7 +170,7 @@ class FeatureEditing:
         elif curve is None:
             self.message = "select a curve first: click on it"
         else:
-            self._step(self.edits.without(curve.key))
+            self.steps.step(self.edits.without(curve.key))
             self.selected = None
 
     def rename(self, name: str) -> None:
@@ -221,12 +215,14 @@ class FeatureEditing:
 
     def change_degree(self, by: int) -> None:
         """A higher or a lower degree of the spline."""
-        settings = self.shown_settings
-        degree = min(max(settings.degree + by, DEGREES[0]), DEGREES[1])
-        if degree == settings.degree:
-            self.message = f"the degree is from {DEGREES[0]} to {DEGREES[1]}"
+        self.choose_degree(self.shown_settings.degree + by)
+
+    def choose_degree(self, degree: int) -> None:
+        """Another degree of the spline."""
+        if DEGREES[0] <= degree <= DEGREES[1]:
+            self.change(replace(self.shown_settings, degree=degree))
         else:
-            self.change(replace(settings, degree=degree))
+            self.message = f"the degree is from {DEGREES[0]} to {DEGREES[1]}"
 
     def choose_axis(self, name: str) -> None:
         """The axis, by its name, that normals are measured from."""
@@ -256,19 +252,21 @@ class FeatureEditing:
 
     def undo(self) -> None:
         """Take the last step back."""
-        self._turn(self._past, self._future, "there is nothing to take back")
+        self._turn(self.steps.undo, "there is nothing to take back")
 
     def redo(self) -> None:
         """Do again what was taken back last; a curve being drawn is not affected."""
         if self.clicks is None:
-            self._turn(self._future, self._past, "there is nothing to do again")
+            self._turn(self.steps.redo, "there is nothing to do again")
         else:
             self.message = "finish the curve first: Enter, or Escape to drop it"
 
-    def save_session(self) -> None:
-        """Save all curves, once they are what was asked for."""
-        if self._saved_by(lambda files: files.save_session(self.session())):
+    def save_session(self) -> bool:
+        """Save all curves, once they are what was asked for; False if that cannot be."""
+        done = self._saved_by(lambda files: files.save_session(self.session()))
+        if done:
             self._saved = self.edits
+        return done
 
     def save_network(self) -> None:
         """Save the curves as a network, which templates are laid on."""
@@ -331,7 +329,7 @@ class FeatureEditing:
             self.message = self.trouble(preview)
         else:
             # The curve is the preview itself: what it snapped to is known, or will be.
-            self._step(self.edits.with_curve(preview))
+            self.steps.step(self.edits.with_curve(preview))
             self.clicks = self._preview = None
             self.select(preview.key)
 
@@ -432,7 +430,7 @@ class FeatureEditing:
     def revise(self, curve: DrawnCurve) -> None:
         """An edited curve in place of that of its key, as one step."""
         before = self.edits.find(curve.key)
-        self._step(self.edits.with_curve(curve))
+        self.steps.step(self.edits.with_curve(curve))
         self.make(curve, before)
 
     def make(self, curve: DrawnCurve, before: DrawnCurve | None, patience: float = AT_ONCE) -> None:
@@ -447,22 +445,11 @@ class FeatureEditing:
         self._maker.wait(patience)
         self._take()
 
-    def keep_step(self, before: FeatureEdits) -> None:
-        """Keep what there was before a change, to come back to it."""
-        self._past.append(before)
-        self._future.clear()
-
-    def _step(self, after: FeatureEdits) -> None:
-        """Another step that can be taken back."""
-        self.keep_step(self.edits)
-        self.edits = after
-
-    def _turn(self, source: list[FeatureEdits], target: list[FeatureEdits], otherwise: str) -> None:
-        if not source:
+    def _turn(self, turn: Callable[[], bool], otherwise: str) -> None:
+        before = self.edits
+        if not turn():
             self.message = otherwise
             return
-        target.append(self.edits)
-        before, self.edits = self.edits, source.pop()
         for curve in self.edits.curves:
             if curve not in self._looks and not self._maker.wants(curve):
                 self._want(curve, None)

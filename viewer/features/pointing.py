@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import find_nearest_on
 from patterndb_sketch.features.drag import MatrixCamera
 from patterndb_sketch.features.model import Model
 from viewer.camera import View
@@ -110,8 +111,9 @@ def find_under_pointer(
                         feet[i],
                     )
                 )
-        away, foot = _nearest(view.seen(line)[:, :2], line, place)
+        away, piece, share = find_nearest_on(view.seen(line)[:, :2], place)
         if away <= FEATURE_REACH:
+            foot = line[piece] + share * (line[piece + 1] - line[piece])
             found.append((away, CurveUnderPointer(curve.key), foot))
     found.sort(key=lambda one: one[0])
     if through:
@@ -127,13 +129,3 @@ def is_visible(view: View, model: Model, room: tuple[float, float], point: Point
     depth = float((point - origins[0]) @ directions[0])
     front = float(model.first_hits(origins, directions).lengths[0])
     return front >= depth - BENEATH * model.diagonal
-
-
-def _nearest(seen: Points, line: Points, place: Place) -> tuple[float, Points]:
-    """How far a polyline (k, 2) is from a place, and the point of (k, 3) that is there."""
-    start, step = seen[:-1], np.diff(seen, axis=0)
-    size = np.maximum(np.einsum("kc,kc->k", step, step), 1e-30)
-    share = np.clip(np.einsum("kc,kc->k", np.array(place) - start, step) / size, 0.0, 1.0)
-    away = np.linalg.norm(start + share[:, None] * step - place, axis=1)
-    i = int(away.argmin())
-    return float(away[i]), line[i] + share[i] * (line[i + 1] - line[i])

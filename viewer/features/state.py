@@ -11,7 +11,7 @@ from patterndb_sketch.features.drag import Drag, begin_drag, move_drag
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.sessionfile import FeatureSession
 from patterndb_sketch.features.snap import SnapSettings
-from viewer.camera import ModelCamera
+from viewer.camera import ModelCamera, ViewerState
 from viewer.features.editing import FeatureEditing, FeatureFiles
 from viewer.features.edits import DrawnCurve, FeatureEdits
 from viewer.features.pointing import (
@@ -33,7 +33,7 @@ LIVE = 0.02
 Held = Literal["view", "curve", "click"]
 
 
-class FeatureState:
+class FeatureState(ViewerState[ModelCamera]):
     """A model, the curves on it, and how it is looked at.
 
     session: what has been worked on before. settings: of the next curve. files: for keys that
@@ -57,22 +57,13 @@ class FeatureState:
             SnapSettings() if settings is None else settings,
             files,
         )
-        self.camera = ModelCamera(model.points)
+        super().__init__(ModelCamera(model.points), self.editing)
         self.skin = Skin.of(model.corners, model.triangles)
         self._held: Held | None = None
         self._pressed: tuple[float, float] | None = None
         self._drag: Drag | None = None
         self._before: FeatureEdits | None = None
         self._base: DrawnCurve | None = None
-
-    @property
-    def message(self) -> str:
-        """What went wrong last."""
-        return self.editing.message
-
-    @message.setter
-    def message(self, text: str) -> None:
-        self.editing.message = text
 
     @property
     def pulling(self) -> Drag | None:
@@ -195,14 +186,6 @@ class FeatureState:
             return held == "view" and pressed is None
         return True
 
-    def wheel(self, steps: float) -> bool:
-        """The wheel turns: nearer, or farther off, about the pointer."""
-        return self.camera.wheel(steps)
-
-    def drag_view(self, dx: float, dy: float) -> bool:
-        """Shift the picture."""
-        return self.camera.drag_view(dx, dy)
-
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
         return self.editing.poll()
@@ -255,7 +238,7 @@ class FeatureState:
     def _end_change(self) -> None:
         before, self._before = self._before, None
         if before is not None and before is not self.editing.edits:
-            self.editing.keep_step(before)
+            self.editing.steps.keep(before)
 
     def _grab(self, curve: DrawnCurve, under: CurveUnderPointer) -> None:
         """The pointer pulls the sample that is seen nearest to it, or that of a pin."""
@@ -297,5 +280,5 @@ class FeatureState:
 
     def _live(self, curve: DrawnCurve, base: DrawnCurve) -> None:
         """Show a curve changed while the button is down."""
-        self.editing.edits = self.editing.edits.with_curve(curve)
+        self.editing.steps.settle(self.editing.edits.with_curve(curve))
         self.editing.make(curve, base, LIVE)

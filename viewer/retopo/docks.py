@@ -61,10 +61,7 @@ class RetopoView(SceneView):
 class RetopoWindow(ShellWindow):
     """Shows a network of curves, with the tools that change it."""
 
-    @property
-    def state(self) -> RetopoState:
-        """What is shown."""
-        return self.saver.state
+    state: RetopoState
 
     def make_picture(self) -> SceneView:
         """Make the widget in the middle."""

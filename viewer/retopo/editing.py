@@ -219,6 +219,11 @@ class FillLists:
         if key not in self._found and self._wanted is None:
             self._wanted = key, self.worker.submit(_listed, network, patch, source)
 
+    @property
+    def searching(self) -> bool:
+        """Is a list wanted that is not there yet?"""
+        return self._wanted is not None
+
     def take(self) -> bool:
         """Take the list that was wanted; True if there is a new one."""
         if self._wanted is None or not self._wanted[1].done():
@@ -387,11 +392,13 @@ class RetopoEditing:
         """One step forward again."""
         self.do("redo")
 
-    def save_session(self) -> None:
-        """Save the session."""
+    def save_session(self) -> bool:
+        """Save the session; False if that cannot be."""
         state = self.shown.state
-        if self._save("sessions", lambda files: files.save_session(self.ground, state)):
+        done = self._save("sessions", lambda files: files.save_session(self.ground, state))
+        if done:
             self._saved = state
+        return done
 
     def save_mesh(self) -> None:
         """Save the quads."""

@@ -11,7 +11,7 @@ from patterndb_sketch.retopo.filling.placing import fill_of
 from viewer import style
 from viewer.card import format_count
 from viewer.facts import FactSheet
-from viewer.retopo.marks import choose_side_colour, choose_valence_colour
+from viewer.retopo.marks import choose_side_colour
 from viewer.retopo.state import RetopoState
 
 #: Calls that are named while they wait.
@@ -61,7 +61,7 @@ def _facts(sheet: FactSheet, state: RetopoState) -> None:
         sheet.fact("irregular", f"{len(body.irregular):,}")
         sheet.legend(
             [
-                (style.choose_valence_shape(valence), choose_valence_colour(valence), "none",
+                (style.choose_valence_shape(valence), style.choose_valence_colour(valence), "none",
                  f"valence {valence} ×{count}")
                 for valence, count in zip(counts[0].tolist(), counts[1].tolist(), strict=True)
             ]
@@ -98,7 +98,6 @@ def _patch(sheet: FactSheet, state: RetopoState) -> None:
     if patch is None:
         return
     choice: Choice | None = filling_of(patch).choice
-    sheet.skip(0.3)
     sheet.heading(f"patch of {format_count(len(patch.corners), 'side')}")
     sheet.fact("edges", " ".join(map(str, side_lengths(state.network, patch))))
     if choice is not None:

@@ -16,58 +16,29 @@ from viewer.style import parse_colour
 
 #: Quads by the number of their patch's sides; the last are all others.
 SIDES = {2: "#f3bfd0", 3: "#a9cdee", 4: "#f7efdc", 5: "#f0c9a0", 6: "#b9dcb4"}
-
-
 MORE_SIDES = "#d5c2e8"
-
 
 #: Quads that are flipped, and patches that have no quads.
 WRONG = "#e0362c"
 
-
 #: Edges of quads, curves, curves that are the surface's border or lie on the plane of symmetry.
 EDGE = "#79828f"
-
-
 CURVE = "#27364a"
-
-
 MARKED = "#7c5cbf"
-
 
 #: Curves that are images of others.
 IMAGE = "#8b96a8"
 
-
 #: Nodes: corners, and the rim of what is hollow.
 CORNER = "#14202e"
 
-
 #: What is drawn just now, what it snaps to, what would be made, and its quads.
 INK = "#d8237a"
-
-
 SNAP = "#10a37f"
-
-
 PREVIEW = "#10a37f"
-
-
 REMADE = "#eaf7f2"
-
-
 FLOW = "#8a3ffc"
-
-
 BRUSH = "#5f6b7a"
-
-
-#: Irregular vertices of 3, of 5, and of any other number of quads.
-VALENCES = {3: "#0072b2", 5: "#d55e00"}
-
-
-OTHER_VALENCE = "#7a1fa2"
-
 
 #: Faces that were given, and are no patches.
 GIVEN = "#b4bcc8"
@@ -76,11 +47,6 @@ GIVEN = "#b4bcc8"
 def choose_side_colour(sides: int) -> str:
     """Choose the colour of a patch with so many sides, or, for 0, of a face that was given."""
     return GIVEN if sides == 0 else SIDES.get(sides, MORE_SIDES)
-
-
-def choose_valence_colour(valence: int) -> str:
-    """Choose the colour of an irregular vertex."""
-    return VALENCES.get(valence, OTHER_VALENCE)
 
 
 #: Samples of a curve that are seen this near to each other, in points, are left out.
@@ -222,3 +188,12 @@ def make_shapes(places: Points, outline: Points, colour: str, lift: float) -> Tr
     one, other = at + rim, at + np.roll(rim, -1, axis=0)
     fan = np.stack([np.broadcast_to(at, one.shape), one, other], axis=2).reshape(-1, 3, 3)
     return fan, np.broadcast_to(parse_colour(colour), fan.shape).astype(np.float32)
+
+
+def make_valence_marks(places: Points, valence: int, radius: float, lift: float) -> list[Triangles]:
+    """Make the markers of irregular vertices of a valence at places (n, 3), with a white rim."""
+    shape = style.choose_valence_shape(valence)
+    return [
+        make_shapes(places, shape * (radius + 1.1), style.PAPER, lift),
+        make_shapes(places, shape * radius, style.choose_valence_colour(valence), lift + 0.4),
+    ]

@@ -27,11 +27,10 @@ from viewer.retopo.marks import (
     SNAP,
     WRONG,
     choose_side_colour,
-    choose_valence_colour,
     cut_runs,
     make_empty_marks,
     make_node_marks,
-    make_shapes,
+    make_valence_marks,
     project_chains,
 )
 from viewer.retopo.pointing import find_visible
@@ -39,11 +38,6 @@ from viewer.retopo.state import RetopoState
 from viewer.scene import Scene
 from viewer.skin import MATTE, Shading, Skin, shade_model
 from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
-
-# Colours of the window of retopology.
-
-
-# Quads as they are drawn: in the colours of their patches, and those that would be made.
 
 #: How much nearer than it is the network is drawn: as a part of the surface's diagonal, as the
 #: released program of Takayama et al. 2013 has it, and in points. Drawing only.
@@ -109,12 +103,7 @@ def draw_quads(
     for valence in np.unique(body.valences[facing]).tolist():
         here = body.irregular[facing & (body.valences == valence)]
         places = view.seen(body.mesh.vertices[here])
-        shape = style.choose_valence_shape(int(valence))
-        if valence >= 7 or valence < 3:
-            shape = style.make_circle()
-        colour = choose_valence_colour(valence)
-        parts.append(make_shapes(places, shape * (radius + 1.1), style.PAPER, above + 2.6))
-        parts.append(make_shapes(places, shape * radius, colour, above + 3.0))
+        parts += make_valence_marks(places, valence, radius, above + 2.6)
     return parts
 
 
@@ -369,10 +358,6 @@ def _counts(scene: Scene, state: RetopoState, middle: tuple[float, float]) -> No
     inside = (seen > 0.0).all(axis=1) & (seen[:, 0] < 2.0 * middle[0] - 12.0)
     for k in np.flatnonzero(shown & inside).tolist():
         chain, (x, y) = chains[k], seen[k].tolist()
-        text = str(chain.count)
-        half = np.array([3.9 * len(text) + 3.6, 7.8])
-        box = np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
         rim = style.SELECTED if chain.id in meant else CURVE if chain.pinned else "#b9c1cb"
-        scene.polygons((box * (half + (1.6 if chain.pinned else 1.0)) + (x, y))[None], face=rim)
-        scene.polygons((box * half + (x, y))[None], face=style.PAPER)
-        scene.text(x, y - 4.1, text, 11.0, bold=chain.pinned)
+        border = 1.6 if chain.pinned else 1.0
+        scene.number(x, y, chain.count, 11.0, rim, border, bold=chain.pinned)

@@ -9,6 +9,7 @@ from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.network import Network
 from patterndb_sketch.retopo.sizes import Sizes
+from viewer.camera import ViewerState
 from viewer.nearness import CLICK
 from viewer.retopo.aiming import ToolPointer
 from viewer.retopo.editing import RetopoEditing, RetopoFiles, Shown
@@ -29,7 +30,7 @@ PULLING = "pull"
 PAINTING = "density"
 
 
-class RetopoState:
+class RetopoState(ViewerState[RetopoCamera]):
     """A network on a ground, tools in use on it, and how it is looked at: what a mouse and a clock
     make of them.
 
@@ -40,8 +41,9 @@ class RetopoState:
 
     def __init__(self, editor: Editor, *, files: RetopoFiles | None = None) -> None:
         self.editing = RetopoEditing(editor, files)
-        self.camera = RetopoCamera(editor.ground.vertices, find_upright(editor.ground))
-        self.tool = ToolPointer(self.editing, self.camera)
+        camera = RetopoCamera(editor.ground.vertices, find_upright(editor.ground))
+        super().__init__(camera, self.editing)
+        self.tool = ToolPointer(self.editing, camera)
         self.quads_shown = self.curves_shown = True
         self._tool_kept: ToolMode | None = None
         corners = editor.ground.vertices[editor.ground.triangles]
@@ -51,15 +53,6 @@ class RetopoState:
         """Wait until nothing is being made any more."""
         self.tool.close()
         self.editing.close()
-
-    @property
-    def message(self) -> str:
-        """What was refused last and why, or what should be known."""
-        return self.editing.message
-
-    @message.setter
-    def message(self, text: str) -> None:
-        self.editing.message = text
 
     @property
     def ground(self) -> Ground:

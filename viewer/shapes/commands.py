@@ -33,10 +33,10 @@ def _has_curve(state: ShapesState) -> bool:
 COMMANDS: tuple[Command[ShapesState], ...] = (
     Command("undo", "Undo", "Edit", ("u", "Ctrl+Z"), _idle(lambda s: s.shaping.undo()),
             "Take back the last change of the shape",
-            enabled=lambda s: bool(s.shaping.undoable), bar=True),
+            enabled=lambda s: bool(s.shaping.steps.undoable), bar=True),
     Command("redo", "Redo", "Edit", ("U", "Ctrl+Shift+Z"), _idle(lambda s: s.shaping.redo()),
             "Do again what was taken back last",
-            enabled=lambda s: bool(s.shaping.redoable), bar=True),
+            enabled=lambda s: bool(s.shaping.steps.redoable), bar=True),
     Command("hold", "Hold curve", "Pull", ("c",), _idle(lambda s: s.hold_here()),
             "Hold the curve at the pointer where it is, or let it go; a click does the same"),
     Command("let-go", "Let all curves go", "Pull", ("a",), _idle(lambda s: s.shaping.let_go()),

@@ -18,10 +18,7 @@ LIMITS = {0: "", 1: " (at its limit)", 2: " (beyond the training shapes)"}
 class ShapesWindow(ShellWindow):
     """Shows a shape, with what it is made of."""
 
-    @property
-    def state(self) -> ShapesState:
-        """What is shown."""
-        return self.saver.state
+    state: ShapesState
 
     def make_docks(self) -> list[Dock]:
         """Make the docks of modes, and of what pulls keep."""

@@ -13,7 +13,7 @@ from viewer.scene import HIGHLIGHT_LINE, Scene
 from viewer.shapes.sight import ShapeInView
 from viewer.shapes.skin import SkinLine
 from viewer.shapes.state import ShapesState
-from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
+from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons, turn_to_viewer
 
 #: Faces seen from outside and from inside.
 CLAY, INSIDE = "#dedad3", "#b4afa8"
@@ -89,10 +89,7 @@ def _faces(sight: ShapeInView) -> Triangles:
     skin, axes = sight.skin, sight.view.axes
     seen = sight.seen[skin.vertices]
     normals = (sight.normals @ axes.T)[skin.corners]
-    a, b, c = (seen[:, e, :2] for e in range(3))
-    one, other = b - a, c - a
-    away = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] < 0.0
-    normals = np.where(away[:, None, None], -normals, normals)
+    normals, away = turn_to_viewer(seen, normals)
     base = np.where(away[:, None], style.parse_colour(INSIDE), style.parse_colour(CLAY))
     sun = np.clip(normals @ LIGHT, 0.0, 1.0)
     bright = EVERYWHERE + SKY * (0.5 + 0.5 * normals[..., 1]) + SUN * sun

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from patterndb.errors import PatternDBError
 from patterndb.geometry.points import Floats, Points
+from patterndb.system.history import History
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeEdit, ShapeModel, edit, pull_feature
 from patterndb_sketch.features.shapemodel.edit import STIFFNESS
@@ -100,29 +101,22 @@ class Shaping:
         first = np.zeros(shapes.n_modes) if coefficients is None else coefficients
         given = np.array(first, np.float64)
         self.points = shapes.shape(given)
-        self.choice = ShapeChoice(given, self._origin(given), held=frozenset(held))
+        self.steps = History(ShapeChoice(given, self._origin(given), held=frozenset(held)))
         self.pulled: Pulled | None = None
         self.ghost: Ghost = "none"
         self.message = ""
         #: The training shape that was looked at last.
         self._known = self._number(given)
         self._seed = 0
-        self._before: list[ShapeChoice] = []
-        self._after: list[ShapeChoice] = []
         self._begun: ShapeChoice | None = None
         self._saved = self.choice
 
     # What is shown
 
     @property
-    def undoable(self) -> int:
-        """Changes that can be taken back."""
-        return len(self._before)
-
-    @property
-    def redoable(self) -> int:
-        """Changes that can be done again."""
-        return len(self._after)
+    def choice(self) -> ShapeChoice:
+        """All that can be taken back."""
+        return self.steps.now
 
     @property
     def unsaved(self) -> bool:
@@ -225,11 +219,11 @@ class Shaping:
 
     def undo(self) -> None:
         """Take the last change back."""
-        self._swap(self._before, self._after, "there is nothing to take back")
+        self._swap(self.steps.undo, "there is nothing to take back")
 
     def redo(self) -> None:
         """What was taken back last again."""
-        self._swap(self._after, self._before, "nothing was taken back")
+        self._swap(self.steps.redo, "nothing was taken back")
 
     # Changes that go on while something is dragged; each is one step to take back
 
@@ -243,8 +237,7 @@ class Shaping:
         begun, self._begun = self._begun, None
         self.pulled = None
         if begun is not None and not begun.is_like(self.choice):
-            self._before.append(begun)
-            self._after.clear()
+            self.steps.keep(begun)
 
     def drop(self) -> None:
         """It shall not have been dragged."""
@@ -345,19 +338,18 @@ class Shaping:
 
     def _commit(self, after: ShapeChoice) -> None:
         """A change that is one step."""
-        self._before.append(self.choice)
-        self._after.clear()
+        before = self.choice
         self._change(after)
+        self.steps.keep(before)
 
     def _change(self, after: ShapeChoice) -> None:
         if after.coefficients is not self.choice.coefficients:
             self.points = self.shapes.shape(after.coefficients)
-        self.choice = after
+        self.steps.settle(after)
 
-    def _swap(self, source: list[ShapeChoice], target: list[ShapeChoice], nothing: str) -> None:
-        if not source:
+    def _swap(self, turn: Callable[[], bool], nothing: str) -> None:
+        if not turn():
             self.message = nothing
             return
-        target.append(self.choice)
-        self._change(source.pop())
+        self.points = self.shapes.shape(self.choice.coefficients)
         self.pulled = None

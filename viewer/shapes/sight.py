@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.geometry.points import Points
+from patterndb.geometry.polyline import find_nearest_on
 from viewer.camera import View
-from viewer.shapes.skin import ShapeSkin, find_nearest_place
+from viewer.shapes.skin import ShapeSkin
 from viewer.solid import Solid, spread_farthest
 
 #: What is so much deeper than the surface in front of it, in points, is still in sight: a curve
@@ -95,16 +96,16 @@ class ShapeInView:
 
     def nearest(self, x: float, y: float, within: float) -> Near | None:
         """The curve in sight that is nearest to a place of the view, None if none is so near."""
-        place = np.array([x, y])
-        away, piece, share = find_nearest_place(self.lines, place)
-        for number in np.argsort(away, kind="stable").tolist():
-            if away[number] > within:
+        found = [find_nearest_on(line[:, :2], (x, y)) for line in self.lines]
+        for number in sorted(range(len(found)), key=lambda number: found[number][0]):
+            away, k, t = found[number]
+            if away > within:
                 return None
-            line, k, t = self.lines[number], int(piece[number]), float(share[number])
+            line = self.lines[number]
             after = min(k + 1, len(line) - 1)
             at = line[k] * (1.0 - t) + line[after] * t
             if self.visible(at[None])[0]:
-                return Near(number, k if t < 0.5 else after, float(away[number]))
+                return Near(number, k if t < 0.5 else after, away)
         return None
 
     @cached_property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -183,22 +182,3 @@ def _lines(shapes: ShapeModel, template: Template, mirroring: Mirroring) -> tupl
         if not np.array_equal(image, vertices):
             mirrored.append(SkinLine(feature.name, image, part, True))
     return (*own, *mirrored)
-
-
-def find_nearest_place(lines: Sequence[Points], place: Points) -> tuple[Points, Int64Array, Points]:
-    """Find of every polyline (k, 2 or more) as it is seen the point nearest to a place (2,).
-
-    Returns the distances (n,), the number (n,) of the piece, and how far along it (n,), 0 to 1.
-    """
-    away = np.full(len(lines), np.inf)
-    piece = np.zeros(len(lines), np.int64)
-    share = np.zeros(len(lines))
-    for i, given in enumerate(lines):
-        line = given if len(given) > 1 else given[[0, 0]]
-        a, along = line[:-1, :2], np.diff(line[:, :2], axis=0)
-        size = np.maximum((along**2).sum(axis=1), 1e-300)
-        t = np.clip(((place - a) * along).sum(axis=1) / size, 0.0, 1.0)
-        off = np.linalg.norm(a + t[:, None] * along - place, axis=1)
-        k = int(off.argmin())
-        away[i], piece[i], share[i] = off[k], k, t[k]
-    return away, piece, share

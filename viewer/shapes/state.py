@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from patterndb.geometry.points import Points
 from patterndb_sketch.features.registration import Template
 from patterndb_sketch.features.shapemodel import ShapeModel
-from viewer.camera import Camera, View, fit_view
+from viewer.camera import Camera, View, ViewerState, fit_view
 from viewer.nearness import CLICK, SHAPE_CURVE_REACH
 from viewer.shapes.shaping import Shaping
 from viewer.shapes.sight import Grab, ShapeInView, find_displacement
@@ -48,7 +48,7 @@ class ShapesCamera(Camera):
         return replace(view, scale=min(view.scale, first.scale))
 
 
-class ShapesState:
+class ShapesState(ViewerState[ShapesCamera]):
     """A shape model, the shape that is shown, and how it is looked at.
 
     The arguments are those of :class:`viewer.shapes.shaping.Shaping`. axis: 0 to 2 where pulls go
@@ -66,7 +66,7 @@ class ShapesState:
     ) -> None:
         #: The shape that is being made.
         self.shaping = Shaping(shapes, template, coefficients, held)
-        self.camera = ShapesCamera(shapes.mean)
+        super().__init__(ShapesCamera(shapes.mean), self.shaping)
         self.curves_shown = True
         self.edges_shown = False
         self.chosen = 0
@@ -77,15 +77,6 @@ class ShapesState:
         self._pressed: tuple[float, float] | None = None
         self._sight: ShapeInView | None = None
         self._ghost_sight: ShapeInView | None = None
-
-    @property
-    def message(self) -> str:
-        """What there is to say of the last thing done."""
-        return self.shaping.message
-
-    @message.setter
-    def message(self, text: str) -> None:
-        self.shaping.message = text
 
     @property
     def sight(self) -> ShapeInView:
@@ -217,11 +208,11 @@ class ShapesState:
     def wheel(self, steps: float) -> bool:
         """The wheel turns: nearer, or farther off, about the pointer."""
         # A pull is measured in this view.
-        return self._drag is None and self.camera.wheel(steps)
+        return self._drag is None and super().wheel(steps)
 
     def drag_view(self, dx: float, dy: float) -> bool:
         """Shift the picture."""
-        return self._drag is None and self.camera.drag_view(dx, dy)
+        return self._drag is None and super().drag_view(dx, dy)
 
     def poll(self) -> bool:
         """Nothing is made in the background: an edit takes a few milliseconds."""
@@ -245,10 +236,6 @@ class ShapesState:
         self.shaping.pull(
             self.shaping.skin.lines[grab.line], offset, grab.place if self.bending else None
         )
-
-    def toggle(self, name: str) -> None:
-        """Turn one of the switches, such as edges_shown."""
-        setattr(self, name, not getattr(self, name))
 
     def choose_mode(self, by: int) -> None:
         """The next mode, or the one before, for the arrow keys."""

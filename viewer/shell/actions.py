@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
@@ -71,11 +71,10 @@ class ActionTable:
             self.bound[command.name] = BoundCommand(command, action, own)
         self.spell_shortcuts()
 
-    def make_menus(self, titles: Sequence[str] = ()) -> None:
-        """Put the actions into the menu bar; titles: of menus that there are in any case."""
-        named = [one.command.menu for one in self.bound.values()]
-        between = dict.fromkeys([*named, *titles])
-        between = [n for n in between if n not in (*FIRST_MENUS, *LAST_MENUS)]
+    def make_menus(self) -> None:
+        """Put the actions into the menu bar."""
+        named = dict.fromkeys(one.command.menu for one in self.bound.values())
+        between = [n for n in named if n not in (*FIRST_MENUS, *LAST_MENUS)]
         for name in (*FIRST_MENUS, *between, *LAST_MENUS):
             menu = self._menus[name] = self._window.menuBar().addMenu(f"&{name}")
             menu.setToolTipsVisible(True)

@@ -19,6 +19,7 @@ from PySide6.QtWidgets import (
     QListWidgetItem,
     QScrollArea,
     QSlider,
+    QSpinBox,
     QVBoxLayout,
     QWidget,
 )
@@ -310,3 +311,17 @@ def make_form(rows: Sequence[tuple[str, QWidget]]) -> QWidget:
     for name, entry in rows:
         form.addRow(name, entry)
     return widget
+
+
+def make_count_field(
+    ends: tuple[int, int], tip: str, choose: Callable[[int | None], object], least: str = ""
+) -> QSpinBox:
+    """Make a field for a whole number; least: what the least one stands for, None, if it does."""
+    field = QSpinBox()
+    field.setRange(*ends)
+    field.setSpecialValueText(least)
+    field.setToolTip(tip)
+    # A half typed number is no number yet.
+    field.setKeyboardTracking(False)
+    field.valueChanged.connect(lambda value: choose(None if least and value == ends[0] else value))
+    return field

@@ -109,8 +109,9 @@ class ShellWindow(QMainWindow):
     ) -> None:
         super().__init__()
         self.saver, self.settings = saver, settings
+        self.state: Any = saver.state
         self._title, self._opener = title, opener
-        self._quitting = False
+        self._quitting = self._refreshing = False
         self._told: str | None = None
         self._failed = ""
         self.picture = self.make_picture()
@@ -140,7 +141,7 @@ class ShellWindow(QMainWindow):
     def make_picture(self) -> Any:
         """Make the widget in the middle: a SceneView, or one with its ``room``, ``set_ground``,
         ``ask_picture`` and ``show_picture``."""
-        view = SceneView(self, self.saver.state)
+        view = SceneView(self, self.state)
         view.changed.connect(self.show_change)
         view.asked.connect(self.refresh)
         return view
@@ -164,10 +165,17 @@ class ShellWindow(QMainWindow):
 
     # What is shown
 
+    def change(self, do: Callable[[], object]) -> None:
+        """Do what a widget of a dock asks for; nothing while docks show what there is."""
+        if not self._refreshing:
+            self.state.message = ""
+            do()
+            self.show_change()
+
     def show_change(self) -> None:
         """Something has changed: show it with the next picture; what can be done now is known
         at once, as the next key may come before that."""
-        self.table.refresh(self.saver.state)
+        self.table.refresh(self.state)
         self.picture.ask_picture()
 
     def refresh(self) -> None:
@@ -176,8 +184,12 @@ class ShellWindow(QMainWindow):
         sheet = FactSheet()
         self.saver.describe(sheet)
         self.facts.show_facts(sheet)
-        self.refresh_docks()
-        self.table.refresh(self.saver.state)
+        self._refreshing = True
+        try:
+            self.refresh_docks()
+        finally:
+            self._refreshing = False
+        self.table.refresh(self.state)
         self._tell()
         unsaved = bool(self.saver.would_lose())
         self.setWindowTitle(f"{self._title}[*]")
@@ -188,7 +200,7 @@ class ShellWindow(QMainWindow):
         self.picture.show_picture(self.saver.draw_live(*self.picture.room))
 
     def _tell(self) -> None:
-        hint, message = self.saver.hint(), self._failed or self.saver.state.message
+        hint, message = self.saver.hint(), self._failed or self.state.message
         self.hint_label.setText(hint)
         self.hint_label.setToolTip(hint)
         self.message_label.setText(message)
@@ -209,7 +221,7 @@ class ShellWindow(QMainWindow):
         self._tell()
 
     def _poll(self) -> None:
-        if self.saver.state.poll():
+        if self.state.poll():
             self.show_change()
 
     # Commands
@@ -218,7 +230,7 @@ class ShellWindow(QMainWindow):
         """Obey a command, and show what came of it."""
         self._failed = ""
         refused = self.saver.refuse(command)
-        state = self.saver.state
+        state = self.state
         state.message = refused
         if not refused:
             try:
@@ -229,67 +241,37 @@ class ShellWindow(QMainWindow):
 
     def _list_window_commands(self) -> list[Command[Any]]:
         """What every window can do, whatever it shows."""
-        ways = self.saver.save_ways()
-        effects = {effect: key for key, effect in self.saver.keys.effects.items()}
+        key = {effect: key for key, effect in self.saver.keys.effects.items()}.get
+        picture, own = key(Effect.PICTURE), key(Effect.OBJ)
         found: list[Command[Any]] = []
-
-        def add(
-            name: str, title: str, menu: str, keys: tuple[str, ...], run: Any, tip: str = ""
-        ) -> None:
-            found.append(Command(name, title, menu, keys, lambda _: run(), tip))
-
         if self._opener is not None:
-            add("open", "Open…", "File", ("Ctrl+O",), self.open_file_dialog, "Open a file")
-        for number, way in enumerate(ways):
-            save = partial(self._save_number, number)
-            taken = any("Ctrl+S" in one.keys for one in self.saver.commands)
+            found.append(Command("open", "Open…", "File", ("Ctrl+O",),
+                                 lambda _: self.open_file_dialog(), "Open a file"))  # fmt: skip
+        taken = any("Ctrl+S" in one.keys for one in self.saver.commands)
+        for number, way in enumerate(self.saver.save_ways()):
+            save, save_as = (partial(self._save_number, number, ask=ask) for ask in (False, True))
             if number == 0:
-                own = effects.get(Effect.OBJ)
-                keys = ("Ctrl+S",) if own is None else (own, "Ctrl+S")
-                add(way.name, way.title, "File", () if taken else keys, save)
-                add(
-                    f"{way.name}-as",
-                    f"{way.title} as…",
-                    "File",
-                    ("Ctrl+Shift+S",),
-                    partial(save, ask=True),
-                )
+                keys = () if taken else ("Ctrl+S",) if own is None else (own, "Ctrl+S")
+                found.append(Command(way.name, way.title, "File", keys, lambda _, do=save: do()))
+                found.append(Command(f"{way.name}-as", f"{way.title} as…", "File",
+                                     ("Ctrl+Shift+S",), lambda _, do=save_as: do()))  # fmt: skip
             else:
-                add(way.name, f"{way.title}…", "File", (), partial(save, ask=True))
-        add(
-            "save-picture",
-            "Save picture…",
-            "File",
-            (effects[Effect.PICTURE],) if Effect.PICTURE in effects else (),
-            self.save_picture_dialog,
-            "Write the picture to a PNG",
-        )
-        add("close", "Close", "File", (effects.get(Effect.QUIT, "q"), "Ctrl+Q"), self.close)
-        add(
-            "preferences",
-            "Preferences…",
-            "Edit",
-            ("Ctrl+,",),
-            self.open_preferences,
-            "Choose colours, how a drag turns, and every command's key",
-        )
-        add(
-            "find-command",
-            "Find a command…",
-            "Help",
-            ("Ctrl+P",),
-            self.open_palette,
-            "Find a command by a few letters of its name",
-        )
-        add(
-            "list-keys",
-            "Commands and keys",
-            "Help",
-            ("h", "F1", "?"),
-            self.open_palette,
-            "List all commands with their keys",
-        )
-        return found
+                title = f"{way.title}…"
+                found.append(Command(way.name, title, "File", (), lambda _, do=save_as: do()))
+        return [
+            *found,
+            Command("save-picture", "Save picture…", "File", () if picture is None else (picture,),
+                    lambda _: self.save_picture_dialog(), "Write the picture to a PNG"),
+            Command("close", "Close", "File", (key(Effect.QUIT, "q"), "Ctrl+Q"),
+                    lambda _: self.close()),
+            Command("preferences", "Preferences…", "Edit", ("Ctrl+,",),
+                    lambda _: self.open_preferences(),
+                    "Choose colours, how a drag turns, and every command's key"),
+            Command("find-command", "Find a command…", "Help", ("Ctrl+P",),
+                    lambda _: self.open_palette(), "Find a command by a few letters of its name"),
+            Command("list-keys", "Commands and keys", "Help", ("h", "F1", "?"),
+                    lambda _: self.open_palette(), "List all commands with their keys"),
+        ]  # fmt: skip
 
     def open_palette(self) -> None:
         """Show all commands, and find one by its letters."""
@@ -316,7 +298,7 @@ class ShellWindow(QMainWindow):
         try:
             found = self._opener(path)
         except (PatternDBError, OSError, ValueError) as error:
-            self.saver.state.message = str(error)
+            self.state.message = str(error)
             self.show_change()
             return False
         self.adopt_saver(found, path.name)
@@ -326,7 +308,7 @@ class ShellWindow(QMainWindow):
 
     def adopt_saver(self, saver: Saver, title: str) -> None:
         """Show another state from now on."""
-        before, self.saver = self.saver, saver
+        before, self.saver, self.state = self.saver, saver, saver.state
         self._title = title
         self.picture.state = saver.state
         self._heed_settings()
@@ -352,7 +334,7 @@ class ShellWindow(QMainWindow):
             path = Path(name)
             if not path.suffix:
                 path = path.with_suffix(way.suffix)
-        state = self.saver.state
+        state = self.state
         try:
             state.message = way.write(path)
         except (PatternDBError, OSError) as error:
@@ -373,9 +355,9 @@ class ShellWindow(QMainWindow):
             return
         path = Path(name).with_suffix(".png")
         try:
-            self.saver.state.message = self.saver.save_picture(path)
+            self.state.message = self.saver.save_picture(path)
         except OSError as error:
-            self.saver.state.message = f"not saved: {error}"
+            self.state.message = f"not saved: {error}"
         self.show_change()
 
     def _fill_recent(self) -> None:
@@ -410,7 +392,8 @@ class ShellWindow(QMainWindow):
         buttons = kinds.Discard | kinds.Cancel | (kinds.Save if ways else kinds.NoButton)
         answer = QMessageBox.question(self, self._title, lost, buttons, kinds.Cancel)
         if answer == kinds.Save:
-            return self.save_by(ways[0])
+            # A disk may be full: then the work is still there, and nothing is closed.
+            return self.save_by(ways[0]) and not self.saver.would_lose()
         return answer == kinds.Discard
 
     def closeEvent(self, event: QCloseEvent) -> None:
@@ -455,8 +438,8 @@ class ShellWindow(QMainWindow):
         if isinstance(app, QApplication):
             use_theme(app, self.settings.theme)
             self._heed_colours()
-        camera = getattr(self.saver.state, "camera", self.saver.state)
-        if hasattr(camera, "turntable"):
+        camera = getattr(self.state, "camera", None)
+        if camera is not None:
             camera.turntable = self.settings.turning == TURNTABLE
 
     def _heed_colours(self) -> None:

@@ -27,9 +27,10 @@ def _has_stages(state: SurfacingState) -> bool:
 COMMANDS: tuple[Command[SurfacingState], ...] = (
     Command("undo", "Undo", "Edit", ("u", "Ctrl+Z"), lambda s: s.undo(),
             "Take back the last stroke, curve, click on a patch or change of method",
-            enabled=lambda s: bool(s.undoable), bar=True),
+            enabled=lambda s: bool(s.steps.undoable), bar=True),
     Command("redo", "Redo", "Edit", ("U", "Ctrl+Shift+Z"), lambda s: s.redo(),
-            "Do again what was taken back last", enabled=lambda s: bool(s.redoable), bar=True),
+            "Do again what was taken back last",
+            enabled=lambda s: bool(s.steps.redoable), bar=True),
     Command("draw-strokes", "Draw strokes", "Draw", ("d",), lambda s: s.begin_drawing(),
             "Drag strokes on the surface, which can become curves",
             checked=lambda s: s.drawing_mode,

@@ -12,10 +12,7 @@ from viewer.surfacing.state import ALPHA, SurfacingState
 class SurfacingWindow(ShellWindow):
     """Shows a surface, with what it is made by."""
 
-    @property
-    def state(self) -> SurfacingState:
-        """What is shown."""
-        return self.saver.state
+    state: SurfacingState
 
     def make_docks(self) -> list[Dock]:
         """Make the dock of alpha and the method."""

@@ -10,7 +10,7 @@ import numpy as np
 
 from patterndb.core.halfedge import Int64Array
 from patterndb.geometry.points import Points
-from patterndb.geometry.polyline import arc_length
+from patterndb.geometry.polyline import arc_length, find_nearest_on
 from patterndb_sketch.surfacing.joining.junctions import join_polylines
 from patterndb_sketch.surfacing.joining.polylines import move_ends
 from patterndb_sketch.surfacing.naming import Step
@@ -190,21 +190,17 @@ def _foot(lines: Sequence[Points], place: Points, reach: float) -> Points:
     """(3,) the nearest place to ``place`` of some polylines, an end of theirs if one is near."""
     best, least = place, np.inf
     for points in lines:
-        a, along = points[:-1], np.diff(points, axis=0)
-        t = np.clip(((place - a) * along).sum(axis=1) / (along**2).sum(axis=1), 0.0, 1.0)
-        feet = a + t[:, None] * along
-        off = np.linalg.norm(feet - place, axis=1)
-        i = int(off.argmin())
-        if off[i] < least:
-            best, least = feet[i], float(off[i])
+        off, k, share = find_nearest_on(points, place)
+        if off < least:
+            best, least = points[k] + share * (points[k + 1] - points[k]), off
     if least > reach:
         raise InvalidNetworkError(
             f"the stroke ends {least:.3g} away from the curves around its patch, further than "
             f"{reach:.3g}; begin and end it on curves"
         )
     ends = np.concatenate([points[[0, -1]] for points in lines])
-    off = np.linalg.norm(ends - best, axis=1)
-    return ends[off.argmin()] if off.min() <= reach / 2.0 else best
+    apart = np.linalg.norm(ends - best, axis=1)
+    return ends[apart.argmin()] if apart.min() <= reach / 2.0 else best
 
 
 def _new_name(names: Sequence[int | str]) -> str:

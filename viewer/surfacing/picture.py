@@ -9,7 +9,7 @@ from viewer import style
 from viewer.card import format_count
 from viewer.facts import FactSheet
 from viewer.picture import Drawn, Frame
-from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons
+from viewer.solid import NOTHING, Triangles, dash_line, make_discs, make_ribbons, shade_triangles
 from viewer.surfacing.body import SurfaceBody
 from viewer.surfacing.state import SurfacingState
 
@@ -47,10 +47,10 @@ CHORD_LIFT, EDGE_LIFT, CURVE_LIFT, NODE_LIFT, STROKE_LIFT = 3.5, 2.5, 4.5, 6.0, 
 #: A dash, in points, and by how much the outline of a patch that is off is drawn in.
 DASH, DRAWN_IN = 7.0, 0.93
 
-#: Where the light comes from, seen by the viewer; how bright is what it does not reach, and
-#: what turns away from the viewer's side of a patch.
+#: Where the light comes from, seen by the viewer; how bright is what it does not reach, and what
+#: turns away from the viewer's side of a patch; and how much it brightens.
 LIGHT = np.array([-0.4, 0.55, 0.73]) / np.linalg.norm([-0.4, 0.55, 0.73])
-SHADE, BACK = 0.66, 0.93
+SHADE, BACK, LIT = 0.66, 0.93, 1.12
 
 #: The patch under the pointer is lighter by this part of white.
 HIGHLIGHT = 0.35
@@ -134,15 +134,10 @@ def _faces(state: SurfacingState, body: SurfaceBody, lit: int) -> Triangles:
     view = state.camera.view
     seen = view.seen(body.corners)
     normals = body.normals @ view.axes.T
-    a, b, c = (seen[:, e, :2] for e in range(3))
-    one, other = b - a, c - a
-    away = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0] < 0.0
-    normals = np.where(away[:, None, None], -normals, normals)
     tints = np.stack([style.parse_colour(tint) for tint in style.TINTS])[body.tints]
     tints = np.where((body.owners == lit)[:, None], tints + HIGHLIGHT * (1.0 - tints), tints)
-    tints = np.where(away[:, None], tints * BACK, tints)
-    bright = SHADE + (1.0 - SHADE) * np.clip(1.12 * (normals @ LIGHT), 0.0, 1.0)
-    return seen, (tints[:, None] * bright[..., None]).astype(np.float32)
+    front = tints[:, None]
+    return seen, shade_triangles(seen, normals, front, front * BACK, SHADE, light=LIGHT, lit=LIT)
 
 
 def _off(state: SurfacingState, lit: int) -> list[Triangles]:

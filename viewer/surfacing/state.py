@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Literal, NamedTuple
 
@@ -15,7 +15,7 @@ from patterndb.store import Database
 from patterndb_sketch.surfacing.methods import DEFAULT_METHOD, METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.surfaces import Settings
-from viewer.camera import Camera
+from viewer.camera import Camera, ViewerState
 from viewer.nearness import CLICK, RING_REACH, STROKE_END_REACH
 from viewer.slider import Slider
 from viewer.surfacing.body import SurfaceBody
@@ -41,7 +41,7 @@ class PatchUnderPointer(NamedTuple):
     number: int
 
 
-class SurfacingState:
+class SurfacingState(ViewerState[Camera]):
     """A network, the surface that is made of it, and how it is looked at.
 
     source: a drawing or a network. settings: the method and alpha to begin with. spacing: about
@@ -51,7 +51,7 @@ class SurfacingState:
     network has some. added, banned: cycles that shall, or shall not, be patches. find: how
     cycles are found.
     toward, up: (3,) from where it is looked at, and what is upright. surface_shown and so
-    on: what is seen. message: what went wrong last.
+    on: what is seen. steps: of edits.
     """
 
     def __init__(
@@ -76,7 +76,8 @@ class SurfacingState:
         )
         #: What is asked for, and what was made of it.
         self.surfaces = Surfaces(first, wanted, spacing, db, find)
-        self.camera = Camera(self.surfaces.all_points, toward, up)
+        super().__init__(Camera(self.surfaces.all_points, toward, up), self.surfaces)
+        self.steps = self.surfaces.steps
         self.drawing_mode = False
         self._quill = StrokePointer()
         self._drag: Drag | None = None
@@ -84,9 +85,6 @@ class SurfacingState:
         self.surface_shown = self.chords_shown = self.curves_shown = self.off_shown = True
         self.openings_shown = True
         self.edges_shown = METHODS[first.method].makes_quads
-        self.message = ""
-        self._history: list[SurfacingEdits] = []
-        self._future: list[SurfacingEdits] = []
         self._saved: SurfacingEdits = first
 
     @property
@@ -224,14 +222,6 @@ class SurfacingState:
             return True
         return False
 
-    def wheel(self, steps: float) -> bool:
-        """The wheel turns: nearer, or farther off, about the pointer."""
-        return self.camera.wheel(steps)
-
-    def drag_view(self, dx: float, dy: float) -> bool:
-        """Shift the picture."""
-        return self.camera.drag_view(dx, dy)
-
     def under(self) -> PatchUnderPointer | None:
         """What the pointer is on, the patch that is seen there; rings and outlines before."""
         if self.camera.pointer is None:
@@ -282,19 +272,14 @@ class SurfacingState:
                 f"the stroke left the surface: {ink.missed} of {ink.rays} places are beside it, "
                 f"it is in {len(ink.parts)} part{'' if len(ink.parts) == 1 else 's'}"
             )
-        self._history.append(self.surfaces.edits)
-        self._future.clear()
-        self.surfaces.edits = replace(self.surfaces.edits, inks=(*self.surfaces.edits.inks, ink))
+        edits = self.surfaces.edits
+        self.steps.step(replace(edits, inks=(*edits.inks, ink)))
 
     def _far(self) -> float:
         """From the focus to where rays begin: before anything that can be seen."""
         return 2.0 * self.surfaces.extent + float(
             np.linalg.norm(self.camera.view.focus - self.surfaces.centre)
         )
-
-    def toggle(self, name: str) -> None:
-        """Turn one of the switches, such as chords_shown."""
-        setattr(self, name, not getattr(self, name))
 
     def change_alpha(self, alpha: float) -> None:
         """Another price of chords, 0 to 1; where no patch is cut so, all are from now."""
@@ -349,7 +334,7 @@ class SurfacingState:
             return
         stage = min(max(stage if stage >= 0 else n + 1 + stage, 0), n)
         if stage != self.surfaces.edits.stage:
-            self.surfaces.edits = replace(self.surfaces.edits, stage=stage, inks=())
+            self.steps.settle(replace(self.surfaces.edits, stage=stage, inks=()))
             self.surfaces.ask()
 
     def step(self, by: int) -> None:
@@ -362,16 +347,6 @@ class SurfacingState:
             self._edit(replace(self.surfaces.edits, banned=()))
 
     @property
-    def undoable(self) -> int:
-        """Steps that can be taken back."""
-        return len(self._history)
-
-    @property
-    def redoable(self) -> int:
-        """Steps that can be done again."""
-        return len(self._future)
-
-    @property
     def unsaved(self) -> bool:
         """Was anything edited since the surface was saved?"""
         return self.surfaces.edits is not self._saved
@@ -382,27 +357,21 @@ class SurfacingState:
 
     def undo(self) -> None:
         """Take back the last stroke, curve, click on a patch or change of method."""
-        self._turn(self._history, self._future, "there is nothing to take back")
+        self._turn(self.steps.undo, "there is nothing to take back")
 
     def redo(self) -> None:
         """Do again what was taken back last."""
-        self._turn(self._future, self._history, "there is nothing to do again")
+        self._turn(self.steps.redo, "there is nothing to do again")
 
-    def _turn(
-        self, source: list[SurfacingEdits], target: list[SurfacingEdits], otherwise: str
-    ) -> None:
-        if not source:
+    def _turn(self, turn: Callable[[], bool], otherwise: str) -> None:
+        before = self.surfaces.edits
+        if not turn():
             self.message = otherwise
-            return
-        before, self.surfaces.edits = self.surfaces.edits, source.pop()
-        target.append(before)
-        if not self.surfaces.edits.asks_like(before):
+        elif not self.surfaces.edits.asks_like(before):
             self.edges_shown = METHODS[self.surfaces.edits.method].makes_quads
             self.surfaces.ask()
 
     def _edit(self, after: SurfacingEdits) -> None:
         """Another step that can be taken back."""
-        self._history.append(self.surfaces.edits)
-        self._future.clear()
-        self.surfaces.edits = after
+        self.steps.step(after)
         self.surfaces.ask()

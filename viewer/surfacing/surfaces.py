@@ -14,6 +14,7 @@ import numpy as np
 
 from patterndb.geometry.points import Points
 from patterndb.store import Database
+from patterndb.system.history import History
 from patterndb_sketch.surfacing.methods import METHODS
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, Drawing
 from patterndb_sketch.surfacing.openings import Openings
@@ -35,8 +36,9 @@ AT_ONCE = 0.05
 class Surfaces:
     """What is asked for, and what was made of it last.
 
-    edits: the drawing and what the user made of it. settings: of which the method is the
-    edits'. spacing, db, find: as for :class:`viewer.surfacing.state.SurfacingState`.
+    steps: of edits, the drawing and what the user made of it. message: what went wrong last.
+    settings: of which the method is the edits'. spacing, db, find: as for
+    :class:`viewer.surfacing.state.SurfacingState`.
     """
 
     def __init__(
@@ -47,8 +49,9 @@ class Surfaces:
         db: Database | None,
         find: Find,
     ) -> None:
-        self.edits = edits
+        self.steps = History(edits)
         self.settings = settings
+        self.message = ""
         self.has_database = db is not None
         self.made: Made | None = None
         self._spacing = spacing
@@ -64,6 +67,11 @@ class Surfaces:
     def close(self) -> None:
         """Wait until nothing is being made any more."""
         self._maker.close()
+
+    @property
+    def edits(self) -> SurfacingEdits:
+        """What is asked for now."""
+        return self.steps.now
 
     @property
     def network(self) -> CurveNetwork:

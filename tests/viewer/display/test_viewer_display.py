@@ -224,6 +224,28 @@ def test_closing_with_and_without_saving(shown: Shown, name: str) -> None:
         assert kept.exists() == (answer == "Save")
 
 
+@pytest.mark.parametrize("name", [name for name, job in JOBS.items() if job.file])
+def test_work_that_cannot_be_saved_is_kept_in_the_window(shown: Shown, name: str) -> None:
+    job = JOBS[name]
+    # Nobody can make a file there.
+    nowhere = Path("/sys") / job.file
+    shown.open(name)
+    job.do(shown)
+    shown.until(f"({job.done}) and bool(window.saver.would_lose())")
+    if name == "shape-model":
+        shown.tell("setattr(window.saver, '_output', __import__('pathlib').Path('/sys/car.obj'))")
+    elif not job.asks:
+        nowhere_too = f"__import__('pathlib').Path({str(nowhere)!r})"
+        shown.tell(f"setattr(window.saver.files, 'session_path', {nowhere_too})")
+    shown.close_by_manager()
+    shown.press_button("Save")
+    if job.asks:
+        shown.name_file(nowhere)
+    shown.until("'not saved' in state.message")
+    assert shown.tell("window.isVisible() and bool(window.saver.would_lose())")
+    assert shown.tell(job.done)
+
+
 #: How to get ready for drawing in a window, and the line (n, 2) in places that was drawn then.
 STROKES = {
     "explore": "state.finder.strokes[-1].points",

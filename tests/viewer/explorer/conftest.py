@@ -24,6 +24,6 @@ def state() -> Iterator[ExplorerState]:
 def empty() -> Iterator[ExplorerState]:
     """A dome to draw on, seen from above, 100 points to a unit."""
     state = opened(surface=DOME)
-    state.view = View(np.eye(3), np.zeros(3), 100.0)
+    state.camera.view = View(np.eye(3), np.zeros(3), 100.0)
     yield state
     state.close()

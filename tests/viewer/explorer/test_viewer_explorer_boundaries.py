@@ -54,7 +54,7 @@ def test_a_boundary_is_drawn_by_clicks(empty: ExplorerState, clockwise: bool) ->
     assert empty.mode is PointerMode.LOOK and empty.finder.boundary is not None
     boundary = empty.finder.boundary
     assert boundary.n_sides == 4 and boundary.convex and boundary.points is not None
-    found = empty.view.seen(boundary.points[list(boundary.side_starts[:-1])])[:, :2]
+    found = empty.camera.view.seen(boundary.points[list(boundary.side_starts[:-1])])[:, :2]
     wanted = {(round(x, 6), round(y, 6)) for x, y in corners}
     assert {(round(x, 6), round(y, 6)) for x, y in found.tolist()} == wanted
     after = np.roll(boundary.points, -1, axis=0)
@@ -88,7 +88,7 @@ def test_edges_and_corners_under_the_pointer(state: ExplorerState) -> None:
     assert "pointer" in state.message
     assert state.contour is not None
     for side in range(4):
-        start, end = state.view.seen(state.contour.sides[side][[0, -1]])[:, :2]
+        start, end = state.camera.view.seen(state.contour.sides[side][[0, -1]])[:, :2]
         state.move(*((start + end) / 2.0))
         assert state.side_under() == side
     before = state.contour.lengths
@@ -99,7 +99,7 @@ def test_edges_and_corners_under_the_pointer(state: ExplorerState) -> None:
     assert state.finder.boundary is not None and state.finder.boundary.lengths == (4, 3, 4, 5)
     state.settle()
     assert state.finder.fills and all(fill.lengths == (4, 3, 4, 5) for fill in state.finder.fills)
-    corner = state.view.seen(state.contour.sides[2][0])[:2]
+    corner = state.camera.view.seen(state.contour.sides[2][0])[:2]
     state.move(*corner)
     assert state.corner_under() == 2
     keys(state, "c")

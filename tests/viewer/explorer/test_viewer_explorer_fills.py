@@ -174,8 +174,8 @@ def test_a_query_that_fails_says_why() -> None:
 
 def test_strokes_snap_to_boundary_edges_and_are_had(state: ExplorerState) -> None:
     assert state.contour is not None and state.finder.boundary is not None
-    left = state.view.seen(state.contour.sides[3]).mean(axis=0)[:2]
-    right = state.view.seen(state.contour.sides[1]).mean(axis=0)[:2]
+    left = state.camera.view.seen(state.contour.sides[3]).mean(axis=0)[:2]
+    right = state.camera.view.seen(state.contour.sides[1]).mean(axis=0)[:2]
     keys(state, "s")
     middle = (left + right) / 2.0 + (0.0, 25.0)
     drag(state, tuple(left + np.array([12.0, 3.0])), tuple(middle), tuple(right - (9.0, 5.0)))
@@ -275,7 +275,7 @@ def test_strands_cross_under_the_pointer(state: ExplorerState) -> None:
     placed, fill = state.finder.placed, state.finder.fill
     assert placed is not None and fill is not None
     corners = placed.placement.vertices[fill.quads]
-    middles = state.view.seen(corners.mean(axis=1))
+    middles = state.camera.view.seen(corners.mean(axis=1))
     for quad, (x, y, _) in enumerate(middles.tolist()):
         state.move(x, y)
         assert state.quad_under() == quad

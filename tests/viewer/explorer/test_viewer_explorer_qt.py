@@ -56,7 +56,7 @@ def test_a_boundary_is_drawn_filled_and_saved(
 ) -> None:
     accepted: list[Fill] = []
     state = opened(surface=DOME)
-    state.aim(View(np.eye(3), np.zeros(3), 100.0))
+    state.camera.aim(View(np.eye(3), np.zeros(3), 100.0))
     events = show(state, tmp_path, accepted)
     try:
         first = events.window.first_label
@@ -74,7 +74,7 @@ def test_a_boundary_is_drawn_filled_and_saved(
         assert state.finder.rank == 1
         events.keys("Left")
         assert state.finder.rank == 0
-        check_looking(events, state)
+        check_looking(events, state.camera)
         monkeypatch.setattr(
             "viewer.shell.window.QFileDialog.getSaveFileName",
             lambda *_: (str(tmp_path / "mine"), ""),
@@ -106,7 +106,7 @@ def test_an_odd_perimeter_keeps_the_fill_in_grey_and_offers_even_ones(flat: Even
     flat.work()
     assert sum(state.contour.lengths) % 2 == 0 and state.finder.fills
     flat.keys("Ctrl+Z", "Ctrl+Z")
-    assert state.contour.lengths == (4, 3, 4, 3) and state.undoable == 0
+    assert state.contour.lengths == (4, 3, 4, 3) and state.steps.undoable == 0
     flat.keys("Ctrl+Shift+Z")
     assert sum(state.contour.lengths) % 2 == 1
 

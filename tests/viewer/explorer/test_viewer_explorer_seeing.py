@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from patterndb.geometry.polyline import arc_length
-from viewer.camera import View
+from viewer.camera import View, fit_view
 from viewer.ground import DrawingGround
 from viewer.solid import Hiding, Solid, fill_triangles, spread_farthest
 
@@ -52,7 +52,7 @@ def test_the_nearest_triangle_is_seen_at_every_pixel(seed: int) -> None:
 
 @given(st.lists(st.tuples(st.floats(-300, 300), st.floats(-300, 300)), max_size=8))
 def test_a_view_stays_a_view(drags: list[tuple[float, float]]) -> None:
-    view = View.facing(DOME.vertices, np.array([0.3, 0.1, 1.0]), 250.0)
+    view = fit_view(DOME.vertices, (0.3, 0.1, 1.0), (0.0, 1.0, 0.0), 580.0, 580.0)
     for k, (x, y) in enumerate(drags):
         at = view.under(x, y)
         view = (view.turned(x, y), view.moved(x, y), view.zoomed(1.3, x, y), view.rolled())[k % 4]
@@ -64,7 +64,7 @@ def test_a_view_stays_a_view(drags: list[tuple[float, float]]) -> None:
 
 
 def test_what_is_clicked_is_what_is_seen_there() -> None:
-    view = View.facing(DOME.vertices, np.array([0.5, -0.3, 1.0]), 250.0)
+    view = fit_view(DOME.vertices, (0.5, -0.3, 1.0), (0.0, 1.0, 0.0), 580.0, 580.0)
     for ground in (DrawingGround(DOME), DrawingGround(None)):
         for x, y in ((0.0, 0.0), (60.0, -40.0), (-80.0, 30.0)):
             at = ground.hit(view, x, y)

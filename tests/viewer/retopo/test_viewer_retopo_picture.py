@@ -13,10 +13,10 @@ from sheets import ROOM, SQUARE, at, drag, hover, keys, opened, sheet, square, t
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import weld_fills
 from query.engine import PatternSource
-from viewer import PictureFormatError
+from viewer import PictureFormatError, style
 from viewer.retopo import RetopoState, draw
 from viewer.retopo.body import NetworkBody
-from viewer.retopo.marks import CORNER, CURVE, EDGE, FLOW, INK, MARKED, SIDES, SNAP, VALENCES, WRONG
+from viewer.retopo.marks import CORNER, CURVE, EDGE, FLOW, INK, MARKED, SIDES, SNAP, WRONG
 from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.pointing import VIEW_SIDES, find_side
 from viewer.style import PAPER, parse_colour
@@ -52,7 +52,8 @@ def test_all_that_there_is_is_drawn(state: RetopoState) -> None:
     assert painted(state, CORNER) == (3 + 5 + 1) * 24 + 12
     body = state.shown.body
     shapes = {3: 3, 5: 5}
-    for valence, colour in VALENCES.items():
+    for valence in shapes:
+        colour = style.choose_valence_colour(valence)
         assert painted(state, colour) == shapes[valence] * int((body.valences == valence).sum())
     assert len(body.irregular) > 0
     assert painted(state, SNAP) == 0
@@ -62,7 +63,7 @@ def test_all_that_there_is_is_drawn(state: RetopoState) -> None:
     drag(state, (-1.4, 0.0), (1.4, 0.0))
     assert painted(state, FLOW) > 0
     keys(state, "x")
-    assert painted(state, VALENCES[5]) == 0
+    assert painted(state, style.choose_valence_colour(5)) == 0
     # From below, the sheet hides it all; and one can see through it.
     keys(state, "3")
     hover(state, (40.0, 40.0))

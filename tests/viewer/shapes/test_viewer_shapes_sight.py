@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.spatial import KDTree
 from shape_cases import keys, seen
 
@@ -16,7 +12,6 @@ from viewer.keymap import Effect
 from viewer.shapes import ShapesState
 from viewer.shapes.commands import KEYS
 from viewer.shapes.sight import refine_line
-from viewer.shapes.skin import find_nearest_place
 
 
 def test_curves_in_sight_are_what_rays_meet_first(state: ShapesState) -> None:
@@ -80,25 +75,6 @@ def test_a_ghost_is_drawn_where_it_is_in_sight(state: ShapesState) -> None:
             assert near.query(fine[:, :2])[0].max() < 1e-6
     keys(state, "2")
     assert state.ghost_sight is not sight
-
-
-@settings(max_examples=40)
-@given(st.integers(0, 10**6))
-def test_the_nearest_point_of_a_polyline(seed: int) -> None:
-    """Against many points along it."""
-    rng = np.random.default_rng(seed)
-    lines = [rng.normal(size=(int(rng.integers(1, 6)), 3)) for _ in range(3)]
-    place = rng.normal(size=2)
-    away, piece, share = find_nearest_place(lines, place)
-    for i, line in enumerate(lines):
-        ends = line if len(line) > 1 else line[[0, 0]]
-        t = np.linspace(0.0, 1.0, 400)[:, None]
-        dense = np.concatenate([a + t * (b - a) for a, b in pairwise(ends)])
-        least = np.linalg.norm(dense[:, :2] - place, axis=1).min()
-        assert away[i] <= least + 1e-12 and away[i] > least - 0.02
-        a, b = ends[piece[i]], ends[piece[i] + 1]
-        at = a + share[i] * (b - a)
-        assert np.linalg.norm(at[:2] - place) == pytest.approx(away[i])
 
 
 def test_views_and_switches(state: ShapesState) -> None:
