@@ -98,12 +98,11 @@ def test_a_file_is_opened_by_name(shown: Shown, name: str) -> None:
 
 #: Keeps what is drawn in case of a crash, as the program does, without waiting half a minute.
 KEEP = """
-from pathlib import Path
 from patterndb_sketch.retopo.autosave import Autosave
 editing = window.saver.state.editing
 editing.files._autosave = Autosave(
-    editing.ground, editing.shown.state, session=None, folder=Path(FOLDER), name='sheet.obj',
-    every=0.0,
+    editing.ground, editing.shown.state, session=editing.files.session_path,
+    name='sheet.obj', every=0.0,
 )
 """
 
@@ -120,7 +119,7 @@ def test_work_is_found_after_a_kill(
     first = Shown(display, tmp_path)
     try:
         first.open("retopo")
-        first.tell(f"exec({KEEP.replace('FOLDER', repr(str(tmp_path)))!r}, globals())")
+        first.tell(f"exec({KEEP!r}, globals())")
         draw_square(first)
         first.until("len(state.shown.body.mesh.quads) > 3 and not state.editing.waiting")
         drawn, quads = first.tell(DRAWN), first.tell("len(state.shown.body.mesh.quads)")
