@@ -81,7 +81,9 @@ class CommandPalette(QDialog):
             if not one.action.isEnabled():
                 item.setFlags(item.flags() & ~Qt.ItemFlag.ItemIsEnabled)
             self.list.addItem(item)
-        self.list.setCurrentRow(0)
+            # The first that can be done.
+            if self.list.currentRow() < 0 and one.action.isEnabled():
+                self.list.setCurrentItem(item)
 
     def _do(self) -> None:
         item = self.list.currentItem()

@@ -99,6 +99,8 @@ class Shown:
     def __init__(self, environment: dict[str, str], folder: Path) -> None:
         #: Where windows that are opened save what they have.
         self.folder = folder
+        #: Where its settings are.
+        self.home = folder
         self.environment = environment
         self._errors = folder / "stderr"
         with self._errors.open("w") as errors:
@@ -224,11 +226,12 @@ class Shown:
         self.do("mousemove", *place, "click", 1)
         self.until("not isinstance(app.activeModalWidget(), QMessageBox)")
 
-    def name_file(self, path: Path) -> None:
-        """Type a path into the dialog that asks for a file."""
+    def name_file(self, path: Path, *, asked: bool = False) -> None:
+        """Type a path into the dialog that asks for a file; asked: a question comes after it."""
         self.until("isinstance(app.activeModalWidget(), QFileDialog)")
         self.until("app.activeModalWidget().isActiveWindow()")
         self.keys("ctrl+a")
         self.do("type", path)
         self.keys("Return")
-        self.until("app.activeModalWidget() is None")
+        after = "isinstance(app.activeModalWidget(), QMessageBox)" if asked else "False"
+        self.until(f"app.activeModalWidget() is None or {after}")

@@ -11,17 +11,20 @@ from __future__ import annotations
 import json
 import sys
 import threading
+from functools import partial
 from pathlib import Path
 from queue import Empty, Queue
 from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from PySide6.QtCore import QTimer
+from PySide6.QtCore import QPoint, QTimer
 from PySide6.QtWidgets import QFileDialog, QLineEdit, QMessageBox
-from six_windows import MAKERS
+from six_windows import MAKERS, OPENING
 
+from patterndb.errors import PatternDBError
 from viewer.shell.application import run_application, start_application, telling_errors
+from viewer.shell.preferences import PreferencesDialog
 from viewer.shell.settings import ShellSettings
 
 #: Milliseconds between two looks at what is asked.
@@ -35,7 +38,7 @@ class Showing:
         self.settings = ShellSettings(folder / "windows.ini")
         self.app = start_application(self.settings)
         self.app.setQuitOnLastWindowClosed(False)
-        kinds = (QFileDialog, QLineEdit, QMessageBox)
+        kinds = (QFileDialog, QLineEdit, QMessageBox, QPoint, QTimer, PreferencesDialog)
         self.known: dict[str, Any] = {"app": self.app} | {kind.__name__: kind for kind in kinds}
         self.asked: Queue[dict[str, Any] | None] = Queue()
 
@@ -81,8 +84,15 @@ class Showing:
                 told = f"{type(error).__name__}: {error}"
         print(json.dumps({"told": told}), flush=True)
 
+    def _open_file(self, name: str, path: Path) -> Any:
+        """Open a file, whatever is in it, unless its name begins with "bad"."""
+        if path.name.startswith("bad"):
+            raise PatternDBError(f"{path.name} is no such file")
+        return MAKERS[name](self.settings, path.parent).saver
+
     def _open(self, name: str, folder: Path) -> None:
-        window = MAKERS[name](self.settings, folder)
+        more = {"opener": partial(self._open_file, name)} if name in OPENING else {}
+        window = MAKERS[name](self.settings, folder, **more)
         window.resize(900, 600)
         window.show()
         window.picture.setFocus()

@@ -19,7 +19,7 @@ from patterndb.core.disk import Disk
 from patterndb.core.pattern import Pattern
 from query.expand import expand_pattern
 from viewer.shell.settings import ShellSettings
-from viewer.shell.window import ShellWindow
+from viewer.shell.window import Opener, ShellWindow
 
 SIZE = (900, 600)
 
@@ -30,7 +30,9 @@ def starter() -> Any:
     return patterndb.open()
 
 
-def make_browser(settings: ShellSettings, folder: Path) -> ShellWindow:
+def make_browser(
+    settings: ShellSettings, folder: Path, opener: Opener | None = None
+) -> ShellWindow:
     """Make the window of patterns."""
     from viewer.browser import BrowserSaver
     from viewer.browser_state import BrowserState
@@ -40,10 +42,12 @@ def make_browser(settings: ShellSettings, folder: Path) -> ShellWindow:
         return expand_pattern(pattern, widths).disk()
 
     saver = BrowserSaver(BrowserState(starter(), n_sides=3, expand=widen), None, folder, SIZE)
-    return BrowserWindow(saver, "browse", settings)
+    return BrowserWindow(saver, "browse", settings, opener)
 
 
-def make_explorer(settings: ShellSettings, folder: Path) -> ShellWindow:
+def make_explorer(
+    settings: ShellSettings, folder: Path, opener: Opener | None = None
+) -> ShellWindow:
     """Make the window of fills, on a plane where nothing is drawn yet."""
     from viewer.explore import ExplorerSaver
     from viewer.explorer_state import ExplorerState
@@ -53,7 +57,7 @@ def make_explorer(settings: ShellSettings, folder: Path) -> ShellWindow:
         path.write_text(f"{fill.n_quads} {len(points)}")
 
     saver = ExplorerSaver(ExplorerState(starter()), folder, write, SIZE)
-    return ExplorerWindow(saver, "explore", settings)
+    return ExplorerWindow(saver, "explore", settings, opener)
 
 
 def make_retopo(settings: ShellSettings, folder: Path, ground: Any = None) -> ShellWindow:
@@ -72,7 +76,9 @@ def make_retopo(settings: ShellSettings, folder: Path, ground: Any = None) -> Sh
     return RetopoWindow(RetopoSaver(state, files, SIZE), "retopo", settings)
 
 
-def make_surfacing(settings: ShellSettings, folder: Path) -> ShellWindow:
+def make_surfacing(
+    settings: ShellSettings, folder: Path, opener: Opener | None = None
+) -> ShellWindow:
     """Make the window of surfaces, on a dome."""
     from domes import FROM_ABOVE, Finder, growing_dome
 
@@ -83,10 +89,12 @@ def make_surfacing(settings: ShellSettings, folder: Path) -> ShellWindow:
     state = SurfacingState(growing_dome(), find=Finder(), **FROM_ABOVE)
     state.settle()
     saver = SurfacingSaver(state, folder, lambda path, _: path.write_text("surface"), SIZE)
-    return SurfacingWindow(saver, "surface", settings)
+    return SurfacingWindow(saver, "surface", settings, opener)
 
 
-def make_features(settings: ShellSettings, folder: Path, model: Any = None) -> ShellWindow:
+def make_features(
+    settings: ShellSettings, folder: Path, model: Any = None, opener: Opener | None = None
+) -> ShellWindow:
     """Make the window of feature curves, on a roof unless another model is given."""
     from tents import tent
 
@@ -97,7 +105,7 @@ def make_features(settings: ShellSettings, folder: Path, model: Any = None) -> S
     files = FeatureWriter(folder, folder / "roof.session")
     state = FeatureState(tent() if model is None else model, files=files)
     state.camera.look_along((0.0, 0.0, 1.0))
-    return FeatureWindow(FeatureSaver(state, files, SIZE), "features", settings)
+    return FeatureWindow(FeatureSaver(state, files, SIZE), "features", settings, opener)
 
 
 def make_shapes(settings: ShellSettings, folder: Path) -> ShellWindow:
@@ -113,7 +121,7 @@ def make_shapes(settings: ShellSettings, folder: Path) -> ShellWindow:
 
 
 #: What makes each of the six.
-MAKERS: dict[str, Callable[[ShellSettings, Path], ShellWindow]] = {
+MAKERS: dict[str, Callable[..., ShellWindow]] = {
     "browse": make_browser,
     "explore": make_explorer,
     "retopo": make_retopo,
@@ -121,3 +129,6 @@ MAKERS: dict[str, Callable[[ShellSettings, Path], ShellWindow]] = {
     "features": make_features,
     "shape-model": make_shapes,
 }
+
+#: Those in which another file can be opened, with ``opener``.
+OPENING = ("browse", "explore", "surface", "features")
