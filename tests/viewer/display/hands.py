@@ -99,8 +99,6 @@ class Shown:
     def __init__(self, environment: dict[str, str], folder: Path) -> None:
         #: Where windows that are opened save what they have.
         self.folder = folder
-        #: Where its settings are.
-        self.home = folder
         self.environment = environment
         self._errors = folder / "stderr"
         with self._errors.open("w") as errors:

@@ -18,13 +18,12 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
-from PySide6.QtCore import QPoint, QTimer
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QFileDialog, QLineEdit, QMessageBox
 from six_windows import MAKERS, OPENING
 
 from patterndb.errors import PatternDBError
 from viewer.shell.application import run_application, start_application, telling_errors
-from viewer.shell.preferences import PreferencesDialog
 from viewer.shell.settings import ShellSettings
 
 #: Milliseconds between two looks at what is asked.
@@ -38,7 +37,7 @@ class Showing:
         self.settings = ShellSettings(folder / "windows.ini")
         self.app = start_application(self.settings)
         self.app.setQuitOnLastWindowClosed(False)
-        kinds = (QFileDialog, QLineEdit, QMessageBox, QPoint, QTimer, PreferencesDialog)
+        kinds = (QFileDialog, QLineEdit, QMessageBox)
         self.known: dict[str, Any] = {"app": self.app} | {kind.__name__: kind for kind in kinds}
         self.asked: Queue[dict[str, Any] | None] = Queue()
 
