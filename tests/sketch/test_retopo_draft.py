@@ -19,6 +19,7 @@ from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
 from patterndb_sketch.retopo.draft.parting import part_touching
+from patterndb_sketch.retopo.draft.proposing import check_ground
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
@@ -28,10 +29,13 @@ from patterndb_sketch.retopo.draft.tracing import (
     trace_lines,
 )
 from patterndb_sketch.retopo.editor import Call, Editor
+from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import BORDER, are_equal, check_network, count_genus
+from patterndb_sketch.retopo.network import BORDER, Network, are_equal, check_network, count_genus
+from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Plane, cut_half
+from patterndb_sketch.retopo.wording import format_place
 from query.engine import PatternSource
 
 
@@ -223,8 +227,6 @@ def test_a_finer_edge_makes_more_quads(source: PatternSource) -> None:
 
 
 def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) -> None:
-    ball = trimesh.creation.icosphere(subdivisions=2)
-
     def refused(ground: Ground, **arguments: object) -> str:
         editor = Editor(ground, source)
         before = editor.state
@@ -232,14 +234,6 @@ def test_what_no_field_lies_on_is_refused_with_its_place(source: PatternSource) 
         assert outcome.refused is not None and editor.state is before
         return outcome.refused
 
-    # A fin along an edge of the ball: three triangles there.
-    a, b = ball.vertices[ball.faces[0, :2]]
-    fin = np.concatenate([ball.vertices, [2.0 * (a + b)]])
-    faces = np.concatenate([ball.faces, [[*ball.faces[0, :2], len(ball.vertices)]]])
-    said = refused(Ground.of(fin, faces))
-    middle = 0.5 * (a + b)
-    assert "1 edges have more than two triangles" in said
-    assert f"({middle[0]:.4g}, {middle[1]:.4g}, {middle[2]:.4g})" in said
     assert "out of proportion" in refused(sphere(), edge=3.0)
 
 
@@ -367,3 +361,60 @@ def test_laces_are_refused_with_their_place_before_anything_is_filled(
     # With the edge that it names it is not refused so any more.
     with pytest.raises(AssertionError, match="it was filled"):
         Editor(lace, source).do(Call("draft", {"edge": 0.9 * float(found[3]), "symmetry": False}))
+
+
+def boxes_at_an_edge(apart: bool) -> Ground:
+    """Two boxes that have an edge in common, of four triangles; or one with a fin, of three."""
+    one = trimesh.creation.box().subdivide().subdivide()
+    vertices, faces = np.array(one.vertices), np.array(one.faces)
+    if not apart:
+        rim = np.flatnonzero((vertices[:, 0] > 0.49) & (vertices[:, 1] > 0.49))
+        a, b = rim[np.argsort(vertices[rim, 2])][1:3]
+        vertices = np.concatenate([vertices, [[0.8, 0.8, 0.0]]])
+        return Ground.of(vertices, np.concatenate([faces, [[a, b, len(vertices) - 1]]]))
+    other = vertices + np.array([1.0, 1.0, 0.0])
+    both = np.concatenate([vertices, other])
+    name = np.arange(len(both))
+    for k in range(len(vertices)):
+        same = np.flatnonzero(np.linalg.norm(vertices - other[k], axis=1) < 1e-9)
+        if len(same):
+            name[len(vertices) + k] = same[0]
+    return Ground.of(both, name[np.concatenate([faces, faces + len(vertices)])])
+
+
+@pytest.mark.parametrize("apart", [True, False])
+def test_sheets_that_share_an_edge_are_parted_there(apart: bool) -> None:
+    ground = boxes_at_an_edge(apart)
+    assert (np.diff(ground.topology.side_start) > 2).any()
+    parted = part_touching(ground)
+    now = parted.ground
+    assert (np.diff(now.topology.side_start) <= 2).all() and len(parted.touching)
+    check_ground(now)
+    # Nothing is lost, and all is near to what was there. The fin has its divided side free.
+    assert now.surface.areas.sum() == pytest.approx(ground.surface.areas.sum(), rel=0.05)
+    off = np.linalg.norm(ground.nearest(now.vertices).points - now.vertices, axis=1)
+    assert off.max() < 0.01 * ground.diagonal
+    assert len(now.topology.border) == (0 if apart else 4)
+
+
+def test_boxes_that_share_an_edge_are_drafted_closed(source: PatternSource) -> None:
+    editor = Editor(boxes_at_an_edge(apart=True), source)
+    outcome = do(editor, "draft", edge=0.25)
+    assert any("touch in" in note for note in outcome.notes)
+    found = editor.fill()
+    made = report_mesh(found, editor.ground, editor.mesh(found))
+    assert made.open_edges == 0 and made.flipped == 0 and made.quads > 100
+
+
+def test_a_vertex_where_fewer_than_two_lines_end_is_refused_with_its_place() -> None:
+    ground = sphere()
+    sizes = Sizes.of(ground.diagonal)
+    field = solve_field(FieldMesh.of(ground), 0.0, 0.0)
+    index = field.index.copy()
+    one, two = field.singular[:2].tolist()
+    index[[one, two]] = 3, -1
+    empty = Network(longest=2.0 * ground.diagonal, ground=ground)
+    needle = CrossField(field.mesh, field.angle, field.quarters, index)
+    with pytest.raises(RefusedError, match="fewer than two lines") as refused:
+        proposing.draft_network(empty, ground, sizes, proposing.SETTINGS[0], needle)
+    assert format_place(field.mesh.vertices[one]) in str(refused.value)

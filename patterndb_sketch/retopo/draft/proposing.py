@@ -133,6 +133,13 @@ def draft_network(
             f"the field's indices sum to {total}, and to {due} on any field: the "
             "surface has folds that are too sharp; smooth it, or draw by hand"
         )
+    poles = np.flatnonzero((field.index > 2) & ~field.mesh.on_border)
+    if len(poles):
+        raise RefusedError(
+            f"fewer than two lines would end at {format_place(field.mesh.vertices[poles[0]])}: a "
+            "part of the surface is smaller than an edge there, or it has a needle; take that "
+            "away, or a smaller edge"
+        )
     seeds = _find_tips(network, field, AT_NODE * sizes.edge)
     regular = RegularParts.of(field, ground)
     laid: tuple[Network, frozenset[int]] | None = None
@@ -240,8 +247,15 @@ def propose_draft(
             f"faces that were given stay as they are, the first at {format_place(at)}: a draft "
             "goes round none; go on by hand"
         )
-    vertices, triangles = remesh_evenly(ground, REMESHED * sizes.edge)
-    mesh = FieldMesh.of(Ground.of(vertices, triangles))
+    even = Ground.of(*remesh_evenly(ground, REMESHED * sizes.edge))
+    crowded = np.flatnonzero(np.diff(even.topology.side_start) > 2)
+    if len(crowded):
+        raise RefusedError(
+            "no draft: triangles of even edges would lie on top of each other at "
+            f"{format_place(even.topology.middles[crowded[0]])}: the surface is folded there, or "
+            "has needles; mend it, or draw by hand"
+        )
+    mesh = FieldMesh.of(even)
     _refuse_laces(mesh, sizes.edge)
     if not all(chain.marked for chain in network.chains.values()):
         mesh = cut_along_curves(network, mesh, REMESHED * sizes.edge)

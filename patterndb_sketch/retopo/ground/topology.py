@@ -23,7 +23,7 @@ class GroundTopology:
 
     across:     (3t,) int32, the side that is the same edge seen from the neighbour; -1 at a
                 border. Where more than two triangles share an edge, those that continue each
-                other most straightly are neighbours.
+                other most straightly are neighbours, of those that are turned alike if there are.
     edges:      (3t,) int32, the number of a side's edge.
     ends:       (e, 2) int32, the two vertices of an edge, the lower first.
     middles:    (e, 3) float64, the middle of an edge.
@@ -97,6 +97,9 @@ def _pair_sides(
                         fold = 0.0
                         for c in range(3):
                             fold += away[i, c] * away[j, c]
+                        if triangles.ravel()[group[i]] == triangles.ravel()[group[j]]:
+                            # Turned against each other: behind all that are not.
+                            fold += 4.0
                         if fold < best:
                             best, one, two = fold, i, j
                 if one >= 0:

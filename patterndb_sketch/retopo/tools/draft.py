@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
 from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.draft.proposing import ProposedDraft, propose_draft
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import SYMMETRY
+from patterndb_sketch.retopo.state import State
 from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
 from patterndb_sketch.retopo.wording import count_places
@@ -18,55 +20,96 @@ from patterndb_sketch.retopo.wording import count_places
 #: than 0.004 give a hundred thousand quads, for which a draft is not made.
 LEAST_EDGE, MOST_EDGE = 0.004, 0.15
 
+#: Where quads are flipped, drafts with edges so many times as long are made, until one has none:
+#: finer ones find their way round what is small, coarser ones leave it out.
+OTHER_EDGES = (0.75, 1.3)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Draft:
+    """A draft, the state but for its network, and what there is to say."""
+
+    made: ProposedDraft
+    state: State
+    notes: tuple[str, ...]
+
 
 def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     state = work.state
     if a["edge"] is not None:
         state = replace(state, sizes=replace(state.sizes, edge=a["edge"]))
-    share = state.sizes.edge / work.ground.diagonal
-    if not LEAST_EDGE <= share <= MOST_EDGE:
-        low, high = (part * work.ground.diagonal for part in (LEAST_EDGE, MOST_EDGE))
+    low, high = (part * work.ground.diagonal for part in (LEAST_EDGE, MOST_EDGE))
+    if not low <= state.sizes.edge <= high:
         raise RefusedError(
             f"an edge of {state.sizes.edge:g} is out of proportion for a draft of this surface; "
             f"give edge from {low:.3g} to {high:.3g}"
         )
-    notes: list[str] = []
+    told: tuple[str, ...] = ()
     parted = part_touching(work.ground)
     ground = parted.ground
     if len(parted.touching):
         places = work.ground.vertices[parted.touching]
         said = count_places("a vertex", "vertices", places)
-        notes.append(f"parts of the surface touch in {said}: drafted as if they did not")
+        told = (f"parts of the surface touch in {said}: drafted as if they did not",)
+    best = _draft_by_halves(work, state, ground) if a["symmetry"] else _draft(work, state, ground)
+    for times in OTHER_EDGES:
+        edge = times * state.sizes.edge
+        if not best.made.report.flipped or not low <= edge <= high:
+            continue
+        flaws = "; ".join(best.made.flaws)
+        finer = replace(state, sizes=replace(state.sizes, edge=edge))
+        try:
+            other = _draft(work, finer, ground)
+        except RefusedError:
+            continue
+        if other.made.rank < best.made.rank:
+            said = f"edges are {times:g} times as long as asked for: else there would be {flaws}"
+            best = replace(other, notes=(said,))
+    if best.made.report.flipped:
+        raise RefusedError(
+            f"no draft: there would be {'; '.join(best.made.flaws)}, and with other edges, too; "
+            "take another edge, mend the surface there, or draw by hand"
+        )
+    now = replace(best.state, network=best.made.network)
+    return Result(now, (*told, *best.notes, *_describe(best.made)))
+
+
+def _draft(work: ToolWork, state: State, ground: Ground) -> _Draft:
+    """A draft of all that is worked on."""
+    made = propose_draft(work.network, ground, state.sizes, work.source, work.half)
+    return _Draft(made, state, ())
+
+
+def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _Draft:
+    """A draft of one half where the surface is symmetric, bare and comes out well so; else of
+    all."""
     drawn = any(not chain.marked for chain in work.network.chains.values())
-    by_halves: tuple[ProposedDraft, Result] | None = None
-    if a["symmetry"] and state.plane is None and not drawn:
-        found = propose_plane(ground)
-        if found.symmetric:
-            half = cut_half(ground, found.plane)
-            seam = begin_symmetry(work.network, half, state.sizes.sampling).network
-            if any(SYMMETRY in chain.marks for chain in seam.chains.values()):
-                try:
-                    made = propose_draft(seam, half.ground, state.sizes, work.source, half)
-                except RefusedError as error:
-                    notes.append(f"not by halves, though the surface is symmetric: {error}")
-                else:
-                    said = f"symmetry is on: {found.describe()}"
-                    now = replace(state, network=made.network, plane=found.plane)
-                    by_halves = made, Result(now, (*notes, said, *_describe(made)))
-    if by_halves is not None and by_halves[0].sound:
-        return by_halves[1]
+    found = None if drawn or state.plane is not None else propose_plane(ground)
+    if found is None or not found.symmetric:
+        return _draft(work, state, ground)
     try:
-        made = propose_draft(work.network, ground, state.sizes, work.source, work.half)
+        half = cut_half(ground, found.plane)
+        seam = begin_symmetry(work.network, half, state.sizes.sampling).network
+        if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
+            return _draft(work, state, ground)
+        made = propose_draft(seam, half.ground, state.sizes, work.source, half)
+    except RefusedError as error:
+        whole = _draft(work, state, ground)
+        said = f"not by halves, though the surface is symmetric: {error}"
+        return replace(whole, notes=(said,))
+    said = f"symmetry is on: {found.describe()}"
+    by_halves = _Draft(made, replace(state, plane=found.plane), (said,))
+    if made.sound:
+        return by_halves
+    try:
+        whole = _draft(work, state, ground)
     except RefusedError:
-        if by_halves is None:
-            raise
-        return by_halves[1]
-    if by_halves is not None:
-        if by_halves[0].rank <= made.rank:
-            return by_halves[1]
-        flaws = "; ".join(by_halves[0].flaws)
-        notes.append(f"not by halves, though the surface is symmetric: there would be {flaws}")
-    return Result(replace(state, network=made.network), (*notes, *_describe(made)))
+        return by_halves
+    if made.rank <= whole.made.rank:
+        return by_halves
+    flaws = "; ".join(made.flaws)
+    said = f"not by halves, though the surface is symmetric: there would be {flaws}"
+    return replace(whole, notes=(said,))
 
 
 def _describe(made: ProposedDraft) -> tuple[str, ...]:
