@@ -26,7 +26,7 @@ OTHER_EDGES = (0.75, 1.3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Draft:
+class _MadeDraft:
     """A draft, the state but for its network, and what there is to say."""
 
     made: ProposedDraft
@@ -74,13 +74,13 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     return Result(now, (*told, *best.notes, *_describe(best.made)))
 
 
-def _draft(work: ToolWork, state: State, ground: Ground) -> _Draft:
+def _draft(work: ToolWork, state: State, ground: Ground) -> _MadeDraft:
     """A draft of all that is worked on."""
     made = propose_draft(work.network, ground, state.sizes, work.source, work.half)
-    return _Draft(made, state, ())
+    return _MadeDraft(made, state, ())
 
 
-def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _Draft:
+def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft:
     """A draft of one half where the surface is symmetric, bare and comes out well so; else of
     all."""
     drawn = any(not chain.marked for chain in work.network.chains.values())
@@ -98,7 +98,7 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _Draft:
         said = f"not by halves, though the surface is symmetric: {error}"
         return replace(whole, notes=(said,))
     said = f"symmetry is on: {found.describe()}"
-    by_halves = _Draft(made, replace(state, plane=found.plane), (said,))
+    by_halves = _MadeDraft(made, replace(state, plane=found.plane), (said,))
     if made.sound:
         return by_halves
     try:
