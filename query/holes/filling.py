@@ -32,7 +32,7 @@ from query.holes.loops import (
 )
 from query.holes.models import HoleModels, shipped_models
 from query.holes.odd import list_even_ways
-from query.holes.ranking import RankingModel, list_facts
+from query.holes.ranking import RankingModel, WholeModel, list_facts
 from query.holes.rim import HoleRim
 from query.holes.shape import PlacedFill, count_flipped, place_fill
 from query.holes.surroundings import (
@@ -46,8 +46,8 @@ from query.stroke import Stroke
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
 
-#: Candidates that are placed before they are ranked by the whole.
-PLACED = 48
+#: Candidates that are placed before they are ranked by the whole: for the first fill, and then.
+PLACED_FIRST, PLACED = 48, 96
 
 #: But no more than have so many new vertices together, beyond the first.
 PLACED_VERTICES = 12_000
@@ -364,9 +364,9 @@ def _list_fills(
         return
     ground = HoleGround.make(around.points[:n], surface, strokes, tolerance)
     board = _CandidateBoard(around, models.facts, models.whole)
-    board.add(known)
+    board.add(known, PLACED_FIRST)
     yield _hole_fill(hole, around, *board.take_best(), ground)
-    board.add(list(source))
+    board.add(list(source), PLACED - PLACED_FIRST)
     while board:
         yield _hole_fill(hole, around, *board.take_best(), ground)
 
@@ -374,53 +374,52 @@ def _list_fills(
 class _CandidateBoard:
     """Candidates, of which those that look best are placed and ranked by the whole."""
 
-    def __init__(self, around: Surroundings, first: RankingModel, whole: RankingModel) -> None:
+    def __init__(self, around: Surroundings, first: RankingModel, whole: WholeModel) -> None:
         self._around = around
         self._first, self._whole = first, whole
-        self._placed: list[tuple[float, int, HoleCandidate, PlacedFill]] = []
+        # Those that wait, by their facts; those that are placed, each with its row among the
+        # numbers of all that ever were, for the score compares them.
         self._waiting: list[tuple[float, int, HoleCandidate, NDArray[np.float64]]] = []
-        self._number = 0
+        self._placed: list[tuple[int, HoleCandidate, PlacedFill]] = []
+        self._numbers: list[NDArray[np.float64]] = []
+        self._scores = np.zeros(0)
+        self._serial = 0
 
     def __bool__(self) -> bool:
         return bool(self._placed or self._waiting)
 
-    def add(self, candidates: list[HoleCandidate]) -> None:
-        """Place the PLACED best by their facts, and those that wait already among them."""
-        if not candidates:
-            return
+    def add(self, candidates: list[HoleCandidate], most: int) -> None:
+        """Place the best by their facts, at most so many, those that wait already among them."""
         facts = list_facts(candidates, self._around)
         scores = self._first.score_facts(facts)
         for score, candidate, row in zip(scores.tolist(), candidates, facts, strict=True):
-            self._waiting.append((-score, self._number, candidate, row))
-            self._number += 1
+            self._waiting.append((-score, self._serial, candidate, row))
+            self._serial += 1
         self._waiting.sort(key=lambda one: one[:2])
-        self._place_next()
+        self._place_next(most)
 
     def take_best(self) -> tuple[HoleCandidate, PlacedFill, float]:
         """Take the best off the board; where none is placed any more, more are."""
         if not self._placed:
-            self._place_next()
-        best = min(self._placed, key=lambda one: one[:2])
-        self._placed.remove(best)
-        return best[2], best[3], -best[0]
+            self._place_next(PLACED)
+        at = max(range(len(self._placed)), key=lambda i: self._scores[self._placed[i][0]])
+        row, candidate, lies = self._placed.pop(at)
+        return candidate, lies, float(self._scores[row])
 
-    def _place_next(self) -> None:
-        """Place the first of those that wait: PLACED of them, or fewer large ones."""
+    def _place_next(self, most: int) -> None:
+        """Place the first of those that wait: at most so many, or fewer large ones."""
         count = vertices = 0
-        for _, _, candidate, _ in self._waiting[:PLACED]:
+        for _, _, candidate, _ in self._waiting[:most]:
             vertices += candidate.n_vertices
             if count and vertices > PLACED_VERTICES:
                 break
             count += 1
-        chosen = self._waiting[:count]
+        for _, _, candidate, facts in self._waiting[:count]:
+            lies = place_fill(self._around, candidate.quads, candidate.n_vertices)
+            self._placed.append((len(self._numbers), candidate, lies))
+            self._numbers.append(np.concatenate([facts, lies.measures]))
         del self._waiting[:count]
-        placed = [place_fill(self._around, c.quads, c.n_vertices) for _, _, c, _ in chosen]
-        facts = np.array([row for *_, row in chosen])
-        scores = self._whole.score(np.hstack([facts, np.array([p.measures for p in placed])]))
-        for (_, number, candidate, _), lies, score in zip(
-            chosen, placed, scores.tolist(), strict=True
-        ):
-            self._placed.append((-score, number, candidate, lies))
+        self._scores = self._whole.score(np.array(self._numbers))
 
 
 def _hole_fill(

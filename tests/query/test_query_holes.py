@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from shared import CHECKOUT
 
 from ingest.formats import read_mesh
@@ -33,8 +34,10 @@ from query.holes.assignments import TRAITS, list_assignments, measure_assignment
 from query.holes.context import N_HOLE_FEATURES, measure_hole, mirror_hole
 from query.holes.laying import LoopDisk
 from query.holes.models import shipped_models
+from query.holes.ranking import NAMES
 from query.holes.rim import HoleRim
 from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirror_features
+from query.holes.trees import TreeModel
 from query.identity import hash_quads, weld_quads
 from query.placing import measure_flow_distance
 
@@ -416,20 +419,42 @@ def test_assignments_come_in_order_and_none_is_left_out() -> None:
         assert np.isclose(log, logs[np.arange(4), one - 1].sum())
 
 
+def add_up_leaves(model: TreeModel, row: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The scores of one row, tree by tree."""
+    scores = model.base.copy()
+    for t, first in enumerate(model.start[:-1].tolist()):
+        at = first
+        while model.feature[at] >= 0:
+            above = row[model.feature[at]] > model.threshold[at]
+            at = first + int(model.child[at]) + int(above)
+        scores[t % len(scores)] += model.value[at]
+    return scores
+
+
 def test_trees_are_walked_as_in_plain_python() -> None:
     model = shipped_models().corners
     features = np.random.default_rng(5).normal(size=(7, N_HOLE_FEATURES)) * 3
     logs = model.log_probabilities(features)
     for row, log in zip(features, logs, strict=True):
-        scores = model.base.copy()
-        for t, first in enumerate(model.start[:-1].tolist()):
-            at = first
-            while model.feature[at] >= 0:
-                above = row[model.feature[at]] > model.threshold[at]
-                at = first + int(model.child[at]) + int(above)
-            scores[t % 4] += model.value[at]
+        scores = add_up_leaves(model, row)
         chance = np.exp(scores - scores.max())
         assert np.allclose(np.exp(log), np.maximum(chance / chance.sum(), np.exp(-12.0)))
+
+
+@given(st.integers(1, 9), st.integers(0, 2**32))
+def test_candidates_are_ranked_against_each_other(n: int, seed: int) -> None:
+    model = shipped_models().whole
+    rng = np.random.default_rng(seed)
+    numbers = rng.normal(model.linear.mean, model.linear.spread, size=(n, len(NAMES)))
+    found = model.score(numbers)
+    least, greatest = numbers.min(axis=0), numbers.max(axis=0)
+    for row, score in zip(numbers, found.tolist(), strict=True):
+        compared = np.concatenate([row, row - least, row - greatest])
+        scaled = (row - model.linear.mean) / model.linear.spread
+        expected = scaled @ model.linear.weights + add_up_leaves(model.trees, compared)[0]
+        assert np.isclose(score, expected)
+    order = rng.permutation(n)
+    assert np.allclose(model.score(numbers[order]), found[order])
 
 
 def test_triangles_and_larger_faces_around(source: PatternSource, tmp_path: Path) -> None:
