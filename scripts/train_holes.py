@@ -59,6 +59,7 @@ from query.holes.surroundings import (
     Surroundings,
     look_around,
 )
+from query.holes.symmetry import find_mirrors
 from query.identity import hash_quads, weld_quads
 
 #: Holes cut from each mesh for the corners; of these, so many are asked of the database.
@@ -274,7 +275,8 @@ def fit_assignments(examples: list[Example]) -> AssignmentModel:
     lists: list[tuple[NDArray[Any], int]] = []
     for one in examples:
         assert one.logs is not None
-        listed = rank_listed(one.logs)
+        mirrors = find_mirrors(one.cut.hole.points, one.around.due)
+        listed = rank_listed(one.logs, mirrors)
         own = np.flatnonzero((listed == one.cut.counts).all(axis=1))
         if len(own):
             lists.append((measure_assignments(one.logs, one.around.due, listed), int(own[0])))
@@ -291,7 +293,9 @@ def ask_lists(
     for number, one in enumerate(examples, 1):
         assert one.logs is not None
         rim = HoleRim.of(one.cut.hole)
-        search = HoleSearch.begin(database, one.logs, one.around.due, model, patterns, rim)
+        due = one.around.due
+        mirrors = find_mirrors(one.cut.hole.points, due)
+        search = HoleSearch.begin(database, one.logs, due, model, patterns, rim, mirrors)
         candidates = list(search.all())
         keys = [candidate.key for candidate in candidates]
         own = keys.index(one.cut.key) if one.cut.key in keys else None
