@@ -61,6 +61,7 @@ from query.holes.surroundings import (
     Surroundings,
     look_around,
 )
+from query.holes.symmetry import find_mirrors
 from query.holes.trees import TreeModel
 from query.identity import hash_quads, weld_quads
 
@@ -279,7 +280,8 @@ def fit_assignments(examples: list[Example]) -> AssignmentModel:
     lists: list[tuple[NDArray[Any], int]] = []
     for one in examples:
         assert one.logs is not None
-        listed = rank_listed(one.logs)
+        mirrors = find_mirrors(one.cut.hole.points, one.around.due)
+        listed = rank_listed(one.logs, mirrors)
         own = np.flatnonzero((listed == one.cut.counts).all(axis=1))
         if len(own):
             lists.append((measure_assignments(one.logs, one.around.due, listed), int(own[0])))
@@ -311,7 +313,9 @@ def ask_lists(
     for number, one in enumerate(examples, 1):
         assert one.logs is not None
         rim = HoleRim.of(one.cut.hole)
-        search = HoleSearch.begin(database, one.logs, one.around.due, model, patterns, rim)
+        due = one.around.due
+        mirrors = find_mirrors(one.cut.hole.points, due)
+        search = HoleSearch.begin(database, one.logs, due, model, patterns, rim, mirrors)
         candidates: list[HoleCandidate] = []
         n_early = 0
         for candidate in search.all():
