@@ -61,7 +61,6 @@ from query.holes.surroundings import (
     Surroundings,
     look_around,
 )
-from query.holes.symmetry import find_mirrors
 from query.holes.trees import TreeModel
 from query.identity import hash_quads, weld_quads
 
@@ -86,6 +85,9 @@ PLAIN_FILLS = 60
 
 #: Strength of the logits' ridge.
 RIDGE = 3.0
+
+#: Mirrors of loops count by a number of their own (query.holes.symmetry), on top of the models.
+NO_MIRRORS = np.zeros(0, np.int32)
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -280,8 +282,7 @@ def fit_assignments(examples: list[Example]) -> AssignmentModel:
     lists: list[tuple[NDArray[Any], int]] = []
     for one in examples:
         assert one.logs is not None
-        mirrors = find_mirrors(one.cut.hole.points, one.around.due)
-        listed = rank_listed(one.logs, mirrors)
+        listed = rank_listed(one.logs, NO_MIRRORS)
         own = np.flatnonzero((listed == one.cut.counts).all(axis=1))
         if len(own):
             lists.append((measure_assignments(one.logs, one.around.due, listed), int(own[0])))
@@ -314,8 +315,7 @@ def ask_lists(
         assert one.logs is not None
         rim = HoleRim.of(one.cut.hole)
         due = one.around.due
-        mirrors = find_mirrors(one.cut.hole.points, due)
-        search = HoleSearch.begin(database, one.logs, due, model, patterns, rim, mirrors)
+        search = HoleSearch.begin(database, one.logs, due, model, patterns, rim, NO_MIRRORS)
         candidates: list[HoleCandidate] = []
         n_early = 0
         for candidate in search.all():
