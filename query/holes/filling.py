@@ -455,6 +455,8 @@ def _continue_part(
     rest = find_rest(found[0], len(hole)) if found is not None else None
     if found is None or rest is None or len(rest) % 2 or len(rest) < MIN_PERIMETER:
         return
+    if not HoleRim.of(hole).admits(found[0]):
+        return
     part = _renumber(hole, around, *found, 0.0, False, 0, None)
     n, n_old = len(hole), len(hole.topology.mesh.points)
     vertices = [int(hole.loop[v]) if v < n else v - n + n_old for v in rest]
