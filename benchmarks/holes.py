@@ -241,8 +241,8 @@ def print_first(rows: list[tuple[Cut, dict[str, Any]]]) -> None:
         f"\n{len(rows)} holes of {len({cut.mesh for cut, _ in rows})} meshes: "
         f"unanswered {len(rows) - len(first)}; twins {sum(r['twin'] for _, r in rows)}; "
         f"faults {sum(len(r['faults']) for _, r in rows)} "
-        f"in {sum(r['listed'] for _, r in rows)} fills; the artist's own among twenty "
-        f"{share([r['rank'] for _, r in rows], TOP[-1])}"
+        f"in {sum(r['listed'] for _, r in rows)} fills; the artist's own first, among five and "
+        f"twenty {' '.join(share([r['rank'] for _, r in rows], k) for k in TOP)}"
     )
     print(
         f"first fills: flipped quads in {sum(f.flipped > 0 for f in first)}; irregular vertices "

@@ -15,7 +15,8 @@ gathered, and the other models of that file are kept.
 
 The patterns of holes: what the holes that scripts/cut_holes.py cuts reduce to. The corner model:
 gradient boosting of decision trees on such holes, every second one mirrored. All else: conditional
-logits, fitted by L-BFGS.
+logits, fitted by L-BFGS; the last ranking, of placed fills, has trees on top, boosted by the same
+loss over lists: all candidates of a hole, and those that there are when its first fill is told.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ import tempfile
 import time
 from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -51,18 +52,20 @@ from query.holes.assignments import AssignmentModel, measure_assignments, rank_l
 from query.holes.candidates import HoleCandidate, HoleSearch
 from query.holes.context import measure_hole, mirror_hole
 from query.holes.corners import CornerModel
+from query.holes.filling import ASKED_FIRST, PLACED, PLACED_FIRST
 from query.holes.patterns import HolePatterns
-from query.holes.ranking import list_facts, measure_plain_fill, tame_numbers
+from query.holes.ranking import compare_numbers, list_facts, measure_plain_fill, tame_numbers
 from query.holes.rim import HoleRim
 from query.holes.shape import place_fill
 from query.holes.surroundings import (
     Surroundings,
     look_around,
 )
+from query.holes.trees import TreeModel
 from query.identity import hash_quads, weld_quads
 
 #: Holes cut from each mesh for the corners; of these, so many are asked of the database.
-PER_MESH, PER_MESH_ASKED = 60, 4
+PER_MESH, PER_MESH_ASKED = 150, 24
 
 #: Holes cut from each mesh for their patterns, of so many tries each, drawn by this seed.
 PER_MESH_REDUCED, TRIES, SEED_REDUCED = 1_500, 4, 77
@@ -72,14 +75,19 @@ ROUNDS, LEAVES = 150, 16
 
 FOLDS = 2
 
-#: Candidates that are placed for the second stage of the ranking.
-PLACED = 48
+#: Trees of the last ranking, their leaves, candidates of a leaf at least; the part of the columns
+#: that each split looks at, what a tree counts, and what a leaf's slope is damped by.
+RANKING_TREES, RANKING_LEAVES, LEAST_OF_LEAF = 150, 16, 30
+COLUMNS, RATE, DAMPING = 0.4, 0.1, 1.0
 
 #: Fills of a plain boundary that its ranking is trained on.
 PLAIN_FILLS = 60
 
 #: Strength of the logits' ridge.
 RIDGE = 3.0
+
+#: Mirrors of loops count by a number of their own (query.holes.symmetry), on top of the models.
+NO_MIRRORS = np.zeros(0, np.int32)
 
 Arrays = dict[str, NDArray[Any]]
 
@@ -274,7 +282,7 @@ def fit_assignments(examples: list[Example]) -> AssignmentModel:
     lists: list[tuple[NDArray[Any], int]] = []
     for one in examples:
         assert one.logs is not None
-        listed = rank_listed(one.logs)
+        listed = rank_listed(one.logs, NO_MIRRORS)
         own = np.flatnonzero((listed == one.cut.counts).all(axis=1))
         if len(own):
             lists.append((measure_assignments(one.logs, one.around.due, listed), int(own[0])))
@@ -282,36 +290,48 @@ def fit_assignments(examples: list[Example]) -> AssignmentModel:
     return AssignmentModel(*fit_logit(lists))
 
 
+@dataclass(slots=True)
+class Listed:
+    """The candidates of a hole among which the artist's own is.
+
+    facts: (c, FACTS). n_early: how many of them, the first ones, there are when the first fill is
+    told. own: the place of the artist's.
+    """
+
+    around: Surroundings
+    candidates: list[HoleCandidate]
+    facts: NDArray[np.float64]
+    n_early: int
+    own: int
+
+
 def ask_lists(
     examples: list[Example], database: Any, model: AssignmentModel, patterns: HolePatterns
-) -> list[tuple[Example, list[HoleCandidate], int | None]]:
-    """For every hole its candidates, and the artist's own place among them or None."""
-    lists: list[tuple[Example, list[HoleCandidate], int | None]] = []
+) -> list[Listed]:
+    """Ask for the candidates of holes; those whose own fill is not among them are left out."""
+    lists: list[Listed] = []
     begin = time.perf_counter()
     for number, one in enumerate(examples, 1):
         assert one.logs is not None
         rim = HoleRim.of(one.cut.hole)
-        search = HoleSearch.begin(database, one.logs, one.around.due, model, patterns, rim)
-        candidates = list(search.all())
+        due = one.around.due
+        search = HoleSearch.begin(database, one.logs, due, model, patterns, rim, NO_MIRRORS)
+        candidates: list[HoleCandidate] = []
+        n_early = 0
+        for candidate in search.all():
+            candidates.append(candidate)
+            if not n_early and search.assignments > ASKED_FIRST:
+                n_early = len(candidates)
         keys = [candidate.key for candidate in candidates]
-        own = keys.index(one.cut.key) if one.cut.key in keys else None
-        lists.append((one, candidates, own))
+        if one.cut.key in keys:
+            facts = tame_numbers(list_facts(candidates, one.around))
+            own = keys.index(one.cut.key)
+            lists.append(Listed(one.around, candidates, facts, n_early or len(candidates), own))
         if number % 40 == 0 or number == len(examples):
-            known = sum(one[2] is not None for one in lists) / number
             seconds = time.perf_counter() - begin
+            known = len(lists) / number
             print(f"{number} holes, {seconds:.0f} s, recall {known:.3f}", file=sys.stderr)
     return lists
-
-
-def measure_lists(
-    lists: list[tuple[Example, list[HoleCandidate], int | None]],
-) -> list[tuple[NDArray[Any], Surroundings, list[HoleCandidate], int]]:
-    """Facts of the candidates of those holes whose own fill is among them."""
-    return [
-        (tame_numbers(list_facts(candidates, one.around)), one.around, candidates, own)
-        for one, candidates, own in lists
-        if own is not None
-    ]
 
 
 def ask_plainly(examples: list[Example], database: Any) -> list[tuple[NDArray[Any], int]]:
@@ -343,32 +363,105 @@ def ask_plainly(examples: list[Example], database: Any) -> list[tuple[NDArray[An
     return lists
 
 
-def fit_ranking(known: list[tuple[NDArray[Any], Surroundings, list[HoleCandidate], int]]) -> Arrays:
+def fit_ranking(known: list[Listed]) -> Arrays:
     """Fit both stages: by facts alone, then by all numbers of those that the first puts first."""
-    facts_model = fit_logit([(facts, own) for facts, _, _, own in known])
+    facts_model = fit_logit([(one.facts, one.own) for one in known])
     mean, spread, weights = facts_model
-    second: list[tuple[NDArray[Any], int]] = []
-    for facts, around, candidates, own in known:
-        scores = ((facts - mean) / spread) @ weights
-        order = np.argsort(-scores, kind="stable")[:PLACED]
-        if own not in order:
-            continue
-        placed = [place_fill(around, candidates[i].quads, candidates[i].n_vertices) for i in order]
-        numbers = np.hstack([facts[order], np.array([one.measures for one in placed])])
-        second.append((tame_numbers(numbers), int(np.flatnonzero(order == own)[0])))
-    print(f"ranking: {len(known)} and {len(second)} holes in its two stages", file=sys.stderr)
-    return name_logit("facts", facts_model) | name_logit("whole", fit_logit(second))
+    whole: list[tuple[NDArray[Any], int]] = []
+    early: list[tuple[NDArray[Any], int]] = []
+    for one in known:
+        order = np.argsort(-((one.facts - mean) / spread) @ weights, kind="stable")
+        for chosen, lists in (
+            (order[:PLACED], whole),
+            (order[order < one.n_early][:PLACED_FIRST], early),
+        ):
+            if one.own in chosen:
+                numbers = measure_placed(one, chosen)
+                lists.append((numbers, int(np.flatnonzero(chosen == one.own)[0])))
+    print(f"ranking: {len(known)} and {len(whole)} holes in its two stages", file=sys.stderr)
+    linear = fit_logit(whole)
+    trees = fit_trees([*whole, *early], linear)
+    return (
+        name_logit("facts", facts_model)
+        | name_logit("whole", linear)
+        | trees.to_arrays("whole_tree_")
+    )
+
+
+def measure_placed(one: Listed, chosen: NDArray[np.int64]) -> NDArray[np.float64]:
+    """All numbers of some candidates."""
+    placed = [
+        place_fill(one.around, one.candidates[i].quads, one.candidates[i].n_vertices)
+        for i in chosen.tolist()
+    ]
+    return tame_numbers(
+        np.hstack([one.facts[chosen], np.array([lies.measures for lies in placed])])
+    )
+
+
+def fit_trees(
+    lists: list[tuple[NDArray[Any], int]], linear: list[NDArray[np.float64]]
+) -> TreeModel:
+    """Boost trees on top of a logit: each a Newton step of its loss over all lists."""
+    from sklearn.tree import DecisionTreeRegressor
+
+    mean, spread, weights = linear
+    size = np.array([len(numbers) for numbers, _ in lists])
+    first = np.cumsum([0, *size])[:-1]
+    of_list = np.repeat(np.arange(len(lists)), size)
+    chosen = np.zeros(len(of_list))
+    chosen[first + np.array([own for _, own in lists], np.int64)] = 1.0
+    rows = np.vstack([compare_numbers(numbers) for numbers, _ in lists]).astype(np.float32)
+    scores = ((np.vstack([numbers for numbers, _ in lists]) - mean) / spread) @ weights
+    made: list[tuple[Any, NDArray[np.float64]]] = []
+    for number in range(RANKING_TREES):
+        chance = np.exp(scores - np.maximum.reduceat(scores, first)[of_list])
+        chance /= np.add.reduceat(chance, first)[of_list]
+        slope, bend = chance - chosen, np.maximum(chance * (1.0 - chance), 1e-6)
+        tree = DecisionTreeRegressor(
+            max_leaf_nodes=RANKING_LEAVES,
+            min_samples_leaf=LEAST_OF_LEAF,
+            max_features=COLUMNS,
+            random_state=number,
+        ).fit(rows, -slope / bend, sample_weight=bend)
+        leaf, nodes = tree.apply(rows), tree.tree_.node_count
+        total = np.bincount(leaf, slope, nodes), np.bincount(leaf, bend, nodes)
+        steps = -RATE * total[0] / (total[1] + DAMPING)
+        scores += steps[leaf]
+        made.append((tree.tree_, steps))
+    return join_trees(made)
+
+
+def join_trees(made: list[tuple[Any, NDArray[np.float64]]]) -> TreeModel:
+    """Trees of scikit-learn, each with what its leaves add, as arrays."""
+    starts, features, thresholds, children, values = [0], [], [], [], []
+    for tree, steps in made:
+        order = [0]
+        for old in order:
+            if tree.children_left[old] >= 0:
+                order += [int(tree.children_left[old]), int(tree.children_right[old])]
+        place = {old: new for new, old in enumerate(order)}
+        for old in order:
+            leaf = tree.children_left[old] < 0
+            features.append(-1 if leaf else int(tree.feature[old]))
+            thresholds.append(0.0 if leaf else float(tree.threshold[old]))
+            children.append(0 if leaf else place[int(tree.children_left[old])])
+            values.append(float(steps[old]) if leaf else 0.0)
+        starts.append(len(features))
+    return TreeModel(
+        np.array(starts, np.int32),
+        np.array(features, np.int16),
+        np.array(thresholds, np.float32),
+        np.array(children, np.int16),
+        np.array(values, np.float32),
+        np.zeros(1),
+    )
 
 
 def name_logit(name: str, parts: list[NDArray[np.float64]]) -> Arrays:
     """The arrays of a logit, as HoleModels reads them."""
     names = (f"{name}_{part}" for part in ("mean", "spread", "weights"))
     return dict(zip(names, parts, strict=True))
-
-
-def name_corners(model: CornerModel) -> Arrays:
-    """The arrays of a corner model, as HoleModels reads them."""
-    return {one.name: getattr(model, one.name) for one in fields(model)}
 
 
 def thin_out(examples: list[Example], per_mesh: int) -> list[Example]:
@@ -407,7 +500,7 @@ def train_all(
             file=sys.stderr,
         )
     together = fit_assignments([one for fold in by_fold for one in fold])
-    lists: list[tuple[NDArray[Any], Surroundings, list[HoleCandidate], int]] = []
+    lists: list[Listed] = []
     plain: list[tuple[NDArray[Any], int]] = []
     with tempfile.TemporaryDirectory(dir=given.output.parent) as work:
         for fold, examples in zip(folds, by_fold, strict=True):
@@ -421,10 +514,10 @@ def train_all(
                 asked = thin_out(examples, given.per_mesh_asked)
                 others = [family for family in families if family[0] not in fold]
                 patterns = HolePatterns.from_arrays(gather_patterns(others, by_mesh))
-                lists += measure_lists(ask_lists(asked, database, together, patterns))
+                lists += ask_lists(asked, database, together, patterns)
                 plain += ask_plainly(asked, database)
     arrays = name_logit("assignments", [together.mean, together.spread, together.weights])
-    arrays |= name_corners(join_models(models))
+    arrays |= join_models(models).to_arrays()
     return arrays | fit_ranking(lists) | name_logit("plain", fit_logit(plain))
 
 

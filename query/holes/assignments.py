@@ -18,6 +18,7 @@ import numpy as np
 from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.points import Floats
 from patterndb.system.kernels import kernel
+from query.holes.symmetry import ASYMMETRIC, follow_mirrors
 
 #: Quads that a loop vertex may get: 1 (a convex corner) to 4.
 MOST_QUADS = 4
@@ -63,25 +64,40 @@ class AssignmentModel:
     spread: Floats
     weights: Floats
 
-    def score(self, logs: Floats, due: Int32Array, assignments: Int32Array) -> Floats:
-        """(c,) scores of assignments (c, L): the greater, the likelier."""
-        return self.score_traits(measure_assignments(logs, due, assignments))
-
     def score_traits(self, traits: Floats) -> Floats:
         """(c,) scores of assignments whose traits (c, TRAITS) are measured."""
         return ((traits - self.mean) / self.spread) @ self.weights
 
-    def rank(self, logs: Floats, due: Int32Array) -> tuple[Int32Array, Floats]:
+    def score(self, logs: Floats, due: Int32Array, assignments: Int32Array) -> Floats:
+        """(c,) scores of assignments (c, L): the greater, the likelier."""
+        return self.score_traits(measure_assignments(logs, due, assignments))
+
+    def rank(self, logs: Floats, due: Int32Array, mirrors: Int32Array) -> tuple[Int32Array, Floats]:
         """List (c, L) int32 assignments by their scores (c,), greatest first."""
-        listed = rank_listed(logs)
-        scores = self.score(logs, due, listed)
+        listed = rank_listed(logs, mirrors)
+        scores = self.score(logs, due, listed) - ASYMMETRIC * ~follow_mirrors(listed, mirrors)
         order = np.argsort(-scores, kind="stable")
         return listed[order], scores[order]
 
 
-def rank_listed(logs: Floats) -> Int32Array:
-    """(c, L) int32 the LISTED assignments most probable vertex by vertex, in that order."""
-    return np.array([quads for _, quads in islice(list_assignments(logs), LISTED)], np.int32)
+def rank_listed(logs: Floats, mirrors: Int32Array) -> Int32Array:
+    """(c, L) int32 the LISTED assignments most probable vertex by vertex, in that order.
+
+    mirrors: of the loop, see :func:`find_mirrors`. Assignments that follow the first are listed
+    before these, as many, pairs of vertices taken as one.
+    """
+    listed = [quads for _, quads in islice(list_assignments(logs), LISTED)]
+    if len(mirrors):
+        n = len(logs)
+        partner = (mirrors[0] - np.arange(n)) % n
+        one = np.minimum(np.arange(n), partner)
+        folded, at = np.unique(one, return_inverse=True)
+        both = logs[folded] + np.where(
+            (partner == np.arange(n))[folded, None], 0, logs[partner[folded]]
+        )
+        alike = [quads[at] for _, quads in islice(list_assignments(both), LISTED)]
+        listed = list({quads.tobytes(): quads for quads in (*alike, *listed)}.values())
+    return np.array(listed, np.int32)
 
 
 def list_assignments(logs: Floats) -> Iterator[tuple[float, Int32Array]]:

@@ -18,6 +18,7 @@ from query.holes.assignments import MOST_QUADS, AssignmentModel, measure_assignm
 from query.holes.corners import LEAST_LOG
 from query.holes.patterns import SHARE, HolePatterns
 from query.holes.rim import HoleRim
+from query.holes.symmetry import is_mirrored
 from query.identity import hash_quads, weld_quads
 from query.listing.filters import NO_DOUBLETS, Filters
 from query.listing.lane import More, Search, search_table
@@ -67,6 +68,7 @@ class HoleCandidate:
              shown it.
     hole_meshes, hole_share: of the pattern among those of holes; see HolePatterns. 0 and 0 where no
              hole has shown it.
+    asymmetric: has the loop a mirror, but none that maps the fill onto itself?
     place:   among the fills of its pattern, from 1.
     key:     tells it from any other fill of the loop.
     """
@@ -81,6 +83,7 @@ class HoleCandidate:
     n_symmetries: int
     hole_meshes: int
     hole_share: float
+    asymmetric: bool
     place: int
     key: bytes
 
@@ -92,7 +95,8 @@ class HoleSearch:
     source: a database. logs: (L, 4) log probabilities of 1 to 4 quads at each vertex.
     due: (L,) the quads that make the loop regular. ranked: (c, L) assignments, likeliest first, of
     scores (c,). strokes: strands that fills shall have.
-    rim: what fills may not join. known: keys of what was found. assignments: how many were asked.
+    mirrors: of the loop. rim: what fills may not join. known: keys of what was found.
+    assignments: how many were asked.
     """
 
     source: PatternSource
@@ -106,6 +110,7 @@ class HoleSearch:
     tolerance: int
     time_limit: float | None
     threads: int | None
+    mirrors: Int32Array
     rim: HoleRim
     known: set[bytes]
     assignments: int
@@ -122,6 +127,7 @@ class HoleSearch:
         model: AssignmentModel,
         patterns: HolePatterns,
         rim: HoleRim,
+        mirrors: Int32Array,
         *,
         fixed: dict[int, int] | None = None,
         strokes: Sequence[Stroke] = (),
@@ -129,12 +135,17 @@ class HoleSearch:
         time_limit: float | None = None,
         threads: int | None = None,
     ) -> HoleSearch:
-        """Prepare a search; fixed corners get probability one."""
+        """Prepare a search; fixed corners get probability one.
+
+        mirrors: of the loop; what the caller fixes may not follow them, and then none count.
+        """
+        if fixed or strokes:
+            mirrors = mirrors[:0]
         logs = logs.copy()
         for at, quads in (fixed or {}).items():
             logs[at] = 4 * LEAST_LOG
             logs[at, quads - 1] = 0.0
-        ranked, scores = model.rank(logs, due)
+        ranked, scores = model.rank(logs, due, mirrors)
         return cls(
             source,
             logs,
@@ -147,6 +158,7 @@ class HoleSearch:
             tolerance,
             time_limit,
             threads,
+            mirrors,
             rim,
             set(),
             0,
@@ -323,6 +335,8 @@ class HoleSearch:
             symmetries,
             int(self.patterns.meshes[row]) if row >= 0 else 0,
             float(self.patterns.share[row]) if row >= 0 else 0.0,
+            bool(len(self.mirrors))
+            and not is_mirrored(quads, fill.n_vertices, n, key, self.mirrors),
             place,
             key,
         )

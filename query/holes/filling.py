@@ -29,28 +29,38 @@ from query.holes.loops import (
     find_islands,
     hole_of_faces,
     hole_of_loop,
+    hole_on_loop,
 )
 from query.holes.models import HoleModels, shipped_models
 from query.holes.odd import list_even_ways
-from query.holes.ranking import RankingModel, list_facts
+from query.holes.ranking import RankingModel, WholeModel, list_facts
 from query.holes.rim import HoleRim
 from query.holes.shape import PlacedFill, count_flipped, place_fill
 from query.holes.surroundings import (
     Surroundings,
     find_border_places,
+    list_faces_near,
     look_around,
 )
-from query.holes.twin import prepare_twins
+from query.holes.symmetry import ASYMMETRIC, find_mirrors
+from query.holes.twin import find_rest, prepare_twins
 from query.stroke import Stroke
 
 if TYPE_CHECKING:
     from patterndb.geometry.surface import Surface
 
-#: Candidates that are placed before they are ranked by the whole.
-PLACED = 48
+#: Candidates that are placed before they are ranked by the whole: for the first fill, and then.
+PLACED_FIRST, PLACED = 48, 96
 
 #: But no more than have so many new vertices together, beyond the first.
 PLACED_VERTICES = 12_000
+
+#: Fills of a hole of which the other side shows a part; and what their score, which is that of the
+#: rest, is raised by: they come before all that do not follow the other side.
+CONTINUED, AHEAD = 12, 100.0
+
+#: Rings of faces around a hole that are looked at, and one more.
+SEEN = 4
 
 #: Assignments of corners after which the first fill is told; the rest is asked while it is looked
 #: at.
@@ -71,7 +81,8 @@ class HoleFill:
     flipped:  quads that are turned over where they lie.
     valences: (L + k,) int32 faces around the loop's vertices and the new ones; 0 on the border that
               stays, where no number of them is regular.
-    fill:     what the database gave; None for a twin.
+    fill:     what the database gave; None for a twin. Where the other side of the mesh shows a
+              part of the hole, that of the rest.
     """
 
     hole: Hole
@@ -342,6 +353,7 @@ def _list_fills(
         models.assignments,
         models.patterns,
         HoleRim.of(hole),
+        find_mirrors(around.points[:n], around.due),
         fixed=fixed,
         strokes=strokes,
         tolerance=tolerance,
@@ -354,6 +366,10 @@ def _list_fills(
             quads, points = found
             if search.take_new(quads, n + len(points), n) is not None:
                 yield _twin_fill(hole, around, quads, points)
+        else:
+            for fill in _continue_part(db, hole, around, surface, time_limit, threads, models):
+                if search.take_new(fill.local, n + len(fill.points), n) is not None:
+                    yield fill
     known: list[HoleCandidate] = []
     source = search.all()
     for candidate in source:
@@ -364,9 +380,9 @@ def _list_fills(
         return
     ground = HoleGround.make(around.points[:n], surface, strokes, tolerance)
     board = _CandidateBoard(around, models.facts, models.whole)
-    board.add(known)
+    board.add(known, PLACED_FIRST)
     yield _hole_fill(hole, around, *board.take_best(), ground)
-    board.add(list(source))
+    board.add(list(source), PLACED - PLACED_FIRST)
     while board:
         yield _hole_fill(hole, around, *board.take_best(), ground)
 
@@ -374,53 +390,97 @@ def _list_fills(
 class _CandidateBoard:
     """Candidates, of which those that look best are placed and ranked by the whole."""
 
-    def __init__(self, around: Surroundings, first: RankingModel, whole: RankingModel) -> None:
+    def __init__(self, around: Surroundings, first: RankingModel, whole: WholeModel) -> None:
         self._around = around
         self._first, self._whole = first, whole
-        self._placed: list[tuple[float, int, HoleCandidate, PlacedFill]] = []
+        # Those that wait, by their facts; those that are placed, each with its row among the
+        # numbers of all that ever were, for the score compares them.
         self._waiting: list[tuple[float, int, HoleCandidate, NDArray[np.float64]]] = []
-        self._number = 0
+        self._placed: list[tuple[int, HoleCandidate, PlacedFill]] = []
+        self._numbers: list[NDArray[np.float64]] = []
+        self._losses: list[float] = []
+        self._scores = np.zeros(0)
+        self._serial = 0
 
     def __bool__(self) -> bool:
         return bool(self._placed or self._waiting)
 
-    def add(self, candidates: list[HoleCandidate]) -> None:
-        """Place the PLACED best by their facts, and those that wait already among them."""
-        if not candidates:
-            return
+    def add(self, candidates: list[HoleCandidate], most: int) -> None:
+        """Place the best by their facts, at most so many, those that wait already among them."""
         facts = list_facts(candidates, self._around)
-        scores = self._first.score_facts(facts)
+        scores = self._first.score_facts(facts) - _lose_by_asymmetry(candidates)
         for score, candidate, row in zip(scores.tolist(), candidates, facts, strict=True):
-            self._waiting.append((-score, self._number, candidate, row))
-            self._number += 1
+            self._waiting.append((-score, self._serial, candidate, row))
+            self._serial += 1
         self._waiting.sort(key=lambda one: one[:2])
-        self._place_next()
+        self._place_next(most)
 
     def take_best(self) -> tuple[HoleCandidate, PlacedFill, float]:
         """Take the best off the board; where none is placed any more, more are."""
         if not self._placed:
-            self._place_next()
-        best = min(self._placed, key=lambda one: one[:2])
-        self._placed.remove(best)
-        return best[2], best[3], -best[0]
+            self._place_next(PLACED)
+        at = max(range(len(self._placed)), key=lambda i: self._scores[self._placed[i][0]])
+        row, candidate, lies = self._placed.pop(at)
+        return candidate, lies, float(self._scores[row])
 
-    def _place_next(self) -> None:
-        """Place the first of those that wait: PLACED of them, or fewer large ones."""
+    def _place_next(self, most: int) -> None:
+        """Place the first of those that wait: at most so many, or fewer large ones."""
         count = vertices = 0
-        for _, _, candidate, _ in self._waiting[:PLACED]:
+        for _, _, candidate, _ in self._waiting[:most]:
             vertices += candidate.n_vertices
             if count and vertices > PLACED_VERTICES:
                 break
             count += 1
-        chosen = self._waiting[:count]
+        for _, _, candidate, facts in self._waiting[:count]:
+            lies = place_fill(self._around, candidate.quads, candidate.n_vertices)
+            self._placed.append((len(self._numbers), candidate, lies))
+            self._numbers.append(np.concatenate([facts, lies.measures]))
+            self._losses += _lose_by_asymmetry([candidate]).tolist()
         del self._waiting[:count]
-        placed = [place_fill(self._around, c.quads, c.n_vertices) for _, _, c, _ in chosen]
-        facts = np.array([row for *_, row in chosen])
-        scores = self._whole.score(np.hstack([facts, np.array([p.measures for p in placed])]))
-        for (_, number, candidate, _), lies, score in zip(
-            chosen, placed, scores.tolist(), strict=True
-        ):
-            self._placed.append((-score, number, candidate, lies))
+        self._scores = self._whole.score(np.array(self._numbers)) - self._losses
+
+
+def _continue_part(
+    db: PatternSource,
+    hole: Hole,
+    around: Surroundings,
+    surface: Surface | None,
+    time_limit: float | None,
+    threads: int | None,
+    models: HoleModels,
+) -> Iterator[HoleFill]:
+    """Fills of a hole across the plane of symmetry: what the other side shows of it is mirrored,
+    and the rest, which is its own mirror image, is a hole to be filled."""
+    found = prepare_twins(hole.topology).find_part(hole)
+    rest = find_rest(found[0], len(hole)) if found is not None else None
+    if found is None or rest is None or len(rest) % 2 or len(rest) < MIN_PERIMETER:
+        return
+    if not HoleRim.of(hole).admits(found[0]):
+        return
+    part = _renumber(hole, around, *found, 0.0, False, 0, None)
+    n, n_old = len(hole), len(hole.topology.mesh.points)
+    vertices = [int(hole.loop[v]) if v < n else v - n + n_old for v in rest]
+    # The mesh near the hole is enough, all faces turned as the hole is.
+    t = hole.topology
+    faces = part.quads.tolist()
+    for f in list_faces_near(hole, SEEN):
+        face = t.tail[t.start[f] : t.start[f + 1]].tolist()
+        faces.append(face[::-1] if t.flipped[f] else face)
+    near = PolygonMesh.from_faces(np.concatenate([t.mesh.points, part.points]), faces)
+    smaller = hole_on_loop(MeshTopology.of(near), vertices)
+    listed = _list_fills(db, smaller, {}, (), 0, surface, False, time_limit, threads, models)
+    place = {int(v): i for i, v in enumerate(hole.loop)}
+    for fill in islice(listed, CONTINUED):
+        quads = [[place.get(v, v - n_old + n) for v in quad] for quad in fill.quads.tolist()]
+        local = np.array([*found[0].tolist(), *quads], np.int32)
+        points = np.concatenate([found[1], fill.points])
+        flipped = count_flipped(around, local, points)
+        yield _renumber(hole, around, local, points, fill.score + AHEAD, False, flipped, fill.fill)
+
+
+def _lose_by_asymmetry(candidates: Sequence[HoleCandidate]) -> NDArray[np.float64]:
+    """(c,) what candidates lose because they do not follow the mirrors of their loop."""
+    return ASYMMETRIC * np.array([one.asymmetric for one in candidates], np.float64)
 
 
 def _hole_fill(

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from query.holes.assignments import AssignmentModel
 from query.holes.corners import CornerModel
 from query.holes.patterns import HolePatterns
-from query.holes.ranking import RankingModel
+from query.holes.ranking import RankingModel, WholeModel
+from query.holes.trees import TreeModel
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,7 +38,7 @@ class HoleModels:
     assignments: AssignmentModel
     patterns: HolePatterns
     facts: RankingModel
-    whole: RankingModel
+    whole: WholeModel
     plain: RankingModel
 
     @classmethod
@@ -54,7 +55,10 @@ class HoleModels:
             AssignmentModel(*_logit_of(arrays, "assignments")),
             HolePatterns.from_arrays(arrays),
             RankingModel(*_logit_of(arrays, "facts")),
-            RankingModel(*_logit_of(arrays, "whole")),
+            WholeModel(
+                RankingModel(*_logit_of(arrays, "whole")),
+                TreeModel.from_arrays(arrays, "whole_tree_"),
+            ),
             RankingModel(*_logit_of(arrays, "plain")),
         )
 

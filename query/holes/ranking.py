@@ -1,7 +1,8 @@
 """Rank the candidates of a hole by the whole: corners, what artists did, how regular, how it lies.
 
-A linear score, whose weights are those of a conditional logit model: the chance that a candidate is
-the artist's own is proportional to exp(score). Trained with the corner model by
+The chance that a candidate is the artist's own is proportional to exp(score). The score is linear,
+as in a conditional logit model, and trees add to it, which look at the numbers of a candidate and
+at how far they are from the least and the greatest of the list. Trained with the corner model by
 scripts/train_holes.py.
 """
 
@@ -15,6 +16,7 @@ import numpy as np
 from patterndb.geometry.points import Floats
 from query.holes.shape import MEASURES, place_fill
 from query.holes.surroundings import Surroundings, surround_with_nothing
+from query.holes.trees import TreeModel
 
 if TYPE_CHECKING:
     from query.fill import Fill
@@ -79,6 +81,27 @@ class RankingModel:
         """(c,) the part of the score that is known before placing."""
         k = len(FACTS)
         return ((tame_numbers(facts) - self.mean[:k]) / self.spread[:k]) @ self.weights[:k]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WholeModel:
+    """linear: the score by NAMES. trees: what is added to it, by :func:`compare_numbers`."""
+
+    linear: RankingModel
+    trees: TreeModel
+
+    def score(self, numbers: Floats) -> Floats:
+        """(c,) scores of all candidates of one list, from their numbers (c, f)."""
+        numbers = tame_numbers(numbers)
+        return self.linear.score(numbers) + self.trees.score(compare_numbers(numbers))[:, 0]
+
+
+def compare_numbers(numbers: Floats) -> Floats:
+    """(c, 3 f) numbers (c, f), how far each is above the least of its column, and above the
+    greatest."""
+    if not len(numbers):
+        return np.hstack([numbers, numbers, numbers])
+    return np.hstack([numbers, numbers - numbers.min(axis=0), numbers - numbers.max(axis=0)])
 
 
 def tame_numbers(numbers: Floats) -> Floats:

@@ -139,6 +139,16 @@ def look_around(hole: Hole) -> Surroundings:
     )
 
 
+def list_faces_near(hole: Hole, rings: int) -> list[int]:
+    """The faces outside a hole within so many rings of its loop."""
+    gone = np.zeros(hole.topology.mesh.n_faces, np.bool_)
+    gone[hole.removed] = True
+    at_loop = {
+        int(hole.topology.face[h]) for i in range(len(hole)) for h in walk_fan(hole, i, gone)
+    }
+    return sorted(_faces_at(hole, rings, gone, at_loop))
+
+
 def surround_with_nothing(points: Floats, due: Int32Array) -> Surroundings:
     """Describe a loop (L, 3) that no mesh surrounds, and whose quads at each vertex are given."""
     n = len(points)

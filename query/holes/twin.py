@@ -48,6 +48,7 @@ class TwinFinder:
         self._middle = (low + high) / 2
         ends = zip(topology.tail.tolist(), topology.head.tolist(), strict=True)
         self._found: list[Plane] | None = None
+        self._true: list[Plane] | None = None
         self._edge = {pair: h for h, pair in enumerate(ends)}
 
     def find(self, hole: Hole) -> tuple[Int32Array, NDArray[np.float64]] | None:
@@ -88,7 +89,7 @@ class TwinFinder:
             offset = float(normal @ centre)
             reach = 0.1 * self._diagonal
             for _ in range(ROUNDS):
-                image = points - 2 * (points @ normal - offset)[:, None] * normal
+                image = _reflect(points, normal, offset)
                 distance, at = self._tree.query(image)
                 paired = distance < reach
                 across = (self._points[at] - points)[paired]
@@ -98,7 +99,7 @@ class TwinFinder:
                 middle = (self._points[at] + points)[paired] / 2
                 offset = float(np.median(middle @ normal))
                 reach = max(reach / 2, 2 * NEAR * self._diagonal)
-            image = points - 2 * (points @ normal - offset)[:, None] * normal
+            image = _reflect(points, normal, offset)
             near = self._tree.query(image)[0] < NEAR * self._diagonal
             if near.mean() >= MOSTLY:
                 found.append((normal, offset))
@@ -108,7 +109,7 @@ class TwinFinder:
         self, hole: Hole, normal: NDArray[np.float64], offset: float
     ) -> tuple[Int32Array, NDArray[np.float64]] | None:
         points = hole.points
-        image = points - 2 * (points @ normal - offset)[:, None] * normal
+        image = _reflect(points, normal, offset)
         distance, at = self._tree.query(image)
         if distance.max() > NEAR * self._diagonal:
             return None
@@ -143,6 +144,81 @@ class TwinFinder:
                     faces.add(other)
                     stack.append(other)
         number = {int(v): i for i, v in enumerate(twin)}
+        quads, inner = self._number_quads(faces, number, n)
+        return quads, _reflect(t.mesh.points[inner].reshape(-1, 3), normal, offset)
+
+    def find_part(self, hole: Hole) -> tuple[Int32Array, NDArray[np.float64]] | None:
+        """The quads of a hole across the symmetry plane whose mirror images are not in the hole.
+
+        Returned as by :meth:`find`; they leave a part of the hole, its own mirror image, to be
+        filled. None where there are none, and where the mesh is not symmetric in most.
+        """
+        if len(set(hole.loop.tolist())) < len(hole):
+            return None
+        if self._true is None:
+            self._true = [plane for plane in self._planes() if self._holds(*plane)]
+        parts = [self._find_part(hole, *plane) for plane in self._true]
+        return max((part for part in parts if part), key=lambda part: len(part[0]), default=None)
+
+    def _holds(self, normal: NDArray[np.float64], offset: float) -> bool:
+        points = self._points[:: max(len(self._points) // SAMPLES, 1)]
+        near = self._tree.query(_reflect(points, normal, offset))[0] < NEAR * self._diagonal
+        return bool(near.mean() >= MOSTLY)
+
+    def _find_part(
+        self, hole: Hole, normal: NDArray[np.float64], offset: float
+    ) -> tuple[Int32Array, NDArray[np.float64]] | None:
+        t = self._topology
+        n = len(hole)
+        near = NEAR * self._diagonal
+        distance, at = self._tree.query(_reflect(hole.points, normal, offset))
+        partner = np.where(distance <= near, self._used[at], -1)
+        number = {v: i for i, v in enumerate(partner.tolist()) if v >= 0}
+        rim: set[int] = set()
+        for i in range(n):
+            h = self._edge.get((int(partner[(i + 1) % n]), int(partner[i])))
+            if h is not None:
+                rim.add(h)
+        removed = set(hole.removed.tolist())
+
+        def serves(f: int) -> bool:
+            return f not in removed and t.start[f + 1] - t.start[f] == 4
+
+        faces = {f for h in rim if serves(f := int(t.face[h]))}
+        stack = list(faces)
+        while stack:
+            f = stack.pop()
+            if len(faces) > MOST_FACES:
+                return None
+            for h in range(int(t.start[f]), int(t.start[f + 1])):
+                g = int(t.twin[h])
+                other = int(t.face[g])
+                if h in rim or g < 0 or other in faces or not serves(other):
+                    continue
+                faces.add(other)
+                stack.append(other)
+        if not faces:
+            return None
+        quads, inner = self._number_quads(faces, number, n)
+        points = _reflect(t.mesh.points[inner].reshape(-1, 3), normal, offset)
+        # Where a vertex is already, the images have run out of the hole.
+        gone = np.zeros(t.mesh.n_faces, np.bool_)
+        gone[hole.removed] = True
+        stays = np.zeros(len(t.mesh.points), np.bool_)
+        stays[t.tail[~gone[t.face]]] = True
+        if len(points):
+            distance, at = self._tree.query(points)
+            if (stays[self._used[at]] & (distance <= near)).any():
+                return None
+        return quads, points
+
+    def _number_quads(
+        self, faces: set[int], number: dict[int, int], n: int
+    ) -> tuple[Int32Array, list[int]]:
+        """The mirror images of faces, their vertices by the numbers given and then from n on, and
+        the vertices that have these."""
+        t = self._topology
+        number = dict(number)
         inner: list[int] = []
         quads: list[list[int]] = []
         for f in sorted(faces):
@@ -156,6 +232,35 @@ class TwinFinder:
                 quad.append(number[v])
                 h = int(t.next[h])
             quads.append(quad[::-1])
-        where = t.mesh.points[inner].reshape(-1, 3)
-        mirrored = where - 2 * (where @ normal - offset)[:, None] * normal
-        return np.array(quads, np.int32), mirrored
+        return np.array(quads, np.int32), inner
+
+
+def _reflect(
+    points: NDArray[np.float64], normal: NDArray[np.float64], offset: float
+) -> NDArray[np.float64]:
+    return points - 2 * (points @ normal - offset)[:, None] * normal
+
+
+def find_rest(quads: Int32Array, n: int) -> list[int] | None:
+    """The one loop that quads leave of a loop 0..n-1 which they lie within; None where they leave
+    none or several, or touch."""
+    ahead = {
+        (int(a), int(b)) for quad in quads for a, b in zip(quad, np.roll(quad, -1), strict=True)
+    }
+    around = {(i, (i + 1) % n) for i in range(n)}
+    if len(ahead) < 4 * len(quads):
+        return None
+    inner = {(b, a) for a, b in ahead if (b, a) not in ahead and (a, b) not in around}
+    following: dict[int, int] = {}
+    for a, b in (around - ahead) | inner:
+        if a in following:
+            return None
+        following[a] = b
+    if not following:
+        return None
+    loop = [min(following)]
+    while (v := following.get(loop[-1], -1)) != loop[0]:
+        if v < 0 or len(loop) > len(following):
+            return None
+        loop.append(v)
+    return loop if len(loop) == len(following) else None

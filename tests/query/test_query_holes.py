@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import random
-from itertools import islice, product
+from itertools import islice, pairwise, product
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from shared import CHECKOUT
 
 from ingest.formats import read_mesh
@@ -33,8 +34,12 @@ from query.holes.assignments import TRAITS, list_assignments, measure_assignment
 from query.holes.context import N_HOLE_FEATURES, measure_hole, mirror_hole
 from query.holes.laying import LoopDisk
 from query.holes.models import shipped_models
+from query.holes.ranking import NAMES
 from query.holes.rim import HoleRim
 from query.holes.surroundings import N_FEATURES, look_around, measure_loop, mirror_features
+from query.holes.symmetry import find_mirrors, follow_mirrors, is_mirrored
+from query.holes.trees import TreeModel
+from query.holes.twin import find_rest, prepare_twins
 from query.identity import hash_quads, weld_quads
 from query.placing import measure_flow_distance
 
@@ -279,6 +284,96 @@ def test_a_mirror_twin_comes_first(source: PatternSource, turned: bool) -> None:
     assert not next(fill_holes(source, topology, faces=sorted(faces), twins=False)).twin
 
 
+def middle_faces(shift: int) -> tuple[PolygonMesh, MeshTopology, int, list[int]]:
+    """The head, its axis of symmetry, and a patch across its plane, of which ``shift`` faces have
+    been taken on one side."""
+    mesh = read_mesh(HEAD)
+    topology = MeshTopology.of(mesh)
+    middle = np.array([mesh.points[f].mean(axis=0) for f in mesh.faces()])
+    axis = int(np.argmin(np.abs(middle.mean(axis=0)) / np.ptp(mesh.points, axis=0)))
+    near = np.argsort(np.abs(middle[:, axis]), kind="stable")
+    height = middle[:, (axis + 1) % 3] + middle[:, (axis + 2) % 3]
+    seed = int(near[:40][np.argmax(height[near[:40]])])
+    vertex = next(v for v in mesh.faces()[seed] if abs(mesh.points[v, axis]) < 1e-6)
+    faces = {f for f, corners in enumerate(mesh.faces()) if vertex in corners}
+    faces |= {
+        f
+        for f, corners in enumerate(mesh.faces())
+        if any(set(corners) & set(mesh.faces()[g]) for g in faces)
+    }
+    for f in sorted(faces, key=lambda f: -middle[f, axis])[:shift]:
+        around = {
+            int(topology.face[g])
+            for h in range(int(topology.start[f]), int(topology.start[f + 1]))
+            if (g := int(topology.twin[h])) >= 0
+        }
+        faces |= {g for g in around if middle[g, axis] > 0}
+    return mesh, topology, axis, sorted(faces)
+
+
+def test_fills_across_the_plane_of_symmetry_follow_it(source: PatternSource) -> None:
+    _, topology, _, faces = middle_faces(0)
+    hole = hole_of_faces(topology, faces)
+    around = look_around(hole)
+    mirrors = find_mirrors(hole.points, around.due)
+    assert len(mirrors) == 1
+    fills = list(fill_holes(source, hole, limit=5))
+    assert is_mirrored(
+        fills[0].local, len(hole) + len(fills[0].points), len(hole), hash_of(fills[0]), mirrors
+    )
+
+
+def test_what_the_other_side_shows_of_a_hole_is_mirrored(source: PatternSource) -> None:
+    mesh, topology, axis, faces = middle_faces(3)
+    hole = hole_of_faces(topology, faces)
+    assert not len(find_mirrors(hole.points, look_around(hole).due))
+    found = prepare_twins(topology).find_part(hole)
+    assert found is not None
+    quads, points = found
+    rest = find_rest(quads, len(hole))
+    assert rest is not None and 0 < len(quads) < len(faces)
+    # Every quad lies where an old one was, and the loop left is its own mirror image.
+    places = np.vstack([hole.points, points])
+    old = np.array([mesh.points[mesh.faces()[f]].mean(axis=0) for f in faces])
+    apart = np.linalg.norm(places[quads].mean(axis=1)[:, None] - old[None], axis=2)
+    assert apart.min(axis=1).max() < 1e-6
+    left = places[rest]
+    image = left * np.where(np.arange(3) == axis, -1.0, 1.0)
+    assert np.linalg.norm(image[:, None] - left[None], axis=2).min(axis=1).max() < 1e-6
+    fills = list(fill_holes(source, hole, limit=8))
+    assert all(a.score >= b.score for a, b in pairwise(fills))
+    for fill in fills:
+        check_fill(fill)
+        check_weld([fill])
+    for fill in fills[:2]:
+        everything = np.vstack([hole.points, fill.points])[fill.local].mean(axis=1)
+        apart = np.linalg.norm(places[quads].mean(axis=1)[:, None] - everything[None], axis=2)
+        assert apart.min(axis=1).max() < 1e-9
+
+
+@given(st.integers(3, 12), st.integers(0, 40), st.integers(0, 1_000))
+def test_mirrors_of_loops(half: int, turn: int, seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    one = draw.normal(size=(half, 3)) * 3
+    one[:, 0] = np.abs(one[:, 0]) + 0.5
+    points = np.vstack([one, one[::-1] * [-1, 1, 1]])
+    due = draw.integers(1, 4, size=half).astype(np.int32)
+    counts = np.concatenate([due, due[::-1]])
+    n = 2 * half
+    points = np.roll(points, turn, axis=0) @ np.linalg.qr(draw.normal(size=(3, 3)))[0]
+    counts = np.roll(counts, turn)
+    mirrors = find_mirrors(points, counts)
+    assert (n - 1 + 2 * turn) % n in mirrors.tolist()
+    assert follow_mirrors(counts[None], mirrors).all()
+    # A loop bent on one side has none any more, nor do other counts follow those that it had.
+    bent = points.copy()
+    bent[turn % n] += 40.0 * draw.normal(size=3)
+    assert (n - 1 + 2 * turn) % n not in find_mirrors(bent, counts).tolist()
+    counts[turn % n] += 1
+    s = np.array([(n - 1 + 2 * turn) % n], np.int32)
+    assert not follow_mirrors(counts[None], s).any()
+
+
 def test_corners_may_be_fixed(source: PatternSource) -> None:
     inner = find_holes(HOLED)[0]
     at = int(inner.loop[1])
@@ -416,20 +511,42 @@ def test_assignments_come_in_order_and_none_is_left_out() -> None:
         assert np.isclose(log, logs[np.arange(4), one - 1].sum())
 
 
+def add_up_leaves(model: TreeModel, row: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The scores of one row, tree by tree."""
+    scores = model.base.copy()
+    for t, first in enumerate(model.start[:-1].tolist()):
+        at = first
+        while model.feature[at] >= 0:
+            above = row[model.feature[at]] > model.threshold[at]
+            at = first + int(model.child[at]) + int(above)
+        scores[t % len(scores)] += model.value[at]
+    return scores
+
+
 def test_trees_are_walked_as_in_plain_python() -> None:
     model = shipped_models().corners
     features = np.random.default_rng(5).normal(size=(7, N_HOLE_FEATURES)) * 3
     logs = model.log_probabilities(features)
     for row, log in zip(features, logs, strict=True):
-        scores = model.base.copy()
-        for t, first in enumerate(model.start[:-1].tolist()):
-            at = first
-            while model.feature[at] >= 0:
-                above = row[model.feature[at]] > model.threshold[at]
-                at = first + int(model.child[at]) + int(above)
-            scores[t % 4] += model.value[at]
+        scores = add_up_leaves(model, row)
         chance = np.exp(scores - scores.max())
         assert np.allclose(np.exp(log), np.maximum(chance / chance.sum(), np.exp(-12.0)))
+
+
+@given(st.integers(1, 9), st.integers(0, 2**32))
+def test_candidates_are_ranked_against_each_other(n: int, seed: int) -> None:
+    model = shipped_models().whole
+    rng = np.random.default_rng(seed)
+    numbers = rng.normal(model.linear.mean, model.linear.spread, size=(n, len(NAMES)))
+    found = model.score(numbers)
+    least, greatest = numbers.min(axis=0), numbers.max(axis=0)
+    for row, score in zip(numbers, found.tolist(), strict=True):
+        compared = np.concatenate([row, row - least, row - greatest])
+        scaled = (row - model.linear.mean) / model.linear.spread
+        expected = scaled @ model.linear.weights + add_up_leaves(model.trees, compared)[0]
+        assert np.isclose(score, expected)
+    order = rng.permutation(n)
+    assert np.allclose(model.score(numbers[order]), found[order])
 
 
 def test_triangles_and_larger_faces_around(source: PatternSource, tmp_path: Path) -> None:
