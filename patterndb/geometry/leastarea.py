@@ -32,11 +32,13 @@ FLAT = 1e-9
 
 
 @kernel
-def triangulate_cheapest(points: Points, shorter: float, triangles: NDArray[np.integer]) -> float:
+def triangulate_cheapest(
+    points: Points, shorter: float, thin: float, triangles: NDArray[np.integer]
+) -> float:
     """Write the cheapest triangulation of a closed polyline (n, 3) to (n - 2, 3); its cost.
 
-    A triangle costs its area and ``shorter`` times the squared lengths of its edges. Of equals
-    the one with the lower vertex is taken.
+    A triangle costs its area, but no less than ``thin`` times the squared lengths of its edges, and
+    ``shorter`` times these. Of equals the one with the lower vertex is taken.
     """
     n = len(points)
     cost = np.zeros((n, n))
@@ -49,7 +51,7 @@ def triangulate_cheapest(points: Points, shorter: float, triangles: NDArray[np.i
                 total = cost[i, k] + cost[k, j]
                 if total >= least:
                     continue
-                total += _price(points, i, k, j, shorter)
+                total += _price(points, i, k, j, shorter, thin)
                 if total < least:
                     least = total
                     apex[i, j] = k
@@ -73,17 +75,17 @@ def triangulate_cheapest(points: Points, shorter: float, triangles: NDArray[np.i
 
 
 @kernel
-def _price(points: Points, a: int, b: int, c: int, shorter: float) -> float:
+def _price(points: Points, a: int, b: int, c: int, shorter: float, thin: float) -> float:
     px, py, pz = points[a, 0], points[a, 1], points[a, 2]
     ux, uy, uz = points[b, 0] - px, points[b, 1] - py, points[b, 2] - pz
     vx, vy, vz = points[c, 0] - px, points[c, 1] - py, points[c, 2] - pz
     x, y, z = uy * vz - uz * vy, uz * vx - ux * vz, ux * vy - uy * vx
     area = 0.5 * math.sqrt(x * x + y * y + z * z)
-    if shorter == 0.0:
+    if shorter == 0.0 and thin == 0.0:
         return area
     edges = ux * ux + uy * uy + uz * uz + vx * vx + vy * vy + vz * vz
     edges += (ux - vx) ** 2 + (uy - vy) ** 2 + (uz - vz) ** 2
-    return area + shorter * edges
+    return max(area, thin * edges) + shorter * edges
 
 
 # Sums may be reordered, so that the inner loop runs in vector registers; infinities do occur.

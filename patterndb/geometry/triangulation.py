@@ -152,7 +152,7 @@ def _cut_face(points: Points, face: Int32Array, result: Int32Array) -> None:
     corners = np.empty((len(face), 3))
     for k in range(len(face)):
         corners[k] = points[face[k]]
-    triangulate_cheapest(corners, SHORTER, result)
+    triangulate_cheapest(corners, SHORTER, 0.0, result)
     for t in range(len(result)):
         for e in range(3):
             result[t, e] = face[result[t, e]]

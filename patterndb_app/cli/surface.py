@@ -280,15 +280,19 @@ def surface(
 
 def _explain_nothing(given: CurveNetwork, found: FoundCycles | None) -> str:
     """Why a network has no cycle, and what would mend it."""
+    from patterndb_sketch.surfacing.joining.looseends import find_loose_ends, round_up
+
     if found is not None and found.nearest_miss is not None:
         return found.nearest_miss.tell(given)
     if not given.curves:
         return "the network has no curves; give some, each with its points"
     dangling = 0 if found is None else len(found.dangling)
     loose = f", {dangling} of which end where nothing goes on" if dangling else ""
+    short = find_loose_ends(given)
+    mend = f"try --tolerance {round_up(short[0].gap)}" if short else "try a greater --tolerance"
     return (
         f"no closed cycle among {plural(len(given.curves), 'curve')}{loose}; curves that should "
-        "meet may pass each other: try a greater --tolerance"
+        f"meet may pass each other: {mend}"
     )
 
 

@@ -304,7 +304,7 @@ def plain_least_area(points: NDArray[np.float64]) -> float:
 def test_the_spanned_surface_has_the_least_area(n: int) -> None:
     points = np.random.default_rng(n).normal(size=(n, 3))
     triangles = np.empty((n - 2, 3), np.int64)
-    area = triangulate_cheapest(points, 0.0, triangles)
+    area = triangulate_cheapest(points, 0.0, 0.0, triangles)
     assert area == pytest.approx(plain_least_area(points))
     corners = points[triangles]
     sides = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])

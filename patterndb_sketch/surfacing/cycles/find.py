@@ -72,6 +72,15 @@ NEARLY_CLOSED = 0.9
 #: to nothing in the sketches at hand, and take as long again each.
 MENDS = 2
 
+#: A strip that turns over stays if none of its cycles is worse: it is meant, as a Moebius strip is.
+TURNING_OVER = 0.6
+
+#: The one cycle of a closed surface that is worse than those of open ones may be is their rim if it
+#: bends by more than RIM_BENT, as flatness, and spans more than this part of what the others span:
+#: a sheet with a wave or round a cylinder has such, a closed shape of many faces has not.
+RIM_SHARE = 0.2
+RIM_BENT = 0.1
+
 #: A mend makes the choice anew for cycles up to so many cycles from what was wrong.
 REACH = 1
 
@@ -83,6 +92,8 @@ class _NetworkPart:
     curves: NDArray[np.int64]
     cycles: list[Cycle]
     bad: NDArray[np.float64]
+    area: NDArray[np.float64]
+    flatness: NDArray[np.float64]
     gains: NDArray[np.float64]
     costs: dict[tuple[int, int], float]
     forced: set[int]
@@ -107,8 +118,8 @@ def find_cycles(
     cycles, in whatever order and sense they come.
 
     A closed loop that no other curve touches is a cycle, however it bends. Each curve bounds two
-    cycles at most. Where curves that hang together can all bound two each
-    at little loss, they do: a closed surface. Elsewhere cycles worse than ``worst`` are left
+    cycles at most. Where curves that hang together can all bound two each at little loss, they do:
+    a closed surface. Elsewhere cycles worse than ``worst`` are left
     out unless they close a surface; curves of which none would bound anything then keep theirs up
     to ALONE times as bad.
 
@@ -223,7 +234,16 @@ def _parts(
         forced = {k for k, i in enumerate(numbers) if keys[i] in must}
         gains = size * (REWARD - limited)
         parts.append(
-            _NetworkPart(curves, own, limited, gains, price_folds(own, inward, relative), forced)
+            _NetworkPart(
+                curves,
+                own,
+                limited,
+                measures.area[numbers],
+                measures.flatness[numbers],
+                gains,
+                price_folds(own, inward, relative),
+                forced,
+            )
         )
     return parts
 
@@ -252,6 +272,9 @@ def _chosen(
         for i, cycle in enumerate(cycles)
         if any(len(at[curve]) < SIDES for curve in cycle.curves)
     }
+    # A surface that turns over is never closed, unless it passes through itself.
+    is_open |= {turned.surfaces[strip[0]] for strip in turned.twisted}
+    is_open |= _find_closed_by_rims(part, best.chosen, turned.surfaces, worst)
     good = [
         cycle
         for i, (number, cycle) in enumerate(zip(best.chosen, cycles, strict=True))
@@ -261,6 +284,25 @@ def _chosen(
         return good, proven
     alone = [number for number in best.chosen if part.bad[number] <= ALONE * worst]
     return [part.cycles[number] for number in alone], proven
+
+
+def _find_closed_by_rims(
+    part: _NetworkPart, chosen: Sequence[int], surfaces: Sequence[int], worst: float
+) -> set[int]:
+    """The surfaces that are closed only by a cycle around all of the others, their rim."""
+    area: dict[int, float] = {}
+    bad: dict[int, list[int]] = {}
+    for surface, number in zip(surfaces, chosen, strict=True):
+        area[surface] = area.get(surface, 0.0) + float(part.area[number])
+        if part.bad[number] > worst:
+            bad.setdefault(surface, []).append(number)
+    return {
+        surface
+        for surface, (one, *more) in bad.items()
+        if not more
+        and part.flatness[one] > RIM_BENT
+        and part.area[one] > RIM_SHARE * (area[surface] - part.area[one])
+    }
 
 
 def _far_from(
@@ -343,8 +385,9 @@ def _wrong(
     """Sets of chosen candidates that make no surface: strips that turn over, with None, and
     rings around a node, with the node that other cycles pass too."""
     cycles = [part.cycles[i] for i in chosen]
+    strips = [tuple(chosen[i] for i in strip) for strip in orient_cycles(cycles).twisted]
     found: list[tuple[tuple[int, ...], int | None]] = [
-        (tuple(chosen[i] for i in strip), None) for strip in orient_cycles(cycles).twisted
+        (strip, None) for strip in strips if max(part.bad[i] for i in strip) > TURNING_OVER
     ]
     found += [
         (tuple(chosen[i] for i in ring), node) for node, ring in find_pinches(network, cycles)
@@ -353,11 +396,11 @@ def _wrong(
 
 
 def _dropped(network: CurveNetwork, part: _NetworkPart, choice: CycleChoice) -> CycleChoice:
-    """The choice without the least gainful cycle of everything that is wrong with it."""
+    """The choice without the worst cycle of everything that is wrong with it."""
     chosen = list(choice.chosen)
     while wrong := _wrong(network, part, chosen):
         group, _ = wrong[0]
-        worst = min(set(group) - part.forced, key=lambda i: (part.gains[i], i))
+        worst = max(set(group) - part.forced, key=lambda i: (part.bad[i], i))
         chosen.remove(worst)
     return replace(choice, chosen=tuple(chosen), proven=False)
 

@@ -33,9 +33,16 @@ CLOSED_EDGES = 12
 #: the triangulation's time grows with the cube.
 MOST_SAMPLES = 96
 
+#: A triangle costs no less area than this part of its edges' squared lengths: along a side of
+#: several straight curves a flat one would cost nothing, and say nothing of the surface beside it.
+THIN = 1e-6
+
 #: A cycle that turns at a node by more than this has a corner there, in radians. Above the 20
 #: degrees of a drawn corner: strokes drawn freehand seldom meet smoothly.
 TURN = math.radians(30)
+
+#: A direction that is off an edge by less than this, as a sine, runs along it.
+ALONG = 1e-9
 
 #: A curve that leaves a node less than this from a side of the cycle, in radians, runs beside
 #: that side rather than into the surface, the less so the nearer.
@@ -57,16 +64,18 @@ MOST_BENDING = 0.6
 #: flatness and bending say.
 CUTS = 3.0
 
-#: Badness of a cycle along one stroke if curves leave to both sides of its surface at all nodes:
-#: it is a section of what they outline, such as a great circle of a sphere. For cycles of several
-#: strokes it would cost more than it gains in the sketches at hand.
-WALLS = 1.0
+#: Badness of a cycle from which curves leave to both sides of its surface, at right angles, at
+#: every node: a section of what they outline, such as a ring around a tube or a great circle.
+SECTION = 1.0
 
 #: Badness per stroke of the cycle, and per corner beyond four.
 STROKE = 0.05
 CORNER = 0.15
 
 USUAL_CORNERS = 4
+
+#: A cycle that is flatter may have as many corners as it likes, such as the ground of a prism.
+FLAT = 0.02
 
 #: Badness of narrowness, length / (4 sqrt(area)) - 1, 0 for a square and below; at most
 #: MOST_NARROWNESS counts.
@@ -94,8 +103,8 @@ class CycleMeasures:
     corners:  (k,) nodes at which the cycle turns by more than TURN.
     cuts:     (k,) how many nodes have a curve that runs into the surface: 1 for each with one
               within the surface, falling to 0 at 45 degrees off it and at a side of the cycle.
-    walls:    (k,) how many nodes have curves that leave to both sides of the surface: 1 for each
-              where they are at right angles to it, falling to 0 at 30 degrees.
+    section:  (k,) how far curves leave to both sides of the surface, at the node where they do so
+              least: 1 where all are at right angles to it, 0 at 30 degrees.
     inward:   (s, 3) unit vectors: at each step, where the surface lies, across the curve.
     """
 
@@ -105,7 +114,7 @@ class CycleMeasures:
     bending: Floats = field(repr=False)
     corners: Floats = field(repr=False)
     cuts: Floats = field(repr=False)
-    walls: Floats = field(repr=False)
+    section: Floats = field(repr=False)
     inward: Points = field(repr=False)
 
 
@@ -137,8 +146,8 @@ def measure_cycles(
             values[i],
             inward[a:b],
         )
-    length, flatness, area, bending, corners, cuts, walls = np.ascontiguousarray(values.T)
-    return CycleMeasures(length, flatness, area, bending, corners, cuts, walls, inward)
+    length, flatness, area, bending, corners, cuts, section = np.ascontiguousarray(values.T)
+    return CycleMeasures(length, flatness, area, bending, corners, cuts, section, inward)
 
 
 def _edges(points: Points, closed: bool) -> int:
@@ -170,11 +179,12 @@ def _measure(
     if n < 3:
         return
     triangles = np.empty((n - 2, 3), np.int64)
-    # Of equals any will do: only rough directions are read from it.
-    values[2] = triangulate_cheapest(at, 0.0, triangles)
+    triangulate_cheapest(at, 0.0, THIN, triangles)
+    values[2] = 0.5 * np.sqrt((_normals(at, triangles) ** 2).sum(axis=1)).sum()
     values[3] = _bending(at, triangles) / length
     _inward(at, triangles, corner, inward)
     m = len(steps)
+    values[6] = 1.0
     for s in range(m):
         out, back = steps[s], steps[s - 1] ^ 1
         if tangents[out] @ tangents[back] > -math.cos(TURN):
@@ -193,7 +203,7 @@ def _measure(
                 sine = tangents[other] @ normal
                 above, below = max(above, sine), max(below, -sine)
         values[5] += worst
-        values[6] += max(0.0, 2.0 * min(above, below) - 1.0)
+        values[6] = min(values[6], max(0.0, 2.0 * min(above, below) - 1.0))
 
 
 @kernel
@@ -317,7 +327,10 @@ def _cut(at: Points, triangles: Int64Array, vertex: int, tangent: Floats) -> flo
             size = math.sqrt(normal @ normal)
             if size <= 1e-12 * math.sqrt((a @ a) * (b @ b)):
                 continue
-            if np.cross(a, tangent) @ normal < 0.0 or np.cross(tangent, b) @ normal < 0.0:
+            # Along an edge between two triangles it is in both, up to rounding.
+            if np.cross(a, tangent) @ normal < -ALONG * size * math.sqrt(a @ a):
+                continue
+            if np.cross(tangent, b) @ normal < -ALONG * size * math.sqrt(b @ b):
                 continue
             sine = float(tangent @ normal) / size
             cut = max(cut, 1.0 - 2.0 * sine * sine)
@@ -345,13 +358,14 @@ def rate_badness(measures: CycleMeasures, n_curves: Floats, n_strokes: Floats) -
     length, area = measures.length, measures.area
     enclosing = area > NO_AREA * length**2
     narrowness = length / (4.0 * np.sqrt(np.where(enclosing, area, 1.0))) - 1.0
+    more_corners = np.maximum(measures.corners - USUAL_CORNERS, 0.0)
     bad = (
         FLATNESS * measures.flatness
         + BENDING * np.minimum(measures.bending, MOST_BENDING)
         + CUTS * measures.cuts / n_curves
-        + WALLS * np.where(n_strokes == 1, measures.walls / n_curves, 0.0)
+        + SECTION * measures.section
         + STROKE * n_strokes
-        + CORNER * np.maximum(measures.corners - USUAL_CORNERS, 0.0)
+        + CORNER * np.where(measures.flatness < FLAT, 0.0, more_corners)
         + NARROWNESS * np.clip(narrowness, 0.0, MOST_NARROWNESS)
     )
     return np.where(enclosing, bad, np.inf)
