@@ -83,15 +83,36 @@ def recover_curve(
     those of the stroke's held points.
 
     Raises InvalidFeatureError that names the stroke, as
-    :func:`patterndb_sketch.features.snap.snap` does and for two held points at one sample.
+    :func:`patterndb_sketch.features.snap.snap` does, for two held points at one sample, for one
+    that is off the model and where all of the stroke's points are, by more than ribs reach.
     """
     try:
+        _check_nearness(model, stroke)
         begun = find_initial_curve(model, stroke.points, closed=stroke.closed).samples
         held = (*find_held_samples(begun, stroke.held), *constraints)
         curve = snap(model, stroke.points, stroke.settings, held, closed=stroke.closed)
     except InvalidFeatureError as error:
         raise InvalidFeatureError(f"stroke {stroke.name!r}: {error}") from None
     return RecoveredCurve(stroke.name, stroke.points, curve, measure_curve(model, begun, curve))
+
+
+def _check_nearness(model: Model, stroke: FeatureStroke) -> None:
+    """Refuse a stroke in another unit or frame than the model's, and held points off it."""
+    reach = stroke.settings.radius * model.diagonal
+    points = as_points(stroke.points, "points of a stroke", InvalidFeatureError)
+    held = as_points(stroke.held, "points to hold", InvalidFeatureError)
+    if len(points) and (off := float(model.nearest(points).lengths.min())) > reach:
+        raise InvalidFeatureError(
+            f"none of its points is near the model: the nearest is {off:.4g} off, and ribs reach "
+            f"{reach:.4g}; is it in another unit, or was the model turned or moved?"
+        )
+    lengths = model.nearest(held).lengths if len(held) else np.zeros(0)
+    for number in np.flatnonzero(lengths > reach).tolist():
+        x, y, z = held[number]
+        raise InvalidFeatureError(
+            f"constraint {number} at {x:.4g}, {y:.4g}, {z:.4g} is {lengths[number]:.4g} off the "
+            f"model, and ribs reach {reach:.4g}; give a point on the feature"
+        )
 
 
 def find_held_samples(samples: Points, held: ArrayLike) -> tuple[Constraint, ...]:

@@ -235,8 +235,17 @@ def test_two_held_points_at_one_sample_are_refused() -> None:
 
 def test_an_error_names_the_stroke(model: Model) -> None:
     far = FeatureStroke("far", np.array([[90.0, 0, 0], [91.0, 0, 0]]))
-    with pytest.raises(InvalidFeatureError, match=r"stroke 'far': .* all at one place"):
+    with pytest.raises(InvalidFeatureError, match=r"stroke 'far': none of its points is near"):
         recover_curve(model, far)
+
+
+def test_what_is_far_off_the_model_is_refused(model: Model) -> None:
+    points = model.mesh.points[:2]
+    with pytest.raises(InvalidFeatureError, match="none of its points is near the model"):
+        recover_curve(model, FeatureStroke("far", points + 3.0 * model.diagonal))
+    pin = points[:1] + 3.0 * model.diagonal
+    with pytest.raises(InvalidFeatureError, match=r"constraint 0 at .* off the model"):
+        recover_curve(model, FeatureStroke("pinned", points, held=pin))
 
 
 def test_curves_are_read_back(found: list[RecoveredCurve], tmp_path: Path) -> None:
