@@ -90,6 +90,8 @@ def test_a_file_is_opened_by_name(shown: Shown, name: str) -> None:
     assert not shown.tell("window.saver.would_lose()")
     # All of the window goes by what is shown now.
     shown.tell("globals().update(state=window.saver.state)")
-    shown.until("window.isActiveWindow()")
+    shown.until("app.activeModalWidget() is None and window.isActiveWindow()")
+    # The window manager may still be raising it, and clicks would go to what lies above.
+    shown.do("sleep", 0.5)
     job.do(shown)
     shown.until(job.done)
