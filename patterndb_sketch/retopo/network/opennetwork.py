@@ -71,6 +71,7 @@ class OpenNetwork:
 
     before: the network that it began with. nodes, chains: as they are now.
     cuts:   of chains that were cut, by their ids. same: of nodes that went into another.
+    merged: of half-chains, the longer ones that they are parts of.
     gaps:   of ends whose gaps were given.
     touched_nodes:  whose ends, flags or place changed. touched_chains: that are new or run
                     elsewhere.
@@ -85,6 +86,7 @@ class OpenNetwork:
         self.next_id = network.next_id
         self.cuts: dict[int, Cut] = {}
         self.same: dict[int, int] = {}
+        self.merged: dict[HalfChain, HalfChain] = {}
         self.gaps: dict[HalfChain, Gap] = {}
         self.touched_nodes: set[int] = set()
         self.touched_chains: set[int] = set()
@@ -228,6 +230,8 @@ class OpenNetwork:
         if marks != (last.marks[::-1] if two & 1 else last.marks) or FACE in marks:
             return None
         new = join_chains(first, last, one ^ 1, two, self.new_id())
+        for part in (one ^ 1, two):
+            self.merged |= {part: 2 * new.id, part ^ 1: 2 * new.id + 1}
         self.chains.pop(first.id)
         self.chains.pop(last.id, None)
         self.drop_node(node)
@@ -333,7 +337,7 @@ class OpenNetwork:
             ),
             self.touched_nodes,
             self.touched_chains,
-            tuple(map(self.half_now, also)),
+            tuple(map(self._side_now, also)),
             forget,
         )
 
@@ -376,6 +380,12 @@ class OpenNetwork:
         while (half >> 1) in self.cuts:
             pieces = self.cuts[half >> 1].pieces
             half = 2 * pieces[-(half & 1)] + (half & 1)
+        return half
+
+    def _side_now(self, half: HalfChain) -> HalfChain:
+        """A half-chain with the same loop on its left, of a chain that was cut or merged since."""
+        while (half >> 1) in self.cuts or half in self.merged:
+            half = self.merged[half] if half in self.merged else self.half_now(half)
         return half
 
     def node_now(self, node: int) -> int:
