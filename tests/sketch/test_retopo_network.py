@@ -282,6 +282,26 @@ def test_a_loop_can_be_made_a_patch_against_equation_one() -> None:
         OpenNetwork(open_end).finish(also=[2 * single])
 
 
+@pytest.mark.parametrize("arrives", [False, True])
+def test_a_patch_is_asked_for_by_a_curve_that_is_joined_to_its_next(arrives: bool) -> None:
+    network, chain = add_loop(Network(), np.c_[circle(80)[:, :2], np.zeros(80)], circle(80))
+    opened = OpenNetwork(network)
+    for place in (0.0, 40.0):
+        node = opened.cut_chain(chain, place)
+        for half in opened.nodes[node].ends:
+            opened.flag(half, True)
+    # No corner: the two curves that meet here become one.
+    between = opened.cut_chain(chain, 20.0)
+    half = next(h for h in opened.nodes[between].ends if not h & 1)
+    if arrives:
+        half = next(h for h in opened.nodes[between].ends if h & 1) ^ 1
+    done = opened.finish(also=[half])
+    check_network(done)
+    assert half >> 1 not in done.chains and between not in done.nodes
+    (patch,) = done.patches.values()
+    assert all(h & 1 == half & 1 for h in patch.loop)
+
+
 def test_samples_are_those_of_all_chains() -> None:
     network = drawn([[0, 0], [1, 0]], [[0.5, 0], [0.5, 1]])
     network, loop = add_loop(network, circle(20) + np.array([3.0, 0.0, 0.0]), up(circle(20)))
