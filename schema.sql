@@ -1,4 +1,4 @@
--- The pattern database, whole. Version 6.
+-- The pattern database, whole. Version 7.
 --
 -- One file holds the meshes that were learned from, the patterns found in them, how often
 -- each pattern occurs in each mesh, and how often its fills were used. Words are those of
@@ -8,7 +8,7 @@
 -- that more follow; nearly every number takes one byte.
 
 PRAGMA application_id = 0x50617444;  -- 'PatD'
-PRAGMA user_version = 6;
+PRAGMA user_version = 7;
 
 -- A mesh is known by the bytes of its file: the same bytes under another name are the
 -- same mesh, and are counted once. A mesh given by a program as arrays is known by the bytes
@@ -106,6 +106,30 @@ CREATE TABLE checksum (
 ) STRICT, WITHOUT ROWID;
 INSERT INTO checksum VALUES
     ('mesh', zeroblob(16)), ('usage', zeroblob(16));
+
+-- What statistics tell, kept by whoever writes, so that none of it needs a look at every row
+-- (patterndb/store/tallies.py); verify counts it anew. How many patterns are alike:
+CREATE TABLE tally (
+    n_sides     INTEGER NOT NULL,
+    n_irregular INTEGER NOT NULL,
+    chiral      INTEGER NOT NULL CHECK (chiral IN (0, 1)),
+    patterns    INTEGER NOT NULL CHECK (patterns >= 0),
+    PRIMARY KEY (n_sides, n_irregular, chiral)
+) STRICT, WITHOUT ROWID;
+
+-- The signatures of all patterns, those of one number of sides that were written together as one
+-- row: 8 bytes each, in no order, one for each pattern.
+CREATE TABLE signature (
+    id      INTEGER PRIMARY KEY,
+    n_sides INTEGER NOT NULL,
+    hashes  BLOB    NOT NULL CHECK (length(hashes) > 0 AND length(hashes) % 8 = 0)
+) STRICT;
+
+-- One row: in how many handednesses patterns were met in meshes, all together.
+CREATE TABLE handedness (
+    met INTEGER NOT NULL CHECK (met >= 0)
+) STRICT;
+INSERT INTO handedness VALUES (0);
 
 -- A pattern's frequency is the sum of its occurrences, and its origin follows from them; both
 -- are kept by the database itself. 'learned' > 'imported', so that max() finds the origin.

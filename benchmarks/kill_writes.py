@@ -109,7 +109,10 @@ def make_sound(folder: Path) -> None:
         db.export_ddq(folder / "table.db")
     shutil.copy(folder / "sound.db", folder / "old.db")
     with closing(sqlite3.connect(folder / "old.db")) as held:
-        held.executescript("DROP TABLE checksum; PRAGMA user_version = 2;")
+        held.executescript(
+            "DROP TABLE tally; DROP TABLE signature; DROP TABLE handedness; "
+            "DROP TABLE checksum; PRAGMA user_version = 2;"
+        )
         # Of steps 6 and 5, the last first.
         for column in ("occurrence_sum", "patterns_left_out", "pattern_limit"):
             held.execute(f"ALTER TABLE mesh DROP COLUMN {column}")

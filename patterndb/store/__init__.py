@@ -1,7 +1,7 @@
 """Keep patterns, meshes and occurrences in one SQLite file (schema.sql).
 
 Read in this order: records (what goes in and comes out), migrations and connection (the file),
-reading, statistics, writing, contents (hash and check), contentkey with classcache and answercache
+reading, tallies and writing, contents (hash and check), statistics, contentkey with classcache
 (what is kept in the cache folder), compact and starter (the shipped database), ddqkey and ddq
 (tables of the paper's authors), database (all of it as one object), union (several as one).
 """

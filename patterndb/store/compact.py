@@ -31,6 +31,7 @@ from patterndb.store.classblocks import dump_class, order_codes, parse_columns, 
 from patterndb.store.connection import atomic, connect
 from patterndb.store.reading import load_class
 from patterndb.store.statistics import count_by_sides
+from patterndb.store.tallies import tally_anew
 from patterndb.store.writing import SELECT_MESHES
 
 FORMAT = b"patterndb compact 3\n"
@@ -194,6 +195,7 @@ def load(data: bytes, path: Path, progress: Progress | None = None) -> None:
             for _, _, statement in upkeep:
                 connection.execute(statement)
             sum_tables(connection)
+            tally_anew(connection)
     finally:
         connection.close()
 

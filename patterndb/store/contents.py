@@ -20,6 +20,7 @@ from patterndb.errors import InvalidCodeError, PatternDBError
 from patterndb.store import writing
 from patterndb.store.checksums import find_changed_tables
 from patterndb.store.reading import options_of
+from patterndb.store.tallies import find_wrong_tallies
 
 #: Findings after which verify() stops listing; a damaged database has as many as rows.
 MAX_FINDINGS = 100
@@ -71,9 +72,10 @@ def verify(connection: sqlite3.Connection) -> list[str]:
     Checks the file (SQLite's own integrity, types and foreign keys), every pattern (its code is a
     canonical disk's, reduced, its id and columns follow from it), that frequencies are the
     sums of the occurrences and origins follow from them, that every pattern occurs in a
-    mesh or was used, that meshes and examples can be what they say, and that the rows of tables
-    add up to their checksums (:mod:`patterndb.store.checksums`). Whatever stands in the file, it
-    ends in findings and not in an error.
+    mesh or was used, that meshes and examples can be what they say, that the counts kept by every
+    write are those of the rows (:mod:`patterndb.store.tallies`), and that the rows of tables add up
+    to their checksums (:mod:`patterndb.store.checksums`). Whatever stands in the file, it ends in
+    findings and not in an error.
     """
     found: list[str] = []
     # The sums last: they say less of what is wrong than any other check.
@@ -83,6 +85,7 @@ def verify(connection: sqlite3.Connection) -> list[str]:
         _check_meshes,
         _check_examples,
         _check_patterns,
+        find_wrong_tallies,
         _check_sums,
     )
     for check in checks:
@@ -93,7 +96,7 @@ def verify(connection: sqlite3.Connection) -> list[str]:
         except sqlite3.DatabaseError as error:
             found.append(f"SQLite: {error}")
         except _UNREADABLE as error:
-            what = check.__name__.removeprefix("_check_")
+            what = check.__name__.removeprefix("_check_").removeprefix("find_wrong_")
             found.append(f"{what} cannot be read to the end ({type(error).__name__}: {error})")
     return found[:MAX_FINDINGS]
 

@@ -17,7 +17,7 @@ from patterndb.core.code import Code
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.errors import DatabaseError, InvalidCodeError, NotFoundError
-from patterndb.store import answercache, classcache, compact, contents, ddq, reading, writing
+from patterndb.store import classcache, compact, contents, ddq, reading, statistics, writing
 from patterndb.store.connection import (
     Mode,
     atomic,
@@ -95,11 +95,11 @@ class Database:
 
     def statistics(self) -> Statistics:
         """Counts over the whole database, with its content hash."""
-        return self._ask(answercache.find_statistics, self.path)
+        return self._ask(statistics.read_statistics)
 
     def sides_histogram(self) -> dict[int, int]:
         """Number of patterns by number of sides."""
-        return self._ask(answercache.find_sides_histogram, self.path)
+        return self._ask(statistics.count_by_sides)
 
     def content_hash(self) -> str:
         """Hash of everything learned; equal for databases that learned the same."""

@@ -25,12 +25,13 @@ from patterndb.store.checksums import (
     write_occurrence_sum,
     write_sum,
 )
+from patterndb.store.tallies import tally_anew
 from patterndb.store.writing import describe_patterns
 
 _log = logging.getLogger("patterndb")
 
 APPLICATION_ID = 0x50617444
-SCHEMA_VERSION = 6
+SCHEMA_VERSION = 7
 
 #: Step 2: how often fills were used, and where patterns come from.
 _STEP_2 = """
@@ -131,7 +132,34 @@ ALTER TABLE mesh ADD COLUMN
     CHECK (length(occurrence_sum) = 16);
 """
 
-MIGRATIONS: Mapping[int, str] = {2: _STEP_2, 3: _STEP_3, 4: _STEP_4, 5: _STEP_5, 6: _STEP_6}
+#: Step 7: counts that every write keeps.
+_STEP_7 = """
+CREATE TABLE tally (
+    n_sides     INTEGER NOT NULL,
+    n_irregular INTEGER NOT NULL,
+    chiral      INTEGER NOT NULL CHECK (chiral IN (0, 1)),
+    patterns    INTEGER NOT NULL CHECK (patterns >= 0),
+    PRIMARY KEY (n_sides, n_irregular, chiral)
+) STRICT, WITHOUT ROWID;
+CREATE TABLE signature (
+    id      INTEGER PRIMARY KEY,
+    n_sides INTEGER NOT NULL,
+    hashes  BLOB    NOT NULL CHECK (length(hashes) > 0 AND length(hashes) % 8 = 0)
+) STRICT;
+CREATE TABLE handedness (
+    met INTEGER NOT NULL CHECK (met >= 0)
+) STRICT;
+INSERT INTO handedness VALUES (0);
+"""
+
+MIGRATIONS: Mapping[int, str] = {
+    2: _STEP_2,
+    3: _STEP_3,
+    4: _STEP_4,
+    5: _STEP_5,
+    6: _STEP_6,
+    7: _STEP_7,
+}
 
 #: What versions 3 to 5 summed of a table.
 _SELECT_OCCURRENCES_5 = (
@@ -203,13 +231,15 @@ WORK: Mapping[int, Callable[[sqlite3.Connection], None]] = {
     4: _shorten_codes,
     5: partial(_write_sums, selects={"mesh": _SELECT_MESHES_5}),
     6: _sum_by_mesh,
+    7: tally_anew,
 }
 
 #: Steps after which most of the file is free, and given back: they write all of it anew.
 SHRINKING = {4}
 
-#: Patterns from which on such a step is told before it begins: it takes more than a second or two.
-WORTH_TELLING = 10_000
+#: Steps that look at every row, and the patterns from which on they are told before they begin:
+#: more than a second or two is to be expected then.
+WORTH_TELLING: Mapping[int, int] = {4: 10_000, 6: 200_000, 7: 500_000}
 
 
 def schema() -> str:
@@ -234,9 +264,9 @@ def migrate(
     done: list[int] = []
     version = connection.execute("PRAGMA user_version").fetchone()[0]
     for number in range(version + 1, target + 1):
-        if number in SHRINKING:
+        if number in WORTH_TELLING:
             (patterns,) = connection.execute("SELECT count(*) FROM pattern").fetchone()
-            if patterns >= WORTH_TELLING:
+            if patterns >= WORTH_TELLING[number]:
                 _log.warning(
                     "patterndb is bringing a database of %s patterns to schema %d, once: "
                     "that may take a minute",

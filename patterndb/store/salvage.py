@@ -32,6 +32,7 @@ from patterndb.store.contents import (
     describe_sound,
 )
 from patterndb.store.reading import options_of
+from patterndb.store.tallies import tally_anew
 from patterndb.system.files import write_beside
 
 #: How often a range of keys in which nothing could be read is halved: rows between two spoiled
@@ -287,6 +288,7 @@ def _write(target: sqlite3.Connection, sound: _Sound, found: Salvage) -> None:
         "WHERE frequency = 0"
     )
     sum_tables(target)
+    tally_anew(target)
     found.saved = {
         "mesh": len(sound.meshes),
         "pattern": len(kept),

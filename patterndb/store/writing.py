@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import hashlib
 import sqlite3
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from operator import itemgetter
 from typing import Any
 
@@ -34,6 +34,14 @@ from patterndb.store.checksums import (
     write_occurrence_sum,
 )
 from patterndb.store.records import Learned, LearningOptions, Provenance
+from patterndb.store.tallies import (
+    SIGNATURE_SIZE,
+    TALLIED,
+    add_met,
+    add_tallied,
+    removing_occurrences,
+    take_off_tallied,
+)
 
 #: Patterns of a mesh that are described and written at a time: some ten megabytes, however many it
 #: has.
@@ -53,10 +61,6 @@ pick_options = itemgetter(5, 6, 7, 8, 16)
 #: What a row of a pattern says of its code; :func:`describe_patterns` gives the values.
 _DESCRIBED = "code, n_sides, n_reflex, n_quads, n_irregular, chiral, signature"
 
-#: Bytes of the hash that stands for a signature: among ten million, two that are equal by chance
-#: are not to be expected.
-SIGNATURE_SIZE = 8
-
 
 def _marks(columns: str) -> str:
     return ", ".join("?" for _ in columns.split(","))
@@ -71,6 +75,8 @@ INSERT_PATTERN = (
     f"INSERT INTO pattern (id, {_DESCRIBED}, origin) "  # noqa: S608
     f"VALUES (?, {_marks(_DESCRIBED)}, ?)"
 )
+#: Picks what is tallied of a pattern from its described columns.
+pick_tallied = itemgetter(*(_DESCRIBED.split(", ").index(name) for name in TALLIED.split(", ")))
 #: As INSERT_PATTERN, with the frequency, for who writes occurrences without the triggers.
 INSERT_COUNTED_PATTERN = (
     f"INSERT INTO pattern (id, {_DESCRIBED}, origin, frequency) "  # noqa: S608
@@ -147,7 +153,8 @@ def add_mesh(
     for first in range(0, len(order), WRITTEN_AT_ONCE):
         some = order[first : first + WRITTEN_AT_ONCE]
         numbers = ids[some].tolist()
-        fresh += add_patterns(connection, numbers, take_rows(learned.codes, some)[:])
+        new = add_patterns(connection, numbers, take_rows(learned.codes, some)[:])
+        fresh += len(new)
         occurrences = [
             (number, own + mirrored, mirrored, example)
             for number, (own, mirrored), example in zip(
@@ -157,15 +164,21 @@ def add_mesh(
                 strict=True,
             )
         ]
-        total += _add_occurrences(connection, mesh_id, occurrences)
+        total += _add_occurrences(connection, mesh_id, occurrences, new)
     _sum_mesh(connection, mesh_id, total)
     return fresh
 
 
 def _add_occurrences(
-    connection: sqlite3.Connection, mesh_id: int, rows: Sequence[tuple[Any, ...]]
+    connection: sqlite3.Connection,
+    mesh_id: int,
+    rows: Sequence[tuple[Any, ...]],
+    new: Collection[int],
 ) -> int:
-    """Write occurrences of a mesh, each a row but for the mesh; return the sum of their hashes."""
+    """Write occurrences of a mesh, each a row but for the mesh; return the sum of their hashes.
+
+    new: which of their patterns were written for them."""
+    add_met(connection, (row[:3] for row in rows), new)
     connection.executemany(INSERT_OCCURRENCE, ((row[0], mesh_id, *row[1:]) for row in rows))
     return sum_rows(rows)
 
@@ -181,8 +194,8 @@ def add_patterns(
     ids: Sequence[int],
     codes: Sequence[bytes],
     origin: str = "learned",
-) -> int:
-    """Write those of the patterns (packed canonical codes) that are missing; return how many.
+) -> set[int]:
+    """Write those of the patterns (packed canonical codes) that are missing; return their ids.
 
     origin: what they are until occurrences say it.
 
@@ -216,7 +229,8 @@ def add_patterns(
     connection.executemany(
         INSERT_PATTERN, ((number, *columns, origin) for number, columns in described)
     )
-    return len(missing)
+    add_tallied(connection, [pick_tallied(columns) for _, columns in described])
+    return {number for number, _ in missing}
 
 
 def set_provenance(
@@ -234,12 +248,17 @@ def remove_meshes(connection: sqlite3.Connection, mesh_ids: Iterable[int]) -> in
     """Take meshes out, with the patterns that no other mesh holds and that were never used;
     return how many went."""
     for mesh_id in mesh_ids:
-        connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
+        with removing_occurrences(connection, mesh_id):
+            connection.execute("DELETE FROM occurrence WHERE mesh_id = ?", (mesh_id,))
         with summed(connection, "mesh", "id = ?", (mesh_id,)):
             connection.execute("DELETE FROM mesh WHERE id = ?", (mesh_id,))
-    return connection.execute(
-        "DELETE FROM pattern WHERE frequency = 0 AND id NOT IN (SELECT pattern_id FROM usage)"
-    ).rowcount
+    gone = connection.execute(
+        "DELETE FROM pattern WHERE frequency = 0 "  # noqa: S608
+        "AND id NOT IN (SELECT pattern_id FROM usage) "
+        f"RETURNING {TALLIED}"
+    ).fetchall()
+    take_off_tallied(connection, gone)
+    return len(gone)
 
 
 def merge_database(
@@ -275,9 +294,9 @@ def merge_database(
         )
         total = 0
         while some := rows.fetchmany(WRITTEN_AT_ONCE):
-            add_patterns(connection, [r[0] for r in some], lengthen([r[1] for r in some]))
+            new = add_patterns(connection, [r[0] for r in some], lengthen([r[1] for r in some]))
             occurrences = [(r[0], *r[2:]) for r in some]
-            total += _add_occurrences(connection, mesh_id, occurrences)
+            total += _add_occurrences(connection, mesh_id, occurrences, new)
         _sum_mesh(connection, mesh_id, total)
     return added, replaced, same
 

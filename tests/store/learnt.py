@@ -49,7 +49,7 @@ def rows(path: Path, table: str) -> list[tuple[object, ...]]:
     """Every row of a table, in order."""
     connection = sqlite3.connect(path)
     try:
-        return connection.execute(f"SELECT * FROM {table} ORDER BY 1, 2").fetchall()
+        return sorted(connection.execute(f"SELECT * FROM {table}").fetchall())
     finally:
         connection.close()
 

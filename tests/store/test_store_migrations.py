@@ -15,6 +15,7 @@ from patterndb.store.migrations import (
     _SELECT_OCCURRENCES_5,
     MIGRATIONS,
     SCHEMA_VERSION,
+    WORTH_TELLING,
     _write_sums,
     migrate,
     schema,
@@ -197,10 +198,11 @@ def test_a_step_that_takes_long_is_told_before(
 ) -> None:
     Database(made_by_version_1(tmp_path / "small.db", full), "write").close()
     assert not caplog.records
-    monkeypatch.setattr("patterndb.store.migrations.WORTH_TELLING", 1)
+    monkeypatch.setattr("patterndb.store.migrations.WORTH_TELLING", dict.fromkeys(WORTH_TELLING, 1))
     Database(made_by_version_1(tmp_path / "large.db", full), "write").close()
-    assert [record.levelname for record in caplog.records] == ["WARNING"]
-    assert "patterns to schema 4" in caplog.text
+    assert [record.levelname for record in caplog.records] == ["WARNING"] * 3
+    for number in (4, 6, 7):
+        assert f"patterns to schema {number}" in caplog.text
 
 
 def test_a_damaged_code_is_told_and_the_file_stays_as_it_was(full: Path, tmp_path: Path) -> None:
@@ -213,9 +215,32 @@ def test_a_damaged_code_is_told_and_the_file_stays_as_it_was(full: Path, tmp_pat
     assert "label" in [row[1] for row in opened(old).execute("PRAGMA table_info(pattern)")]
 
 
+#: What takes a database of version 7 back to version 6.
+BACK_TO_6 = (
+    *(f"DROP TABLE {table}" for table in ("tally", "signature", "handedness")),
+    "PRAGMA user_version = 6",
+)
+
+
+def test_version_6_gets_counts(full: Path, tmp_path: Path) -> None:
+    old = tmp_path / "old.db"
+    shutil.copy(full, old)
+    change(old, *BACK_TO_6)
+    with pytest.raises(DatabaseError, match="has schema 6; open it once for writing"):
+        Database(old)
+    Database(old, "write").close()
+    assert content(old) == content(full)
+    assert described(old) == described(full)
+    for table in ("tally", "handedness"):
+        assert rows(old, table) == rows(full, table)
+    with Database(old) as db, Database(full) as present:
+        assert db.statistics() == present.statistics()
+
+
 def made_by_version_5(path: Path, full: Path, *statements: str) -> Path:
     """A database as version 5 held it, with its sums, and what was changed behind its back."""
     shutil.copy(full, path)
+    change(path, *BACK_TO_6)
     change(path, "ALTER TABLE mesh DROP COLUMN occurrence_sum", "PRAGMA user_version = 5")
     change(path, "INSERT INTO checksum VALUES ('occurrence', zeroblob(16))")
     held = sqlite3.connect(path)

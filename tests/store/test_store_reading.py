@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from learnt import MESHES, OPTIONS, change
+from learnt import MESHES, OPTIONS
 from meshes import DOUBLET, write_obj
 
 from ingest import ingest, learn, read_mesh
@@ -16,8 +16,8 @@ from patterndb.core.packing import pack, unpack
 from patterndb.core.pattern import Pattern
 from patterndb.core.patternclass import PatternClass
 from patterndb.core.quadmesh import QuadMesh
-from patterndb.errors import DatabaseError, NotFoundError
-from patterndb.store import Database, Statistics, reading, statistics
+from patterndb.errors import NotFoundError
+from patterndb.store import Database
 from patterndb.store.connection import atomic
 from patterndb.store.writing import add_patterns
 
@@ -175,44 +175,6 @@ def test_classes_of_very_many_sides_share_ids_and_are_told_apart(tmp_path: Path)
             assert canonical_code(db.pattern(pattern.name).twin())[0].tolist() == (
                 pattern.code.tolist()
             )
-
-
-@pytest.mark.parametrize("at_once", [1, 2, 7])
-def test_statistics_do_not_depend_on_how_many_rows_are_read_at_a_time(
-    full: Path, monkeypatch: pytest.MonkeyPatch, at_once: int
-) -> None:
-    expected = db_statistics(full)
-    monkeypatch.setattr(statistics, "COUNTED_AT_ONCE", at_once)
-    assert db_statistics(full) == expected
-
-
-def db_statistics(path: Path) -> Statistics:
-    with Database(path) as db:
-        return db.statistics()
-
-
-@pytest.mark.parametrize(
-    "damage", ["signature = x'00'", "n_irregular = 1000000", "n_sides = 1000000"]
-)
-def test_statistics_of_damaged_patterns_are_refused(full: Path, damage: str) -> None:
-    change(full, f"UPDATE pattern SET {damage} WHERE id = (SELECT max(id) FROM pattern)")
-    with pytest.raises(DatabaseError, match="no hash of 8 bytes, or a count is none"):
-        db_statistics(full)
-
-
-def test_statistics_of_many_sides_are_of_one_class(full: Path) -> None:
-    """Ids tell the number of sides up to MAX_CLASS - 1 alone, and the last ids end the range."""
-    first, last = reading.get_id_range(200)
-    change(
-        full,
-        "INSERT INTO pattern (id, code, n_sides, n_reflex, n_quads, n_irregular, chiral, signature)"
-        f" VALUES ({first}, x'', 200, 0, 1, 0, 0, x'0102030405060708'),"
-        f" ({last}, x'', 127, 0, 1, 999999, 1, x'0102030405060708')",
-    )
-    told = db_statistics(full)
-    assert told.by_sides[200] == told.by_sides[127] == 1
-    assert told.by_irregular[999999] == 1
-    assert sum(told.by_sides.values()) == sum(told.by_irregular.values()) == told.patterns
 
 
 def test_statistics_of_an_empty_database(tmp_path: Path) -> None:

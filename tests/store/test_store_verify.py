@@ -73,11 +73,13 @@ def test_every_column_that_follows_from_the_code_is_spoiled_below(full: Path) ->
 @pytest.mark.parametrize("column", COLUMNS)
 def test_a_changed_column_is_found(full: Path, column: str) -> None:
     change(full, f"UPDATE pattern SET {column} = {COLUMNS[column]} {ONE_PATTERN}")
-    # The quads of an example are counted, too, and its mirror images.
+    # The quads of an example are counted, too, and its mirror images, and patterns of a kind.
     words = {"n_quads": "fewer than the pattern", "chiral": "is its own mirror image"}
+    counts = "of its patterns", "tallies cannot be read"
     first, *others = sorted(findings(full), key=lambda finding: "columns" not in finding)
     assert "columns that do not follow from its code" in first
-    assert all(words[column] in finding for finding in others)
+    for finding in others:
+        assert any(word in finding for word in (words.get(column, counts[0]), *counts))
 
 
 #: What may stand in place of a code, and what is said of it.
@@ -204,7 +206,8 @@ def test_findings_end_somewhere(full: Path) -> None:
         patterns = db.statistics().patterns
     assert patterns > 10
     change(full, "UPDATE pattern SET signature = x'00'")
-    assert len(findings(full)) == min(MAX_FINDINGS, patterns)
+    # One more of the tallies, which cannot be compared with such.
+    assert len(findings(full)) == min(MAX_FINDINGS, patterns + 1)
 
 
 def test_two_codes_of_one_id_are_refused(full: Path) -> None:
