@@ -103,11 +103,14 @@ def ask_for_fills(folder: str, example: str) -> None:
     from patterndb.core.pattern import Pattern
     from patterndb.core.patternclass import PatternClass
     from query import Boundary, Stroke, best, fills
+    from query.solving.systems import make_systems
 
     square = Pattern.from_code(np.zeros(4, np.uint16))
     squares = PatternClass.from_patterns(4, [square])
     list(fills(squares, (3, 2, 3, 2), limit=5, order="symmetric"))
     list(fills(squares, (3, 2, 3, 2), strokes=[Stroke((0, 1), (2, 1))], limit=5))
+    # As for a class that is so large that it is kept.
+    make_systems(squares.lengths, squares.joins, jointly=True)
 
     def ask(boundary, **options):
         return best(PatternClass.from_patterns(boundary.n_sides, []), boundary, **options)
