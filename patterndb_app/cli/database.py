@@ -271,5 +271,5 @@ def diff(first: Path, second: Path | None, as_json: bool) -> int:
 
 
 def count_patterns(database: Database) -> int:
-    """Count the patterns; statistics() would hash all content as well."""
+    """Count the patterns; statistics() would count all signatures as well."""
     return sum(database.sides_histogram().values())
