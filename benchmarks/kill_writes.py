@@ -172,10 +172,10 @@ def make_savings(folder: Path) -> dict[str, Saving]:
     """The ways to save networks and sessions, by name."""
     from editor_cases import drawn_grid, line
 
+    from patterndb_sketch.autosave import Autosave
     from patterndb_sketch.features import sessionfile as features
     from patterndb_sketch.retopo import sessionfile as retopo
-    from patterndb_sketch.retopo.autosave import Autosave
-    from patterndb_sketch.retopo.editor import Call
+    from patterndb_sketch.retopo.editor import Call, State
     from patterndb_sketch.surfacing import networkfile
 
     drawing = networkfile.read_drawing(ROOT / "examples" / "networks" / "teacup.json")
@@ -205,12 +205,12 @@ def make_savings(folder: Path) -> dict[str, Saving]:
     def autosave(path: Path, number: int) -> None:
         # A process has one, as a window has.
         if os.getpid() not in begun:
-            begun[os.getpid()] = Autosave(
+            begun[os.getpid()] = retopo.autosave_session(
                 editor.ground, sheets[0].state, session=path, name="sheet.obj", every=0.0
             )
         begun[os.getpid()].tick(states[number])
 
-    begun: dict[int, Autosave] = {}
+    begun: dict[int, Autosave[State]] = {}
     savings: dict[str, Saving] = {}
     for name, save, read in (
         ("surfacing", save_network, networkfile.read_network),
@@ -240,7 +240,7 @@ def save_in_turns(saving: Saving, path: Path) -> None:
 
 def find_saving_faults(saving: Saving, path: Path) -> list[str]:
     """What is wrong with a saved file, or a recovery file, after a kill; removes the latter."""
-    from patterndb_sketch.retopo.autosave import find_recoveries
+    from patterndb_sketch.autosave import find_recoveries
 
     found: list[str] = []
     written = [path]

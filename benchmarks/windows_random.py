@@ -7,7 +7,8 @@ wheel, sliders, lists and fields of docks, other sizes; all in one process, with
 on no screen unless QT_QPA_PLATFORM names one. A window fails if an exception comes out of it, an
 invariant of what it shows does not hold, or some steps taken back and done again do not lead to
 where it was. Prints a table in Markdown: the slowest action in milliseconds, and the process's
-memory in megabytes after a fifth of the actions and at the end. Exits 1 after a failure.
+memory in megabytes after a fifth of the actions and at the end; on the other stream, as it goes,
+failures, and the memory after each thousand. Exits 1 after a failure.
 """
 
 from __future__ import annotations
@@ -54,6 +55,9 @@ LEFT_OUT = ("close",)
 
 #: Actions between two looks at the invariants, and at some steps back and forward.
 LOOKS, TURNS = 20, 200
+
+#: Actions between two lines that say how far a run is.
+TOLD = 1000
 
 #: Steps back and forward at most.
 STEPS = 6
@@ -368,7 +372,7 @@ def try_window(name: str, actions: int, seed: int, folder: Path) -> Tried:
     check, digest = CHECKS[name]
 
     def note(kind: Any, error: BaseException, trace: Any) -> None:
-        said = "".join(traceback.format_exception(kind, error, trace)[-3:])
+        said = "".join(traceback.format_exception(kind, error, trace)[-6:])
         tried.failures.append(f"{tried.actions}: {hand.done}: {said}")
         # At once: a run that is cut off has told of what it met.
         print(f"{name}, action {tried.failures[-1]}", file=sys.stderr, flush=True)
@@ -399,6 +403,10 @@ def try_window(name: str, actions: int, seed: int, folder: Path) -> Tried:
                 note(type(error), error, error.__traceback__)
             if number == actions // 5:
                 tried.early = read_memory()
+            if number % TOLD == TOLD - 1:
+                # A run that is cut off has told how far it was.
+                told = f"{name}: {number + 1:,} actions, {len(tried.failures)} failures"
+                print(f"{told}, {read_memory():.0f} MB", file=sys.stderr, flush=True)
         hand.settle()
         check(window.saver.state)
     except Exception as error:

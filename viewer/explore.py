@@ -141,6 +141,8 @@ class ExplorerSaver(saver.Saver):
         return "" if begun else "Press B and click the corners of a boundary."
 
     def hint(self) -> str:
+        if self.state.mode is PointerMode.LOOK and self.state.contour is not None:
+            return "← →: other fills    + −: edges of the side at the pointer    S: draw a stroke"
         return HINTS[self.state.mode]
 
     def would_lose(self) -> str:

@@ -6,12 +6,13 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from viewer.commands import Command
 from viewer.facts import FactSheet
 from viewer.keymap import Effect, KeyMap
 from viewer.picture import Drawn, save_drawn
+from viewer.sessions import SessionWriter
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,6 +95,12 @@ class Saver(ABC):
         """Work that a crash left, None for none."""
         return None
 
+    def dismiss(self) -> None:
+        """Let go of the state: something else is shown, and whoever works has agreed."""
+        close = getattr(self.state, "close", None)
+        if close is not None:
+            close()
+
     @abstractmethod
     def picture_path(self) -> Path:
         """Where the next picture is written."""
@@ -137,14 +144,6 @@ class Saver(ABC):
         return f"saved {path}"
 
 
-class SessionFiles(Protocol):
-    """Where work that is kept in sessions is saved. session_path: None until it is known."""
-
-    session_path: Path | None
-
-    def free(self, name: str, suffix: str) -> Path: ...
-
-
 class SessionSaver(Saver):
     """A saver of work that is kept in sessions, and done with a button held down.
 
@@ -154,7 +153,11 @@ class SessionSaver(Saver):
     suffix = ".session"
 
     def __init__(
-        self, state: Any, keys: KeyMap[Any], files: SessionFiles, size: tuple[int, int]
+        self,
+        state: Any,
+        keys: KeyMap[Any],
+        files: SessionWriter[Any, Any],
+        size: tuple[int, int],
     ) -> None:
         super().__init__(state, keys, size)
         self.files = files
@@ -180,17 +183,23 @@ class SessionSaver(Saver):
                     lambda: self.files.session_path),
         )  # fmt: skip
 
+    def find_lost_work(self) -> LostWork | None:
+        if self.files.lost is None:
+            return None
+        return LostWork(
+            "A crash, or a window that was closed by force, left work on this. "
+            "Open it in place of what is here?",
+            self.state.editing.recover,
+            self.files.discard_lost,
+        )
+
+    def dismiss(self) -> None:
+        super().dismiss()
+        self.files.end(None)
+
     def _write_session(self, path: Path) -> str:
         before, self.files.session_path = self.files.session_path, path
         if not self.state.editing.save_session():
             # The next time is asked again, rather than fails again.
             self.files.session_path = before
         return str(self.state.message)
-
-
-def find_free_name(folder: Path, name: str, suffix: str) -> Path:
-    """Find a path in a folder that no file has: the name with a number and the suffix."""
-    count = 1
-    while (path := folder / f"{name}-{count}{suffix}").exists():
-        count += 1
-    return path

@@ -193,7 +193,7 @@ def retopo(
             "--record out, or begin another session"
         )
     # Imported here because compiled kernels take a moment that --help need not wait for.
-    from patterndb_sketch.retopo.autosave import find_recoveries
+    from patterndb_sketch.autosave import find_recoveries
     from patterndb_sketch.retopo.script import Script, read_script, write_script
     from patterndb_sketch.retopo.sessionfile import RetopoSession, write_session
 

@@ -8,7 +8,8 @@ Read :mod:`.ground`, :mod:`.network`, :mod:`.counts` and :mod:`.filling`, then :
 :mod:`.draft` (a first network by the machine); then :mod:`.tool` (what a tool is, with
 :mod:`.arguments`), :mod:`.tools`, :mod:`.table` (all of them) and :mod:`.editor`, which obeys calls
 of them on a :mod:`.state`. :mod:`.script`,
-:mod:`.sessionfile` and :mod:`.autosave` keep its work; :mod:`.quadimport` begins it from quads.
+:mod:`.sessionfile` and :mod:`patterndb_sketch.autosave` keep its work; :mod:`.quadimport` begins
+it from quads.
 """
 
 from patterndb_sketch.retopo.errors import InvalidRetopoError, RefusedError

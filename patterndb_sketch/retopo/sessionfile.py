@@ -23,9 +23,11 @@ from __future__ import annotations
 import io
 import json
 import math
+import time
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -50,6 +52,7 @@ from patterndb.system.documents import (
     read_limited,
 )
 from patterndb.system.files import replace_file
+from patterndb_sketch.autosave import EVERY, Autosave
 from patterndb_sketch.retopo.errors import InvalidRetopoError
 from patterndb_sketch.retopo.filling import Choice, Filling, Flow
 from patterndb_sketch.retopo.ground import Ground
@@ -260,6 +263,28 @@ def surface_bytes(ground: Ground) -> bytes:
     """A ground's vertices and triangles, packed; see :func:`session_bytes`."""
     return _packed(
         {"vertices": ground.vertices.astype("<f8"), "triangles": ground.triangles.astype("<i4")}
+    )
+
+
+def autosave_session(
+    ground: Ground,
+    state: State,
+    *,
+    session: Path | None = None,
+    folder: Path | None = None,
+    name: str = "",
+    every: float = EVERY,
+    clock: Callable[[], float] = time.monotonic,
+) -> Autosave[State]:
+    """Keep the states of an editor in case of a crash; name: of the surface's file, else as for
+    :class:`patterndb_sketch.autosave.Autosave`."""
+    surface = cache(lambda: surface_bytes(ground))
+
+    def encode(state: State) -> bytes:
+        return session_bytes(RetopoSession(ground, state, name), surface())
+
+    return Autosave(
+        encode, state, session=session, folder=folder, same=State.same, every=every, clock=clock
     )
 
 

@@ -70,7 +70,7 @@ WORLDLY_MODULES += (
 WORLDLY_MODULES += ("patterndb_sketch.features.files.curvesjson", "query.holes.models")
 WORLDLY_MODULES += (
     "patterndb_sketch.retopo.sessionfile",
-    "patterndb_sketch.retopo.autosave",
+    "patterndb_sketch.autosave",
     "patterndb_sketch.retopo.script",
 )
 

@@ -129,3 +129,13 @@ def genus(network: Network) -> int:
     euler = len(network.nodes) + loose - len(network.chains) + len(faces(network))
     assert (2 * parts(network) - euler) % 2 == 0
     return (2 * parts(network) - euler) // 2
+
+
+def is_drawn_within(network: Network) -> bool:
+    """Does no chain lie beyond a border, the seam, or another marked side?"""
+    return all(
+        bool(network.mark(one)) == bool(network.mark(two ^ 1))
+        for node in network.nodes.values()
+        for one, two in zip(node.ends, node.ends[1:] + node.ends[:1], strict=True)
+        if not node.open
+    )

@@ -14,11 +14,12 @@ import pytest
 from editor_cases import SIZES, do, line
 from retopo_cases import plane
 
-from patterndb_sketch.retopo import autosave
-from patterndb_sketch.retopo.autosave import EVERY, Autosave, find_recoveries
+from patterndb_sketch import autosave
+from patterndb_sketch.autosave import EVERY, find_recoveries
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.sessionfile import (
     RetopoSession,
+    autosave_session,
     read_session,
     session_bytes,
     write_session,
@@ -62,7 +63,7 @@ def test_changes_are_written_every_half_minute(
     editor: Editor, clock: Clock, tmp_path: Path
 ) -> None:
     session = tmp_path / "a.retopo"
-    kept = Autosave(editor.ground, editor.state, session=session, name="a.obj", clock=clock)
+    kept = autosave_session(editor.ground, editor.state, session=session, name="a.obj", clock=clock)
     path = kept.path
     assert path is not None
     assert path.parent == tmp_path
@@ -93,7 +94,7 @@ def test_changes_are_written_every_half_minute(
 def test_saving_and_a_clean_end_leave_no_recovery_file(
     editor: Editor, clock: Clock, tmp_path: Path
 ) -> None:
-    kept = Autosave(editor.ground, editor.state, folder=tmp_path, clock=clock)
+    kept = autosave_session(editor.ground, editor.state, folder=tmp_path, clock=clock)
     first = kept.path
     assert first is not None
     assert first.name.startswith("unnamed.")
@@ -120,7 +121,7 @@ def test_saving_and_a_clean_end_leave_no_recovery_file(
 
 
 def test_without_a_file_or_folder_nothing_is_written(editor: Editor, clock: Clock) -> None:
-    kept = Autosave(editor.ground, editor.state, clock=clock)
+    kept = autosave_session(editor.ground, editor.state, clock=clock)
     drawn(editor, 0)
     clock.now += EVERY
     assert kept.path is None
@@ -129,7 +130,7 @@ def test_without_a_file_or_folder_nothing_is_written(editor: Editor, clock: Cloc
 
 def test_a_write_that_fails_is_tried_again(editor: Editor, clock: Clock, tmp_path: Path) -> None:
     folder = tmp_path / "gone"
-    kept = Autosave(editor.ground, editor.state, folder=folder, clock=clock)
+    kept = autosave_session(editor.ground, editor.state, folder=folder, clock=clock)
     drawn(editor, 0)
     clock.now += EVERY
     with pytest.raises(FileNotFoundError):
@@ -145,7 +146,10 @@ def test_two_windows_do_not_take_each_others_files(
     editor: Editor, clock: Clock, tmp_path: Path
 ) -> None:
     session = tmp_path / "a.retopo"
-    both = [Autosave(editor.ground, editor.state, session=session, clock=clock) for _ in range(2)]
+    both = [
+        autosave_session(editor.ground, editor.state, session=session, clock=clock)
+        for _ in range(2)
+    ]
     drawn(editor, 0)
     clock.now += EVERY
     assert all(one.tick(editor.state) for one in both)
@@ -193,14 +197,14 @@ CHILD = """
     from pathlib import Path
     from retopo_cases import plane
     import patterndb
-    from patterndb_sketch.retopo.autosave import Autosave
     from patterndb_sketch.retopo.editor import Editor
-    from patterndb_sketch.retopo.sessionfile import RetopoSession, session_bytes
+    from patterndb_sketch.retopo.sessionfile import autosave_session
 
     now = 0.0
     with patterndb.open() as source:
         editor = Editor(plane(), source, replace(SIZES, snap=0.05))
-        kept = Autosave(editor.ground, editor.state, session=Path(sys.argv[1]), clock=lambda: now)
+        kept = autosave_session(editor.ground, editor.state, session=Path(sys.argv[1]),
+                                clock=lambda: now)
         states = [editor.state]
         # An edit every 10 seconds, a tick every second, for five minutes and 25 seconds.
         for second in range(1, 326):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from retopo_cases import genus, plane, sphere
+from retopo_cases import genus, is_drawn_within, plane, sphere
 
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
@@ -108,7 +108,7 @@ def test_any_edits_leave_a_sound_network(ground, seed: int, names: list[str]) ->
             assert are_equal(network, kept[history.index(network)])
             continue
         check_network(after)
-        assert genus(after) == 0
+        assert genus(after) == 0 and is_drawn_within(after)
         network = after
         history.append(network)
         kept.append(copy.deepcopy(network))

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from retopo_cases import genus
+from retopo_cases import genus, is_drawn_within
 from symmetry_cases import TILTED, X, ball, empty, half, seam
 
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.ground import GroundStroke, clean_stroke
+from patterndb_sketch.retopo.ground import Ground, GroundStroke, clean_stroke
 from patterndb_sketch.retopo.network import SYMMETRY, add_chain, check_network
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import (
@@ -21,6 +21,7 @@ from patterndb_sketch.retopo.symmetry import (
     refuse_beyond,
     split_stroke,
 )
+from patterndb_sketch.retopo.tools.loop import cut_loop
 from patterndb_sketch.retopo.tools.stroke import insert_stroke_on_half
 
 
@@ -141,7 +142,7 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
     network = begin_symmetry(network, at, sizes.sampling).network
     for _ in range(3):
         check_network(network)
-        assert genus(network) == 0
+        assert genus(network) == 0 and is_drawn_within(network)
         for chain in network.chains.values():
             height = plane.heights(chain.points)
             assert height.min() > -1e-9
@@ -167,3 +168,31 @@ def test_random_strokes_keep_all_that_holds(seed: int, name: str, tilted: bool) 
         return
     assert back.chains.keys() == network.chains.keys()
     assert all((back.chains[c].points == network.chains[c].points).all() for c in network.chains)
+
+
+def test_no_curve_goes_beyond_the_seam_where_one_is_drawn_along_the_border() -> None:
+    """A ring that lies on the border for a way, near the seam, and a cut through all of them:
+    the cut went on behind the seam, and the patch's image did not close then."""
+    steps = np.linspace(-1.0, 1.0, 41)
+    x, y = (one.ravel() for one in np.meshgrid(steps, steps, indexing="ij"))
+    first = (np.arange(40)[:, None] * 41 + np.arange(40)).ravel()
+    one, two = [first, first + 41, first + 42], [first, first + 42, first + 1]
+    triangles = np.concatenate([np.stack(one, 1), np.stack(two, 1)])
+    ground = Ground.of(np.stack([x, y, 0.0 * x], 1), triangles)
+    sizes = Sizes.of(ground.diagonal)
+    plane = Plane.of((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    on_half = cut_half(ground, plane)
+    network = begin_symmetry(empty(ground, sizes), on_half, sizes.sampling).network
+    t = np.linspace(0.0, 2.0 * np.pi, 40)
+    ring = np.stack([-0.82 - 0.23 * np.sin(t), 0.19 + 0.23 * np.cos(t), 0.0 * t], 1)
+    ring[:, 0] = np.maximum(ring[:, 0], -1.0)
+    network = insert_stroke_on_half(
+        network, on_half, sizes, clean_stroke(ring, ground, sizes, None)
+    ).network
+    start = on_half.ground.nearest(np.array([[-0.75, 0.0, 0.0]]))
+    network = cut_loop(network, on_half.ground, sizes, start, (-0.8, -0.59, 0.0)).network
+    check_network(network)
+    assert is_drawn_within(network)
+    off = end_symmetry(network, ground, sizes, plane).network
+    check_network(off)
+    assert len(off.patches) == 2 * len(network.patches) > 0

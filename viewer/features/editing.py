@@ -40,9 +40,15 @@ KEPT = 24
 
 
 class FeatureFiles(Protocol):
-    """Writes what is worked on, and says where it is. OSError as writing does."""
+    """Writes what is worked on, and says where it is; ``tick`` is called often, and may write
+    what is to be found after a crash, or says why it cannot. Else OSError as writing does.
 
-    def save_session(self, session: FeatureSession) -> str: ...
+    lost: what a crash left, on the same model; None if it left nothing."""
+
+    lost: FeatureSession | None
+
+    def tick(self, state: FeatureEdits) -> str: ...
+    def save_session(self, session: FeatureSession, edits: FeatureEdits) -> str: ...
     def save_network(self, network: DrawnNetwork) -> str: ...
     def save_lines(self, lines: Mapping[str, Points]) -> str: ...
 
@@ -65,7 +71,7 @@ class FeatureEditing:
         self.model = model
         self.message = ""
         self.ribs_shown = False
-        self._files = files
+        self.files = files
         self._session = session
         found, self.settings = open_session_curves(session, settings)
         self.steps = History(FeatureEdits(tuple(curve for curve, _ in found)))
@@ -120,10 +126,12 @@ class FeatureEditing:
         failure = self._failures.get(curve)
         return "" if failure is None else str(failure)
 
-    def session(self) -> FeatureSession:
-        """The session as it is now; curves that could not be made are left out."""
-        looks = self.made()
-        made = [(one, looks[one.name]) for one in self.edits.curves if one.name in looks]
+    def session(self, edits: FeatureEdits | None = None) -> FeatureSession:
+        """The session with these curves, by default as they are now; those that could not be made
+        are left out."""
+        curves = (self.edits if edits is None else edits).curves
+        looks = [(curve, self._looks.get(curve)) for curve in curves]
+        made = [(curve, look) for curve, look in looks if look is not None]
         return collect_session(self._session, made, self.settings)
 
     def made(self) -> dict[str, CurveLook]:
@@ -263,7 +271,7 @@ class FeatureEditing:
 
     def save_session(self) -> bool:
         """Save all curves, once they are what was asked for; False if that cannot be."""
-        done = self._saved_by(lambda files: files.save_session(self.session()))
+        done = self._saved_by(lambda files: files.save_session(self.session(), self.edits))
         if done:
             self._saved = self.edits
         return done
@@ -282,13 +290,29 @@ class FeatureEditing:
             lambda files: files.save_lines({name: one.line for name, one in self.made().items()})
         )
 
+    def recover(self) -> None:
+        """Take what a crash left in place of the curves that there are, as one step."""
+        found = None if self.files is None else self.files.lost
+        if self.files is None or found is None:
+            self.message = "there is nothing that a crash left"
+            return
+        self._drop()
+        self._session = found
+        made, self.settings = open_session_curves(found, self.settings, self._next)
+        self._next += len(made)
+        self._looks.update(made)
+        self._last.update((curve.key, look) for curve, look in made)
+        self.steps.step(FeatureEdits(tuple(curve for curve, _ in made)))
+        self.selected = self.files.lost = None
+        self.message = "this is what the crash left; s saves it, and its file goes then"
+
     def _saved_by(self, save: Callable[[FeatureFiles], str]) -> bool:
         self.settle()
-        if self._files is None:
+        if self.files is None:
             self.message = "nothing can be saved here: no way to write files was given"
             return False
         try:
-            self.message = save(self._files)
+            self.message = save(self.files)
         except OSError as error:
             self.message = f"not saved: {error}"
             return False
@@ -410,7 +434,11 @@ class FeatureEditing:
 
     def poll(self) -> bool:
         """Is there something new since the last time that this was asked?"""
-        return self._take()
+        new = self._take()
+        # A curve that is being made would be left out.
+        said = "" if self.files is None or self.making else self.files.tick(self.edits)
+        self.message = said or self.message
+        return new or bool(said)
 
     def settle(self) -> None:
         """Wait for all that was asked for."""

@@ -26,16 +26,17 @@ from patterndb_sketch.features.strokes import find_held_samples
 
 
 def open_session_curves(
-    session: FeatureSession, settings: SnapSettings
+    session: FeatureSession, settings: SnapSettings, first: int = 0
 ) -> tuple[list[tuple[DrawnCurve, CurveLook]], SnapSettings]:
     """The curves of a session with their looks, and the settings of the next curve: the given
     ones where they are not as by default, else the session's.
 
+    first: the first curve's key, from which the others count on.
     Raises InvalidFeatureError for settings out of range.
     """
     common = settings_of_numbers(session.settings, SnapSettings())
     curves: list[tuple[DrawnCurve, CurveLook]] = []
-    for key, one in enumerate(session.curves):
+    for key, one in enumerate(session.curves, first):
         own = settings_of_numbers(session.settings, common, one.name)
         curve = DrawnCurve(
             key, one.name, one.clicked, own, one.constraints, closed=one.spline.closed

@@ -19,10 +19,17 @@ CLOSING = "click: close the curve here    ⌫: take back    Esc: drop"
 
 
 def tell_hint(state: FeatureState) -> str:
-    """Tell what is to be done now, in a line; "" for nothing in particular."""
+    """Tell what is to be done now, in a line."""
     if state.editing.clicks is not None:
         return CLOSING if state.closing else HINTS[min(len(state.editing.clicks), max(HINTS))]
-    return ""
+    under = state.under()
+    if under is not None and under.pin is not None:
+        return "drag the pin    D: take it away"
+    if state.editing.curve is not None:
+        return "drag the curve: a pin holds it there    Del: delete    E: name    C: draw another"
+    if state.editing.edits.curves:
+        return "click a curve to choose it, or drag it: a pin holds it there    C: draw another"
+    return "C: draw a curve"
 
 
 def describe_features(sheet: FactSheet, state: FeatureState) -> None:

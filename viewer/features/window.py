@@ -7,18 +7,26 @@ from pathlib import Path
 
 from patterndb.geometry.points import Points
 from patterndb.system.files import replace_file
+from patterndb_sketch.autosave import Autosave
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.registration import DrawnNetwork
-from patterndb_sketch.features.sessionfile import FeatureSession, write_network, write_session
+from patterndb_sketch.features.sessionfile import (
+    FeatureSession,
+    read_session,
+    session_bytes,
+    write_network,
+    write_session,
+)
 from patterndb_sketch.features.snap import SnapSettings
 from viewer import saver
 from viewer.facts import FactSheet
+from viewer.features.edits import FeatureEdits
 from viewer.features.facts import describe_features, tell_hint
 from viewer.features.keys import COMMANDS, KEYS
 from viewer.features.picture import FeaturePainter
 from viewer.features.state import FeatureState
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
-from viewer.saver import find_free_name
+from viewer.sessions import SessionWriter
 
 
 def show(
@@ -50,25 +58,33 @@ def show(
     from viewer.shell.probe import check_display
 
     check_display()
-    files = FeatureWriter(Path(folder), session_path)
-    state = FeatureState(model, session=session, settings=settings, files=files)
+
+    def make_saver(on: Model, begun: FeatureSession, path: Path | None) -> FeatureSaver:
+        files = FeatureWriter(Path(folder), path)
+        state = FeatureState(on, session=begun, settings=settings, files=files)
+        state.message = files.watch(state, begun.mesh)
+        return FeatureSaver(state, files, window_size)
+
+    def open_another(path: Path) -> FeatureSaver:
+        assert open_file is not None
+        return make_saver(open_file(path), FeatureSession(path.name), None)
+
+    shown = make_saver(model, session, session_path)
+    discarded = False
     try:
-        shell = FeatureSaver(state, files, window_size)
         from viewer.features.docks import FeatureWindow
         from viewer.shell.opening import open_window
 
-        def open_another(path: Path) -> FeatureSaver:
-            assert open_file is not None
-            fresh = FeatureWriter(Path(folder), None)
-            other = FeatureState(open_file(path), settings=settings, files=fresh)
-            return FeatureSaver(other, fresh, window_size)
-
         opener = None if open_file is None else open_another
-        shown = open_window(shell, pressed, title or "Feature curves", FeatureWindow, opener)
-        state = shown.state
+        # Closing asks what to do with work that is not saved; Ctrl-C does not, and keeps it.
+        last = open_window(shown, pressed, title or "Feature curves", FeatureWindow, opener)
+        assert isinstance(last, FeatureSaver)
+        shown, discarded = last, True
     finally:
-        state.close()
-    return state
+        shown.state.settle()
+        shown.state.close()
+        shown.files.end(None if discarded else shown.state.editing.edits)
+    return shown.state
 
 
 def draw(
@@ -103,18 +119,39 @@ def draw(
     return state
 
 
-class FeatureWriter:
+class FeatureWriter(SessionWriter[FeatureEdits, FeatureSession]):
     """Writes files into a folder under names that are free; the session always into one."""
 
-    def __init__(self, folder: Path, session_path: Path | None) -> None:
-        self._folder = folder
-        self.session_path = session_path
+    unnamed = "unnamed-features"
 
-    def save_session(self, session: FeatureSession) -> str:
+    def watch(self, state: FeatureState, mesh: str) -> str:
+        """Keep what is drawn on a model from now on in case of a crash, and read what one left.
+
+        mesh: the name of the model's file. Says that there is something; "" if there is not.
+        """
+        editing = state.editing
+        self.autosave = Autosave(
+            lambda edits: session_bytes(editing.session(edits)),
+            editing.edits,
+            session=self.session_path,
+            folder=self._folder,
+            unnamed=self.unnamed,
+        )
+
+        def read(path: Path) -> FeatureSession | str:
+            kept = read_session(path)
+            return kept if kept.mesh == mesh else (
+                f"of another model, {kept.mesh or 'unnamed'}; rename it to end in .session, and "
+                "give it as --session with that model to go on from it"
+            )  # fmt: skip
+
+        return self.find_recovery(read)
+
+    def save_session(self, session: FeatureSession, edits: FeatureEdits) -> str:
         """Replace the session's file, whole or not at all."""
         path = self.session_path or self.free("features", ".session")
         write_session(path, session)
-        self.session_path = path
+        self.note_saved(edits, path)
         return f"saved {path}"
 
     def save_network(self, network: DrawnNetwork) -> str:
@@ -132,10 +169,6 @@ class FeatureWriter:
         path = self.free("curves", ".obj")
         replace_file(path, format_obj_lines(lines))
         return f"saved {path}"
-
-    def free(self, name: str, suffix: str) -> Path:
-        """A name that no file in the folder has."""
-        return find_free_name(self._folder, name, suffix)
 
 
 def format_obj_lines(lines: Mapping[str, Points]) -> str:

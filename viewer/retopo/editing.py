@@ -273,7 +273,7 @@ AT_ONCE = 0.05
 
 class RetopoFiles(Protocol):
     """Writes what is worked on, and says where it is; ``tick`` is called often, and may write
-    what is to be found after a crash. OSError as writing does.
+    what is to be found after a crash, or says why it cannot. Else OSError as writing does.
 
     lost: what a crash left, on the same ground; None if it left nothing."""
 
@@ -282,7 +282,7 @@ class RetopoFiles(Protocol):
     def save_session(self, ground: Ground, state: State) -> str: ...
     def save_mesh(self, mesh: RetopoMesh) -> str: ...
     def save_script(self, calls: tuple[Call, ...]) -> str: ...
-    def tick(self, state: State) -> None: ...
+    def tick(self, state: State) -> str: ...
 
 
 class RetopoEditing:
@@ -375,14 +375,9 @@ class RetopoEditing:
 
     def tick(self) -> bool:
         """Time goes on: what a crash would lose may be written. True if that cannot be."""
-        if self.files is None:
-            return False
-        try:
-            self.files.tick(self.shown.state)
-        except OSError as error:
-            self.message = f"nothing is kept in case of a crash: {error}"
-            return True
-        return False
+        said = "" if self.files is None else self.files.tick(self.shown.state)
+        self.message = said or self.message
+        return bool(said)
 
     def undo(self) -> None:
         """One step back."""

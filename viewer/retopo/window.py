@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,13 +9,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from patterndb.errors import PatternDBError
-from patterndb_sketch.retopo.autosave import Autosave, find_recoveries
+from patterndb_sketch.autosave import Autosave
 from patterndb_sketch.retopo.editor import Call, Editor, State
 from patterndb_sketch.retopo.filling import RetopoMesh
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import Script, ScriptLine, write_script
-from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
+from patterndb_sketch.retopo.sessionfile import (
+    RetopoSession,
+    autosave_session,
+    read_session,
+    write_session,
+)
 from viewer import saver, style
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_sheet
@@ -26,7 +28,7 @@ from viewer.retopo.keys import COMMANDS, KEYS
 from viewer.retopo.picture import RetopoPainter
 from viewer.retopo.pointing import find_side
 from viewer.retopo.state import RetopoState
-from viewer.saver import LostWork, find_free_name
+from viewer.sessions import SessionWriter
 
 #: Writes quads to a file.
 WriteMesh = Callable[[Path, RetopoMesh], None]
@@ -72,10 +74,12 @@ def show(
     folder = Path(folder)
     said = Script(title, ()) if begun is None else begun
     name = Path(said.surface).name
-    autosave = Autosave(editor.ground, editor.state, session=session, folder=folder, name=name)
+    autosave = autosave_session(
+        editor.ground, editor.state, session=session, folder=folder, name=name
+    )
     files = RetopoWriter(folder, session, script, said, write_mesh, autosave)
     state = RetopoState(editor, files=files)
-    state.message = files.find_lost(editor.ground, folder)
+    state.message = files.find_lost(editor.ground)
     discarded = False
     try:
         shell = RetopoSaver(state, files, window_size)
@@ -91,7 +95,7 @@ def show(
         if script is not None and state.editing.calls:
             files.save_script(state.editing.calls)
             discarded = True
-        kept = autosave.close(None if discarded else state.shown.state)
+        kept = files.end(None if discarded else state.shown.state)
     return kept
 
 
@@ -140,7 +144,7 @@ def draw(
         state.close()
 
 
-class RetopoWriter:
+class RetopoWriter(SessionWriter[State, State]):
     """Writes files into a folder under names that are free; session and script always into the
     same."""
 
@@ -151,61 +155,33 @@ class RetopoWriter:
         script: Path | None,
         begun: Script,
         write_mesh: WriteMesh | None,
-        autosave: Autosave | None = None,
+        autosave: Autosave[State] | None = None,
     ) -> None:
-        self._autosave = autosave
-        self._folder, self._begun = folder, begun
-        self.session_path, self._script = session, script
+        super().__init__(folder, session, autosave)
+        self._script, self._begun = script, begun
         self._write_mesh = write_mesh
-        self.lost: State | None = None
-        self._left: Path | None = None
 
-    def find_lost(self, ground: Ground, folder: Path) -> str:
-        """Read what a crash left of this work, if it did, and say so; "" if it did not."""
-        found = find_recoveries(self.session_path, folder)
-        if not found:
-            return ""
-        path = found[0].path
-        try:
+    def find_lost(self, ground: Ground) -> str:
+        """Read what a crash left of work on a ground, and say so; "" if it left nothing."""
+
+        def read(path: Path) -> State | str:
             kept = read_session(path)
-        except (PatternDBError, OSError) as error:
-            return f"a crash left {path.name}, which cannot be read: {error}"
-        same = np.array_equal(kept.ground.vertices, ground.vertices) and np.array_equal(
-            kept.ground.triangles, ground.triangles
-        )
-        if not same:
-            return (
-                f"a crash left {path.name}, of another surface, {kept.name or 'unnamed'}; rename "
-                "it to end in .retopo, and give it as --session to go on from it"
+            same = np.array_equal(kept.ground.vertices, ground.vertices) and np.array_equal(
+                kept.ground.triangles, ground.triangles
             )
-        self.lost, self._left = kept.state, path
-        when = time.strftime("%d %B, %H:%M", time.localtime(found[0].written))
-        return f"a crash left work of {when}: R opens it in place of what is here"
+            return kept.state if same else (
+                f"of another surface, {kept.name or 'unnamed'}; rename it to end in .retopo, and "
+                "give it as --session to go on from it"
+            )  # fmt: skip
 
-    def discard_lost(self) -> None:
-        """Delete what a crash left; OSError as deleting does."""
-        if self._left is not None:
-            self._left.unlink(missing_ok=True)
-        self.lost = self._left = None
+        return self.find_recovery(read)
 
     def save_session(self, ground: Ground, state: State) -> str:
         """Replace the session's file, whole or not at all."""
         path = self.session_path or self.free("retopo", ".retopo")
         write_session(path, RetopoSession(ground, state, Path(self._begun.surface).name))
-        self.session_path = path
-        if self._autosave is not None:
-            self._autosave.saved(state, path)
-        if self._left is not None and self.lost is None:
-            # What it held was opened, and is saved now. One that cannot go is offered once more.
-            with contextlib.suppress(OSError):
-                self._left.unlink(missing_ok=True)
-            self._left = None
+        self.note_saved(state, path)
         return f"saved {path}"
-
-    def tick(self, state: State) -> None:
-        """Keep the state in case of a crash, if it is time."""
-        if self._autosave is not None:
-            self._autosave.tick(state)
 
     def save_mesh(self, mesh: RetopoMesh) -> str:
         """Write the quads."""
@@ -224,10 +200,6 @@ class RetopoWriter:
         write_script(path, replace(self._begun, lines=(*before, *lines)))
         self._script = path
         return f"saved {path}"
-
-    def free(self, name: str, suffix: str) -> Path:
-        """A name that no file in the folder has."""
-        return find_free_name(self._folder, name, suffix)
 
 
 class RetopoSaver(saver.SessionSaver):
@@ -272,13 +244,3 @@ class RetopoSaver(saver.SessionSaver):
         if self.state.tool.holding:
             return "A line is being drawn, and nothing of it is saved."
         return "The session is not saved." if self.state.editing.unsaved else ""
-
-    def find_lost_work(self) -> LostWork | None:
-        if self.files.lost is None:
-            return None
-        return LostWork(
-            "A crash, or a window that was closed by force, left work on this surface. "
-            "Open it in place of what is here?",
-            self.state.editing.recover,
-            self.files.discard_lost,
-        )

@@ -16,7 +16,8 @@ from viewer import saver
 from viewer.commands import Command
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
-from viewer.saver import SaveWay, find_free_name
+from viewer.saver import SaveWay
+from viewer.sessions import find_free_name
 from viewer.shapes.commands import COMMANDS, KEYS
 from viewer.shapes.picture import compose_shape, describe_shape
 from viewer.shapes.shaping import Shaping
@@ -116,6 +117,17 @@ class ShapesSaver(saver.Saver):
 
     def describe(self, sheet: FactSheet) -> None:
         describe_shape(sheet, self.state)
+
+    def hint(self) -> str:
+        if self.state.dragging:
+            return "Esc: as if it had not been pulled    x y z: along an axis"
+        under = self.state.under()
+        if under is None:
+            return "drag a curve: the shape follows    beside it: turn"
+        held = under.name in self.state.shaping.choice.held
+        return (
+            f"drag {under.name}: the shape follows    click: {'let it go' if held else 'hold it'}"
+        )
 
     def ready(self) -> None:
         """Nothing is made in the background."""

@@ -304,6 +304,13 @@ class ThumbnailList(QListWidget):
             item.setIcon(self._icons[key])
 
 
+#: The tool in use stands out in dark windows, too.
+CHOSEN_TOOL = (
+    "QToolButton:checked {background: palette(highlight); color: palette(highlighted-text);"
+    " border: 1px solid palette(shadow); border-radius: 3px; padding: 3px 5px}"
+)
+
+
 def make_form(rows: Sequence[tuple[str, QWidget]]) -> QWidget:
     """Make a widget of named rows."""
     widget = QWidget()

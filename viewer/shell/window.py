@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QLabel,
     QMainWindow,
     QMessageBox,
+    QScrollArea,
     QToolBar,
     QVBoxLayout,
     QWidget,
@@ -29,7 +30,7 @@ from viewer.picture import WINDOW
 from viewer.saver import Saver, SaveWay
 from viewer.shell.actions import ActionTable
 from viewer.shell.application import is_dark, use_theme
-from viewer.shell.docks import DOCK_WIDTH, Dock, FactsDock
+from viewer.shell.docks import CHOSEN_TOOL, DOCK_WIDTH, Dock, FactsDock
 from viewer.shell.palette import CommandPalette
 from viewer.shell.preferences import PreferencesDialog
 from viewer.shell.scene import SceneView
@@ -91,6 +92,19 @@ class NotedPicture(QWidget):
         """Keep the notes where they are."""
         super().resizeEvent(event)
         self.place_notes()
+
+
+def list_takers(panel: QWidget) -> list[QWidget]:
+    """List what of a panel takes the focus of the keyboard."""
+    # Not by Qt's own chain of focus: PySide then takes menus that are in it for its own to delete.
+    return [
+        one
+        for one in panel.findChildren(QWidget)
+        if one.focusPolicy() & Qt.FocusPolicy.TabFocus
+        and one.focusProxy() is None
+        and one.isEnabled()
+        and one.isVisibleTo(panel)
+    ]
 
 
 class ShellWindow(QMainWindow):
@@ -267,6 +281,11 @@ class ShellWindow(QMainWindow):
             Command("preferences", "Preferences…", "Edit", ("Ctrl+,",),
                     lambda _: self.open_preferences(),
                     "Choose colours, how a drag turns, and every command's key"),
+            Command("next-panel", "Next panel", "View", ("F6",), lambda _: self.walk_panels(1),
+                    "Go on with the keyboard in the next panel; after the last in the picture"),
+            Command("previous-panel", "Previous panel", "View", ("Shift+F6",),
+                    lambda _: self.walk_panels(-1),
+                    "Go on with the keyboard in the panel before, or in the picture"),
             Command("find-command", "Find a command…", "Help", ("Ctrl+P",),
                     lambda _: self.open_palette(), "Find a command by a few letters of its name"),
             Command("list-keys", "Commands and keys", "Help", ("h", "F1", "?"),
@@ -282,6 +301,24 @@ class ShellWindow(QMainWindow):
         dialog = PreferencesDialog(self, self.settings, self.table)
         dialog.finished.connect(lambda _: self._heed_settings())
         dialog.open()
+
+    def walk_panels(self, step: int) -> None:
+        """Give the focus of the keyboard to the next panel that is shown, or to the picture."""
+        picture = self.picture.focusProxy() or self.picture
+        found: list[tuple[QWidget, list[QWidget]]] = [(self._middle, [picture])]
+        for panel in self.docks:
+            # One that lies behind another is shown, too.
+            takers = [] if panel.isHidden() else list_takers(panel)
+            found += [(panel, takers)] if takers else []
+        focus = QApplication.focusWidget()
+        at = [
+            k for k, (one, _) in enumerate(found) if focus is not None and one.isAncestorOf(focus)
+        ]
+        panel, takers = found[((at or [0])[0] + step) % len(found)]
+        panel.raise_()
+        # A control rather than the area that it is scrolled in.
+        taker = next((one for one in takers if not isinstance(one, QScrollArea)), takers[0])
+        taker.setFocus(Qt.FocusReason.TabFocusReason)
 
     # Files
 
@@ -313,9 +350,7 @@ class ShellWindow(QMainWindow):
         self.picture.state = saver.state
         self._heed_settings()
         self.refresh()
-        close = getattr(before.state, "close", None)
-        if close is not None:
-            close()
+        before.dismiss()
 
     def _save_number(self, number: int, *, ask: bool = False) -> bool:
         return self.save_by(self.saver.save_ways()[number], ask=ask)
@@ -476,8 +511,9 @@ class ShellWindow(QMainWindow):
         return NotedPicture(self.picture, self.message_label, self.first_label)
 
     def _make_tool_bar(self) -> QToolBar:
-        bar = QToolBar("Tools", self)
+        bar = QToolBar("Tool bar", self)
         bar.setObjectName("tools")
+        bar.setStyleSheet(CHOSEN_TOOL)
         bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         for one in self.table.bound.values():
             if one.command.bar:

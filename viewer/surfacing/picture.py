@@ -158,6 +158,7 @@ def _off(state: SurfacingState, lit: int) -> list[Triangles]:
 # What the viewer of surfaces says beside its picture: counts, the patch at the pointer.
 
 #: What to do while strokes are drawn.
+LOOKING_HINT = "click a patch: off, or on again    drag: turn    D: draw on the surface"
 DRAWING_HINT = "drag a stroke on the surface    Enter: make it a curve    u: undo    Esc: leave"
 
 

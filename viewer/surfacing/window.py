@@ -9,9 +9,10 @@ from patterndb_sketch.surfacing.patch import Surfacing
 from viewer import saver
 from viewer.facts import FactSheet
 from viewer.picture import WINDOW, Drawn, check_png, save_drawn
-from viewer.saver import SaveWay, find_free_name
+from viewer.saver import SaveWay
+from viewer.sessions import find_free_name
 from viewer.surfacing.commands import COMMANDS, KEYS
-from viewer.surfacing.picture import DRAWING_HINT, compose_surface, describe_surface
+from viewer.surfacing.picture import DRAWING_HINT, LOOKING_HINT, compose_surface, describe_surface
 from viewer.surfacing.state import SurfacingState
 
 #: Writes a surface to a file.
@@ -117,7 +118,7 @@ class SurfacingSaver(saver.Saver):
         return "There is no patch: no curves close a cycle at this stage." if empty else ""
 
     def hint(self) -> str:
-        return DRAWING_HINT if self.state.drawing_mode else ""
+        return DRAWING_HINT if self.state.drawing_mode else LOOKING_HINT
 
     def ready(self) -> None:
         self.state.settle()

@@ -41,7 +41,10 @@ def divide_lengths(chain: Chain, density: Density = EVEN) -> NDArray[np.float64]
 
 def is_divided_alike(chain: Chain, one: Density, other: Density) -> bool:
     """Do two densities divide a chain at the same places?"""
-    return one == other or np.array_equal(divide_lengths(chain, one), divide_lengths(chain, other))
+    # Most of what is painted is elsewhere.
+    if one == other or one.find_over(chain.round) == other.find_over(chain.round):
+        return True
+    return np.array_equal(divide_lengths(chain, one), divide_lengths(chain, other))
 
 
 def divide_chain(chain: Chain, density: Density = EVEN) -> tuple[Points, Points]:

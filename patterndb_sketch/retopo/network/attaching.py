@@ -320,7 +320,13 @@ def _price_wedges(
         right += angles[(wanted - step + 1) % n]
         for wedge, cost in (((wanted + step) % n, left), ((wanted - step) % n, right)):
             costs[wedge] = min(costs[wedge], cost)
-    return _Wedges(at, wanted, tuple(costs))
+    beyond = [bool(chains[end >> 1].marks[end & 1]) for end in at.ends]
+    if chains[half >> 1].marked or all(beyond):
+        return _Wedges(at, wanted, tuple(costs))
+    # Nothing is drawn beyond a marked side. A gap was told by a crossing, and where curves lie on
+    # a border or the seam that may be on either side of it.
+    costs = [math.inf if out else cost for out, cost in zip(beyond, costs, strict=True)]
+    return _Wedges(at, min(range(n), key=costs.__getitem__), tuple(costs))
 
 
 def _put_end(opened: OpenNetwork, node: int, half: HalfChain, wedge: int, gap: Gap | None) -> None:

@@ -428,8 +428,12 @@ def find_hidden_crossings(
             face.update(dict.fromkeys(loops[half], half))
         return face[half]
 
-    goals = {face_of(half) for half in nodes[ends[1]].ends}
-    reached: dict[HalfChain, float] = {face_of(half): 0.0 for half in nodes[ends[0]].ends}
+    # The face on the left of each; there is no way beyond a marked side.
+    begun, goals = (
+        {face_of(half) for half in nodes[node].ends if not chains[half >> 1].marks[half & 1]}
+        for node in ends
+    )
+    reached: dict[HalfChain, float] = dict.fromkeys(sorted(begun), 0.0)
     came: dict[HalfChain, HalfChain] = {}
     queue = [(0.0, at) for at in reached]
     heapq.heapify(queue)

@@ -103,15 +103,19 @@ class Density:
 
     def find_over(self, points: Points) -> list[BrushStroke]:
         """The strokes that may reach points (n, 3)."""
+        return [self.strokes[k] for k in self._number_over(points)]
+
+    def _number_over(self, points: Points) -> list[int]:
         low, high = points.min(axis=0), points.max(axis=0)
         over = (self._boxes[:, 0] <= high) & (self._boxes[:, 1] >= low)
-        return [self.strokes[k] for k in np.flatnonzero(over.all(axis=1))]
+        return np.flatnonzero(over.all(axis=1)).tolist()
 
     def at(self, points: Points, normals: Points) -> NDArray[np.float64]:
         """(n,) the density at points (n, 3) of the ground with normals (n, 3)."""
         found = np.zeros(len(points))
-        for stroke in self.find_over(points) if len(points) else ():
-            near = ((points >= stroke.find_box()[0]) & (points <= stroke.find_box()[1])).all(axis=1)
+        for k in self._number_over(points) if len(points) else ():
+            stroke, (low, high) = self.strokes[k], self._boxes[k]
+            near = ((points >= low) & (points <= high)).all(axis=1)
             share = stroke.weigh(points[near], normals[near])
             wanted = math.log(stroke.factor) + (0.0 if stroke.sets else found[near])
             found[near] += share * (wanted - found[near])

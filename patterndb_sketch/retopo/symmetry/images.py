@@ -172,7 +172,7 @@ class _Images:
         loop, corners = walk_face(both.nodes, both.chains, self.names.half(patch.loop[0]) ^ 1)
         images = [self.names.half(half) ^ 1 for half in patch.loop]
         if set(loop) != set(images):
-            # Seen once in thousands of random edits: what ends on the plane there is tangled.
+            # A session of an older version may have a curve that went on behind the seam.
             at = self.network.chains[patch.loop[0] >> 1].points.mean(axis=0)
             raise RefusedError(
                 f"the image of the patch at {format_place(at)} would not close as it does; erase a "

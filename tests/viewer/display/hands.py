@@ -96,14 +96,15 @@ class Shown:
     Places are points from the middle of the window's picture, y upward.
     """
 
-    def __init__(self, environment: dict[str, str], folder: Path) -> None:
+    def __init__(self, environment: dict[str, str], folder: Path, *words: str) -> None:
+        """words: what the program is told after its folder."""
         #: Where windows that are opened save what they have.
         self.folder = folder
         self.environment = environment
         self._errors = folder / "stderr"
         with self._errors.open("w") as errors:
             self.process = subprocess.Popen(
-                [sys.executable, str(PROGRAM), str(folder)], env=environment, text=True,
+                [sys.executable, str(PROGRAM), str(folder), *words], env=environment, text=True,
                 stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors,
             )  # fmt: skip
         self._answers: Queue[str] = Queue()

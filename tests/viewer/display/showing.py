@@ -3,7 +3,9 @@
 ``showing.py FOLDER`` reads {"open": name, "folder": for its files}, {"tell": expression} and
 {"end": true}, and answers {"told": value}. The expression is of Python, with ``window`` and
 ``state`` of the window that was opened last, and ``app``. ``showing.py FOLDER NAME`` shows one
-window as the command line does, and ends with its code. Settings go into the folder.
+window as the command line does, and ends with its code; ``showing.py FOLDER NAME kept`` as the
+library's ``show`` does, which keeps what is not saved in case of a crash, and answers, too.
+Settings go into the folder.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from __future__ import annotations
 import json
 import sys
 import threading
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from queue import Empty, Queue
@@ -18,13 +21,14 @@ from typing import Any
 
 sys.path.insert(0, str(Path(__file__).resolve().parent))
 
+from PySide6 import QtGui, QtWidgets
 from PySide6.QtCore import QTimer
-from PySide6.QtWidgets import QFileDialog, QLineEdit, QMessageBox
-from six_windows import MAKERS, OPENING
+from six_windows import KEEPERS, MAKERS, OPENING
 
 from patterndb.errors import PatternDBError
 from viewer.shell.application import run_application, start_application, telling_errors
 from viewer.shell.settings import ShellSettings
+from viewer.shell.window import ShellWindow
 
 #: Milliseconds between two looks at what is asked.
 PATIENCE = 5
@@ -37,12 +41,12 @@ class Showing:
         self.settings = ShellSettings(folder / "windows.ini")
         self.app = start_application(self.settings)
         self.app.setQuitOnLastWindowClosed(False)
-        kinds = (QFileDialog, QLineEdit, QMessageBox)
-        self.known: dict[str, Any] = {"app": self.app} | {kind.__name__: kind for kind in kinds}
+        # Names of Qt's that are asked about.
+        self.known: dict[str, Any] = vars(QtGui) | vars(QtWidgets) | {"app": self.app}
         self.asked: Queue[dict[str, Any] | None] = Queue()
 
-    def listen(self) -> None:
-        """Obey what is asked on stdin, until it ends."""
+    def listen(self, run: Callable[[], object]) -> None:
+        """Obey what is asked on stdin while something runs that has a loop of events."""
 
         def read() -> None:
             for line in sys.stdin:
@@ -55,7 +59,7 @@ class Showing:
         clock.timeout.connect(self._obey)
         clock.start(PATIENCE)
         with telling_errors(self):
-            self.app.exec()
+            run()
 
     def quit_now(self) -> None:
         """End it all."""
@@ -67,6 +71,10 @@ class Showing:
             self.known["window"].tell_error(error)
 
     def _obey(self) -> None:
+        if "window" not in self.known:
+            for window in self.app.topLevelWidgets():
+                if isinstance(window, ShellWindow):
+                    self.known.update(window=window, state=window.state)
         try:
             message = self.asked.get_nowait()
         except Empty:
@@ -123,7 +131,11 @@ def show_one(folder: Path, name: str) -> None:
 
 
 if __name__ == "__main__":
-    if len(sys.argv) > 2:
+    if len(sys.argv) > 3:
+        showing = Showing(Path(sys.argv[1]))
+        showing.listen(partial(KEEPERS[sys.argv[2]], Path(sys.argv[1])))
+    elif len(sys.argv) > 2:
         show_one(Path(sys.argv[1]), sys.argv[2])
     else:
-        Showing(Path(sys.argv[1])).listen()
+        showing = Showing(Path(sys.argv[1]))
+        showing.listen(showing.app.exec)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Sequence
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -132,3 +132,37 @@ MAKERS: dict[str, Callable[..., ShellWindow]] = {
 
 #: Those in which another file can be opened, with ``opener``.
 OPENING = ("browse", "explore", "surface", "features")
+
+
+#: Seconds after which what was changed is kept: a test does not wait for half a minute.
+SOON = 0.1
+
+
+def keep_retopo(folder: Path) -> None:
+    """Show the window of retopology as the command line does, until it is closed."""
+    from sheets import sheet
+
+    from patterndb_sketch.retopo.editor import Editor
+    from viewer.retopo import window
+
+    window.autosave_session = partial(window.autosave_session, every=SOON)
+    window.show(Editor(sheet(), starter()), title="sheet.obj", keys="3", folder=folder)
+
+
+def keep_features(folder: Path) -> None:
+    """Show the window of feature curves as the command line does, until it is closed."""
+    from tents import tent
+
+    from patterndb_sketch.features.sessionfile import FeatureSession
+    from patterndb_sketch.features.snap import SnapSettings
+    from viewer.features import window
+
+    window.Autosave = partial(window.Autosave, every=SOON)  # type: ignore[misc, assignment]
+    window.show(
+        tent(), title="roof.obj", session=FeatureSession("roof.obj"), session_path=None,
+        settings=SnapSettings(), keys="3", folder=folder,
+    )  # fmt: skip
+
+
+#: What shows each of those that keep what is not saved in case of a crash.
+KEEPERS: dict[str, Callable[[Path], None]] = {"retopo": keep_retopo, "features": keep_features}

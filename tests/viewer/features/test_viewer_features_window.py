@@ -12,7 +12,12 @@ from events import read
 from tents import drawn, keys, opened, picked, tent
 
 from patterndb_sketch.features.model import Model
-from patterndb_sketch.features.sessionfile import FeatureSession, read_network, read_session
+from patterndb_sketch.features.sessionfile import (
+    FeatureSession,
+    read_network,
+    read_session,
+    write_session,
+)
 from viewer import PictureFormatError
 from viewer.features import FeatureState, draw
 from viewer.features.picture import FAILED, MENDED, RIB_COLOUR, FeaturePainter
@@ -34,7 +39,7 @@ def colours(state: FeatureState) -> dict[str, int]:
 
 def saver_of(state: FeatureState, folder: Path, path: Path | None = None) -> FeatureSaver:
     files = FeatureWriter(folder, path)
-    state.editing._files = files
+    state.editing.files = files
     return FeatureSaver(state, files, SIZE)
 
 
@@ -152,3 +157,83 @@ def test_lines_of_several_curves_are_numbered_on() -> None:
     assert [line for line in text.splitlines() if line[0] in "ol"] == [
         "o a_b", "l 1 2", "o c", "l 3 4 5",
     ]  # fmt: skip
+
+
+def left(folder: Path, mesh: str = "roof.obj") -> Path:
+    """What a window left that was killed after a curve was drawn."""
+    state = opened(session=FeatureSession(mesh))
+    picked(state)
+    path = folder / "unnamed-features.999999999-abc.recovery"
+    write_session(path, state.editing.session())
+    state.close()
+    return path
+
+
+def test_what_is_drawn_is_kept_in_case_of_a_crash(tmp_path: Path) -> None:
+    files = FeatureWriter(tmp_path, None)
+    state = opened(session=FeatureSession("roof.obj"), files=files)
+    try:
+        assert files.watch(state, "roof.obj") == "" and files.autosave is not None
+        now = [0.0]
+        files.autosave._clock, files.autosave._at = lambda: now[0], 0.0
+        picked(state)
+        state.poll()
+        assert not list(tmp_path.iterdir())
+        now[0] = 31.0
+        state.poll()
+        (kept,) = tmp_path.iterdir()
+        assert kept.name.startswith("unnamed-features.")
+        assert [one.name for one in read_session(kept).curves] == ["curve 1"]
+        assert state.editing.save_session()
+        assert [one.name for one in tmp_path.iterdir()] == ["features-1.session"]
+        state.editing.delete()
+        now[0] = 62.0
+        state.poll()
+        assert len(list(tmp_path.iterdir())) == 2
+        # Whoever closes the window has said what becomes of it; Ctrl-C has not.
+        autosave = files.autosave
+        kept = files.end(state.editing.edits)
+        assert kept is not None and read_session(kept).curves == ()
+        files.autosave = autosave
+        assert files.end(None) is None
+        assert [one.name for one in tmp_path.iterdir()] == ["features-1.session"]
+    finally:
+        state.close()
+
+
+def test_what_a_crash_left_is_one_step_and_goes_when_it_is_saved(tmp_path: Path) -> None:
+    left(tmp_path)
+    files = FeatureWriter(tmp_path, None)
+    state = opened(session=FeatureSession("roof.obj"), files=files)
+    try:
+        keys(state, "R")
+        assert state.message == "there is nothing that a crash left"
+        assert files.watch(state, "roof.obj").endswith("R opens it in place of what is here")
+        assert FeatureSaver(state, files, SIZE).find_lost_work() is not None
+        picked(state)
+        mine = state.editing.edits
+        keys(state, "R")
+        (curve,) = state.editing.edits.curves
+        assert curve.key not in {one.key for one in mine.curves} and state.editing.unsaved
+        assert [one.name for one in state.editing.session().curves] == ["curve 1"]
+        keys(state, "u")
+        assert state.editing.edits is mine, "nothing is lost by taking it"
+        keys(state, "U s")
+        assert [one.name for one in tmp_path.iterdir()] == ["features-1.session"]
+        kept = read_session(tmp_path / "features-1.session")
+        assert kept.mesh == "roof.obj" and len(kept.curves) == 1
+    finally:
+        state.close()
+
+
+def test_what_a_crash_left_of_another_model_is_told_and_stays(tmp_path: Path) -> None:
+    path = left(tmp_path, "hull.obj")
+    state = opened()
+    try:
+        files = FeatureWriter(tmp_path, None)
+        assert "of another model, hull.obj; rename it" in files.watch(state, "roof.obj")
+        assert files.lost is None
+        path.write_bytes(b"nothing")
+        assert "which cannot be read" in files.watch(state, "roof.obj") and path.exists()
+    finally:
+        state.close()

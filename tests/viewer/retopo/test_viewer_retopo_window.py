@@ -9,12 +9,17 @@ import pytest
 from events import read
 from sheets import drag, keys, opened, sheet, square, tube
 
-from patterndb_sketch.retopo.autosave import Autosave, find_recoveries
+from patterndb_sketch.autosave import find_recoveries
 from patterndb_sketch.retopo.editor import Editor
 from patterndb_sketch.retopo.filling import RetopoMesh, weld_fills
 from patterndb_sketch.retopo.network import are_equal
 from patterndb_sketch.retopo.script import Script, play_script, read_script
-from patterndb_sketch.retopo.sessionfile import RetopoSession, read_session, write_session
+from patterndb_sketch.retopo.sessionfile import (
+    RetopoSession,
+    autosave_session,
+    read_session,
+    write_session,
+)
 from query.engine import PatternSource
 from viewer.keymap import Effect
 from viewer.retopo import RetopoState, show
@@ -81,7 +86,9 @@ def test_sessions_and_scripts_go_into_the_files_that_were_named(
 
 def test_a_crash_would_lose_half_a_minute(tmp_path: Path, state: RetopoState) -> None:
     now = [0.0]
-    autosave = Autosave(state.ground, state.shown.state, folder=tmp_path, clock=lambda: now[0])
+    autosave = autosave_session(
+        state.ground, state.shown.state, folder=tmp_path, clock=lambda: now[0]
+    )
     state.editing.files = RetopoWriter(
         tmp_path, None, None, Script("sheet.obj", ()), None, autosave
     )
@@ -122,7 +129,8 @@ def test_a_window_leaves_a_script_and_no_recovery_file(
     monkeypatch.setattr("viewer.shell.opening.open_window", run)
     monkeypatch.setattr("viewer.shell.probe.check_display", lambda: None)
     monkeypatch.setattr(
-        "viewer.retopo.window.Autosave", lambda *a, **k: Autosave(*a, **(k | {"every": 0.0}))
+        "viewer.retopo.window.autosave_session",
+        lambda *a, **k: autosave_session(*a, **(k | {"every": 0.0})),
     )
     editor, script = Editor(sheet(), source), tmp_path / "done.jsonl"
     show(
@@ -172,7 +180,7 @@ def test_what_a_crash_left_is_opened_by_a_key_and_goes_when_it_is_saved(
     path, editor = left(tmp_path, source)
     files = writer(tmp_path)
     state.editing.files = files
-    assert files.find_lost(state.ground, tmp_path).endswith("R opens it in place of what is here")
+    assert files.find_lost(state.ground).endswith("R opens it in place of what is here")
     # After something else was done it would be lost.
     keys(state, "d")
     drag(state, (-3.0, 3.0), (3.0, 3.0))
@@ -197,11 +205,11 @@ def test_what_a_crash_left_and_cannot_be_opened_stays(
     tmp_path: Path, state: RetopoState, source: PatternSource
 ) -> None:
     files = writer(tmp_path)
-    assert files.find_lost(state.ground, tmp_path) == ""
+    assert files.find_lost(state.ground) == ""
     path, _ = left(tmp_path, source)
-    assert "of another surface, sheet.obj; rename it" in files.find_lost(tube(), tmp_path)
+    assert "of another surface, sheet.obj; rename it" in files.find_lost(tube())
     path.write_bytes(b"no session")
-    said = files.find_lost(state.ground, tmp_path)
+    said = files.find_lost(state.ground)
     assert said.startswith(f"a crash left {path.name}, which cannot be read: ")
     assert files.lost is None
     state.editing.files = files
@@ -211,6 +219,6 @@ def test_what_a_crash_left_and_cannot_be_opened_stays(
     # What was found and not opened stays, too.
     state.editing.files = files = writer(tmp_path)
     write_session(path, RetopoSession(sheet(), state.shown.state, ""))
-    assert "R opens it" in files.find_lost(state.ground, tmp_path) and files.lost is not None
+    assert "R opens it" in files.find_lost(state.ground) and files.lost is not None
     keys(state, "s")
     assert path.exists()

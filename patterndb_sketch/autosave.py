@@ -1,7 +1,8 @@
 """Autosave: what was drawn is written every half minute, and found again after a crash.
 
-A recovery file is a session (:mod:`patterndb_sketch.retopo.sessionfile`) beside the one that is
-worked on, or in a given folder where there is none yet:
+A recovery file is a session (:mod:`patterndb_sketch.retopo.sessionfile`,
+:mod:`patterndb_sketch.features.sessionfile`) beside the one that is worked on, or in a given folder
+where there is none yet:
 
     spot.retopo  ->  spot.retopo.1234-5ef2c0d9.recovery        unnamed.1234-5ef2c0d9.recovery
 
@@ -15,6 +16,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import operator
 import os
 import re
 import secrets
@@ -22,11 +24,9 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Generic, TypeVar
 
 from patterndb.system.files import replace_file
-from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.sessionfile import RetopoSession, session_bytes, surface_bytes
-from patterndb_sketch.retopo.state import State
 
 #: Seconds between two writes, as in the released program of Takayama et al. 2013.
 EVERY = 30.0
@@ -47,8 +47,11 @@ class Recovery:
     written: float
 
 
-class Autosave:
-    """Writes the states of one editor to a recovery file.
+Kept = TypeVar("Kept")
+
+
+class Autosave(Generic[Kept]):
+    """Writes the states of what is worked on to a recovery file.
 
     Call :meth:`tick` often, as from a timer every second: it writes when it is time and something
     changed. A kill then loses what was done in the last EVERY seconds, and between two ticks. A
@@ -60,34 +63,35 @@ class Autosave:
 
     def __init__(
         self,
-        ground: Ground,
-        state: State,
+        encode: Callable[[Kept], bytes],
+        state: Kept,
         *,
         session: Path | None = None,
         folder: Path | None = None,
-        name: str = "",
+        unnamed: str = UNNAMED,
+        same: Callable[[Kept, Kept], bool] = operator.is_,
         every: float = EVERY,
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
-        """For an editor whose state, given, needs no saving.
+        """For work whose state, given, needs no saving.
 
-        session: the file that is worked on, folder: where recovery files are while there is none;
-        with neither, nothing is written until :meth:`saved` names a session. name: of the
-        surface's file. every: seconds. clock: gives seconds, from anywhere on.
+        encode: gives the content of a session with a state. session: the file that is worked on,
+        folder: where recovery files are while there is none, whose names begin with ``unnamed``
+        then; with neither, nothing is written until :meth:`saved` names a session. same: is there
+        nothing to save in one state that the other has not? every: seconds. clock: gives seconds,
+        from anywhere on.
         """
-        self._ground = ground
-        self._name = name
+        self._encode, self._same = encode, same
         self._every = every
         self._clock = clock
-        self._folder = folder
-        self._surface: bytes | None = None
+        self._folder, self._unnamed = folder, unnamed
         self._kept = self._saved = state
         self._at = clock()
         self._token = f"{os.getpid()}-{secrets.token_hex(4)}"
         _OWN.add(self._token)
         self.path = self._path(session)
 
-    def tick(self, state: State) -> bool:
+    def tick(self, state: Kept) -> bool:
         """Write the state if it is another than the last kept and it is time; was it written?
 
         OSError as writing does; it is tried again after as long.
@@ -96,15 +100,11 @@ class Autosave:
         if state is self._kept or self.path is None or now - self._at < self._every:
             return False
         self._at = now
-        if self._surface is None:
-            self._surface = surface_bytes(self._ground)
-        replace_file(
-            self.path, session_bytes(RetopoSession(self._ground, state, self._name), self._surface)
-        )
+        replace_file(self.path, self._encode(state))
         self._kept = state
         return True
 
-    def saved(self, state: State, session: Path) -> None:
+    def saved(self, state: Kept, session: Path) -> None:
         """The user saved this state to a session: the recovery file so far is of no use any more,
         and the next is beside it."""
         self._remove()
@@ -112,7 +112,7 @@ class Autosave:
         self._kept = self._saved = state
         self._at = self._clock()
 
-    def close(self, state: State | None = None) -> Path | None:
+    def close(self, state: Kept | None = None) -> Path | None:
         """End: without a state, nothing is wanted any more and the recovery file goes.
 
         With one that no session has, it is written once more, and the path returned: whoever
@@ -120,7 +120,7 @@ class Autosave:
         """
         _OWN.discard(self._token)
         path = self.path
-        if state is None or path is None or state.same(self._saved):
+        if state is None or path is None or self._same(state, self._saved):
             self._remove()
             self.path = None
             return None
@@ -132,7 +132,7 @@ class Autosave:
         ending = f".{self._token}{ENDING}"
         if session is not None:
             return session.with_name(session.name + ending)
-        return None if self._folder is None else self._folder / (UNNAMED + ending)
+        return None if self._folder is None else self._folder / (self._unnamed + ending)
 
     def _remove(self) -> None:
         if self.path is not None:
@@ -141,17 +141,18 @@ class Autosave:
                 self.path.unlink(missing_ok=True)
 
 
-def find_recoveries(session: Path | None = None, folder: Path | None = None) -> list[Recovery]:
+def find_recoveries(
+    session: Path | None = None, folder: Path | None = None, unnamed: str = UNNAMED
+) -> list[Recovery]:
     """What crashes left of work on a session, or with None of unnamed work in a folder; the latest
     first. Files of programs that still run are not among them.
 
-    Read one with :func:`~patterndb_sketch.retopo.sessionfile.read_session`; remove it once its
-    state is saved, or the user does not want it.
+    Read one as a session; remove it once its state is saved, or the user does not want it.
     """
     where = session.absolute().parent if session is not None else folder
     if where is None or not where.is_dir():
         return []
-    stem = UNNAMED if session is None else session.name
+    stem = unnamed if session is None else session.name
     form = re.compile(re.escape(stem) + r"\.((\d+)-[0-9a-f]+)" + re.escape(ENDING))
     found: list[Recovery] = []
     for path in where.iterdir():

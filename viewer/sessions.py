@@ -1,0 +1,95 @@
+"""Where a window saves its sessions, what it keeps in case of a crash, and what one left."""
+
+from __future__ import annotations
+
+import contextlib
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Generic, TypeVar
+
+from patterndb.errors import PatternDBError
+from patterndb_sketch.autosave import UNNAMED, Autosave, find_recoveries
+
+Kept = TypeVar("Kept")
+Lost = TypeVar("Lost")
+
+
+def find_free_name(folder: Path, name: str, suffix: str) -> Path:
+    """Find a path in a folder that no file has: the name with a number and the suffix."""
+    count = 1
+    while (path := folder / f"{name}-{count}{suffix}").exists():
+        count += 1
+    return path
+
+
+class SessionWriter(Generic[Kept, Lost]):
+    """Writes files into a folder under names that are free; the session always into one.
+
+    session_path: None until it is known. autosave: keeps states in case of a crash, None for not
+    at all. lost: what a crash left of this work; None if it left nothing. unnamed: how names of
+    recovery files begin while there is no session.
+    """
+
+    unnamed = UNNAMED
+
+    def __init__(
+        self, folder: Path, session_path: Path | None, autosave: Autosave[Kept] | None = None
+    ) -> None:
+        self._folder, self.session_path, self.autosave = folder, session_path, autosave
+        self.lost: Lost | None = None
+        self._left: Path | None = None
+
+    def free(self, name: str, suffix: str) -> Path:
+        """A name that no file in the folder has."""
+        return find_free_name(self._folder, name, suffix)
+
+    def find_recovery(self, read: Callable[[Path], Lost | str]) -> str:
+        """Read what a crash left of this work, if it did, and say so; "" if it did not.
+
+        read: reads a recovery file; a text says why it is of no use here.
+        """
+        said = ""
+        for found in find_recoveries(self.session_path, self._folder, self.unnamed):
+            try:
+                lost = read(found.path)
+            except (PatternDBError, OSError) as error:
+                lost = f"which cannot be read: {error}"
+            if isinstance(lost, str):
+                said = said or f"a crash left {found.path.name}, {lost}"
+                continue
+            self.lost, self._left = lost, found.path
+            when = time.strftime("%d %B, %H:%M", time.localtime(found.written))
+            return f"a crash left work of {when}: R opens it in place of what is here"
+        return said
+
+    def discard_lost(self) -> None:
+        """Delete what a crash left; OSError as deleting does."""
+        if self._left is not None:
+            self._left.unlink(missing_ok=True)
+        self.lost = self._left = None
+
+    def note_saved(self, state: Kept, path: Path) -> None:
+        """A state was saved to a session: what was kept of it, or opened to begin with, goes."""
+        self.session_path = path
+        if self.autosave is not None:
+            self.autosave.saved(state, path)
+        if self._left is not None and self.lost is None:
+            # What it held was opened, and is saved now. One that cannot go is offered once more.
+            with contextlib.suppress(OSError):
+                self._left.unlink(missing_ok=True)
+            self._left = None
+
+    def tick(self, state: Kept) -> str:
+        """Keep a state in case of a crash, if it is time; says why that cannot be, else ""."""
+        try:
+            if self.autosave is not None:
+                self.autosave.tick(state)
+        except OSError as error:
+            return f"nothing is kept in case of a crash: {error}"
+        return ""
+
+    def end(self, state: Kept | None) -> Path | None:
+        """Keep nothing any more, but a last state that no session has: returns where that is."""
+        autosave, self.autosave = self.autosave, None
+        return None if autosave is None else autosave.close(state)
