@@ -37,7 +37,7 @@ from query.placing.projection import (
 )
 from query.placing.region import Region, enclose_region
 from query.placing.strands import SidedDisk, locate_edge
-from query.placing.untangle import REACHES, untangle
+from query.placing.untangle import REACHES, UNMOVED, untangle
 from query.stroke import TOLERANCE, Stroke
 
 #: Parts of the way to the strokes that are tried, the furthest first, until no quad flips that
@@ -315,12 +315,13 @@ class _Placing:
     ) -> Points:
         """The vertices with as few flipped quads as can be found."""
         p = len(self.points)
+        still = UNMOVED * float(np.linalg.norm(np.ptp(self.points, axis=0)))
         best, fewest = vertices, self._count_flipped(vertices)
         at = best
         for _ in range(UNTANGLINGS):
             if fewest == 0:
                 break
-            normals = self._normals(at)
+            normals, before = self._normals(at), at
             at = untangle(self.quads, at, normals, p, self.beside, reaches)
             if self.region is not None:
                 at[p:] = self.region.surface.along(at[p:], normals[p:]).points
@@ -328,7 +329,7 @@ class _Placing:
             hopeless = remain > hope * fewest and len(self.quads) > SMALL
             if remain < fewest:
                 best, fewest = at, remain
-            if hopeless:
+            if hopeless or float(np.abs(at - before).max(initial=0.0)) <= still:
                 break
         return best
 

@@ -36,6 +36,10 @@ ROOM = 3
 #: Times that triangles which stay flipped are given up: their quads may be concave there.
 GIVE_UPS = 3
 
+#: Where untangling moves no vertex further than this part of what is placed, it would move none
+#: the next time either. Measured: it moves by a part of an edge, or by rounding.
+UNMOVED = 1e-12
+
 
 def untangle(
     quads: Int32Array,

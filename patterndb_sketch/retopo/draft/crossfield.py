@@ -12,6 +12,7 @@ once more.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -69,18 +70,12 @@ def solve_field(mesh: FieldMesh, alignment: float, merging: float) -> CrossField
     alignment: how much directions of curvature weigh. merging: singularities of opposed indices
     nearer than this, a length, are cancelled.
     """
-    found = _Solver(mesh, alignment)
-    angle = found.smooth()
-    quarters = match_crosses(mesh, angle)
-    index = measure_indices(mesh, angle, quarters)
-    changed = cancel_pairs(mesh, quarters, index, merging)
-    for _ in range(2):
-        angle = found.relax(angle, changed)
-    return CrossField(mesh, angle, changed, measure_indices(mesh, angle, changed))
+    return FieldSolver(mesh, alignment).solve(merging)
 
 
-class _Solver:
-    """The steps of :func:`solve_field`, which share the Laplacian."""
+class FieldSolver:
+    """Finds fields of one mesh and alignment: what is cancelled may differ, the smoothest field is
+    found once."""
 
     def __init__(self, mesh: FieldMesh, alignment: float) -> None:
         self.mesh = mesh
@@ -112,7 +107,18 @@ class _Solver:
         # Two sides of one triangle may want crosses that cancel out: then one is as good.
         self.target[held] = _normalised(total[held])
 
-    def smooth(self) -> Floats:
+    def solve(self, merging: float) -> CrossField:
+        """The field with pairs cancelled; see :func:`solve_field`."""
+        mesh, angle = self.mesh, self.smoothest
+        quarters = match_crosses(mesh, angle)
+        index = measure_indices(mesh, angle, quarters)
+        changed = cancel_pairs(mesh, quarters, index, merging)
+        for _ in range(2):
+            angle = self.relax(angle, changed)
+        return CrossField(mesh, angle, changed, measure_indices(mesh, angle, changed))
+
+    @cached_property
+    def smoothest(self) -> Floats:
         """(t,) angles of the field: smoothest, then diffused in rounds."""
         turned = np.zeros(len(self.weight), np.complex128)
         turned[self.sides] = np.exp(4j * self.mesh.turn[self.mesh.across[self.sides]])

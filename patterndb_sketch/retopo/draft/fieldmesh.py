@@ -113,12 +113,10 @@ class FieldMesh:
         """The sides that leave a vertex, counter-clockwise, one for each of its triangles."""
         ring: list[int] = []
         side = int(self.leaving[vertex])
-        first = side
-        while True:
+        while side >= 0 and (not ring or side != ring[0]):
             ring.append(side)
             side = int(self.across[side - side % 3 + (side % 3 + 2) % 3])
-            if side < 0 or side == first:
-                return ring
+        return ring
 
     def lift(self, triangle: int, angle: float) -> Points:
         """(3,) a direction of a triangle's frame in space."""

@@ -34,7 +34,7 @@ from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Node, set_choice
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half
-from query.placing.untangle import untangle
+from query.placing.untangle import UNMOVED, untangle
 
 #: Rounds, and after how many the surface's far points are looked for anew.
 ROUNDS, LOOKED_FOR = 20, 5
@@ -197,6 +197,7 @@ class _Fit:
         for _ in range(UNTANGLINGS):
             if not fewest:
                 break
+            before = at
             at = untangle(quads, at, up, fixed, beside)
             there = self.ground.nearest_facing(at[fixed:], up[fixed:])
             up = up.copy()
@@ -205,6 +206,8 @@ class _Fit:
             if left < fewest:
                 fewest = left
                 self.at, self.normals = at[name], up[name]
+            if float(np.abs(at - before).max()) <= UNMOVED * self.ground.diagonal:
+                break
 
     def run(self) -> None:
         """Move the vertices, round by round."""

@@ -26,7 +26,7 @@ from patterndb_sketch.retopo.draft.assembly import (
     RoundRegionError,
     is_cellular,
 )
-from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
+from patterndb_sketch.retopo.draft.crossfield import CrossField, FieldSolver
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.fitting import fit_quads, sample_both_sides
 from patterndb_sketch.retopo.draft.handles import find_shortest_handle
@@ -264,11 +264,14 @@ def propose_draft(
     best: tuple[ProposedDraft, FilledNetwork] | None = None
     # With the same pairs cancelled a field is the same.
     done: set[tuple[bytes, float, float]] = set()
+    solvers: dict[float, FieldSolver] = {}
     why = ""
     for tried, setting in enumerate(SETTINGS, 1):
         if tried > TRIED and best is not None and best[0].sound:
             break
-        field = solve_field(mesh, setting.alignment, setting.merging * sizes.edge)
+        if setting.alignment not in solvers:
+            solvers[setting.alignment] = FieldSolver(mesh, setting.alignment)
+        field = solvers[setting.alignment].solve(setting.merging * sizes.edge)
         key = field.index.tobytes(), setting.alignment, setting.finer
         if key in done:
             continue
@@ -344,7 +347,8 @@ def _find_seed(field: CrossField, regular: RegularParts, seeds: list[int]) -> in
     mesh = field.mesh
     graph = mesh.edge_graph
     sources = [*field.singular.tolist(), *seeds, *np.flatnonzero(mesh.on_border).tolist()]
-    inner = ~mesh.on_border & (field.index == 0)
+    # What has no triangle is on no part, and infinitely far, too.
+    inner = ~mesh.on_border & (field.index == 0) & (mesh.leaving >= 0)
     if (inner & regular.at).any():
         inner &= regular.at
     if not sources:

@@ -239,6 +239,9 @@ def _collapse_short(
             nb, whole_b = _ring(triangles, twin, _after(h), two)
             if na < 0 or nb < 0 or na + nb > 60:
                 continue
+            # Of a tetrahedron, the least there is, two triangles would be left on each other.
+            if whole_a and whole_b and na == 3 and nb == 3:
+                continue
             # The two have exactly two neighbours in common: else a tunnel or a sheet would close.
             n = 0
             for k in range(na):
