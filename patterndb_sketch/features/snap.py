@@ -28,8 +28,8 @@ from patterndb_sketch.features.errors import InvalidFeatureError
 from patterndb_sketch.features.fishbone import (
     Fishbone,
     Terms,
+    compare_with_pins,
     cut,
-    favour_pinned_crease,
     find_held_rows,
     find_moves,
     find_reach,
@@ -39,6 +39,7 @@ from patterndb_sketch.features.fishbone import (
     synchronise,
     tau,
     track_crease,
+    weigh_creases,
 )
 from patterndb_sketch.features.fishbone.cut import hold_rows
 from patterndb_sketch.features.initial import find_initial_curve
@@ -57,7 +58,7 @@ NEARNESS = 0.012
 THETA = 0.4
 
 #: Cost of changing from one crease to another: see :attr:`SnapSettings.continuity`.
-CONTINUITY = 1.0
+CONTINUITY = 2.0
 
 #: Ribs kept when the curve is dragged have moved by at most this share of their radius, and
 #: turned by at most this, in radians.
@@ -80,8 +81,10 @@ class SnapSettings:
     strict:    rather, as the paper has it, moving by one sample costs as much as the worst
                sample: the curve hardly leaves the row that it is in.
     window:    length over which bends are measured, as a share of the model's diagonal.
-    nearness:  bends at this distance from the backbone count 0.6 times, at twice it 0.14 times; a
-               share of the diagonal, inf where all count alike.
+    nearness:  at this distance from the backbone a crease costs ASTRAY of
+               :mod:`patterndb_sketch.features.fishbone.terms` more, at twice it four times as much,
+               and with a continuity of 0 bends count 0.6 times and 0.14 times; a share of the
+               diagonal, inf where all count alike.
     degree:    of the curve.
     radius:    reach of ribs to either side, as a share of the diagonal. n_samples: of each.
     rounds:    how often the ribs are built about the curve and cut. Two bring the curve to the
@@ -344,7 +347,10 @@ class Snap:
         return replace(self, curve=curve)
 
     def _find_rows(self, held: Int64Array, pulled: float) -> tuple[Int64Array, Floats]:
-        """((m,), (m, k)) the rows that are cut, held ones among them, and the costs of samples."""
+        """((m,), (m, k)) the rows that are cut, held ones among them, and the costs of samples.
+
+        First all ribs together say which crease it is, then its middle is looked for.
+        """
         bone, settings, terms = self.fishbone, self.settings, self.terms
 
         def price(pulls: Terms) -> Floats:
@@ -353,16 +359,14 @@ class Snap:
         costs = price(terms)
         if not settings.change > 0.0:
             return cut(costs, settings.cross(bone, costs), bone.seam).rows, costs
-        reach, pinned = find_reach(bone), bool((held >= 0).any())
-        nearness = settings.nearness * self.model.diagonal
-        if pinned:
-            size = self.model.diagonal
-            costs = price(favour_pinned_crease(terms, bone, held, nearness, size, pulled))
+        reach, size = find_reach(bone), self.model.diagonal
+        nearness = settings.nearness * size
+        unlike, width = compare_with_pins(terms, bone, held, nearness, size, pulled)
+        costs = hold_rows(weigh_creases(terms, bone, settings.alpha, width, unlike), held)
         cross = settings.cross(bone, costs)
         rows = track_crease(costs, cross, terms.bends, settings.change, reach, bone.seam).rows
-        if pinned:
-            costs = price(settle_on_crease(terms, bone, rows, nearness))
-            rows = track_crease(costs, cross, terms.bends, settings.change, reach, bone.seam).rows
+        costs = price(settle_on_crease(terms, bone, rows, nearness))
+        rows = track_crease(costs, cross, terms.bends, settings.change, reach, bone.seam).rows
         return rows, costs
 
 

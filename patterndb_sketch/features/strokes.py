@@ -11,7 +11,7 @@ from scipy.spatial.distance import cdist
 
 from patterndb.geometry.points import Points, as_points
 from patterndb_sketch.features.errors import InvalidFeatureError
-from patterndb_sketch.features.initial import find_initial_curve
+from patterndb_sketch.features.initial import SAME_CLICK, find_initial_curve
 from patterndb_sketch.features.model import Model
 from patterndb_sketch.features.snap import FeatureCurve, SnapSettings, snap
 from patterndb_sketch.features.splines import Constraint, Spline
@@ -84,7 +84,7 @@ def recover_curve(
 
     Raises InvalidFeatureError that names the stroke, as
     :func:`patterndb_sketch.features.snap.snap` does, for two held points at one sample, for one
-    that is off the model and where all of the stroke's points are, by more than ribs reach.
+    that is off the model and where all of the stroke's points are, by more than ribs reach or the stroke is long.
     """
     try:
         _check_nearness(model, stroke)
@@ -101,11 +101,16 @@ def _check_nearness(model: Model, stroke: FeatureStroke) -> None:
     reach = stroke.settings.radius * model.diagonal
     points = as_points(stroke.points, "points of a stroke", InvalidFeatureError)
     held = as_points(stroke.held, "points to hold", InvalidFeatureError)
-    if len(points) and (off := float(model.nearest(points).lengths.min())) > reach:
-        raise InvalidFeatureError(
-            f"none of its points is near the model: the nearest is {off:.4g} off, and ribs reach "
-            f"{reach:.4g}; is it in another unit, or was the model turned or moved?"
-        )
+    if len(points):
+        off = float(model.nearest(points).lengths.min())
+        extent = float(np.linalg.norm(np.ptp(points, axis=0)))
+        where = f"none of its points is near the model: the nearest is {off:.4g} off, and"
+        mend = "is it in another unit, or was the model turned or moved?"
+        if off > reach:
+            raise InvalidFeatureError(f"{where} ribs reach {reach:.4g}; {mend}")
+        # In metres all strokes on a model in millimetres are one place, which may be within reach.
+        if off > max(extent, SAME_CLICK * model.diagonal):
+            raise InvalidFeatureError(f"{where} it is {extent:.4g} long; {mend}")
     lengths = model.nearest(held).lengths if len(held) else np.zeros(0)
     for number in np.flatnonzero(lengths > reach).tolist():
         x, y, z = held[number]

@@ -243,6 +243,11 @@ def test_what_is_far_off_the_model_is_refused(model: Model) -> None:
     points = model.mesh.points[:2]
     with pytest.raises(InvalidFeatureError, match="none of its points is near the model"):
         recover_curve(model, FeatureStroke("far", points + 3.0 * model.diagonal))
+    # In another unit all strokes are one place, which ribs may reach.
+    top = model.mesh.points[model.mesh.points[:, 2].argmax()] + [0.0, 0.0, 0.02 * model.diagonal]
+    small = top + 1e-4 * model.diagonal * np.arange(3.0)[:, None]
+    with pytest.raises(InvalidFeatureError, match=r"the nearest is .* off, and it is .* long"):
+        recover_curve(model, FeatureStroke("small", small))
     pin = points[:1] + 3.0 * model.diagonal
     with pytest.raises(InvalidFeatureError, match=r"constraint 0 at .* off the model"):
         recover_curve(model, FeatureStroke("pinned", points, held=pin))

@@ -8,11 +8,18 @@ curve).
 from patterndb_sketch.features.fishbone.cut import RibCut, cut, find_held_rows, find_moves
 from patterndb_sketch.features.fishbone.fishbone import Fishbone, RibLike, synchronise
 from patterndb_sketch.features.fishbone.pins import (
-    favour_pinned_crease,
+    compare_with_pins,
     move_with_pins,
     settle_on_crease,
 )
-from patterndb_sketch.features.fishbone.terms import Terms, curvature, find_terms, isophote, tau
+from patterndb_sketch.features.fishbone.terms import (
+    Terms,
+    curvature,
+    find_terms,
+    isophote,
+    tau,
+    weigh_creases,
+)
 from patterndb_sketch.features.fishbone.tracking import find_reach, track_crease
 
 __all__ = [
@@ -20,9 +27,9 @@ __all__ = [
     "RibCut",
     "RibLike",
     "Terms",
+    "compare_with_pins",
     "curvature",
     "cut",
-    "favour_pinned_crease",
     "find_held_rows",
     "find_moves",
     "find_reach",
@@ -33,4 +40,5 @@ __all__ = [
     "synchronise",
     "tau",
     "track_crease",
+    "weigh_creases",
 ]

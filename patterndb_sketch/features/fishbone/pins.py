@@ -20,15 +20,15 @@ TELLS_WHERE = 0.03
 #: Pins in neighbouring ribs are nearly one: this share of the variance keeps systems regular.
 JITTER = 1e-6
 
-#: What is like a pinned crease counts so many times as far from the backbone as other bends do: the
-#: backbone may be on the crease beside it.
-WIDER = 1.2
+#: What is nothing like the pinned crease costs so many times what the worst sample costs more.
+UNLIKE = 1.5
 
 #: Within this share of the diagonal along the curve a pin says which crease is meant: it is the
 #: same crease much longer than the stroke is as far off.
 TELLS_WHICH = 0.3
 
-#: At a pin bends count within this share of the usual distance: it may have been set a little off.
+#: At a pin a crease is as near as this share of the usual distance: it may have been set a little
+#: off.
 NARROWEST = 0.5
 
 #: The sharpest of so many samples to either side of a pin is its crease's.
@@ -36,6 +36,10 @@ SET_OFF = 3
 
 #: Once the crease is known, bends count within this share of the usual distance from it.
 SETTLED = 0.5
+
+#: A curve that was elsewhere before it was pinned counts as near its crease within so many times as
+#: far as the pin is off it.
+DRAGGED = 2.0
 
 #: A pin says nothing of a rib that has nothing like it, and all it can say from this likeness on:
 #: one on the corner of a crease is like no other place of it.
@@ -70,48 +74,44 @@ def move_with_pins(
     return samples + alike @ np.linalg.solve(alike[pins] + JITTER * np.eye(len(pins)), off)
 
 
-def favour_pinned_crease(
+def compare_with_pins(
     terms: Terms,
     fishbone: Fishbone,
     held: Int64Array,
     nearness: float,
     diagonal: float,
     pulled: float = 0.0,
-) -> Terms:
-    """The terms with bends that count by how like they are to the crease at the nearest pin.
+) -> tuple[Floats, Floats]:
+    """((m, k), (m,)) how unlike the crease at the nearest pin samples are, as costs up to UNLIKE,
+    and how near the backbone that crease is in each rib, as ``nearness`` says it without pins.
 
-    held: (m,) rows of pins, -1 for ribs without one. nearness: as of find_terms, and pulled: how
+    held: (m,) rows of pins, -1 for ribs without one. nearness: as of weigh_creases, and pulled: how
     far pins are from where the curve was without them, in the model's unit.
 
-    A sample counts by how near its bend is to the pin's, as a vector: neither a sharper crease
-    nor one that is bent another way draws the curve away from the one that was pinned. About a
-    pin nearer ones count more, for there the backbone is where it belongs: how far a stroke is
-    off is taken for a normal process along the curve, whose values the pins tell.
+    A sample is like a pin if its bend is, as a vector: neither a sharper crease nor one that is
+    bent another way draws the curve away from the one that was pinned. About a pin the crease is
+    nearer, for there the backbone is where it belongs: how far a stroke is off is taken for a
+    normal process along the curve, whose values the pins tell.
 
     Differs from the paper: there a constraint holds its own rib alone, and the next ones may
     leave the crease again.
     """
     pins = np.flatnonzero(held >= 0)
     if not len(pins):
-        return terms
+        return np.zeros(fishbone.valid.shape), np.full(len(held), nearness)
     away = fishbone.measure_along(pins) / diagonal
     width = nearness * np.maximum(np.sqrt(_unknown(away, pins)), NARROWEST)
-    near = weigh_nearness(fishbone, width)
     sizes = np.linalg.norm(terms.bends, axis=2)
-    usual = scale_term(sizes * near, fishbone.valid, 0.0)
     nearest = away.argmin(axis=1)
     wanted = np.stack([_bend_at(terms, sizes, i, int(held[i])) for i in pins.tolist()])[nearest]
     size = np.linalg.norm(wanted, axis=1)
     told = np.exp(-0.5 * (away.min(axis=1) / TELLS_WHICH) ** 2) * (size > ON_CREASE)
     apart = np.linalg.norm(terms.bends - wanted[:, None], axis=2)
     like = np.maximum(1.0 - apart / np.maximum(size, ON_CREASE)[:, None], 0.0)
-    like *= weigh_nearness(fishbone, np.maximum(WIDER * width, 2.0 * pulled))
-    told = told * np.minimum(like.max(axis=1) / ALIKE, 1.0)
-    # Where there is no sample the term stays inf.
-    usual[fishbone.valid] += (told[:, None] * (like - np.where(fishbone.valid, usual, 0.0)))[
-        fishbone.valid
-    ]
-    return replace(terms, curvature=usual)
+    width = np.maximum(width, DRAGGED * pulled)
+    about = (like * weigh_nearness(fishbone, width)).max(axis=1)
+    told *= np.minimum(about / ALIKE, 1.0)
+    return UNLIKE * told[:, None] * (1.0 - like), width
 
 
 def settle_on_crease(terms: Terms, fishbone: Fishbone, rows: Int64Array, nearness: float) -> Terms:

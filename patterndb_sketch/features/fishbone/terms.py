@@ -25,6 +25,11 @@ SCALES = (1.0, 4.0)
 #: all meet the angle as nearly meet it: rounding is not stretched to the whole range.
 FLAT = 1e-4
 
+#: What it costs to be off the backbone by as much as bends count near it, as a share of what the
+#: worst sample costs: a stroke wobbles, but it was drawn along what it lies beside all the way.
+#: Chosen with UNLIKE and CONTINUITY on half the creases of benchmarks/feature_creases.py.
+ASTRAY = 0.4
+
 #: Unit vectors that differ by less are one, but for rounding.
 SAME_WAY = 1e-9
 
@@ -94,6 +99,28 @@ def tau(found: Terms, alpha: float) -> Floats:
     bends, angles = found.curvature[valid], found.isophote[valid]
     result[valid] = alpha * (1.0 - bends) + (1.0 - alpha) * angles
     return result
+
+
+def weigh_creases(
+    found: Terms, fishbone: Fishbone, alpha: float, nearness: ArrayLike, unlike: ArrayLike = 0.0
+) -> Floats:
+    """(m, k) the cost of samples where all ribs together say which crease it is; inf where there is
+    no sample.
+
+    nearness: (m,) or one number: so far from the backbone a sample costs ASTRAY more, twice as far
+    four times as much. unlike: (m, k) or one number, what samples cost more for other reasons.
+
+    Differs from :func:`tau`: sharpness counts by its square root, and how far off a sample is does
+    not end to count. What a bend is multiplied by, as there, draws a curve to a crease that lies
+    twice as far off all along and bends a little more.
+    """
+    width = np.broadcast_to(np.asarray(nearness, np.float64), len(fishbone.points))[:, None]
+    rows = np.arange(fishbone.valid.shape[1]) - fishbone.backbone[:, None]
+    astray = ASTRAY * (rows * fishbone.spacing[:, None] / width) ** 2
+    sharp = np.sqrt(np.minimum(np.linalg.norm(found.bends, axis=2), 1.0))
+    costs = alpha * (1.0 - sharp + astray + unlike)
+    angles = np.where(fishbone.valid, found.isophote, 0.0)
+    return np.where(fishbone.valid, costs + (1.0 - alpha) * angles, np.inf)
 
 
 def curvature(fishbone: Fishbone, window: float) -> Floats:
