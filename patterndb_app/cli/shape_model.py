@@ -329,8 +329,7 @@ def sample(
     "drags",
     type=DragParam(),
     multiple=True,
-    required=True,
-    help="Displace a feature by so much. May be repeated.",
+    help="Displace a feature by so much. May be repeated; with --view none is needed.",
 )
 @click.option(
     "--vertex",
@@ -360,7 +359,9 @@ def edit(
     patterndb shape-model edit cars.npz --like sedan --drag shoulder=0,0,0.05 --vertex 5 -o new.obj
     patterndb shape-model edit cars.npz --drag belt_line=0,0,-0.1 --hold sill --hold roof_rail=0.5
     """
-    if vertex is not None and len(drags) > 1:
+    if not drags and not wanted["view"]:
+        raise click.UsageError("there is nothing to do; give a --drag, or --view to pull by hand")
+    if vertex is not None and len(drags) != 1:
         raise click.UsageError("--vertex goes with one --drag")
     for option, given in (("--drag", drags), ("--hold", holds)):
         names = [name for name, _ in given]
@@ -371,6 +372,10 @@ def edit(
 
     model = _read(shapes, modes)
     start = _begin(model, like)
+    if not drags:
+        for name, _ in holds:
+            model.feature(name)
+        return _report_shape(shapes, model, start, {}, [], held=dict(holds), **wanted)
     targets: dict[str, Any] = {}
     for name, by in drags:
         targets |= pull_feature(model, name, by, start=start, vertex=vertex)

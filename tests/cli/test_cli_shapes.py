@@ -165,7 +165,9 @@ class TestSample:
         output = tmp_path / "a.obj"
         assert verb("sample", shapes, "--view", "--mode", "2=1", "-o", output).code == 0
         assert verb("edit", shapes, "--view", "--drag", "roof_rail=0,0,0.1").code == 0
-        (template, given), (_, edited) = shown
+        assert verb("edit", shapes, "--view", "--like", "sedan", "--hold", "roof_rail").code == 0
+        (template, given), (_, edited), (_, begun) = shown
+        assert begun["held"] == {"roof_rail": 1.0}
         assert template.name == TEMPLATE
         assert (given["title"], given["output"]) == ("cars.npz", output)
         assert given["coefficients"][1] > 0

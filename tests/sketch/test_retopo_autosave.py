@@ -190,6 +190,19 @@ def test_recoveries_are_those_of_programs_that_are_gone(tmp_path: Path) -> None:
     assert find_recoveries() == []
 
 
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="has no /proc")
+def test_a_program_that_has_ended_and_is_not_asked_for_is_gone(tmp_path: Path) -> None:
+    ended = subprocess.Popen([sys.executable, "-c", ""])
+    try:
+        # Ended, and not waited for: as a launcher leaves a window that crashed.
+        os.waitid(os.P_PID, ended.pid, os.WEXITED | os.WNOWAIT)
+        path = tmp_path / f"unnamed.{ended.pid}-00.recovery"
+        path.touch()
+        assert [one.path for one in find_recoveries(None, tmp_path)] == [path]
+    finally:
+        ended.wait()
+
+
 CHILD = """
     import sys, time
     from editor_cases import SIZES, do, line

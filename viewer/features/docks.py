@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QColor, QIcon, QPixmap
+from PySide6.QtGui import QColor, QIcon, QPainter, QPixmap
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QComboBox,
@@ -16,6 +16,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from viewer import style
 from viewer.card import format_count
 from viewer.commands import Command
 from viewer.features.edits import DrawnCurve, choose_curve_colour
@@ -30,6 +31,18 @@ TIPS = {
     "stiffness": "How closely the curve follows: all of it, or straight on",
     "angle": "The angle of normals to the axis that is followed where alpha is below 1",
 }
+
+
+def paint_swatch(colour: str) -> QIcon:
+    """Paint a curve's colour on paper, so that it is seen in a row that is selected, too."""
+    swatch = QPixmap(16, 8)
+    swatch.fill(QColor(style.PAPER))
+    painter = QPainter(swatch)
+    painter.fillRect(1, 2, 14, 4, QColor(colour))
+    painter.end()
+    icon = QIcon(swatch)
+    icon.addPixmap(swatch, QIcon.Mode.Selected)
+    return icon
 
 
 class FeatureWindow(ShellWindow):
@@ -127,9 +140,7 @@ class FeatureWindow(ShellWindow):
                 item.setText(curve.name)
             if item.data(Qt.ItemDataRole.UserRole) != curve.key:
                 item.setData(Qt.ItemDataRole.UserRole, curve.key)
-                swatch = QPixmap(16, 4)
-                swatch.fill(QColor(choose_curve_colour(curve.key)))
-                item.setIcon(QIcon(swatch))
+                item.setIcon(paint_swatch(choose_curve_colour(curve.key)))
             item.setToolTip(self._tell_curve(curve))
         self.curves.setCurrentRow(-1 if chosen is None else chosen)
 

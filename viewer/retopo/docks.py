@@ -23,7 +23,7 @@ from viewer.card import format_count
 from viewer.drawing import draw_disk
 from viewer.retopo.modes import ToolMode
 from viewer.retopo.state import RetopoState
-from viewer.shell.docks import CHOSEN_TOOL, Dock, PictureKey, Thumbnail, ThumbnailList
+from viewer.shell.docks import TOOL_BUTTONS, Dock, PictureKey, Thumbnail, ThumbnailList
 from viewer.shell.qtpaint import paint_thumbnail
 from viewer.shell.scene import SceneView
 from viewer.shell.window import ShellWindow
@@ -58,6 +58,13 @@ class RetopoView(SceneView):
         return self.state.wheel(steps, shift=shift, modifier=modifier)
 
 
+#: Buttons that stand alone are seen to be some.
+RAISED = """
+QToolButton:!checked {background: palette(button)}
+QToolButton:!checked:!hover:!focus {border-color: palette(mid)}
+"""
+
+
 class RetopoWindow(ShellWindow):
     """Shows a network of curves, with the tools that change it."""
 
@@ -89,7 +96,7 @@ class RetopoWindow(ShellWindow):
     def _make_tools(self) -> QWidget:
         whole = QWidget()
         layout = QVBoxLayout(whole)
-        whole.setStyleSheet(CHOSEN_TOOL)
+        whole.setStyleSheet(TOOL_BUTTONS + RAISED)
         grid = QGridLayout()
         grid.setSpacing(2)
         for number, mode in enumerate(self.state.tool.modes):

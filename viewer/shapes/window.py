@@ -125,9 +125,8 @@ class ShapesSaver(saver.Saver):
         if under is None:
             return "drag a curve: the shape follows    beside it: turn"
         held = under.name in self.state.shaping.choice.held
-        return (
-            f"drag {under.name}: the shape follows    click: {'let it go' if held else 'hold it'}"
-        )
+        click = "let it go" if held else "hold it"
+        return f"drag {under.title}: the shape follows    click: {click}"
 
     def ready(self) -> None:
         """Nothing is made in the background."""

@@ -304,11 +304,13 @@ class ThumbnailList(QListWidget):
             item.setIcon(self._icons[key])
 
 
-#: The tool in use stands out in dark windows, too.
-CHOSEN_TOOL = (
-    "QToolButton:checked {background: palette(highlight); color: palette(highlighted-text);"
-    " border: 1px solid palette(shadow); border-radius: 3px; padding: 3px 5px}"
-)
+#: Buttons of tools: the one in use stands out, in dark windows too, and is as large as the others,
+#: as the picture must not be moved by taking it.
+TOOL_BUTTONS = """
+QToolButton {border: 1px solid transparent; border-radius: 3px; padding: 2px 6px}
+QToolButton:hover, QToolButton:focus {border-color: palette(highlight)}
+QToolButton:checked {background: palette(highlight); color: palette(highlighted-text)}
+"""
 
 
 def make_form(rows: Sequence[tuple[str, QWidget]]) -> QWidget:

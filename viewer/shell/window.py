@@ -30,7 +30,7 @@ from viewer.picture import WINDOW
 from viewer.saver import Saver, SaveWay
 from viewer.shell.actions import ActionTable
 from viewer.shell.application import is_dark, use_theme
-from viewer.shell.docks import CHOSEN_TOOL, DOCK_WIDTH, Dock, FactsDock
+from viewer.shell.docks import DOCK_WIDTH, TOOL_BUTTONS, Dock, FactsDock
 from viewer.shell.palette import CommandPalette
 from viewer.shell.preferences import PreferencesDialog
 from viewer.shell.scene import SceneView
@@ -513,7 +513,7 @@ class ShellWindow(QMainWindow):
     def _make_tool_bar(self) -> QToolBar:
         bar = QToolBar("Tool bar", self)
         bar.setObjectName("tools")
-        bar.setStyleSheet(CHOSEN_TOOL)
+        bar.setStyleSheet(TOOL_BUTTONS)
         bar.setToolButtonStyle(Qt.ToolButtonStyle.ToolButtonTextOnly)
         for one in self.table.bound.values():
             if one.command.bar:
