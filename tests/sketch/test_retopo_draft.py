@@ -522,3 +522,17 @@ def test_a_tetrahedron_is_not_collapsed_and_what_is_left_over_is_no_seed() -> No
     ball = trimesh.creation.icosphere(subdivisions=2)
     spare = FieldMesh.of(Ground.of(np.r_[ball.vertices, [[5.0, 5.0, 5.0]]], ball.faces))
     assert spare.list_ring(len(spare.vertices) - 1) == []
+
+
+def test_what_lies_in_the_plane_of_symmetry_is_not_lost(source: PatternSource) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    # A fin above it, in the plane, which no half has.
+    fin = np.array([[0.0, -0.4, 1.2], [0.0, 0.4, 1.2], [0.0, 0.4, 1.8], [0.0, -0.4, 1.8]])
+    n = len(ball.vertices)
+    faces = np.concatenate([ball.faces, [[n, n + 1, n + 2], [n, n + 2, n + 3]]])
+    editor = Editor(Ground.of(np.concatenate([ball.vertices, fin]), faces), source)
+    notes = do(editor, "draft", edge=0.3).notes
+    assert any("2 triangles lie in the plane, one at (0, " in note for note in notes), notes
+    found = editor.fill()
+    made = report_mesh(found, editor.ground, editor.mesh(found))
+    assert made.euler == 3 and made.open_edges > 0 and made.from_ground < 0.02

@@ -5,6 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
 from patterndb_sketch.retopo.draft.byparts import EDGES, propose_by_parts
 from patterndb_sketch.retopo.draft.parting import part_touching
@@ -13,9 +16,9 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.state import State
-from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
+from patterndb_sketch.retopo.symmetry import Half, begin_symmetry, cut_half, propose_plane
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.wording import count_places
+from patterndb_sketch.retopo.wording import count_places, format_place
 
 #: Edges of a draft, in parts of the surface's diagonal: more than 0.15 leave no shape, and less
 #: than 0.004 give a hundred thousand quads, for which a draft is not made.
@@ -80,6 +83,9 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft
         return _draft(work, state, ground)
     try:
         half = cut_half(ground, found.plane)
+        if half.in_plane:
+            at = format_place(_find_in_plane(ground, half))
+            raise RefusedError(f"{half.in_plane} triangles lie in the plane, one at {at}")
         seam = begin_symmetry(work.network, half, state.sizes.sampling).network
         if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
             return _draft(work, state, ground)
@@ -101,6 +107,12 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft
     flaws = "; ".join(made.flaws)
     said = f"not by halves, though the surface is symmetric: there would be {flaws}"
     return replace(whole, notes=(said, *whole.notes))
+
+
+def _find_in_plane(ground: Ground, half: Half) -> Points:
+    """(3,) the middle of a triangle of a ground that lies in a half's plane, and is in no half."""
+    off = np.abs(half.plane.heights(ground.vertices))[ground.triangles].max(axis=1)
+    return ground.vertices[ground.triangles[off.argmin()]].mean(axis=0)
 
 
 def _describe(made: ProposedDraft) -> tuple[str, ...]:
