@@ -47,9 +47,15 @@ def _list_new_ends(before: Network, after: Network) -> list[Node]:
 
 
 def find_new_leaps(before: Network, after: Network, ground: Ground) -> Points:
-    """(k, 3) where curves that are new, or run elsewhere than before, leave the ground."""
+    """(k, 3) where curves that are new, or run elsewhere than before, leave the ground.
+
+    Not those that a draft laid: they were traced on the surface, and the draft is judged by its
+    quads. Between sheets closer than its samples the nearest sheet need not be its own.
+    """
     found: list[Points] = [np.empty((0, 3))]
     for number, chain in sorted(after.chains.items()):
+        if chain.laid:
+            continue
         former = before.chains.get(number)
         if former is None or former.points is not chain.points:
             found.append(find_leaps(ground, chain.points, chain.loose))
@@ -60,7 +66,7 @@ def find_new_leaps(before: Network, after: Network, ground: Ground) -> Points:
     former = [
         find_leaps(ground, chain.points, chain.loose)
         for number, chain in before.chains.items()
-        if number not in after.chains
+        if number not in after.chains and not chain.laid
     ]
     old = np.concatenate([np.empty((0, 3)), *former])
     away = np.linalg.norm(leaps[:, None] - old, axis=2)

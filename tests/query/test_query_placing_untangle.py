@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,11 +12,12 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from placing_cases import grid
 
+from patterndb.core.halfedge import Int32Array
 from patterndb.geometry.neighbours import Neighbours
 from patterndb.geometry.points import Points
 from patterndb.geometry.quadshape import flipped
 from query import Fill
-from query.placing import Surface, enclose_region, place
+from query.placing import Surface, enclose_region, place, placement
 from query.placing.projection import find_normals, lay_on_disk, settle_whole
 from query.placing.untangle import count_flipped_corners, find_pieces, untangle
 
@@ -181,3 +183,26 @@ def test_flipped_corners_are_those_of_no_positive_area() -> None:
             leaving, entering = at[quad[(e + 1) % 4]] - at[quad[e]], at[quad[e - 1]] - at[quad[e]]
             count += bool(wanted[f, e]) and np.cross(leaving, entering) @ up[f] <= 0.0
     assert count_flipped_corners(fill.quads, wanted, up, at) == count
+
+
+def test_what_untangling_does_not_move_is_not_untangled_again(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    fill = grid(6, 6)
+    turn = 2.0 * np.pi * (np.arange(fill.perimeter) + 0.5) / fill.perimeter
+    # An eight: what lies in one half of it is always turned over.
+    eight = np.stack([np.cos(turn), np.sin(turn) * np.cos(turn), np.zeros_like(turn)], axis=1)
+    still: list[bool] = []
+
+    def watch(quads: Int32Array, vertices: Points, *more: Any) -> Points:
+        moved = untangle(quads, vertices, *more)
+        still.append(bool(np.abs(moved - vertices).max() <= 1e-9))
+        return moved
+
+    monkeypatch.setattr(placement, "untangle", watch)
+    flat = sheet(lambda x, _: np.zeros_like(x), 40)
+    region = enclose_region(flat, eight)
+    assert len(place(fill, eight, region).flipped)
+    assert any(still)
+    # After one that moved nothing comes none from the same place, but for other beginnings.
+    assert still.count(True) <= 3 and len(still) <= 12

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,12 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from retopo_cases import sphere
 
-from patterndb_sketch.retopo.draft import proposing
+from patterndb_sketch.retopo.draft import byparts, proposing
 from patterndb_sketch.retopo.draft.crossfield import CrossField, solve_field
 from patterndb_sketch.retopo.draft.fieldmesh import FieldMesh
 from patterndb_sketch.retopo.draft.handles import HandleLoop, find_shortest_handle
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import check_ground
+from patterndb_sketch.retopo.draft.proposing import ProposedDraft, check_ground
 from patterndb_sketch.retopo.draft.remesh import remesh_evenly
 from patterndb_sketch.retopo.draft.tracing import (
     AT_BORDER,
@@ -32,9 +33,17 @@ from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.report import Report, report_mesh
 from patterndb_sketch.retopo.ground import Ground
-from patterndb_sketch.retopo.network import BORDER, Network, are_equal, check_network, count_genus
+from patterndb_sketch.retopo.network import (
+    BORDER,
+    Network,
+    add_borders,
+    are_equal,
+    check_network,
+    count_genus,
+)
+from patterndb_sketch.retopo.network.faces import GroundParts
 from patterndb_sketch.retopo.sizes import Sizes
-from patterndb_sketch.retopo.symmetry import Plane, cut_half
+from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half
 from patterndb_sketch.retopo.wording import format_place
 from query.engine import PatternSource
 
@@ -418,3 +427,112 @@ def test_a_vertex_where_fewer_than_two_lines_end_is_refused_with_its_place() -> 
     with pytest.raises(RefusedError, match="fewer than two lines") as refused:
         proposing.draft_network(empty, ground, sizes, proposing.SETTINGS[0], needle)
     assert format_place(field.mesh.vertices[one]) in str(refused.value)
+
+
+@pytest.mark.parametrize("first", ["flipped", "refused"])
+@pytest.mark.parametrize("mended", [True, False])
+def test_where_an_edge_will_not_do_others_are_taken_or_it_is_refused_with_the_place(
+    first: str, mended: bool, source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    tried: list[float] = []
+    propose = byparts.propose_draft
+
+    def spoil(
+        network: Network, ground: Ground, sizes: Sizes, source: PatternSource, half: Half | None
+    ) -> ProposedDraft:
+        made = propose(network, ground, sizes, source, half)
+        tried.append(sizes.edge)
+        if mended and len(tried) == 3:
+            return made
+        if first == "refused" and len(tried) == 1:
+            raise RefusedError("no draft: not at (4, 5, 6)")
+        rank = (*made.rank[:2], 2.0, *made.rank[3:])
+        return replace(made, flaws=("a flipped quad at (1, 2, 3)",), rank=rank)
+
+    monkeypatch.setattr(byparts, "propose_draft", spoil)
+    editor = Editor(sphere(), source)
+    outcome = editor.do(Call("draft", {"edge": 0.3, "symmetry": False}))
+    np.testing.assert_allclose(tried, [0.3, 0.225, 0.39])
+    if mended:
+        assert outcome.changed and editor.sizes.edge == 0.3
+        assert any(
+            "1.3 times" in note and "a flipped quad at (1, 2, 3)" in note for note in outcome.notes
+        )
+    else:
+        assert outcome.refused is not None and not editor.network.chains
+        assert "a flipped quad at (1, 2, 3), and with other edges, too" in outcome.refused
+
+
+def eyes() -> Ground:
+    """A ball; smaller than an edge an eye before it and a ring around that, and on the ball's skin
+    a sheet, which lies on it everywhere."""
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    eye = trimesh.creation.icosphere(subdivisions=2, radius=0.05)
+    eye.apply_translation([1.0, 0.0, 0.0])
+    ring = trimesh.creation.annulus(0.05, 0.07, 0.005)
+    ring.apply_translation([0.0, 0.0, 1.1])
+    high = np.array(ball.vertices)[:, 2] > 0.6
+    sheet = ball.faces[high[ball.faces].all(axis=1)]
+    parts = [ball.vertices, eye.vertices, ring.vertices, 1.0005 * np.array(ball.vertices)]
+    starts = np.cumsum([0, *(len(part) for part in parts)])
+    faces = [ball.faces, eye.faces, ring.faces, sheet]
+    return Ground.of(
+        np.concatenate(parts), np.concatenate([f + k for f, k in zip(faces, starts, strict=False)])
+    )
+
+
+@pytest.mark.parametrize("symmetry", [True, False])
+def test_parts_smaller_than_an_edge_and_on_others_are_drafted(
+    symmetry: bool, source: PatternSource
+) -> None:
+    editor, made = drafted(eyes(), source, edge=0.25, symmetry=symmetry)
+    assert made.unfilled == made.tangled == made.flipped == 0
+    # Two balls, a ring with a hole and a disk.
+    assert made.euler == 2 + 2 + 0 + 1 and made.open_edges > 0
+    assert max(made.to_ground, made.from_ground) < 0.02
+    check_network(editor.network, patches=False)
+
+
+def test_chains_of_borders_are_shared_out_by_their_sides() -> None:
+    # Two squares that lie on each other, turned against each other, and one beside them.
+    square = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    points = np.concatenate(
+        [square, square + np.array([0, 0, 1e-6]), square + np.array([1.0, 1e-6, 0])]
+    )
+    faces = np.array([[0, 1, 2], [0, 2, 3], [6, 5, 4], [7, 6, 4], [8, 9, 10], [8, 10, 11]])
+    ground = Ground.of(points, faces)
+    parts = GroundParts.of(ground)
+    assert parts.parts == 3
+    network = add_borders(Network(longest=9.0), ground, 0.05)
+    shared = byparts.share_chains(network, ground, parts, 0.05)
+    assert sorted(shared.values()) == [0, 1, 2]
+    for number, part in shared.items():
+        middle = network.chains[number].points.mean(axis=0)
+        own = ground.vertices[ground.triangles[parts.part == part]].reshape(-1, 3).mean(axis=0)
+        np.testing.assert_allclose(middle, own, atol=0.3)
+        up = ground.surface.normals[ground.triangles[parts.part == part][0, 0]]
+        assert network.chains[number].normals[0] @ up > 0.9
+
+
+def test_a_tetrahedron_is_not_collapsed_and_what_is_left_over_is_no_seed() -> None:
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    faces = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+    points, triangles = remesh_evenly(Ground.of(corners, faces), 5.0)
+    assert len(points) == 4 and len(triangles) == 4
+    ball = trimesh.creation.icosphere(subdivisions=2)
+    spare = FieldMesh.of(Ground.of(np.r_[ball.vertices, [[5.0, 5.0, 5.0]]], ball.faces))
+    assert spare.list_ring(len(spare.vertices) - 1) == []
+
+
+def test_what_lies_in_the_plane_of_symmetry_is_not_lost(source: PatternSource) -> None:
+    ball = trimesh.creation.icosphere(subdivisions=3)
+    # A fin above it, in the plane, which no half has.
+    fin = np.array([[0.0, -0.4, 1.2], [0.0, 0.4, 1.2], [0.0, 0.4, 1.8], [0.0, -0.4, 1.8]])
+    n = len(ball.vertices)
+    faces = np.concatenate([ball.faces, [[n, n + 1, n + 2], [n, n + 2, n + 3]]])
+    editor = Editor(Ground.of(np.concatenate([ball.vertices, fin]), faces), source)
+    notes = do(editor, "draft", edge=0.3).notes
+    assert any("2 triangles lie in the plane, one at (0, " in note for note in notes), notes
+    found = editor.fill()
+    made = report_mesh(found, editor.ground, editor.mesh(found))
+    assert made.euler == 3 and made.open_edges > 0 and made.from_ground < 0.02

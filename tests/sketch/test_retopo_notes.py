@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -11,9 +12,11 @@ from editor_cases import SIZES, do, drawn_grid, line
 from retopo_cases import plane, sphere
 
 from patterndb_sketch.retopo.draft.judging import DraftJudge
+from patterndb_sketch.retopo.draft.refitting import claim_curves
 from patterndb_sketch.retopo.editor import Call, Editor
 from patterndb_sketch.retopo.filling import FilledNetwork, find_open_edges
 from patterndb_sketch.retopo.filling.doublets import find_doublets
+from patterndb_sketch.retopo.flaws import find_new_leaps
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.script import line_of, play_script, script_of
 from patterndb_sketch.retopo.wording import format_place, list_places
@@ -244,6 +247,24 @@ def test_a_curve_that_jumps_to_another_part_is_told_with_its_place(source: Patte
     notes = editor.do(Call("stroke", {"points": [[-3.5, -4, 0], [-3.5, -2, 0]]})).notes
     assert len(editor.network.chains) == 6
     assert not any("leaves the surface" in note for note in notes)
+
+
+def test_of_a_draft_s_own_curves_it_is_not_told_that_they_leave_the_surface(
+    source: PatternSource,
+) -> None:
+    editor = Editor(plates(), source, SIZES)
+    jump = [[-3.7, -3.0, 0.0], [-3.2, -3.0, 0.0], [-3.1, -3.0, 0.4], [-2.9, -3.0, 0.4]]
+    before = editor.network
+    do(editor, "stroke", points=jump)
+    after = editor.network
+    laid = {c: replace(chain, laid=c not in before.chains) for c, chain in after.chains.items()}
+    drafted = replace(after, chains=laid)
+    assert len(find_new_leaps(before, after, editor.ground)) == 1
+    assert not len(find_new_leaps(before, drafted, editor.ground))
+    # Drawn anew it is the user's, and told.
+    moved = {c: replace(chain, points=chain.points + 1e-6) for c, chain in laid.items()}
+    claimed = claim_curves(drafted, replace(after, chains=moved))
+    assert len(find_new_leaps(drafted, claimed, editor.ground)) == 1
     # Nor is a curve over an edge of the triangles, or around a ball.
     ball = Editor(sphere(), source)
     assert do(ball, "loop", at=[0.95, 0.0, 0.3], normal=[0.1, 0.2, 1.0]).notes == ()

@@ -40,6 +40,10 @@ HELD = 1e3
 #: Weights of sides are at most so many times those of equilateral triangles: needles say nothing.
 MOST_WEIGHT = 10.0
 
+#: At an inner vertex of so many quarters two lines end, which go on into each other; of more it has
+#: fewer, and they go so many edges off.
+MOST_INDEX, PARTED = 2, 1.5
+
 Complexes = NDArray[np.complexfloating]
 
 
@@ -113,6 +117,8 @@ class FieldSolver:
         quarters = match_crosses(mesh, angle)
         index = measure_indices(mesh, angle, quarters)
         changed = cancel_pairs(mesh, quarters, index, merging)
+        index = measure_indices(mesh, angle, changed)
+        changed = part_poles(mesh, changed, index)
         for _ in range(2):
             angle = self.relax(angle, changed)
         return CrossField(mesh, angle, changed, measure_indices(mesh, angle, changed))
@@ -287,7 +293,7 @@ def cancel_pairs(
     quarters, index = quarters.copy(), index.copy()
     if nearest <= 0.0:
         return quarters
-    graph = _edge_graph(mesh)
+    graph = link_inner_edges(mesh)
     free = index.copy()
     plus, minus = np.flatnonzero(free > 0), np.flatnonzero(free < 0)
     if not len(plus) or not len(minus):
@@ -303,18 +309,51 @@ def cancel_pairs(
             continue
         free[one] -= 1
         free[two] += 1
-        at = two
-        while at != one:
-            back = int(before[rows[k], at])
-            side = sides_of[back, at]
-            # Of the way's edge from ``back`` to ``at``: what back loses, at gains.
-            quarters[side] -= 1
-            quarters[mesh.across[side]] += 1
-            at = back
+        _move_quarter(mesh, quarters, sides_of, before[rows[k]], one, two)
     return quarters
 
 
-def _edge_graph(mesh: FieldMesh) -> csr_array:
+def _move_quarter(
+    mesh: FieldMesh,
+    quarters: Int32Array,
+    sides_of: dict[tuple[int, int], int],
+    before: Int32Array,
+    one: int,
+    two: int,
+) -> None:
+    """Change matchings along a way: what its first vertex loses, its last one gains."""
+    at = two
+    while at != one:
+        back = int(before[at])
+        side = sides_of[back, at]
+        quarters[side] -= 1
+        quarters[mesh.across[side]] += 1
+        at = back
+
+
+def part_poles(mesh: FieldMesh, quarters: Int32Array, index: Int32Array) -> Int32Array:
+    """(3t,) quarters after vertices of more than two quarters, tips of needles, have given those
+    to vertices around them: fewer than two lines would end in one."""
+    poles = np.flatnonzero((index > MOST_INDEX) & ~mesh.on_border)
+    if not len(poles):
+        return quarters
+    quarters, index = quarters.copy(), index.copy()
+    graph = link_inner_edges(mesh)
+    far, before = dijkstra(graph, indices=poles, return_predecessors=True)
+    sides_of = _sides_by_ends(mesh)
+    for row, pole in enumerate(poles.tolist()):
+        # Two edges off there is room for lines between them.
+        apart = PARTED * float(graph.data[graph.indptr[pole] : graph.indptr[pole + 1]].mean())
+        fit = ~mesh.on_border & np.isfinite(far[row]) & (far[row] >= apart)
+        while index[pole] > MOST_INDEX and (fit & (index <= 0)).any():
+            other = int(np.where(fit & (index <= 0), far[row], np.inf).argmin())
+            _move_quarter(mesh, quarters, sides_of, before[row], pole, other)
+            index[pole] -= 1
+            index[other] += 1
+    return quarters
+
+
+def link_inner_edges(mesh: FieldMesh) -> csr_array:
     """Lengths of edges that are no border: over others nothing is matched."""
     topology = mesh.ground.topology
     inner = np.ones(len(topology.ends), np.bool_)

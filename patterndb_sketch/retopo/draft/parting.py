@@ -14,7 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from patterndb.core.halfedge import Int32Array
+from patterndb.errors import InvalidMeshError
 from patterndb.geometry.points import Points
+from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.faces import GroundParts
 
@@ -35,9 +37,16 @@ class PartedGround:
 
 
 def part_touching(ground: Ground) -> PartedGround:
-    """The ground with a vertex for each fan of triangles; itself, where no fans touch."""
-    parted = _part_fans(ground)
-    again = _divide_crowded(parted.ground)
+    """The ground with a vertex for each fan of triangles; itself, where no fans touch.
+
+    Raises RefusedError, with the place, where what is parted has one side only: sheets that were
+    told apart by more than two triangles at an edge.
+    """
+    try:
+        parted = _part_fans(ground)
+        again = _divide_crowded(parted.ground)
+    except InvalidMeshError as error:
+        raise RefusedError(f"no draft: where parts of it touch, {error}") from error
     if again is parted.ground:
         return parted
     crowded = np.flatnonzero(np.diff(parted.ground.topology.side_start) > 2)

@@ -14,6 +14,7 @@ from patterndb.core.halfedge import Index, Int32Array
 from patterndb.geometry.points import Floats, Points
 from patterndb.system.kernels import kernel
 from patterndb_sketch.retopo.ground import Ground
+from patterndb_sketch.retopo.network.faces import GroundParts
 
 #: Rounds of splitting, collapsing, flipping and moving. Source: Botsch and Kobbelt 2004 take five.
 ROUNDS = 6
@@ -29,8 +30,41 @@ MOST_HALVINGS = 60
 #: A vertex moves by so many wanted lengths at most; from further off it stays for this round.
 LONGEST_MOVE = 1.0
 
+#: A part gets so many triangles at least, and so many rows of them around, by its area and the
+#: diagonal of its box: on eyes and laces of a few edges' size a field has its singularities, too.
+FEWEST, AROUND = 300, 8
+
+#: Area of an equilateral triangle, in squared edges.
+EQUILATERAL = np.sqrt(3.0) / 4.0
+
 #: A border's vertex may go if its border turns there by less than this: the cosine of 10 degrees.
 STRAIGHT = 0.985
+
+
+def remesh_parts(ground: Ground, edge: float) -> tuple[Points, Int32Array]:
+    """(v, 3) vertices and (t, 3) triangles as of :func:`remesh_evenly`, but finer on each part that
+    is small or thin against the edge."""
+    found = GroundParts.of(ground)
+    areas = np.bincount(found.part, ground.surface.areas, found.parts)
+    corner = ground.vertices[ground.triangles]
+    low, high = np.full((found.parts, 3), np.inf), np.full((found.parts, 3), -np.inf)
+    np.minimum.at(low, found.part, corner.min(axis=1))
+    np.maximum.at(high, found.part, corner.max(axis=1))
+    length = np.linalg.norm(high - low, axis=1)
+    finest = np.minimum(np.sqrt(areas / (FEWEST * EQUILATERAL)), areas / (AROUND * length))
+    small = finest < edge
+    if not small.any():
+        return remesh_evenly(ground, edge)
+    points, triangles, n = list[Points](), list[Int32Array](), 0
+    large = ~small[found.part]
+    pieces = [(large, edge)] if large.any() else []
+    pieces += [(found.part == k, float(finest[k])) for k in np.flatnonzero(small).tolist()]
+    for which, size in pieces:
+        at, corners = remesh_evenly(Ground.of(ground.vertices, ground.triangles[which]), size)
+        points.append(at)
+        triangles.append(corners + n)
+        n += len(at)
+    return np.concatenate(points), np.concatenate(triangles).astype(np.int32)
 
 
 def remesh_evenly(ground: Ground, edge: float) -> tuple[Points, Int32Array]:

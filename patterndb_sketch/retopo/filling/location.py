@@ -17,7 +17,7 @@ from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.filling.placing import PlacedPatch
 from patterndb_sketch.retopo.ground import Ground, GroundPoints
 from patterndb_sketch.retopo.network import FACE, Network, trace_outline
-from patterndb_sketch.retopo.network.faces import find_joined_chains
+from patterndb_sketch.retopo.network.faces import GroundParts, find_joined_chains
 from query.placing import enclose_region
 
 #: A point no further to the right of a patch's border, as a part of the ground's diagonal, is on
@@ -115,6 +115,7 @@ def find_islands(
     if len(first) < 2:
         return {}
     found: dict[int, int | None] = {}
+    grounds: dict[int, int] | None = None
     for patch, name in of.items():
         there = [
             other for other in first if other != name and _is_near(placed[patch], places[other])
@@ -122,12 +123,33 @@ def find_islands(
         if not there:
             continue
         border = trace_outline(network, network.patches[patch].loop)
+        if grounds is None:
+            grounds = _find_grounds(network, ground, part)
         for other in there:
+            if grounds[other] != grounds[name]:
+                # Beside each other in space, as an eye and its lid.
+                continue
             foot = ground.nearest(places[other][None])
             if is_within(ground, border, foot):
                 found[patch] = first[other]
                 break
     return found
+
+
+def _find_grounds(network: Network, ground: Ground, part: Mapping[int, int]) -> dict[int, int]:
+    """The part of the ground that each part of a network lies on, by most of its points: where
+    parts touch, single points may lie on another. part: of each chain."""
+    whole = GroundParts.of(ground)
+    names = sorted(set(part.values()))
+    if whole.parts == 1:
+        return dict.fromkeys(names, 0)
+    points = {name: list[Points]() for name in names}
+    for chain, name in part.items():
+        points[name].append(network.chains[chain].points)
+    return {
+        name: int(np.bincount(whole.part[ground.nearest(np.concatenate(at)).triangles]).argmax())
+        for name, at in points.items()
+    }
 
 
 def _start_of(network: Network, half: int) -> NDArray[np.float64]:

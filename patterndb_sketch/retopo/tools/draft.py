@@ -5,24 +5,24 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
+from patterndb_sketch.retopo.draft.byparts import EDGES, propose_by_parts
 from patterndb_sketch.retopo.draft.parting import part_touching
-from patterndb_sketch.retopo.draft.proposing import ProposedDraft, propose_draft
+from patterndb_sketch.retopo.draft.proposing import ProposedDraft
 from patterndb_sketch.retopo.errors import RefusedError
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.state import State
-from patterndb_sketch.retopo.symmetry import begin_symmetry, cut_half, propose_plane
+from patterndb_sketch.retopo.symmetry import Half, begin_symmetry, cut_half, propose_plane
 from patterndb_sketch.retopo.tool import Control, Result, Tool, ToolWork
-from patterndb_sketch.retopo.wording import count_places
+from patterndb_sketch.retopo.wording import count_places, format_place
 
 #: Edges of a draft, in parts of the surface's diagonal: more than 0.15 leave no shape, and less
 #: than 0.004 give a hundred thousand quads, for which a draft is not made.
 LEAST_EDGE, MOST_EDGE = 0.004, 0.15
-
-#: Where quads are flipped, drafts with edges so many times as long are made, until one has none:
-#: finer ones find their way round what is small, coarser ones leave it out.
-OTHER_EDGES = (0.75, 1.3)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -38,7 +38,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     state = work.state
     if a["edge"] is not None:
         state = replace(state, sizes=replace(state.sizes, edge=a["edge"]))
-    low, high = (part * work.ground.diagonal for part in (LEAST_EDGE, MOST_EDGE))
+    low, high = _list_edges(work.ground)
     if not low <= state.sizes.edge <= high:
         raise RefusedError(
             f"an edge of {state.sizes.edge:g} is out of proportion for a draft of this surface; "
@@ -52,20 +52,7 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
         said = count_places("a vertex", "vertices", places)
         told = (f"parts of the surface touch in {said}: drafted as if they did not",)
     best = _draft_by_halves(work, state, ground) if a["symmetry"] else _draft(work, state, ground)
-    for times in OTHER_EDGES:
-        edge = times * state.sizes.edge
-        if not best.made.report.flipped or not low <= edge <= high:
-            continue
-        flaws = "; ".join(best.made.flaws)
-        finer = replace(state, sizes=replace(state.sizes, edge=edge))
-        try:
-            other = _draft(work, finer, ground)
-        except RefusedError:
-            continue
-        if other.made.rank < best.made.rank:
-            said = f"edges are {times:g} times as long as asked for: else there would be {flaws}"
-            best = replace(other, notes=(said,))
-    if best.made.report.flipped:
+    if not best.made.sound:
         raise RefusedError(
             f"no draft: there would be {'; '.join(best.made.flaws)}, and with other edges, too; "
             "take another edge, mend the surface there, or draw by hand"
@@ -74,10 +61,17 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
     return Result(now, (*told, *best.notes, *_describe(best.made)))
 
 
+def _list_edges(ground: Ground) -> tuple[float, float]:
+    """The least and the greatest edge of a draft of a ground."""
+    return LEAST_EDGE * ground.diagonal, MOST_EDGE * ground.diagonal
+
+
 def _draft(work: ToolWork, state: State, ground: Ground) -> _MadeDraft:
     """A draft of all that is worked on."""
-    made = propose_draft(work.network, ground, state.sizes, work.source, work.half)
-    return _MadeDraft(made, state, ())
+    low, high = _list_edges(work.ground)
+    edges = tuple(times for times in EDGES if low <= times * state.sizes.edge <= high)
+    found = propose_by_parts(work.network, ground, state.sizes, work.source, work.half, edges)
+    return _MadeDraft(found.made, state, found.notes)
 
 
 def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft:
@@ -89,14 +83,17 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft
         return _draft(work, state, ground)
     try:
         half = cut_half(ground, found.plane)
+        if half.in_plane:
+            at = format_place(_find_in_plane(ground, half))
+            raise RefusedError(f"{half.in_plane} triangles lie in the plane, one at {at}")
         seam = begin_symmetry(work.network, half, state.sizes.sampling).network
         if not any(SYMMETRY in chain.marks for chain in seam.chains.values()):
             return _draft(work, state, ground)
-        made = propose_draft(seam, half.ground, state.sizes, work.source, half)
+        made = propose_by_parts(seam, half.ground, state.sizes, work.source, half).made
     except RefusedError as error:
         whole = _draft(work, state, ground)
         said = f"not by halves, though the surface is symmetric: {error}"
-        return replace(whole, notes=(said,))
+        return replace(whole, notes=(said, *whole.notes))
     said = f"symmetry is on: {found.describe()}"
     by_halves = _MadeDraft(made, replace(state, plane=found.plane), (said,))
     if made.sound:
@@ -109,7 +106,13 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft
         return by_halves
     flaws = "; ".join(made.flaws)
     said = f"not by halves, though the surface is symmetric: there would be {flaws}"
-    return replace(whole, notes=(said,))
+    return replace(whole, notes=(said, *whole.notes))
+
+
+def _find_in_plane(ground: Ground, half: Half) -> Points:
+    """(3,) the middle of a triangle of a ground that lies in a half's plane, and is in no half."""
+    off = np.abs(half.plane.heights(ground.vertices))[ground.triangles].max(axis=1)
+    return ground.vertices[ground.triangles[off.argmin()]].mean(axis=0)
 
 
 def _describe(made: ProposedDraft) -> tuple[str, ...]:
