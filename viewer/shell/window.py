@@ -96,7 +96,7 @@ class NotedPicture(QWidget):
 
 def list_takers(panel: QWidget) -> list[QWidget]:
     """List what of a panel takes the focus of the keyboard."""
-    # Not by Qt's own chain of focus: PySide then takes menus that are in it for its own to delete.
+    # Not by walking along the chain of focus: with that, menus were deleted in random use.
     return [
         one
         for one in panel.findChildren(QWidget)
