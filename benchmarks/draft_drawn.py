@@ -32,6 +32,7 @@ REASONS = {
     "no draft: a curve ends openly": "refused: an open end from which no line goes on",
     "no draft: the region": "refused: a region without corners",
     "no draft: quads would be": "refused: quads far off the surface",
+    "no draft: there would be": "refused: quads more than 2 % off the surface",
     "curves are too close": "refused: curves too close for the edge",
     "what curves leave": "refused: regions smaller than an edge",
 }

@@ -359,7 +359,7 @@ def test_laces_are_refused_with_their_place_before_anything_is_filled(
 
     monkeypatch.setattr(proposing, "fill_network", fail)
     lace = ring(1.0, 0.04)
-    outcome = Editor(lace, source).do(Call("draft", {"edge": 0.15}))
+    outcome = Editor(lace, source).do(Call("draft", {"edge": 0.15, "symmetry": False}))
     assert outcome.refused is not None
     wanted = r"a handle .* is ([\d.]+) around at \((.*?)\), .*an edge of ([\d.]+)"
     found = re.search(wanted, outcome.refused)
@@ -536,3 +536,16 @@ def test_what_lies_in_the_plane_of_symmetry_is_not_lost(source: PatternSource) -
     found = editor.fill()
     made = report_mesh(found, editor.ground, editor.mesh(found))
     assert made.euler == 3 and made.open_edges > 0 and made.from_ground < 0.02
+
+
+def test_a_tube_that_is_open_at_both_ends_is_drafted(source: PatternSource) -> None:
+    turn, height = np.meshgrid(
+        np.linspace(0.0, 2.0 * np.pi, 40, endpoint=False), np.linspace(0.0, 3.0, 20), indexing="ij"
+    )
+    points = np.stack([np.cos(turn), np.sin(turn), height], axis=-1).reshape(-1, 3)
+    k = np.arange(40)[:, None] * 20 + np.arange(19)
+    a, b = k.ravel(), ((k + 20) % 800).ravel()
+    faces = np.concatenate([np.stack([a, b, b + 1], 1), np.stack([a, b + 1, a + 1], 1)])
+    _, made = drafted(Ground.of(points, faces), source, edge=0.4, symmetry=False)
+    assert made.unfilled == made.flipped == made.tangled == 0
+    assert made.euler == 0 and max(made.to_ground, made.from_ground) < 0.02

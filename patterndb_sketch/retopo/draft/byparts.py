@@ -18,7 +18,7 @@ from patterndb.geometry.points import Points, units
 from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.proposing import LaceError, ProposedDraft, propose_draft
 from patterndb_sketch.retopo.errors import RefusedError
-from patterndb_sketch.retopo.filling import FilledNetwork
+from patterndb_sketch.retopo.filling import fill_network
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network import Chain, Network
 from patterndb_sketch.retopo.network.faces import GroundParts
@@ -71,7 +71,6 @@ def propose_by_parts(
     total = float(ground.surface.areas.sum())
     own = share_chains(network, ground, parts, sizes.sampling)
     nodes, chains, patches = dict(network.nodes), dict(network.chains), dict(network.patches)
-    found = FilledNetwork(network, {})
     next_id = network.next_id
     for k, (part, half_part) in enumerate(_list_parts(ground, parts, half)):
         mine = {c: chain for c, chain in network.chains.items() if own[c] == k}
@@ -94,10 +93,10 @@ def propose_by_parts(
         chains |= made.network.chains
         patches |= made.network.patches
         next_id = made.network.next_id
-        notes = (*found.notes, *made.found.notes)
-        found = FilledNetwork(network, {**found.placed, **made.found.placed}, notes)
     together = replace(network, nodes=nodes, chains=chains, patches=patches, next_id=next_id)
-    whole = ProposedDraft.of(replace(found, network=together), DraftJudge(ground, half))
+    # As the editor will fill it: beside other parts, some places may be seen otherwise.
+    found = fill_network(together, ground, source, sizes.edge)
+    whole = ProposedDraft.of(found, DraftJudge(ground, half))
     return PartsDraft(whole, tuple(told))
 
 

@@ -78,6 +78,9 @@ AT_NODE = 0.35
 #: field has no singularity, needs one.
 MOST_SEEDS = 12
 
+#: As many are tried on a bare surface with a region that has no corners, as one that is a tube.
+BARE_SEEDS = 3
+
 
 #: Where a field has no singularity, regions with a longer border, in diagonals, are cut by a
 #: further place. It is
@@ -146,12 +149,12 @@ def draft_network(
     regular = RegularParts.of(field, ground)
     laid: tuple[Network, frozenset[int]] | None = None
     why = "some regions would be rings or handles; draw by hand"
-    for _ in range(MOST_SEEDS + 1):
+    for tried in range(MOST_SEEDS + 1):
         try:
             found = _lay_field(network, ground, sizes, field, walls, seeds)
         except RoundRegionError as error:
-            # A bare surface that comes out so is too thin for its edges.
-            if walls.bare:
+            # A bare surface that goes on coming out so is too thin for its edges.
+            if walls.bare and tried == BARE_SEEDS:
                 raise
             found, why = None, str(error)
         if found is not None and is_cellular(found[0], ground):

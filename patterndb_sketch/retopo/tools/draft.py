@@ -10,9 +10,11 @@ import numpy as np
 from patterndb.geometry.points import Points
 from patterndb_sketch.retopo.arguments import Argument, Flag, optional_length
 from patterndb_sketch.retopo.draft.byparts import EDGES, propose_by_parts
+from patterndb_sketch.retopo.draft.judging import DraftJudge
 from patterndb_sketch.retopo.draft.parting import part_touching
 from patterndb_sketch.retopo.draft.proposing import ProposedDraft
 from patterndb_sketch.retopo.errors import RefusedError
+from patterndb_sketch.retopo.filling import fill_network
 from patterndb_sketch.retopo.ground import Ground
 from patterndb_sketch.retopo.network.structure import SYMMETRY
 from patterndb_sketch.retopo.state import State
@@ -58,7 +60,25 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             "take another edge, mend the surface there, or draw by hand"
         )
     now = replace(best.state, network=best.made.network)
+    if ground is not work.ground:
+        _refuse_touching(work, now)
     return Result(now, (*told, *best.notes, *_describe(best.made)))
+
+
+def _refuse_touching(work: ToolWork, state: State) -> None:
+    """RefusedError, with the place, for a draft of a ground that was parted whose quads are not
+    sound on the ground as it is, where parts touch."""
+    half, ground = work.half, work.ground
+    if half is None and state.plane is not None:
+        half = cut_half(work.ground, state.plane)
+        ground = half.ground
+    found = fill_network(state.network, ground, work.source, state.sizes.edge)
+    made = ProposedDraft.of(found, DraftJudge(ground, half))
+    if not made.sound:
+        raise RefusedError(
+            f"no draft: there would be {'; '.join(made.flaws) or 'regions without quads'}, where "
+            "parts of the surface touch; part them, or draw by hand"
+        )
 
 
 def _list_edges(ground: Ground) -> tuple[float, float]:
