@@ -84,7 +84,8 @@ def recover_curve(
 
     Raises InvalidFeatureError that names the stroke, as
     :func:`patterndb_sketch.features.snap.snap` does, for two held points at one sample, for one
-    that is off the model and where all of the stroke's points are, by more than ribs reach or the stroke is long.
+    that is off the model and where all of the stroke's points are, by more than ribs reach or the
+    stroke is long.
     """
     try:
         _check_nearness(model, stroke)

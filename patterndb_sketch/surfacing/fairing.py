@@ -23,7 +23,6 @@ from patterndb.geometry.polyline import arc_length
 from patterndb_sketch.surfacing.network import CurveNetwork, Cycle, measure_angles
 from patterndb_sketch.surfacing.parallelograms import (
     SectorGrid,
-    choose_half,
     lay_grid,
     measure_borders,
 )
@@ -235,13 +234,13 @@ def _fair_grid(loop: Loop, corners: Sequence[int], conormals: Points) -> Points:
     """
     grid, points = lay_grid(loop.points, corners)
     lengths = arc_length(np.r_[loop.points, loop.points[:1]])
-    at = measure_borders(lengths, np.array([corners]), choose_half(len(loop.points), len(corners)))
+    at = measure_borders(lengths, np.array([corners]), np.diff(grid.starts))
     target = _interpolate(lengths, conormals, at[0])
     border = points[: grid.border]
     tangents = _normalise(np.roll(border, -1, axis=0) - np.roll(border, 1, axis=0))
     # At corners two sides would have a say; the curves there know best.
-    sides = np.arange(grid.border).reshape(len(corners), -1)[:, 1:].ravel()
-    beside, tangents, target = grid.ring.ravel(), tangents[sides], target[sides]
+    sides = np.delete(np.arange(grid.border), grid.starts[:-1])
+    beside, tangents, target = np.concatenate(grid.ring), tangents[sides], target[sides]
     leaving = points[beside] - points[sides]
     across = leaving - (leaving * tangents).sum(axis=1, keepdims=True) * tangents
     target = _normalise(target - (target * tangents).sum(axis=1, keepdims=True) * tangents)

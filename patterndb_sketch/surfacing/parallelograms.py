@@ -36,9 +36,14 @@ AROUND = 0.03
 #: Quads along half a side while choices are compared.
 COARSE = 4
 
-#: Quads along half a side of the result, at least and at most; between, its quads are as long as
-#: the loop's edges. With fewer it would be farther from what is meant, with more not nearer.
+#: Quads along half a side of the result in the mean, at least and at most; between, its quads are
+#: as long as the loop's edges. With fewer it would be farther from what is meant, with more not
+#: nearer.
 FEWEST, MOST = 4, 24
+
+#: Quads from a corner to the spoke on either side of it, at least: of a side that is short beside
+#: the others.
+NARROWEST = 2
 
 #: How much the sum over quads gives way to edges that are short, which alone says where vertices
 #: are that no quad's shape depends on.
@@ -60,44 +65,57 @@ LEAST_DEVIATION = 1e-3
 
 @dataclass(frozen=True, slots=True)
 class SectorGrid:
-    """N sectors of K by K quads around a centre, their border N sides of 2 K edges.
+    """N sectors around a centre, each a grid of quads.
 
-    border:  2 N K vertices come first, around the grid from corner 0 on: corner s is vertex 2 K s.
-    quads:   (N K K, 4) int64.
+    starts:  (N + 1,) the border's vertices come first, around the grid: corner s is vertex
+             starts[s], and the last is their number.
+    quads:   (q, 4) int64.
     energy:  (v, v) sparse: x' energy x is to be least for each coordinate x of the vertices.
     laplacian: (v, v) sparse: the differences to the neighbours along edges, summed.
-    ring:    vertices beside the border's, around the grid: for each side 2 K - 1, those beside its
-             two corners among them; a corner's stands for both of its sides and comes twice.
-    second:  likewise those beside the ring's, as the lines that leave the border go on.
+    ring:    vertices beside the border's, around the grid: for each side one less than it has
+             edges, those beside its two corners among them; a corner's stands for both of its
+             sides and comes twice.
     within:  the quads without a vertex on the border.
     """
 
-    border: int
+    starts: Int64Array
     quads: Int64Array = field(repr=False)
     energy: csc_array = field(repr=False)
     laplacian: csc_array = field(repr=False)
-    ring: Int64Array = field(repr=False)
-    second: Int64Array = field(repr=False)
+    ring: tuple[Int64Array, ...] = field(repr=False)
     within: Int64Array = field(repr=False)
 
+    @property
+    def border(self) -> int:
+        """How many vertices the border has."""
+        return int(self.starts[-1])
 
-@lru_cache(maxsize=64)
-def make_sector_grid(sides: int, half: int) -> SectorGrid:
-    """The grid of so many sides, each ``2 * half`` quads long, half >= 2."""
-    border = 2 * sides * half
+
+@lru_cache(maxsize=256)
+def make_sector_grid(spans: tuple[int, ...]) -> SectorGrid:
+    """The grid of so many sides whose sector s has spans[s] quads along the side after its corner.
+
+    spans: NARROWEST or more each. Along the side before it a sector has as many as the next one
+    along the side after, for the two share a spoke: side s has spans[s] + spans[s + 2] quads.
+    """
+    sides = len(spans)
+    starts = np.r_[0, np.cumsum(count_along(spans))]
+    border = int(starts[-1])
     number: dict[tuple[int, int, int], int] = {}
 
     def vertex(sector: int, i: int, j: int) -> int:
         # i steps from the sector's corner along the side after it, j along the one before.
         sector %= sides
+        wide, high = spans[sector], spans[(sector + 1) % sides]
         if j == 0:
-            return (2 * half * sector + i) % border
+            return int(starts[sector] + i) % border
         if i == 0:
-            return (2 * half * sector - j) % border
-        if i == half and j == half:
+            return int(starts[sector] - j) % border
+        if i == wide and j == high:
             key = (-1, 0, 0)
-        elif j == half:
-            key = ((sector - 1) % sides, half, i)  # the spoke that the sector before shares
+        elif j == high:
+            before = (sector - 1) % sides  # whose spoke it is, too
+            key = (before, spans[before], i)
         else:
             key = (sector, i, j)
         return number.setdefault(key, border + len(number))
@@ -105,22 +123,19 @@ def make_sector_grid(sides: int, half: int) -> SectorGrid:
     quads = np.array(
         [
             [vertex(s, i, j), vertex(s, i + 1, j), vertex(s, i + 1, j + 1), vertex(s, i, j + 1)]
-            for s in range(sides)
-            for i in range(half)
-            for j in range(half)
+            for s, wide in enumerate(spans)
+            for i in range(wide)
+            for j in range(spans[(s + 1) % sides])
         ],
         np.int64,
     )
-    ring, second = (
+    ring = tuple(
         np.array(
-            [
-                [vertex(s, i, row) for i in range(1, half + 1)]
-                + [vertex(s + 1, row, j) for j in range(half - 1, 0, -1)]
-                for s in range(sides)
-            ],
+            [vertex(s, i, 1) for i in range(1, wide + 1)]
+            + [vertex(s + 1, 1, j) for j in range(spans[(s + 2) % sides] - 1, 0, -1)],
             np.int64,
         )
-        for row in (1, 2)
+        for s, wide in enumerate(spans)
     )
     total = border + len(number)
     bent = _join_columns(quads, [1.0, -1.0, 1.0, -1.0], total)
@@ -129,7 +144,12 @@ def make_sector_grid(sides: int, half: int) -> SectorGrid:
     lengths = csc_array(long.T @ long)
     energy = csc_array(bent.T @ bent + EVENNESS * lengths)
     within = quads[(quads >= border).all(axis=1)]
-    return SectorGrid(border, quads, energy, 0.5 * lengths, ring, second, within)
+    return SectorGrid(starts, quads, energy, 0.5 * lengths, ring, within)
+
+
+def count_along(spans: Sequence[int]) -> Int64Array:
+    """(N,) quads along the sides of the grid of such sectors."""
+    return np.array(spans, np.int64) + np.roll(spans, -2)
 
 
 def _join_columns(rows: Int64Array, weights: Sequence[float], columns: int) -> csc_array:
@@ -149,7 +169,7 @@ def place_inner(grid: SectorGrid, border: Points) -> Points:
 @lru_cache(maxsize=len(LIKELIEST))
 def _weigh_border(sides: int) -> Floats:
     """(inner, border) what each vertex of a coarse grid's border gives to the inner ones."""
-    grid = make_sector_grid(sides, COARSE)
+    grid = make_sector_grid((COARSE,) * sides)
     return place_inner(grid, np.eye(grid.border))
 
 
@@ -191,24 +211,24 @@ def rank_corners(points: Points, nodes: Sequence[int] = ()) -> list[CornerChoice
     return sorted(found, key=lambda one: (one.score, one.corners))
 
 
-def _place_borders(points: Points, corners: NDArray[np.int64], half: int) -> Points:
-    """(m, 2 N half, 3) the loop in 2 half edges of one length between each of N corners (m, N)."""
+def _place_borders(points: Points, corners: NDArray[np.int64], counts: Int64Array) -> Points:
+    """(m, b, 3) the loop in counts (N,) edges of one length each between N corners (m, N)."""
     around = np.r_[points, points[:1]]
-    at = measure_borders(arc_length(around), corners, half)
+    at = measure_borders(arc_length(around), corners, counts)
     return at_lengths(around, at.ravel()).reshape(*at.shape, 3)
 
 
-def measure_borders(lengths: Floats, corners: NDArray[np.int64], half: int) -> Floats:
-    """(m, 2 N half) where :func:`_place_borders` puts vertices, in lengths along the loop.
+def measure_borders(lengths: Floats, corners: NDArray[np.int64], counts: Int64Array) -> Floats:
+    """(m, b) where :func:`_place_borders` puts vertices, in lengths along the loop.
 
     lengths: (n + 1,) those of the loop's vertices, the first again at the end.
     """
     starts = lengths[corners]
     ends = np.roll(starts, -1, axis=1)
     ends[:, -1] += lengths[-1]
-    share = np.arange(2 * half) / (2 * half)
-    at = starts[..., None] + (ends - starts)[..., None] * share
-    return at.reshape(len(corners), -1) % lengths[-1]
+    share = np.concatenate([np.arange(count) / count for count in counts.tolist()])
+    at = np.repeat(starts, counts, axis=1) + np.repeat(ends - starts, counts, axis=1) * share
+    return at % lengths[-1]
 
 
 def _score(points: Points, turning: Floats, corners: NDArray[np.int64]) -> Floats:
@@ -217,8 +237,9 @@ def _score(points: Points, turning: Floats, corners: NDArray[np.int64]) -> Float
     Grids of what artists mean have quads that are nearly rectangular, nearly parallelograms and not
     too long, and loops turn at corners rather than elsewhere.
     """
-    grid = make_sector_grid(corners.shape[1], COARSE)
-    border = _place_borders(points, corners, COARSE)
+    even = (COARSE,) * corners.shape[1]
+    grid = make_sector_grid(even)
+    border = _place_borders(points, corners, count_along(even))
     inner = np.einsum("ib,mbx->mix", _weigh_border(corners.shape[1]), border)
     a, b, c, d = np.moveaxis(np.concatenate([border, inner], axis=1)[:, grid.quads], 2, 0)
     across, along = (b + c - a - d) / 2, (c + d - a - b) / 2
@@ -253,16 +274,25 @@ class ParallelogramMesh:
     triangles: Int64Array = field(repr=False)
 
 
-def choose_half(vertices: int, sides: int) -> int:
-    """The quads along half a side for a loop of so many vertices and corners."""
-    return min(MOST, max(FEWEST, round(vertices / (2 * sides))))
+def choose_spans(vertices: int, corners: Sequence[int]) -> tuple[int, ...]:
+    """The quads along the sides of the sectors of a loop of so many vertices with such corners.
+
+    Every side gets about as many quads as it has edges, so that faces inside are as long as those
+    on the loop; sides opposite each other in a grid of four get the mean of both.
+    """
+    sides = len(corners)
+    half = min(MOST, max(FEWEST, round(vertices / (2 * sides))))
+    counts = np.diff(np.r_[corners, corners[0] + vertices]) * (2 * sides * half / vertices)
+    # Side s has spans[s] + spans[s + 2] quads; of four sides that tells the sums alone.
+    sums = np.eye(sides) + np.roll(np.eye(sides), 2, axis=1)
+    spans = np.linalg.lstsq(sums, counts, rcond=None)[0]
+    return tuple(np.maximum(np.round(spans), NARROWEST).astype(int).tolist())
 
 
 def lay_grid(points: Points, corners: Sequence[int]) -> tuple[SectorGrid, Points]:
     """The grid that 3 to 6 corners make in a closed loop (n, 3), and its vertices (v, 3)."""
-    half = choose_half(len(points), len(corners))
-    grid = make_sector_grid(len(corners), half)
-    border = _place_borders(points, np.array([corners]), half)[0]
+    grid = make_sector_grid(choose_spans(len(points), corners))
+    border = _place_borders(points, np.array([corners]), np.diff(grid.starts))[0]
     return grid, np.concatenate([border, place_inner(grid, border)])
 
 
@@ -273,7 +303,6 @@ def fill_with_parallelograms(points: Points, corners: Sequence[int]) -> Parallel
     """
     n = len(points)
     sides = len(corners)
-    half = choose_half(n, sides)
     grid, laid = lay_grid(points, corners)
     inner = laid[grid.border :]
     shift = n - grid.border
@@ -287,13 +316,13 @@ def fill_with_parallelograms(points: Points, corners: Sequence[int]) -> Parallel
         side = [i % n for i in range(first, last + 1)]
         at = np.array([lengths[i % n] + lengths[-1] * (i // n) for i in range(first, last + 1)])
         share = (at - at[0]) / (at[-1] - at[0])
-        strip += _join_rows(side, share, (grid.ring[s] + shift).tolist(), half)
+        strip += _join_rows(side, share, (grid.ring[s] + shift).tolist())
     triangles = np.concatenate([np.array(strip, np.int64).reshape(-1, 3), cut])
     return ParallelogramMesh(tuple(corners), inner, triangles)
 
 
 def _join_rows(
-    side: Sequence[int], share: Floats, ring: Sequence[int], half: int
+    side: Sequence[int], share: Floats, ring: Sequence[int]
 ) -> list[tuple[int, int, int]]:
     """Triangles between the vertices of a side, at ``share`` of its length, and the row beside."""
     made: list[tuple[int, int, int]] = []
@@ -301,7 +330,7 @@ def _join_rows(
     while i < len(side) - 1 or j < len(ring) - 1:
         # Whichever row's next edge has its middle first goes on.
         here = (share[i] + share[i + 1]) / 2 if i < len(side) - 1 else math.inf
-        there = (j + 1.5) / (2 * half) if j < len(ring) - 1 else math.inf
+        there = (j + 1.5) / (len(ring) + 1) if j < len(ring) - 1 else math.inf
         if here <= there:
             made.append((side[i], side[i + 1], ring[j]))
             i += 1

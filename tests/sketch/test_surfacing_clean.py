@@ -25,7 +25,6 @@ LEFT = {
     "saddles",
     "bent sheets",
     "tori",
-    "Moebius strips",
     "prisms",
     "crossing sheets",
     "walls",

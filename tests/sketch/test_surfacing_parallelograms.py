@@ -7,7 +7,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from quads_cases import assert_disk_within
 from shared import CHECKOUT
@@ -17,6 +17,9 @@ from patterndb.geometry.points import Points
 from patterndb_sketch.surfacing import tessellation
 from patterndb_sketch.surfacing.methods import MOST_GRIDS, make_smooth
 from patterndb_sketch.surfacing.parallelograms import (
+    FEWEST,
+    choose_spans,
+    count_along,
     fill_with_parallelograms,
     make_sector_grid,
     place_inner,
@@ -38,40 +41,59 @@ def outline(net: Points) -> Points:
     return np.concatenate([net[:-1, 0], net[-1, :-1], net[:0:-1, -1], net[0, :0:-1]])
 
 
-@pytest.mark.parametrize("sides", [3, 4, 5, 6])
-@pytest.mark.parametrize("half", [2, 3, 5])
-def test_a_sector_grid_is_a_disk_of_quads_with_regular_sectors(sides: int, half: int) -> None:
-    grid = make_sector_grid(sides, half)
-    n_inner = 1 + sides * (half - 1) + sides * (half - 1) ** 2
+@settings(max_examples=40, deadline=None)
+@given(st.lists(st.integers(2, 6), min_size=3, max_size=6).map(tuple))
+def test_a_sector_grid_is_a_disk_of_quads_with_regular_sectors(spans: tuple[int, ...]) -> None:
+    sides = len(spans)
+    grid = make_sector_grid(spans)
+    ahead = np.roll(spans, -1)
+    n_inner = 1 + sum(s - 1 for s in spans) + int(((np.array(spans) - 1) * (ahead - 1)).sum())
     assert grid.energy.shape == (grid.border + n_inner,) * 2
-    assert grid.border == 2 * sides * half and len(grid.quads) == sides * half**2
+    assert grid.border == 2 * sum(spans) and len(grid.quads) == int((np.array(spans) * ahead).sum())
+    assert np.diff(grid.starts).tolist() == count_along(spans).tolist()
     halves = np.concatenate([grid.quads[:, [0, 1, 2]], grid.quads[:, [0, 2, 3]]])
     assert_disk_within(grid.border, halves)
     uses = np.bincount(grid.quads.ravel())
     expected = np.full(len(uses), 4)
     expected[: grid.border] = 2
-    expected[np.arange(sides) * 2 * half] = 1
+    expected[grid.starts[:-1]] = 1
     assert (
         np.sort(uses[grid.border :]) == np.sort(np.r_[sides, expected[grid.border + 1 :]])
     ).all()
     assert (uses[: grid.border] == expected[: grid.border]).all()
     # The ring: what is beside the border, each side's from one corner's to the next's.
     beside = set(grid.quads[(grid.quads < grid.border).any(axis=1)].ravel().tolist())
-    assert set(grid.ring.ravel().tolist()) == {v for v in beside if v >= grid.border}
-    assert (grid.ring[:, -1] == np.roll(grid.ring[:, 0], -1)).all()
+    assert set(np.concatenate(grid.ring).tolist()) == {v for v in beside if v >= grid.border}
+    assert [len(row) for row in grid.ring] == (np.diff(grid.starts) - 1).tolist()
+    assert all(grid.ring[s][-1] == grid.ring[(s + 1) % sides][0] for s in range(sides))
 
 
-def test_with_four_corners_it_is_coons_patch() -> None:
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.integers(2, 12), min_size=3, max_size=6).map(tuple))
+def test_sides_get_as_many_quads_as_they_have_edges(spans: tuple[int, ...]) -> None:
+    """Counts that some grid has are kept, unless they are too few or too many."""
+    counts = count_along(spans)
+    corners = np.r_[0, np.cumsum(counts)[:-1]].tolist()
+    vertices = int(counts.sum())
+    assume(2 * len(spans) * FEWEST <= vertices)
+    found = count_along(choose_spans(vertices, corners))
+    even = round(vertices / (2 * len(spans))) * 2 * len(spans) / vertices
+    assert np.abs(found - even * counts).max() <= 2.0
+
+
+@pytest.mark.parametrize("spans", [(4, 4, 4, 4), (2, 5, 3, 4)])
+def test_with_four_corners_it_is_coons_patch(spans: tuple[int, ...]) -> None:
     rng = np.random.default_rng(2)
-    half = 4
-    n = 2 * half
-    grid = make_sector_grid(4, half)
+    grid = make_sector_grid(spans)
     border = rng.normal(size=(grid.border, 3))
     points = np.r_[border, place_inner(grid, border)]
-    low, right, high, left = (border[(k * n + np.arange(n + 1)) % grid.border] for k in range(4))
+    around = np.r_[border, border[:1]]
+    low, right, high, left = (
+        around[a : b + 1] for a, b in zip(grid.starts, grid.starts[1:], strict=False)
+    )
     high, left = high[::-1], left[::-1]
-    s = (np.arange(n + 1) / n)[:, None, None]
-    t = (np.arange(n + 1) / n)[None, :, None]
+    s = (np.arange(len(low)) / (len(low) - 1))[:, None, None]
+    t = (np.arange(len(left)) / (len(left) - 1))[None, :, None]
     coons = (1 - t) * low[:, None] + t * high[:, None] + (1 - s) * left[None] + s * right[None]
     coons -= (1 - s) * (1 - t) * low[0] + s * (1 - t) * low[-1]
     coons -= (1 - s) * t * high[0] + s * t * high[-1]

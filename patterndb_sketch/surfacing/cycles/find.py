@@ -72,7 +72,8 @@ NEARLY_CLOSED = 0.9
 #: to nothing in the sketches at hand, and take as long again each.
 MENDS = 2
 
-#: A strip that turns over stays if none of its cycles is worse: it is meant, as a Moebius strip is.
+#: A strip that turns over stays if none of its cycles is worse, or if every curve needs one as bad
+#: to bound anything: it is meant, as a Moebius strip is.
 TURNING_OVER = 0.6
 
 #: The one cycle of a closed surface that is worse than those of open ones may be is their rim if it
@@ -264,6 +265,11 @@ def _chosen(
         if whole is not None:
             best = whole
             proven = whole.proven
+    if any(part.bad[i] > worst for i in best.chosen) and not _covers_all(part, best):
+        every = _cover_all(network, part, worst, effort)
+        if every is not None:
+            best = every
+            proven = False
     cycles = _of(part, best)
     turned = orient_cycles(cycles)
     at = list_users(cycles)
@@ -284,6 +290,32 @@ def _chosen(
         return good, proven
     alone = [number for number in best.chosen if part.bad[number] <= ALONE * worst]
     return [part.cycles[number] for number in alone], proven
+
+
+def _covers_all(part: _NetworkPart, choice: CycleChoice) -> bool:
+    """Does every curve of a part bound a cycle of the choice?"""
+    return len(list_users(_of(part, choice))) == len(part.curves)
+
+
+def _cover_all(
+    network: CurveNetwork, part: _NetworkPart, worst: float, effort: float
+) -> CycleChoice | None:
+    """A choice in which every curve bounds something, of cycles no worse than that needs.
+
+    None if that takes cycles worse than those of open surfaces, or if it is not found. A Moebius
+    strip is worth less than all but one of its cells and a disk or two in its rim, which leave
+    the curve between two cells without any.
+    """
+    least = dict.fromkeys(part.curves.tolist(), np.inf)
+    for cycle, bad in zip(part.cycles, part.bad.tolist(), strict=True):
+        for curve in cycle.curves:
+            least[curve] = min(least[curve], bad)
+    needed = max(least.values())
+    if needed > worst:
+        return None
+    barred = [i for i in np.flatnonzero(part.bad > needed).tolist() if i not in part.forced]
+    choice = _surface(network, part, effort, barred=barred, turning_over=needed)
+    return choice if choice is not None and _covers_all(part, choice) else None
 
 
 def _find_closed_by_rims(
@@ -329,8 +361,11 @@ def _surface(
     full: Sequence[int] = (),
     least: float | None = None,
     fixed: Collection[int] = (),
+    barred: Sequence[int] = (),
+    turning_over: float = TURNING_OVER,
 ) -> CycleChoice | None:
-    """The best choice that has what is ``fixed``, mended until it is a surface without a pinch.
+    """The best choice that has what is ``fixed`` and nothing that is ``barred``, mended until it is
+    a surface without a pinch, in which strips turn over only of cycles up to ``turning_over``.
 
     Each choice that is no surface bars what is wrong with it, and the next is made with what is
     near; after MENDS of them cycles are dropped instead. What comes from added cycles alone
@@ -338,7 +373,7 @@ def _surface(
     """
     curves = [cycle.curves for cycle in part.cycles]
     nodes = [set(network.walk(cycle)) for cycle in part.cycles]
-    excluded: list[tuple[int, ...]] = []
+    excluded: list[tuple[int, ...]] = [(i,) for i in barred]
     forced = part.forced.union(fixed)
     near: set[int] = set()
     mends = 0
@@ -357,14 +392,14 @@ def _surface(
         )
         if choice is None:
             return None
-        wrong = _wrong(network, part, choice.chosen)
+        wrong = _wrong(network, part, choice.chosen, turning_over)
         if not wrong and not (prove or mends or choice.proven or choice.by_windows):
             prove = True  # only what is a surface as it stands is called proven
             continue
         if not wrong:
             return replace(choice, proven=choice.proven and not mends)
         if mends == MENDS:
-            return None if full else _dropped(network, part, choice)
+            return None if full else _dropped(network, part, choice, turning_over)
         mends += 1
         prove = False
         for group, node in wrong:
@@ -380,14 +415,14 @@ def _surface(
 
 
 def _wrong(
-    network: CurveNetwork, part: _NetworkPart, chosen: Sequence[int]
+    network: CurveNetwork, part: _NetworkPart, chosen: Sequence[int], turning_over: float
 ) -> list[tuple[tuple[int, ...], int | None]]:
     """Sets of chosen candidates that make no surface: strips that turn over, with None, and
     rings around a node, with the node that other cycles pass too."""
     cycles = [part.cycles[i] for i in chosen]
     strips = [tuple(chosen[i] for i in strip) for strip in orient_cycles(cycles).twisted]
     found: list[tuple[tuple[int, ...], int | None]] = [
-        (strip, None) for strip in strips if max(part.bad[i] for i in strip) > TURNING_OVER
+        (strip, None) for strip in strips if max(part.bad[i] for i in strip) > turning_over
     ]
     found += [
         (tuple(chosen[i] for i in ring), node) for node, ring in find_pinches(network, cycles)
@@ -395,10 +430,12 @@ def _wrong(
     return [(group, node) for group, node in found if not part.forced.issuperset(group)]
 
 
-def _dropped(network: CurveNetwork, part: _NetworkPart, choice: CycleChoice) -> CycleChoice:
+def _dropped(
+    network: CurveNetwork, part: _NetworkPart, choice: CycleChoice, turning_over: float
+) -> CycleChoice:
     """The choice without the worst cycle of everything that is wrong with it."""
     chosen = list(choice.chosen)
-    while wrong := _wrong(network, part, chosen):
+    while wrong := _wrong(network, part, chosen, turning_over):
         group, _ = wrong[0]
         worst = max(set(group) - part.forced, key=lambda i: (part.bad[i], i))
         chosen.remove(worst)
