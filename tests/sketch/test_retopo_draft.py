@@ -44,6 +44,8 @@ from patterndb_sketch.retopo.network import (
 from patterndb_sketch.retopo.network.faces import GroundParts
 from patterndb_sketch.retopo.sizes import Sizes
 from patterndb_sketch.retopo.symmetry import Half, Plane, cut_half
+from patterndb_sketch.retopo.tool import ToolWork
+from patterndb_sketch.retopo.tools import draft
 from patterndb_sketch.retopo.wording import format_place
 from query.engine import PatternSource
 
@@ -296,6 +298,28 @@ def test_a_surface_that_touches_itself_is_drafted_and_it_is_told(source: Pattern
     editor = Editor(touching_balls(0), source)
     outcome = do(editor, "draft", edge=0.4)
     assert any("touch in a vertex at (1, " in note for note in outcome.notes)
+    found = editor.fill()
+    made = report_mesh(found, editor.ground, editor.mesh(found))
+    assert made.open_edges == 0 and made.flipped == 0 and made.euler == 4
+
+
+def test_halves_that_are_unsound_where_parts_touch_give_way_to_the_whole(
+    source: PatternSource, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    refuse = draft._refuse_touching
+    asked: list[bool] = []
+
+    def refuse_halves(work: ToolWork, made: draft._MadeDraft) -> None:
+        asked.append(made.state.plane is not None)
+        if asked[-1]:
+            raise RefusedError("no draft: there would be a flipped quad at (1, 0, 0)")
+        refuse(work, made)
+
+    monkeypatch.setattr(draft, "_refuse_touching", refuse_halves)
+    editor = Editor(touching_balls(0), source)
+    outcome = do(editor, "draft", edge=0.4)
+    assert asked == [True, False] and editor.state.plane is None
+    assert any("not by halves" in note and "(1, 0, 0)" in note for note in outcome.notes)
     found = editor.fill()
     made = report_mesh(found, editor.ground, editor.mesh(found))
     assert made.open_edges == 0 and made.flipped == 0 and made.euler == 4

@@ -59,15 +59,22 @@ def _act(work: ToolWork, a: dict[str, Any]) -> Result:
             f"no draft: there would be {'; '.join(best.made.flaws)}, and with other edges, too; "
             "take another edge, mend the surface there, or draw by hand"
         )
-    now = replace(best.state, network=best.made.network)
     if ground is not work.ground:
-        _refuse_touching(work, now)
+        try:
+            _refuse_touching(work, best)
+        except RefusedError as error:
+            if best.state.plane is state.plane:
+                raise
+            best = _give_up_halves(_draft(work, state, ground), str(error))
+            _refuse_touching(work, best)
+    now = replace(best.state, network=best.made.network)
     return Result(now, (*told, *best.notes, *_describe(best.made)))
 
 
-def _refuse_touching(work: ToolWork, state: State) -> None:
+def _refuse_touching(work: ToolWork, draft: _MadeDraft) -> None:
     """RefusedError, with the place, for a draft of a ground that was parted whose quads are not
     sound on the ground as it is, where parts touch."""
+    state = replace(draft.state, network=draft.made.network)
     half, ground = work.half, work.ground
     if half is None and state.plane is not None:
         half = cut_half(work.ground, state.plane)
@@ -111,9 +118,7 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft
             return _draft(work, state, ground)
         made = propose_by_parts(seam, half.ground, state.sizes, work.source, half).made
     except RefusedError as error:
-        whole = _draft(work, state, ground)
-        said = f"not by halves, though the surface is symmetric: {error}"
-        return replace(whole, notes=(said, *whole.notes))
+        return _give_up_halves(_draft(work, state, ground), str(error))
     said = f"symmetry is on: {found.describe()}"
     by_halves = _MadeDraft(made, replace(state, plane=found.plane), (said,))
     if made.sound:
@@ -124,8 +129,12 @@ def _draft_by_halves(work: ToolWork, state: State, ground: Ground) -> _MadeDraft
         return by_halves
     if made.rank <= whole.made.rank:
         return by_halves
-    flaws = "; ".join(made.flaws)
-    said = f"not by halves, though the surface is symmetric: there would be {flaws}"
+    return _give_up_halves(whole, f"there would be {'; '.join(made.flaws)}")
+
+
+def _give_up_halves(whole: _MadeDraft, why: str) -> _MadeDraft:
+    """A draft of the whole surface that says why it is not one of halves."""
+    said = f"not by halves, though the surface is symmetric: {why}"
     return replace(whole, notes=(said, *whole.notes))
 
 
