@@ -19,9 +19,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from PIL import Image
+
 ROOT = Path(__file__).resolve().parents[1]
 # The tests open the same windows.
 sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "viewer" / "display")]
+
+#: A picture of more bytes is written once more with so many colours.
+LARGEST, COLOURS = 300_000, 256
 
 #: Pixels across and down, and how many of them are a logical one.
 SIZES = ("1024x700@1", "1600x1000@1", "3840x2160@2")
@@ -92,6 +97,9 @@ def take_pictures(folder: Path, size: str, windows: list[str]) -> None:
                 # As small as PNG gets.
                 if not picture.save(str(path), quality=0):
                     raise OSError(f"{path} cannot be written")
+                if path.stat().st_size > LARGEST:
+                    with Image.open(path) as full:
+                        full.convert("RGB").quantize(COLOURS).save(path, optimize=True)
                 print(path, flush=True)
                 window.quit_now()
                 window.deleteLater()

@@ -206,11 +206,12 @@ def _read_points(rows: _Rows, count: int, lengths: _Lengths, fail: Fail) -> NDAr
     if block is not None and _NUMBER_LINES.fullmatch(block[0]):
         text, widths = block
         if np.isin(widths, lengths.allowed).all():
-            firsts = np.cumsum(widths) - widths
-            points = grammar.parse_numbers(text)[firsts[:, None] + np.arange(3)]
-            if np.isfinite(points).all():
+            numbers = grammar.parse_numbers(text)
+            # Colours, too: what is no number is told of them as of coordinates.
+            if np.isfinite(numbers).all():
+                firsts = np.cumsum(widths) - widths
                 rows.at += count
-                return points
+                return numbers[firsts[:, None] + np.arange(3)]
     points = np.empty((count, 3))
     for row in range(count):
         line, tokens = rows.take("vertex #", row, count)

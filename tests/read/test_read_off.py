@@ -78,6 +78,11 @@ def test_line_by_line_the_same_is_read(soup: Soup, style: OffStyle) -> None:
         assert_is(parse(data, "a.off"), soup)
 
 
+def test_a_colour_that_is_too_large_is_told_as_a_coordinate_is() -> None:
+    with pytest.raises(MeshFileError, match=r"too large for a coordinate.*1e999"):
+        parse(b"COFF\n1 1 0\n0 0 0 1e999 0.5 0.5 0.5\n3 0 0 0\n", "a.off")
+
+
 @given(soups(coordinates=st.integers(-9, 9).map(float)), off_styles, st.data())
 def test_damaged_files_fare_the_same_either_way(
     soup: Soup, style: OffStyle, data: st.DataObject

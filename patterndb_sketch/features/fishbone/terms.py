@@ -30,6 +30,10 @@ FLAT = 1e-4
 #: Chosen with UNLIKE and CONTINUITY on half the creases of benchmarks/feature_creases.py.
 ASTRAY = 0.4
 
+#: It costs no more than this share of it, however far off: a stroke was drawn along the only crease
+#: within reach.
+FARTHEST = 0.8
+
 #: Unit vectors that differ by less are one, but for rounding.
 SAME_WAY = 1e-9
 
@@ -108,15 +112,16 @@ def weigh_creases(
     no sample.
 
     nearness: (m,) or one number: so far from the backbone a sample costs ASTRAY more, twice as far
-    four times as much. unlike: (m, k) or one number, what samples cost more for other reasons.
+    four times as much, but no more than FARTHEST. unlike: (m, k) or one number, what samples cost
+    more for other reasons.
 
-    Differs from :func:`tau`: sharpness counts by its square root, and how far off a sample is does
-    not end to count. What a bend is multiplied by, as there, draws a curve to a crease that lies
+    Differs from :func:`tau`: sharpness counts by its square root, and how far off a sample is
+    counts for itself. What a bend is multiplied by, as there, draws a curve to a crease that lies
     twice as far off all along and bends a little more.
     """
     width = np.broadcast_to(np.asarray(nearness, np.float64), len(fishbone.points))[:, None]
     rows = np.arange(fishbone.valid.shape[1]) - fishbone.backbone[:, None]
-    astray = ASTRAY * (rows * fishbone.spacing[:, None] / width) ** 2
+    astray = np.minimum(ASTRAY * (rows * fishbone.spacing[:, None] / width) ** 2, FARTHEST)
     sharp = np.sqrt(np.minimum(np.linalg.norm(found.bends, axis=2), 1.0))
     costs = alpha * (1.0 - sharp + astray + unlike)
     angles = np.where(fishbone.valid, found.isophote, 0.0)
