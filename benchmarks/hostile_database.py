@@ -60,7 +60,10 @@ STUCK_SECONDS = 300.0
 #: Seconds until a process has its kernels and has asked the sound ones.
 START_SECONDS = 180.0
 
-TABLES = ("mesh", "pattern", "occurrence", "usage")
+TABLES = ("mesh", "pattern", "occurrence", "usage", "tally", "signature", "handedness")
+
+#: Of tables without row ids.
+KEYS = {"occurrence": "pattern_id, mesh_id", "tally": "n_sides, n_irregular, chiral"}
 VALUES = (
     "NULL",
     "0",
@@ -150,7 +153,7 @@ def set_value(path: Path, chance: random.Random) -> None:
         connection.execute("PRAGMA ignore_check_constraints = ON")
         for trigger in ("added", "removed", "changed"):
             connection.execute(f"DROP TRIGGER occurrence_{trigger}")
-        key = "pattern_id, mesh_id" if table == "occurrence" else "rowid"
+        key = KEYS.get(table, "rowid")
         row = connection.execute(
             f"SELECT {key} FROM {table} "  # noqa: S608 - of our own constants
             f"LIMIT 1 OFFSET ? % (SELECT count(*) FROM {table})",
